@@ -14,7 +14,7 @@
             publisher.publish(message)
             rate.sleep()
 
-pytest leaves the asserts of pyros1 as they are: PYTEST_DONT_REWRITE
+pytest does not rewrite the asserts of pyros1: PYTEST_DONT_REWRITE
 """
 
 from __future__ import annotations
@@ -121,13 +121,13 @@ _EXPORTS = {
 
 def __getattr__(name: str) -> Any:
     """Load and return a public name when it is first used, so that small commands start without them."""
-    from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never come here
+    from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never get here
 
     return load(__name__, _EXPORTS, name)
 
 
 def __dir__() -> list[str]:
     """Return all public names, loaded or not, for completion."""
-    from pyros1.ground.lazy import listing  # noqa: PLC0415 - most imports never come here
+    from pyros1.ground.lazy import listing  # noqa: PLC0415 - most imports never get here
 
     return listing(globals(), __all__)

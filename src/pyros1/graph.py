@@ -25,12 +25,12 @@ from pyros1.ground.names import SEP
 from pyros1.ground.terminal_text import one_line, untrusted
 
 UNKNOWN_TYPE = "unknown type"
-"""Shown as the type of a topic if no node has told the master its type."""
+"""Displayed as the type of a topic if no node has reported its type to the master."""
 NODE_TIMEOUT = 5.0
-"""Seconds that a node has to answer one call."""
+"""Seconds that a node may take to answer one call."""
 
 PROBE_TIMEOUT = 5.0
-"""Seconds that a service's provider has to describe the service (L79)."""
+"""Seconds that a service's provider may take to describe the service (L79)."""
 
 _INFO = re.compile(r"(?:TCPROS|LOCAL) connection on port (\d+) to \[(.*) on socket (\d+)\]")
 
@@ -63,7 +63,7 @@ class SystemState(NamedTuple):
         return list(names)
 
     def of_node(self, name: str) -> NodeRegistrations:
-        """Return what one node has registered, sorted by name."""
+        """Return one node's registrations, sorted by name."""
 
         def having(table: Mapping[str, list[str]]) -> list[str]:
             return sorted(entry for entry, nodes in table.items() if name in nodes)
@@ -72,7 +72,7 @@ class SystemState(NamedTuple):
 
 
 class NodeRegistrations(NamedTuple):
-    """What the master knows of a node: names of topics and services."""
+    """A node's registrations with the master: names of topics and services."""
 
     name: str
     publications: list[str]
@@ -86,7 +86,7 @@ class Connection(NamedTuple):
     Attributes:
         destination: the peer's name (outbound) or API URI (inbound).
         direction: ``i``, ``o`` or ``b``.
-        local_port, peer, socket: of the connection, if its node gives them; else None. Ports of LOCAL ones are 0.
+        local_port, peer, socket: of the connection, if its node reports them; else None. Ports of LOCAL ones are 0.
     """
 
     id: Any
@@ -127,7 +127,7 @@ class Graph:
         return {untrusted(entry[0]): untrusted(entry[1]) for entry in self.master.get_published_topics("")}
 
     def find_topic(self, name: str) -> tuple[str, str, str] | None:
-        """Split a name such as ``/topic/field`` behind the topic that the master knows.
+        """Split a name such as ``/topic/field`` after the topic that the master knows.
 
         Returns:
             (topic, type, rest): rest is empty or begins with ``/`` or ``[``. None if there is no such topic, or its
@@ -206,7 +206,7 @@ class NodeApi:
         return [parse_bus_entry(entry) for entry in entries]
 
     def bus_stats(self) -> Any:
-        """Return what the node has counted on its connections, as it says it; roscpp's come without a status code."""
+        """Return the node's connection statistics as it reports them; roscpp's come without a status code."""
         answer = self._client.call("getBusStats", self._caller_id)
         match answer:
             case [int(), str(), value]:
@@ -224,7 +224,7 @@ class NodeApi:
         )
 
     def shutdown(self, reason: str) -> None:
-        """Tell the node to end."""
+        """Tell the node to shut down."""
         self._call("shutdown", reason)
 
     def close(self) -> None:

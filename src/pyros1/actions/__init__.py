@@ -12,7 +12,7 @@
             print(feedback.sequence)
         print(goal.result(timeout=10).sequence)
 
-Programs on stock's actionlib, in Python and C++, are understood on both sides. `SimpleServer` is the usual server,
+Clients and servers work with those of stock's actionlib, in Python and C++. `SimpleServer` is the usual server;
 `AsyncClient` and `AsyncServer` are for asyncio programs.
 """
 
@@ -64,13 +64,13 @@ _EXPORTS = {
 
 def __getattr__(name: str) -> Any:
     """Load and return a public name when it is first used."""
-    from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never come here
+    from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never get here
 
     return load(__name__, _EXPORTS, name)
 
 
 def __dir__() -> list[str]:
     """Return all public names, loaded or not, for completion."""
-    from pyros1.ground.lazy import listing  # noqa: PLC0415 - most imports never come here
+    from pyros1.ground.lazy import listing  # noqa: PLC0415 - most imports never get here
 
     return listing(globals(), __all__)

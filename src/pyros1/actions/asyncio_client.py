@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pyros1.aio import Node
 
 _POLL_INTERVAL = 0.5
-"""Most seconds until an end of the node, or of the server, is noticed."""
+"""Maximum seconds until the end of the node or of the server is noticed."""
 
 
 class AsyncGoal:
@@ -42,7 +42,7 @@ class AsyncGoal:
 
     @property
     def stage(self) -> Stage:
-        """Where the goal is, as this client knows."""
+        """The goal's stage as known to this client."""
         return self._goal.stage
 
     @property
@@ -52,7 +52,7 @@ class AsyncGoal:
 
     @property
     def text(self) -> str:
-        """What the server said with its latest status."""
+        """The server's text for its latest status."""
         return self._goal.text
 
     @property
@@ -83,18 +83,18 @@ class AsyncGoal:
             yield goal.next_feedback()
 
     def cancel(self) -> None:
-        """Ask the server to cancel the goal; does not wait."""
+        """Request the server to cancel the goal; does not wait."""
         self._goal.cancel()
 
     def forget(self) -> None:
-        """Follow the goal no more."""
+        """Stop following the goal."""
         self._goal.forget()
 
     async def _wait_until(self, ready: Callable[[], object], timeout: float | None) -> bool:
         loop = asyncio.get_running_loop()
         deadline = None if timeout is None else loop.time() + timeout
         while True:
-            self._changed.clear()  # before the look, or a change in between would be missed
+            self._changed.clear()  # before the check, or a change in between would be missed
             if ready():
                 return True
             self._client.watch()
@@ -136,7 +136,7 @@ class AsyncClient:
 
     @property
     def sync(self) -> Client:
-        """The client underneath; raises RuntimeError before ``async with``."""
+        """The underlying client; raises RuntimeError before ``async with``."""
         if self._client is None:
             raise RuntimeError("use the client with: async with AsyncClient(...) as client")
         return self._client
@@ -154,5 +154,5 @@ class AsyncClient:
         return AsyncGoal(client.send(goal, timeout=0.0), client)
 
     def cancel_all(self) -> None:
-        """Ask the server to cancel all its goals, those of other clients too; does not wait."""
+        """Request the server to cancel all its goals, including those of other clients; does not wait."""
         self.sync.cancel_all()

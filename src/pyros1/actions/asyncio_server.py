@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class AsyncServer:
-    """Works on each goal in a task of its own, on the asyncio loop. Use it with ``async with``.
+    """Works on each goal in a separate task on the asyncio loop. Use it with ``async with``.
 
     ::
 
@@ -32,11 +32,11 @@ class AsyncServer:
         node: a :class:`pyros1.aio.Node`.
         name: name of the action.
         action: its class, or its type's name.
-        execute: coroutine function, called with each `ServerGoal`. The result message that it returns is the result of
-            a goal that succeeded; otherwise it ends the goal itself, and returns None. If a client asks to cancel the
-            goal, the task is cancelled; a coroutine that wants to send a result then catches
-            ``asyncio.CancelledError``, and calls ``goal.cancel(result)``.
-        most: goals at once; more are rejected.
+        execute: coroutine function, called with each `ServerGoal`. If it returns a result message, the goal has
+            succeeded with that result; otherwise it ends the goal itself, and returns None. If a client requests to
+            cancel the goal, the task is cancelled; to send a result then, the coroutine catches
+            ``asyncio.CancelledError`` and calls ``goal.cancel(result)``.
+        most: maximum number of concurrent goals; more are rejected.
         frequency, kept: as for `Server`.
     """
 

@@ -1,4 +1,4 @@
-"""Callbacks in a thread of their own, which lives while there is something to call or to look after."""
+"""Callbacks in a separate thread, which exists while there is something to call or to check."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from pyros1.net.signal_safe import Condition
 from pyros1.node.log.logger import Log
 
 _IDLE_TIMEOUT = 0.5
-"""Seconds for which the thread waits for more."""
+"""Seconds for which the thread waits for more calls."""
 
 
 class CallbackThread:
-    """Calls functions one after the other: those may wait for whatever other threads receive meanwhile.
+    """Calls functions one after the other; they may wait for messages that other threads receive meanwhile.
 
     Args:
         name: the thread's name.
-        log: for exceptions of such functions.
+        log: for exceptions of these functions.
         check: called each half second while there is nothing to call, from `keep_checking` on until it returns False.
     """
 
@@ -33,14 +33,14 @@ class CallbackThread:
         self._thread: threading.Thread | None = None
 
     def add(self, call: Callable[[], object]) -> None:
-        """Call a function after all those before it."""
+        """Call a function after all earlier ones."""
         with self._lock:
             self._calls.append(call)
             self._start()
         self._condition.notify_all()
 
     def keep_checking(self) -> None:
-        """Look until it is no more needed."""
+        """Keep checking until it is no longer needed."""
         with self._lock:
             self._check_requested = True
             self._start()
@@ -55,7 +55,7 @@ class CallbackThread:
         while True:
             self._condition.wait_for(lambda: self._calls, _IDLE_TIMEOUT)
             if not self._calls:
-                self._check_requested = False  # before the look: who asks after it gets another one
+                self._check_requested = False  # before the check: a request after it causes another one
                 check_again = self._check()
             with self._lock:
                 if not self._calls:
@@ -66,5 +66,5 @@ class CallbackThread:
                 call = self._calls.popleft()
             try:
                 call()
-            except Exception as error:  # noqa: BLE001 - of the program
+            except Exception as error:  # noqa: BLE001 - the program's code
                 self._log.exception("error in a callback (%s)", self._name, error=error)

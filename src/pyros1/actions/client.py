@@ -31,13 +31,13 @@ _INCOMING = 1000
 class Client:
     """Sends goals to an action's server, and follows them. Safe for any number of threads. Also a context manager.
 
-    The callbacks of goals run one after the other, in a thread of their own, also in a node that spins. They may send
-    goals and wait for them.
+    The callbacks of goals run one after the other, in a separate thread, even in a node that spins. They may send goals
+    and wait for them.
 
     Args:
         node: the node whose topics and time are used.
         name: name of the action.
-        action: its class, as FibonacciAction, or its type's name, "actionlib_tutorials/Fibonacci".
+        action: its class, such as FibonacciAction, or its type's name, "actionlib_tutorials/Fibonacci".
 
     Raises:
         ActionError: ``action`` is not an action.
@@ -53,8 +53,8 @@ class Client:
         self._open_goals: dict[str, ClientGoal] = {}
         self._condition = Condition()
         self._callbacks = CallbackThread(f"pyros1-action {self.name}", node.log, self._check)
-        self._got_status = False  # a status has come: a server runs
-        self._server = ""  # the node that has sent it
+        self._got_status = False  # a status has come: a server is running
+        self._server = ""  # the node that sent it
         self._disconnected_since: float | None = None
         self._closed = False
         self._goals = node.advertise(f"{self.name}/goal", self.types.action_goal, queue_size=_QUEUE)
@@ -100,10 +100,10 @@ class Client:
         """Send a goal.
 
         Args:
-            goal: the action's goal message, as FibonacciGoal.
+            goal: the action's goal message, such as FibonacciGoal.
             on_feedback: called with each feedback message of the goal.
             on_stage: called with the goal and each stage that it reaches.
-            on_done: called with the goal when it has ended.
+            on_done: called with the goal after it has ended.
             timeout: seconds to wait until a server is connected; None waits until the node ends.
 
         Raises:
@@ -123,33 +123,33 @@ class Client:
         message = self.types.action_goal(goal_id=self._goal_id(now, sent.name), goal=goal)
         message.header.stamp = now
         with self.lock:
-            self._open_goals[sent.name] = sent  # before the answer can come
+            self._open_goals[sent.name] = sent  # before the answer can arrive
         self._goals.publish(message)
         if on_feedback or on_stage or on_done:
             self._callbacks.keep_checking()  # nobody may wait for the goal
         return sent
 
     def cancel_all(self) -> None:
-        """Ask the server to cancel all its goals, those of other clients too."""
+        """Request the server to cancel all its goals, including those of other clients."""
         self._cancels.publish(self._goal_id())
 
     def cancel_until(self, time: Time) -> None:
-        """Ask the server to cancel all goals, those of other clients too, that were sent at or before a time."""
+        """Request the server to cancel all goals sent up to a time, including those of other clients."""
         self._cancels.publish(self._goal_id(time, ""))
 
     def cancel(self, name: str) -> frozenset[object]:
-        """Ask the server to cancel one goal, by name; returns the links on which it is asked."""
+        """Request the server to cancel one goal, by name; returns the links used for the request."""
         links = self._cancel_links
         self._cancels.publish(self._goal_id(Time(), name))
         return links
 
     def forget(self, name: str) -> None:
-        """Follow a goal no more."""
+        """Stop following a goal."""
         with self.lock:
             self._open_goals.pop(name, None)
 
     def close(self) -> None:
-        """Stop publishing and subscribing; goals that are open are lost for this client, but not cancelled."""
+        """Stop publishing and subscribing; open goals are lost for this client, but not cancelled."""
         self._closed = True
         for topic in (self._goals, self._cancels, self._results, self._feedback, self._statuses):
             topic.unregister()
@@ -175,7 +175,7 @@ class Client:
         return True
 
     def watch(self) -> None:
-        """Look whether the server is still there: goals of one that has been gone for `LOST_AFTER` seconds are lost.
+        """Check whether the server still exists: goals of one that has been gone for `LOST_AFTER` seconds are lost.
 
         Raises:
             NodeShutdownError: the node is shutting down.
@@ -190,7 +190,7 @@ class Client:
             self._lose("the action server is gone")
 
     def _check(self) -> bool:
-        """Look for the server while goals are open; returns whether to look again."""
+        """Check for the server while goals are open; returns whether to check again."""
         with suppress(NodeShutdownError):
             self.watch()
             return bool(self._open_goals)
@@ -203,22 +203,22 @@ class Client:
     _wake = changed
 
     def call(self, callback: Callable[[], object]) -> None:
-        """Call a function of the program, after those before it, in a thread of its own: it may wait for goals."""
+        """Call a function of the program after earlier ones, in a separate thread: it may wait for goals."""
         self._callbacks.add(callback)
 
     @property
     def _links(self) -> frozenset[object]:
-        """The links on which goals go to the server, and results come from it; none if there are not both."""
+        """The links for goals to the server and results from it; none unless both exist."""
         goal_links = links_of_node(self._goals.links, self._server, lambda link: link.peer)
         result_links = links_of_node(self._results.links, self._server, lambda link: link.header.get("callerid"))
         return goal_links | result_links if goal_links and result_links else frozenset()
 
     @property
     def _cancel_links(self) -> frozenset[object]:
-        """The links on which requests to cancel go to the server."""
+        """The links for cancel requests to the server."""
         return links_of_node(self._cancels.links, self._server, lambda link: link.peer)
 
-    # What comes -------------------------------------------------------------------------------------------------------
+    # Received ---------------------------------------------------------------------------------------------------------
 
     def _on_statuses(self, message: Any) -> None:
         self._got_status = True
@@ -234,7 +234,7 @@ class Client:
 
     def _on_result(self, message: Any) -> None:
         goal = self._open_goals.get(message.status.goal_id.id)
-        if goal is not None:  # else: a goal of another client
+        if goal is not None:  # otherwise: a goal of another client
             goal.take(lambda progress: progress.take_result(message.status, message.result))
 
     def _on_feedback(self, message: Any) -> None:

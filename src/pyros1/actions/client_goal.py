@@ -1,4 +1,4 @@
-"""A goal that was sent, as its client's program holds it."""
+"""A goal that was sent: the handle of its client's program."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ if TYPE_CHECKING:
     from pyros1.node import Node
 
 _MAX_FEEDBACK = 100
-"""Feedback messages that wait for an iteration; older ones are dropped."""
+"""Maximum number of feedback messages waiting for an iteration; older ones are dropped."""
 
 
 class Owner(Protocol):
-    """What a goal needs of its client."""
+    """The part of a client that a goal needs."""
 
     node: Node
     lock: threading.RLock
@@ -34,13 +34,13 @@ class Owner(Protocol):
         """Wake waits."""
 
     def cancel(self, name: str) -> frozenset[object]:
-        """Ask the server to cancel a goal; return the links on which it is asked."""
+        """Request the server to cancel a goal; return the links used for the request."""
 
     def forget(self, name: str) -> None:
-        """Follow a goal no more."""
+        """Stop following a goal."""
 
     def call(self, callback: Callable[[], object]) -> None:
-        """Call a function of the program, after those before it."""
+        """Call a function of the program after earlier ones."""
 
 
 class ClientGoal:
@@ -48,7 +48,7 @@ class ClientGoal:
 
     Attributes:
         name: the goal's name in the system.
-        links: those on which it went, and on which its result is to come; none if some were missing just then.
+        links: those for sending it and for its result; none if some were missing at the time.
     """
 
     def __init__(
@@ -62,9 +62,7 @@ class ClientGoal:
         self.name = name
         self.links: frozenset[object] = frozenset()
         self._client = client
-        self._cancel_requested_on: frozenset[object] | None = (
-            None  # the links on which the server was asked to cancel it
-        )
+        self._cancel_requested_on: frozenset[object] | None = None  # the links used for the request to cancel it
         self._progress = Progress(name, self._entered, lambda text: client.node.log.warn("%s", text))
         self._on_feedback = on_feedback
         self._on_stage = on_stage
@@ -74,7 +72,7 @@ class ClientGoal:
 
     @property
     def stage(self) -> Stage:
-        """Where the goal is, as this client knows."""
+        """The goal's stage as known to this client."""
         return self._progress.stage
 
     @property
@@ -84,7 +82,7 @@ class ClientGoal:
 
     @property
     def text(self) -> str:
-        """What the server said with its latest status."""
+        """The server's text for its latest status."""
         return self._progress.text
 
     @property
@@ -115,7 +113,7 @@ class ClientGoal:
 
         Raises:
             GoalError: the goal did not succeed; the error has its status, text and result.
-            WaitTimeoutError: it has not ended in time. It goes on; see `cancel`.
+            WaitTimeoutError: it has not ended in time. It continues; see `cancel`.
             NodeShutdownError: the node is shutting down.
         """
         if not self.wait(timeout):
@@ -149,15 +147,15 @@ class ClientGoal:
 
     @property
     def has_feedback(self) -> bool:
-        """Whether a feedback message waits for an iteration."""
+        """Whether a feedback message is waiting for an iteration."""
         return bool(self._feedback)
 
     def next_feedback(self) -> Any:
-        """Return the oldest feedback message that waits; raises IndexError if there is none."""
+        """Return the oldest waiting feedback message; raises IndexError if there is none."""
         return self._feedback.popleft()
 
     def cancel(self) -> None:
-        """Ask the server to cancel the goal; it ends when the server says so. Nothing happens if it has ended."""
+        """Request the server to cancel the goal; it ends when the server says so. Do nothing if it has ended."""
         sent = [False]
 
         def ask(progress: Progress) -> None:
@@ -168,7 +166,7 @@ class ClientGoal:
             self._cancel_requested_on = self._client.cancel(self.name)
 
     def forget(self) -> None:
-        """Follow the goal no more: its callbacks are not called, and its waits end as if it were lost."""
+        """Stop following the goal: its callbacks are no longer called, and its waits end as if it were lost."""
         self._on_feedback = self._on_stage = self._on_done = None
         self.take(lambda progress: progress.lose("the client has forgotten the goal"))
 
@@ -176,7 +174,7 @@ class ClientGoal:
         """Call a function, in any thread, after each change and feedback message."""
         self._listeners.append(listener)
 
-    # What comes, in any thread ----------------------------------------------------------------------------------------
+    # Received, in any thread ------------------------------------------------------------------------------------------
 
     def take(self, change: Callable[[Progress], object]) -> None:
         """Change the progress; the callbacks follow."""
@@ -192,12 +190,12 @@ class ClientGoal:
     def take_statuses(
         self, statuses: dict[str, Any], links: frozenset[object], asking: frozenset[object], now: float
     ) -> None:
-        """Take a list of statuses: see `Progress.take_statuses`. A request to cancel that was lost is sent again.
+        """Handle a list of statuses: see `Progress.take_statuses`. A lost cancel request is sent again.
 
         Args:
             statuses, now: as there.
-            links: those for goals and results that there are now.
-            asking: those for requests to cancel.
+            links: the current ones for goals and results.
+            asking: the current ones for cancel requests.
         """
         has_all_links = bool(self.links) and self.links <= links
         self.take(lambda progress: progress.take_statuses(statuses, not has_all_links, now))
@@ -207,7 +205,7 @@ class ClientGoal:
             self._cancel_requested_on = self._client.cancel(self.name)
 
     def take_feedback(self, feedback: Any) -> None:
-        """Take a feedback message."""
+        """Handle a feedback message."""
         with self._client.lock:
             if self._progress.done:
                 return

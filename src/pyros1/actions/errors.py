@@ -9,7 +9,7 @@ from pyros1.ground.errors import Error
 
 
 class ActionError(Error):
-    """Base of the errors of actions; alone: something is not an action, or a goal cannot change as asked."""
+    """Base class of the errors of actions; itself: something is not an action, or a goal cannot change as requested."""
 
 
 class GoalError(ActionError):
@@ -17,7 +17,7 @@ class GoalError(ActionError):
 
     Attributes:
         status: how it ended.
-        text: what the server said.
+        text: the server's text.
         result: the action's result message; None if none came.
     """
 

@@ -1,4 +1,4 @@
-"""Names of goals, and which goals a request to cancel means (pure)."""
+"""Names of goals, and which goals a cancel request matches (pure)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pyros1.ground.timing import Time
 
 
 class GoalNames:
-    """Makes names of goals that differ in the whole system.
+    """Creates names of goals that are unique in the whole system.
 
     Args:
         node: the node's full name.
@@ -25,10 +25,10 @@ class GoalNames:
 
 
 def matches(request: Any, goal: Any) -> bool:
-    """Return whether a request to cancel means a goal.
+    """Return whether a cancel request matches a goal.
 
     Args:
-        request: actionlib_msgs/GoalID: a name, a time (all goals until then), both, or neither (all goals).
+        request: actionlib_msgs/GoalID: a name, a time (all goals up to it), both, or neither (all goals).
         goal: the goal's actionlib_msgs/GoalID.
     """
     if request.id == goal.id:

@@ -1,4 +1,4 @@
-"""The goals of a server (pure): what comes from clients, and what is said about each goal."""
+"""The goals of a server (pure): requests from clients, and the status of each goal."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ class Tracked:
 
     Attributes:
         status: its actionlib_msgs/GoalStatus, as published; ``status.goal_id`` names it.
-        goal: the message of the action's goal topic; None if only a request to cancel it has come.
-        ended: since when no one holds the goal; None while someone does.
+        goal: the message of the action's goal topic; None if only a cancel request for it has come.
+        ended: time from which its status is kept only for a while; None while the goal is active.
     """
 
     def __init__(self, goal_id: Any, status: int = Status.PENDING, goal: Any = None) -> None:
@@ -25,7 +25,7 @@ class Tracked:
         self.ended: Time | None = None
 
     def move(self, move: Move, text: str = "") -> bool:
-        """Change the status, and the text to it; return False, and change nothing, if the move is not possible now."""
+        """Change the status and its text; return False, and change nothing, if the move is not possible now."""
         status = status_after(self.status.status, move)
         if status is None:
             return False
@@ -41,33 +41,34 @@ TOO_OLD = (
     "This goal handle was canceled by the action server because its timestamp is before the timestamp of the last "
     "cancel request"
 )
-"""Stock's text for a goal that is older than a request to cancel all goals until some time."""
+"""Stock's text for a goal that is older than a request to cancel all goals up to some time."""
 
 
 class GoalTable(Generic[_T]):
-    """All goals that a server speaks of. The caller has the locks.
+    """All goals whose status a server publishes. The caller holds the locks.
 
     Attributes:
-        goals: in the order of their coming.
-        kept: how long a goal is spoken of after its end.
-        last_cancel: the latest time until which goals were cancelled.
+        goals: in the order of arrival.
+        kept: how long a goal's status is published after its end.
+        last_cancel: the latest time up to which goals were cancelled.
     """
 
     def __init__(self, kept: Duration) -> None:
         self.goals: list[_T] = []
         self.kept = kept
         self.last_cancel = Time()
-        self._seen = Time()  # the latest time that `forget` was called with
+        self._seen = Time()  # the latest time passed to `forget`
 
     def find(self, name: str) -> _T | None:
-        """Return the goal of a name; None if it is not known."""
+        """Return the goal with a name; None if it is not known."""
         return next((each for each in self.goals if each.status.goal_id.id == name), None)
 
     def repeat(self, name: str, now: Time) -> tuple[_T | None, bool]:
-        """Look whether a goal that comes is known already.
+        """Check whether an arriving goal is already known.
 
         Returns:
-            The known goal, or None; and whether it was cancelled before it came, so that the client now needs a result.
+            The known goal, or None; and whether it was cancelled before it arrived, so that the client now needs a
+            result.
         """
         known = self.find(name) if name else None
         if known is None:
@@ -79,19 +80,19 @@ class GoalTable(Generic[_T]):
         return known, recalled
 
     def is_too_old(self, goal_id: Any) -> bool:
-        """Return whether a new goal was cancelled by its time already."""
+        """Return whether a new goal was already cancelled by its time."""
         return bool(goal_id.stamp) and bool(goal_id.stamp <= self.last_cancel)
 
     def matching(self, request: Any) -> list[_T]:
-        """Return the goals that a request to cancel means, and remember its time."""
+        """Return the goals that a cancel request matches, and remember its time."""
         self.last_cancel = max(self.last_cancel, request.stamp)
         return [each for each in self.goals if matches(request, each.status.goal_id)]
 
     def forget(self, now: Time) -> list[_T]:
         """Remove and return the goals that ended long enough ago.
 
-        Called at each change and regularly. When simulated time has jumped back, as when a bag is played again, those
-        that have ended are spoken of from then on, and requests to cancel of the other time do not count any more.
+        Called at each change and regularly. When simulated time has jumped back, as when a bag is played again, the
+        ended goals' time is counted from then on, and earlier cancel requests no longer apply.
         """
         if now < self._seen:
             self.last_cancel = min(self.last_cancel, now)

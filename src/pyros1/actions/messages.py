@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class ActionTypes(NamedTuple):
-    """The classes of the messages on an action's topics, and of what users put into them."""
+    """The classes of the messages on an action's topics, and of the users' messages within them."""
 
     action_goal: Any
     action_result: Any
@@ -28,7 +28,7 @@ class ActionTypes(NamedTuple):
         """Return the classes that belong to an action.
 
         Args:
-            given: class of the action, as FibonacciAction, or the name of its type, "actionlib_tutorials/Fibonacci",
+            given: class of the action, such as FibonacciAction, or its type's name, "actionlib_tutorials/Fibonacci",
                 with or without "Action" at its end.
 
         Raises:
@@ -51,17 +51,17 @@ class ActionTypes(NamedTuple):
 def subscribe_now(
     node: Node, topic: str, kind: Any, callback: Callable[[Any], None], queue_size: int
 ) -> Subscriber[Any]:
-    """Subscribe for an action: also in a node that spins, callbacks run at once, since the program may wait in one."""
+    """Subscribe for an action: even in a node that spins, callbacks run at once, since the program may wait in one."""
     return node._topics.subscribe(node.resolve(topic), kind, callback, queue_size, direct=True)
 
 
 def links_of_node(links: Iterable[Any], name: str, name_of: Callable[[Any], str | None]) -> frozenset[object]:
-    """Return the links of a node: others may only listen, and come and go. All, if none is: a relay is in between.
+    """Return a node's links, as other nodes may just listen. All links, if none is the node's: a relay is in between.
 
     Args:
         links: of a publisher or subscriber.
         name: the node's full name.
-        name_of: returns that of the node at the other end of a link.
+        name_of: returns the name of the node at the other end of a link.
     """
     found = list(links)
     return frozenset([link for link in found if name_of(link) == name] or found)

@@ -1,4 +1,4 @@
-"""A goal as its client sees it (pure): stages from what the server sends, in whatever order that comes."""
+"""A goal as its client sees it (pure): stages derived from the server's messages, in whatever order they arrive."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from typing import Any
 from pyros1.actions.states import Stage, Status, stages_after
 
 LOST_AFTER = 5.0
-"""Seconds after which a goal is lost whose server does not speak of it, or is not connected."""
+"""Seconds after which a goal is lost if its server does not report it, or is not connected."""
 
 
 class Progress:
-    """Stage, status and result of one goal. The caller has the locks.
+    """Stage, status and result of one goal. The caller holds the locks.
 
     Attributes:
         name: the goal's name, unique in the system.
-        stage: where it is.
-        status: the server's latest status. text: what the server said with it.
+        stage: the current stage.
+        status: the server's latest status. text: the server's text for it.
         result: the action's result message, once it has come.
 
     Args:
         name: the goal's name.
-        on_stage: called at each stage, while ``stage`` has it.
-        on_violation: called with a text about what no server should send.
+        on_stage: called at each stage, while ``stage`` is set to it.
+        on_violation: called with a text about a message that no server should send.
     """
 
     def __init__(
@@ -34,7 +34,7 @@ class Progress:
         self.status = Status.PENDING
         self.text = ""
         self.result: Any = None
-        self._known = False  # the server has spoken of it
+        self._known = False  # whether the server has reported it
         self._silent_since: float | None = None
         self._on_stage = on_stage
         self._on_violation = on_violation
@@ -45,16 +45,15 @@ class Progress:
         return self.stage is Stage.DONE
 
     def take_statuses(self, statuses: dict[str, Any], broken: bool = False, now: float = 0.0) -> None:
-        """Take a list of statuses.
+        """Handle a list of statuses.
 
-        A server that does not know a goal that it knew has been restarted: the goal is lost. So it is if links have
-        broken, perhaps with the goal or its result on their way, and the server is silent of it for `LOST_AFTER`
-        seconds.
+        A server that no longer knows a goal has been restarted: the goal is lost. It is also lost if links have broken,
+        perhaps with the goal or its result in transit, and the server does not report it for `LOST_AFTER` seconds.
 
         Args:
             statuses: actionlib_msgs/GoalStatus by name of the goal.
-            broken: whether a link for goals or results has gone since the goal was sent.
-            now: seconds of a clock that goes evenly.
+            broken: whether a link for goals or results has been lost since the goal was sent.
+            now: seconds of a monotonic clock.
         """
         if self.done:
             return
@@ -71,7 +70,7 @@ class Progress:
                 self.lose("a connection broke, and the action server does not know the goal")
 
     def take_result(self, status: Any, result: Any) -> None:
-        """Take the goal's result, with the actionlib_msgs/GoalStatus that came with it; only the first counts."""
+        """Handle the goal's result, with the actionlib_msgs/GoalStatus that came with it; only the first counts."""
         if self.done:
             return
         self.result = result
@@ -82,7 +81,7 @@ class Progress:
         self._enter(Stage.DONE)
 
     def ask_to_cancel(self) -> bool:
-        """Note that the client has asked to cancel the goal; return whether it may still help."""
+        """Note that the client has requested to cancel the goal; return whether this may still have an effect."""
         if self.stage in (Stage.DONE, Stage.WAITING_FOR_RESULT):
             return False
         if self.stage not in (Stage.RECALLING, Stage.PREEMPTING):
@@ -90,7 +89,7 @@ class Progress:
         return True
 
     def lose(self, text: str) -> None:
-        """End the goal without a word of the server."""
+        """End the goal without a message from the server."""
         if not self.done:
             self.status, self.text = Status.LOST, text
             self._enter(Stage.DONE)

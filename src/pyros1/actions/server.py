@@ -23,16 +23,16 @@ _INCOMING = 1000
 
 
 class Server:
-    """Receives goals, and tells clients how they are. Also a context manager. See `SimpleServer` for the usual case.
+    """Receives goals and reports their state to clients. Also a context manager. See `SimpleServer` for the usual case.
 
-    The callbacks run in separate threads, also in a node that spins. They should return soon: hand goals to threads.
+    The callbacks run in separate threads, even in a node that spins. They should return soon: hand goals to threads.
 
     Args:
         node: the node whose topics and time are used.
         name: name of the action.
-        action: its class, as FibonacciAction, or its type's name, "actionlib_tutorials/Fibonacci".
-        on_goal: called with each new `ServerGoal`; it, or someone later, accepts or rejects it.
-        on_cancel: called with each goal that a client asks to cancel; the goal's ``cancel_requested`` is set already.
+        action: its class, such as FibonacciAction, or its type's name, "actionlib_tutorials/Fibonacci".
+        on_goal: called with each new `ServerGoal`; the goal is accepted or rejected there or later.
+        on_cancel: called with each goal that a client requests to cancel; its ``cancel_requested`` is already set.
         frequency: status messages per second; they are also sent at every change.
         kept: seconds for which the status of a goal is sent after its end.
 
@@ -76,7 +76,7 @@ class Server:
         self._timer = node.timer(1.0 / frequency, lambda _: self.publish_status())
 
     def close(self) -> None:
-        """Stop: clients hear no more of their goals."""
+        """Stop: clients receive no more messages about their goals."""
         with self.lock:
             self._closed = True
         self._timer.shutdown()
@@ -89,7 +89,7 @@ class Server:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    # What goals say ---------------------------------------------------------------------------------------------------
+    # Sent by goals ----------------------------------------------------------------------------------------------------
 
     def publish_status(self) -> None:
         """Send the status of all goals."""
@@ -104,7 +104,7 @@ class Server:
             self._statuses.publish(message)
 
     def publish_result(self, status: Any, result: Any) -> None:
-        """Send the result of a goal that has ended, and the status of all."""
+        """Send the result of a goal that has ended, and the status of all goals."""
         with self.lock:
             if self._closed:
                 return
@@ -116,7 +116,7 @@ class Server:
             self.publish_status()
 
     def publish_feedback(self, status: Any, feedback: Any) -> None:
-        """Send how a goal goes on."""
+        """Send a goal's feedback."""
         with self.lock:
             if self._closed:
                 return
@@ -124,7 +124,7 @@ class Server:
             message.header.stamp = self.node.now()
             self._feedback.publish(message)
 
-    # What clients say -------------------------------------------------------------------------------------------------
+    # Received from clients --------------------------------------------------------------------------------------------
 
     def _on_goal_message(self, message: Any) -> None:
         with self.lock:
@@ -156,7 +156,7 @@ class Server:
                     goal = self._goals.get(tracked.status.goal_id.id)
                     if goal is not None:
                         requested_at.append(goal)
-            if request.id and self._table.find(request.id) is None:  # its goal may still come
+            if request.id and self._table.find(request.id) is None:  # its goal may still arrive
                 early = Tracked(request)
                 early.move(Move.ASK_TO_CANCEL)
                 early.ended = self.node.now()

@@ -1,4 +1,4 @@
-"""A goal as the program of its server holds it."""
+"""A received goal: the handle of its server's program."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Owner(Protocol):
-    """What a goal needs of its server."""
+    """The part of a server that a goal needs."""
 
     name: str
     node: Node
@@ -31,7 +31,7 @@ class Owner(Protocol):
         """Send the result of a goal that has ended."""
 
     def publish_feedback(self, status: Any, feedback: Any) -> None:
-        """Send how a goal goes on."""
+        """Send a goal's feedback."""
 
 
 class ServerGoal:
@@ -39,7 +39,7 @@ class ServerGoal:
 
     Attributes:
         name: the goal's name in the system.
-        goal: what the client wants: the action's goal message, as FibonacciGoal.
+        goal: the request: the action's goal message, such as FibonacciGoal.
     """
 
     def __init__(self, server: Owner, tracked: Tracked) -> None:
@@ -56,7 +56,7 @@ class ServerGoal:
 
     @property
     def cancel_requested(self) -> bool:
-        """Whether the client, or a newer goal, asks to stop: then call `cancel`, or end the goal otherwise, soon."""
+        """Whether the client, or a newer goal, requests to stop: then call `cancel` or end the goal otherwise, soon."""
         return self.status in (Status.RECALLING, Status.PREEMPTING)
 
     @property
@@ -65,7 +65,7 @@ class ServerGoal:
         return self.status.ended
 
     def accept(self, text: str = "") -> None:
-        """Begin; raises ActionError, as all these do, if the goal is not in a state for it."""
+        """Begin; raises ActionError, like the other methods here, if the goal's state does not allow it."""
         self._move(Move.ACCEPT, text)
 
     def reject(self, result: Any = None, text: str = "") -> None:
@@ -76,8 +76,8 @@ class ServerGoal:
         """End the goal: it was reached.
 
         Args:
-            result: the action's result message, as FibonacciResult; None for one with default values.
-            text: for people.
+            result: the action's result message, such as FibonacciResult; None for one with default values.
+            text: a description for users.
         """
         self._end(Move.SUCCEED, result, text)
 
@@ -90,13 +90,13 @@ class ServerGoal:
         self._end(Move.CANCEL, result, text)
 
     def feedback(self, feedback: Any) -> None:
-        """Send the action's feedback message, as FibonacciFeedback."""
+        """Send the action's feedback message, such as FibonacciFeedback."""
         if not isinstance(feedback, self._server.types.feedback):
             raise TypeError(f"feedback is a {self._server.types.feedback.__name__}, not {feedback!r:.80}")
         self._server.publish_feedback(self._tracked.status, feedback)
 
     def ask_to_cancel(self) -> None:
-        """Ask the goal to stop, as a client would."""
+        """Request the goal to stop, like a client."""
         with self._server.lock:
             if not self._tracked.move(Move.ASK_TO_CANCEL):
                 return
@@ -104,7 +104,7 @@ class ServerGoal:
         self.hear_cancel()
 
     def on_cancel(self, listener: Callable[[], object]) -> None:
-        """Call a function, in any thread, when the goal is asked to stop; at once if it was asked already."""
+        """Call a function, in any thread, when the goal is requested to stop; at once if that has already happened."""
         with self._server.lock:
             self._listeners.append(listener)
             already_requested = self.cancel_requested

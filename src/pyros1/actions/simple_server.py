@@ -20,7 +20,7 @@ _POLL_INTERVAL = 0.5
 
 
 class SimpleServer:
-    """Works on one goal at a time: a new goal asks the present one to stop, and takes the place of one that waits.
+    """Works on one goal at a time: a new goal requests the current one to stop, and replaces a waiting one.
 
     ::
 
@@ -39,9 +39,9 @@ class SimpleServer:
         node: the node whose topics and time are used.
         name: name of the action.
         action: its class, or its type's name.
-        execute: called with each `ServerGoal`, in a thread of its own. The result message that it returns is the result
-            of a goal that succeeded; otherwise it ends the goal with ``goal.abort``, ``goal.cancel`` or
-            ``goal.succeed``, and returns None. After an exception, and if the goal has no end, it is aborted.
+        execute: called with each `ServerGoal`, in a separate thread. If it returns a result message, the goal has
+            succeeded with that result; otherwise it ends the goal with ``goal.abort``, ``goal.cancel`` or
+            ``goal.succeed``, and returns None. After an exception, or if the goal was not ended, it is aborted.
         frequency, kept: as for `Server`.
     """
 
@@ -70,10 +70,10 @@ class SimpleServer:
         self._thread.start()
 
     def close(self, timeout: float | None = 5.0) -> None:
-        """Ask the present goal to stop, wait for it, and stop.
+        """Request the current goal to stop, wait for it, and stop.
 
         Args:
-            timeout: most seconds to wait for the present goal.
+            timeout: maximum seconds to wait for the current goal.
         """
         self._closed = True
         current = self._current

@@ -25,7 +25,7 @@ class Status(IntEnum):
 
     @property
     def ended(self) -> bool:
-        """Whether nothing follows."""
+        """Whether no other status follows."""
         return self in _ENDED
 
 
@@ -46,7 +46,7 @@ class Stage(IntEnum):
 
 
 class Move(Enum):
-    """What a server does with a goal, or a client asks of it."""
+    """What a server does with a goal, or a client requests."""
 
     ACCEPT = "accept"
     REJECT = "reject"
@@ -79,8 +79,8 @@ _LETTERS = {
     "X": Stage.PREEMPTING,
     "W": Stage.WAITING_FOR_RESULT,
 }
-# A column for each stage but DONE, a row for each status that a server may publish. Letters are the stages that follow
-# one after the other: the client may have missed messages, but shows its program each stage. "." is nothing new, "!" is
+# A column for each stage except DONE, a row for each status that a server may publish. Letters are the next stages,
+# one after the other: the client may have missed messages, but passes through each stage. "." is no change, "!" is
 # wrong.
 _COLUMNS = (
     Stage.WAITING_FOR_GOAL_ACK,
@@ -110,14 +110,14 @@ _STAGES: dict[tuple[int, int], tuple[Stage, ...] | None] = {
 
 
 def stages_after(stage: int, status: int) -> tuple[Stage, ...] | None:
-    """Return the stages through which a goal goes when the server's status comes.
+    """Return the stages that a goal goes through when the server's status arrives.
 
     Args:
-        stage: the present stage.
-        status: what the server says.
+        stage: the current stage.
+        status: the server's status.
 
     Returns:
-        The stages in their order, often none; None if no server that keeps the rules says this now.
+        The stages in order, often none; None if the protocol does not allow this status now.
     """
     if stage == Stage.DONE:
         return () if status in _ENDED and status != Status.LOST else None

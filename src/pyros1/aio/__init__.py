@@ -1,4 +1,4 @@
-"""The asyncio face: the same verbs as :class:`pyros1.Node`, awaitable.
+"""The asyncio interface: the methods of :class:`pyros1.Node`, awaitable.
 
 ::
 
@@ -13,16 +13,16 @@
 
     asyncio.run(main())
 
-Messages are received by the same rules as in a :class:`pyros1.Node`. For iterations that lose no message the asyncio
+Messages are received by the same rules as in a :class:`pyros1.Node`. For iterations that lose no message, the asyncio
 loop drives the deliveries itself (``driver.py``), and a slow iteration holds the publishers back. Iterations with a
-``queue_size`` get the newest messages, even after other tasks have kept the loop busy; so the node's threads receive
+``queue_size`` get the newest messages even after other tasks have kept the loop busy; the node's threads receive
 these. Messages are decoded when the iteration takes them. Nothing here blocks the asyncio loop: calls to the master
 and to other nodes run in worker threads.
 
-A message that must come in time: ``await asyncio.wait_for(anext(messages), 0.5)``. One that is late is not lost.
+To wait for a message for a limited time: ``await asyncio.wait_for(anext(messages), 0.5)``. A late message is not lost.
 
 SIGINT and SIGTERM end the node: its hooks run, iterations and waits end, and with them the body of ``async with``, so
-that the program exits with code 0. Other tasks must be ended by the program. A second signal ends the program at once.
+that the program exits with code 0. The program must end other tasks itself. A second signal ends the program at once.
 """
 
 from pyros1.aio.messages import Messages

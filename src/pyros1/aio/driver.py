@@ -12,7 +12,7 @@ from pyros1.node.subscribing.drivers import Channel
 
 
 class LoopDriver:
-    """The driver of one node's iterations; all but `wake` and `call` is for the loop's thread.
+    """The driver of one node's iterations; all methods except `wake` and `call` run in the loop's thread.
 
     Args:
         loop: the running loop.
@@ -27,7 +27,7 @@ class LoopDriver:
         self._thread = threading.get_ident()
         self._on_error = on_error
         self._channels: dict[int, Channel] = {}
-        self._read: int | None = None  # the socket for which a channel runs now, until it is armed again
+        self._read: int | None = None  # the socket for which a channel is running, until it is rearmed
 
     def register(self, fd: int, channel: Channel) -> None:
         """Run a channel when a socket can be read: once, then again after each `rearm`."""
@@ -35,14 +35,14 @@ class LoopDriver:
         self._loop.add_reader(fd, self._on_readable, fd)
 
     def rearm(self, fd: int) -> None:
-        """Wait again for a socket for which its channel was run."""
+        """Watch a socket again after its channel was run."""
         if fd == self._read:
-            self._read = None  # the loop still waits for it
+            self._read = None  # the loop is still watching it
         elif fd in self._channels:
             self._loop.add_reader(fd, self._on_readable, fd)
 
     def unregister(self, fd: int) -> None:
-        """Forget a socket; to be called before it is closed."""
+        """Unregister a socket; call this before closing it."""
         self._channels.pop(fd, None)
         with contextlib.suppress(RuntimeError):  # the loop is closed
             self._loop.remove_reader(fd)
@@ -83,12 +83,12 @@ class LoopDriver:
                 channel.run(fd)
             else:
                 channel.driver.wake(channel)  # it has moved
-        except Exception as error:  # noqa: BLE001  a fault of ours; the other subscriptions must go on
+        except Exception as error:  # noqa: BLE001  a bug in pyros1; the other subscriptions must go on
             self._on_error(error)
 
 
 def can_drive(loop: asyncio.AbstractEventLoop) -> bool:
-    """Tell whether a loop can wait for sockets. Windows' usual one cannot."""
+    """Return whether a loop can wait for sockets. The default one on Windows cannot."""
     near, far = socket.socketpair()
     try:
         loop.add_reader(near, lambda: None)

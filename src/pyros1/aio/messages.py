@@ -18,22 +18,21 @@ if TYPE_CHECKING:
 _M = TypeVar("_M")
 
 MAX_PENDING = 100
-"""Messages of a publisher that wait for an iteration without ``queue_size`` before the publisher is held back."""
+"""Number of messages that wait for an iteration without ``queue_size`` before their publisher is held back."""
 
 
 class Messages(Generic[_M]):
     """The messages of one topic, for ``async for``; made by ``Node.subscribe``. Ends when the node shuts down.
 
-    They wait still encoded, in a queue for each publisher; publishers take turns, as in a subscriber with a callback.
+    They wait undecoded, in a queue for each publisher; publishers take turns, like in a subscriber with a callback.
 
-    Has no lock: whoever puts messages and the loop that takes them may be different threads, and a signal handler may
-    come at any moment.
+    Has no lock: messages may be added and taken in different threads, and a signal handler may run at any moment.
 
     Args:
         loop: the asyncio loop that iterates.
-        limit: messages of each publisher that may wait; older ones are dropped. None drops nothing: publishers are held
-            back.
-        urgent: whether nobody may hold back the message that this waits for.
+        limit: maximum number of waiting messages of each publisher; older ones are dropped. None drops nothing:
+            publishers are held back.
+        urgent: whether no other subscriber may hold back the message that this waits for.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop, limit: int | None, urgent: bool = False) -> None:
@@ -44,17 +43,17 @@ class Messages(Generic[_M]):
         self._inboxes: dict[Source, Inbox[Source, Item]] = {}
         self._inbox_set: InboxSet[Source, Item] = InboxSet()
         self._ready = asyncio.Event()
-        self._wake_scheduled = False  # the loop will look
+        self._wake_scheduled = False  # the loop will check
         self._ended = False
         self._abandoned = False
         self._full_inboxes: set[Inbox[Source, Item]] = set()  # those whose publishers are held back
-        self._cleanup_at = 1  # number of inboxes at which those of publishers that went are looked for
+        self._cleanup_at = 1  # number of inboxes from which those of disconnected publishers are removed
         self._subscriber: Subscriber[_M] | None = None
 
     # For the subscription ---------------------------------------------------------------------------------------------
 
     def put(self, source: Source, item: Item) -> None:
-        """Take a message. One thread at a time."""
+        """Accept a message. One thread at a time."""
         inbox = self._inboxes.get(source)
         if inbox is None:
             inbox = self._open(source)
@@ -63,14 +62,14 @@ class Messages(Generic[_M]):
             self._inbox_set.mark_ready(inbox)
         if self._limit is None and inbox.full(MAX_PENDING):
             self._full_inboxes.add(inbox)
-            if not inbox.full(MAX_PENDING // 2):  # the loop was quicker, and may have seen that it was not there
+            if not inbox.full(MAX_PENDING // 2):  # the loop was faster, and may have missed it
                 self._full_inboxes.discard(inbox)
         if not self._wake_scheduled:
             self._wake_scheduled = True
             self._wake()
 
     def _open(self, source: Source) -> Inbox[Source, Item]:
-        """Begin a queue for a publisher; forget those that went."""
+        """Create a queue for a publisher; remove those of disconnected publishers."""
         if len(self._inboxes) >= self._cleanup_at:
             for old, inbox in list(self._inboxes.items()):
                 if not old.connected and not len(inbox):
@@ -93,7 +92,7 @@ class Messages(Generic[_M]):
 
     @property
     def urgent(self) -> bool:
-        """Whether it waits for a message that nobody may hold back."""
+        """Whether it waits for a message that no other subscriber may hold back."""
         return self._urgent and not self._ended and not self._inbox_set.ready
 
     def _wake(self) -> None:
@@ -102,18 +101,18 @@ class Messages(Generic[_M]):
             return
         try:
             self._loop.call_soon_threadsafe(self._ready.set)
-        except RuntimeError:  # the asyncio loop is closed: nobody listens any more
+        except RuntimeError:  # the asyncio loop is closed: there is no receiver any more
             self._ended = True
 
     def attach(self, subscriber: Subscriber[_M]) -> None:
-        """Take the handle of the subscription; messages may have come before. Any thread."""
+        """Set the handle of the subscription; messages may have come before. Any thread."""
         self._subscriber = subscriber
         if self._abandoned:
             subscriber.unregister()
         self._wake()
 
     def abandon(self) -> None:
-        """End the iteration and unsubscribe, now or when the handle comes, without waiting for it."""
+        """End the iteration and unsubscribe, now or when the handle is set, without waiting for it."""
         self._abandoned = True
         self.end()
         if self._subscriber is not None:
@@ -123,16 +122,16 @@ class Messages(Generic[_M]):
 
     @property
     def waiting(self) -> int:
-        """Messages that wait for the iteration."""
+        """Number of messages that wait for the iteration."""
         return len(self._inbox_set)
 
     @property
     def dropped(self) -> int:
-        """Messages lost because the iteration was too slow, see ``queue_size``."""
+        """Number of messages lost because the iteration was too slow, see ``queue_size``."""
         return self._inbox_set.dropped
 
     def end(self) -> None:
-        """End the iteration, after what waits already. Any thread."""
+        """End the iteration after the messages that already wait. Any thread."""
         self._ended = True
         self._wake()
         if self._subscriber is not None:
@@ -149,7 +148,7 @@ class Messages(Generic[_M]):
                     return message
             self._wake_scheduled = False
             self._ready.clear()
-            if self._inbox_set.ready:  # put there by somebody who still believed that the loop looks
+            if self._inbox_set.ready:  # added by a thread that assumed that the loop would check
                 continue
             if self._ended:
                 raise StopAsyncIteration
@@ -175,7 +174,7 @@ class Messages(Generic[_M]):
         """Unsubscribe."""
         self.end()
         if self._subscriber is not None:
-            # A cancellation ends the wait only.
+            # A cancellation only ends the wait.
             await asyncio.shield(self._loop.run_in_executor(None, self._subscriber.unregister))
 
     async def __aenter__(self) -> Messages[_M]:

@@ -34,14 +34,14 @@ _R = TypeVar("_R")
 
 
 GRACE = 0.5
-"""Seconds that the body of ``async with`` has for ending by itself, when a signal has ended the node."""
+"""Seconds that the body of ``async with`` has to end on its own after a signal has ended the node."""
 _INTERRUPTED = 130
 
 
 class _Signals(SignalHandlers):
-    """Handlers in the place of those of asyncio, which cancel the main task and show a KeyboardInterrupt.
+    """Handlers that replace those of asyncio, which cancel the main task and print a KeyboardInterrupt.
 
-    A second signal ends the program from its loop, so that tasks are cancelled in order; a third, wherever it is.
+    A second signal ends the program from its loop, so that tasks are cancelled in order; a third one, anywhere.
     """
 
     loop: asyncio.AbstractEventLoop | None = None
@@ -66,7 +66,7 @@ def _no_callback(message: object) -> None:
 
 
 class _Node(SyncNode):
-    """The node underneath, which is known before it has found its master.
+    """The underlying node, which is available before it has found its master.
 
     Args:
         on_created: called with it when it can be ended.
@@ -103,8 +103,8 @@ class Node:
     Args:
         name: as for :class:`pyros1.Node`.
         handle_signals: end the node on SIGINT and SIGTERM, and then the body of ``async with``, which is cancelled if
-            it does not end by itself soon. Possible in the main thread only.
-        options: all other keyword arguments of :class:`pyros1.Node` but ``callbacks``.
+            it does not end soon on its own. Possible in the main thread only.
+        options: all other keyword arguments of :class:`pyros1.Node` except ``callbacks``.
     """
 
     def __init__(self, name: str, *, handle_signals: bool = True, **options: Any) -> None:
@@ -133,12 +133,12 @@ class Node:
             self._node = await asyncio.to_thread(self._make)
         except BaseException as error:
             if self._starting_node is not None:
-                self._end_soon("the program does not wait for it")  # the thread goes on after a cancellation
+                self._end_soon("the program does not wait for it")  # the thread continues after a cancellation
             if self._signals is not None:
                 self._stop_polling_signals()
                 self._signals.restore()
                 if self._signals.count and isinstance(error, Error):
-                    raise SystemExit(_INTERRUPTED) from None  # Ctrl-C while waiting for the master's answer, or for it
+                    raise SystemExit(_INTERRUPTED) from None  # Ctrl-C while waiting for the master or its answer
             raise
         if can_drive(self._loop):
             self._driver = LoopDriver(self._loop, self._on_error)
@@ -155,14 +155,14 @@ class Node:
             self._cancel_timer.cancel()
         if self._node is not None:
             await asyncio.to_thread(self._node.shutdown)
-        if self._signals is not None and not self._signals.count:  # else a second signal still ends the program
+        if self._signals is not None and not self._signals.count:  # otherwise a second signal still ends the program
             self._signals.restore()
         if kind is None:
             return False
         if issubclass(kind, asyncio.CancelledError) and self._cancelled:
-            uncancel = getattr(self._task, "uncancel", None)  # there since Python 3.11
+            uncancel = getattr(self._task, "uncancel", None)  # exists since Python 3.11
             return uncancel is None or uncancel() == 0
-        return issubclass(kind, NodeShutdownError)  # a wait ended because the node was told to stop
+        return issubclass(kind, NodeShutdownError)  # a wait ended because the node was shut down
 
     def _on_created(self, node: SyncNode) -> None:
         self._starting_node = node
@@ -174,14 +174,14 @@ class Node:
             self._starting_node._context.loop.call_soon(self._starting_node._shutdown.request, reason)
 
     def _on_signal(self, number: int) -> None:
-        """Begin the end; in the signal handler, so no lock may be taken."""
+        """Start the shutdown; in the signal handler, so no lock may be acquired."""
         self._end_soon(f"signal {number}")
         if self._loop is not None:
             with contextlib.suppress(RuntimeError):  # the asyncio loop is closed already
                 self._loop.call_soon_threadsafe(self._set_limit)
 
     def _poll_signals(self) -> None:
-        """Let Python run signal handlers: one that comes just before the loop begins to wait does not end that wait."""
+        """Let Python run signal handlers: a signal just before the loop begins to wait does not end that wait."""
         assert self._loop is not None
         self._signal_timer = self._loop.call_later(POLL_INTERVAL, self._poll_signals)
 
@@ -210,7 +210,7 @@ class Node:
 
     @property
     def sync(self) -> SyncNode:
-        """The node underneath: its log, names and everything that does not wait.
+        """The underlying node: its log, names and everything that does not wait.
 
         Raises:
             NodeShutdownError: before ``async with``.
@@ -225,7 +225,7 @@ class Node:
         return self.sync.name
 
     def ok(self) -> bool:
-        """Tell whether the node runs."""
+        """Return whether the node is running."""
         return self._node is not None and self._node.ok()
 
     def now(self) -> Time:
@@ -245,12 +245,12 @@ class Node:
     async def subscribe(
         self, topic: str, type: type[_M] | str, *, queue_size: int | None = None, tcp_nodelay: bool = True
     ) -> Messages[_M]:
-        """Subscribe to a topic; returns when the master knows it.
+        """Subscribe to a topic; returns when it is registered with the master.
 
         Args:
-            queue_size: messages of each publisher that may wait for the iteration; older ones are dropped, undecoded.
-                None drops nothing: a publisher of which 100 wait is held back, and so are other subscriptions of the
-                topic in this node, but for `wait_for_message`.
+            queue_size: maximum number of messages of each publisher waiting for the iteration; older ones are dropped
+                undecoded. None drops nothing: a publisher with 100 waiting messages is held back, and so are other
+                subscriptions of the topic in this node, except `wait_for_message`.
         """
         return await self._subscribe(topic, type, queue_size, tcp_nodelay)
 
@@ -263,7 +263,7 @@ class Node:
         assert isinstance(node, _Node) and loop is not None
         stream: Messages[_M] = Messages(loop, queue_size, urgent)
         self._streams.add(stream)
-        # Tasks may keep the loop busy: what it does not receive meanwhile is not there to replace older messages.
+        # Tasks may keep the loop busy: messages that it does not receive meanwhile cannot replace older ones.
         driver = None if stream.wants_newest else self._driver
 
         def subscribe() -> None:
@@ -272,7 +272,7 @@ class Node:
         try:
             await asyncio.to_thread(subscribe)
         except asyncio.CancelledError:
-            stream.abandon()  # the thread goes on
+            stream.abandon()  # the thread continues
             raise
         return stream
 
@@ -283,10 +283,10 @@ class Node:
                 yield message
 
     async def wait_for_message(self, topic: str, type: type[_M] | str, timeout: float | None = None) -> _M:
-        """Wait for one message that comes from now on.
+        """Wait for one new message.
 
-        An iteration over the same topic, which may wait for this call, goes on to receive meanwhile, so that more than
-        usual may wait for it.
+        An iteration over the same topic, which may wait for this call, continues to receive meanwhile, so that more
+        messages than usual may wait for it.
 
         Raises:
             WaitTimeoutError: none came within ``timeout`` seconds.
@@ -331,8 +331,8 @@ class Node:
         """Provide a service.
 
         Args:
-            handler: a coroutine function, run on the asyncio loop, or a function, run there too; returns what a handler
-                of :meth:`pyros1.Node.advertise_service` returns.
+            handler: a coroutine function or a function, run on the asyncio loop; returns the same as a handler of
+                :meth:`pyros1.Node.advertise_service`.
         """
         check_callback(handler, "advertise_service(name, type, handler)", "handler", type)
         loop = self._loop

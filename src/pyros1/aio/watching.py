@@ -20,11 +20,11 @@ if TYPE_CHECKING:
 class Sightings:
     """The news of a watched node, for ``async for``; made by ``Node.watch``. Ends when the node shuts down.
 
-    The oldest are dropped if more than 100 wait. Also a context manager that ends the watch.
+    If more than 100 wait, the oldest are dropped. Also a context manager that ends the watch.
 
     Args:
         loop: the asyncio loop that iterates.
-        begin: begins the watch; gets what is to be called with each Sighting, on the thread of the node.
+        begin: begins the watch; gets the function to call with each Sighting, in the node's thread.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop, begin: Callable[[Callable[[Sighting], None]], Watch]) -> None:
@@ -41,26 +41,26 @@ class Sightings:
     def _wake(self) -> None:
         try:
             self._loop.call_soon_threadsafe(self._ready.set)
-        except RuntimeError:  # the asyncio loop is closed: nobody listens any more
+        except RuntimeError:  # the asyncio loop is closed: there is no receiver any more
             self._ended = True
 
     @property
     def state(self) -> State:
-        """What the node is now."""
+        """The node's current state."""
         return self._watch.state
 
     @property
     def alive(self) -> bool:
-        """Whether the node is there."""
+        """Whether the node is running."""
         return self._watch.alive
 
     @property
     def last(self) -> Sighting | None:
-        """The newest sighting, whether it was iterated or not."""
+        """The newest sighting, whether or not the iteration has returned it."""
         return self._watch.last
 
     def close(self) -> None:
-        """End the watch and, after what waits already, the iteration. Any thread."""
+        """End the watch and, after the news that already waits, the iteration. Any thread."""
         self._ended = True
         self._watch.close()
         self._wake()
@@ -73,7 +73,7 @@ class Sightings:
             if self._ended:
                 raise StopAsyncIteration
             self._ready.clear()
-            if not self._waiting and not self._ended:  # as it was before the event was cleared
+            if not self._waiting and not self._ended:  # the state before the event was cleared
                 await self._ready.wait()
         return self._waiting.popleft()
 

@@ -53,7 +53,7 @@ class Bag:
 
     Args:
         path: path of the file, or an open binary file, which stays open when this is closed.
-        unindexed: whether to read bags that were not closed, too, by scanning them first.
+        unindexed: whether to also read bags that were not closed, by scanning them first.
         progress: called with the offset in bytes while the file is scanned.
         chunk_limit: see :class:`pyros1.bag.format.reader.BagReader`.
 
@@ -110,7 +110,7 @@ class Bag:
         return self.reader.count(self._ids(topics))
 
     def summary(self, *, frequencies: bool = False) -> Summary:
-        """Return the facts that ``bag info`` shows."""
+        """Return the facts that ``bag info`` prints."""
         return summarize(self.reader, frequencies=frequencies)
 
     def messages(
@@ -131,7 +131,7 @@ class Bag:
             start: only from this time on.
             end: only until this time.
             raw: whether to yield `AnyMsg` instead of decoded messages.
-            progress: called after each message with the nanoseconds of bag time that are done, and their total.
+            progress: called after each message with the nanoseconds of bag time processed so far, and the total.
 
         Raises:
             BagError: the file is damaged, or a message cannot be decoded.
@@ -142,7 +142,7 @@ class Bag:
         for stored in self.reader.messages(self._ids(topics), first, last):
             message = self._any(stored) if raw else self.decode(stored)
             connection, time = stored.connection, stored.time
-            del stored  # frees its bytes, which may be many, and below the message, while the next one is read
+            del stored  # its bytes, and below the message, may be large and must not stay while the next one is read
             yield BagMessage(connection.topic, message, Time.from_nsec(time), connection)
             del message
             if progress is not None:
@@ -238,7 +238,7 @@ class Bag:
             topic, fields, start, end, progress: as for :meth:`columns`.
 
         Returns:
-            As :meth:`columns`, with arrays of shape (n,) and the fields' types of numbers; strings are objects. A field
+            As :meth:`columns`, with arrays of shape (n,) and the fields' numeric types; strings are objects. A field
             that is an array of numbers has the shape (n, length) if all messages have the same length; else it holds
             objects.
 
@@ -271,8 +271,8 @@ class Bag:
     def message_class(self, connection: Connection) -> type[Message]:
         """Return the class of a connection's messages.
 
-        If its definition is not usable, another connection of the bag, or an installed type, with the same name and md5
-        takes its place.
+        If its definition is not usable, that of another connection of the bag, or of an installed type, with the same
+        name and md5 is used.
 
         Raises:
             DefinitionError: the definition is wrong.
@@ -283,7 +283,7 @@ class Bag:
         return self._classes.get(*kind, connection.definition, others)
 
     def definition(self, connection: Connection) -> str:
-        """Return the full text of a connection's definition: of its `message_class`, or, if it has none, as it is."""
+        """Return the full text of a connection's definition: that of its `message_class`, or else as recorded."""
         try:
             return self.message_class(connection)._full_text
         except MessageError:
@@ -307,7 +307,7 @@ class Bag:
         return self.reader.ids([topics] if isinstance(topics, str) else topics)
 
     def _class_of(self, topic: str) -> type[Message]:
-        """Return the class of a topic's messages; raises BagError if the topic, or its definition, is not there."""
+        """Return the class of a topic's messages; raises BagError if the topic or its definition is missing."""
         ids = self.reader.ids([topic])
         if not ids:
             known = self.topics
@@ -377,8 +377,8 @@ def open(
 
     Args:
         path: path of the file, or an open binary file, which stays open when the bag is closed.
-        mode: ``r`` reads; ``w`` writes a new bag, in place of an old one; ``a`` writes behind what is there.
-        unindexed: when reading, whether to read bags that were not closed, too.
+        mode: ``r`` reads; ``w`` writes a new bag, replacing an old one; ``a`` appends to the file.
+        unindexed: when reading, whether to also read bags that were not closed.
         progress: when reading, called with the offset in bytes while such a bag is scanned.
         chunk_limit: when reading, largest content of a chunk, in bytes, since a small file may claim any size. None
             means the value of the environment variable ``PYROS1_BAG_CHUNK_LIMIT``, in MiB, or else 256 MiB.
@@ -388,7 +388,7 @@ def open(
     Raises:
         BagError: the bag cannot be read; the text says why and what to do.
         OSError: the file cannot be opened.
-        ValueError: there is no such mode or compression.
+        ValueError: the mode or compression is unknown.
     """
     if mode == "r":
         return Bag(path, unindexed=unindexed, progress=progress, chunk_limit=chunk_limit)

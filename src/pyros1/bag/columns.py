@@ -22,7 +22,7 @@ def column(values: Sequence[Any], type_name: str) -> NDArray[Any]:
     Returns:
         Numbers of that type, shape (n,), or (n, length) for arrays of the same length. Otherwise objects, shape (n,).
     """
-    import numpy as np  # noqa: PLC0415 - not cheap, and only columns need it
+    import numpy as np  # noqa: PLC0415 - slow to import, and only columns need it
 
     base, bracket, _ = type_name.partition("[")
     dtype = _DTYPES.get(base, base if base in _NUMBERS else None)

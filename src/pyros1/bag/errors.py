@@ -11,7 +11,7 @@ class BagError(Error):
     Args:
         path: the file.
         reason: what is wrong and what to do.
-        offset: byte offset of the wrong record; None if the error concerns the whole file.
+        offset: byte offset of the faulty record; None if the error concerns the whole file.
     """
 
     def __init__(self, path: str, reason: str, offset: int | None = None) -> None:

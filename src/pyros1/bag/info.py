@@ -15,7 +15,7 @@ from pyros1.bag.format.records import NS
 from pyros1.ground.terminal_text import untrusted
 
 _MAX_STAMPS = 10_000_000
-"""Number of messages, the first ones, from which frequencies are computed: a small file may hold any number."""
+"""Number of messages at the beginning from which frequencies are computed: a small file may hold any number."""
 
 
 @dataclass(frozen=True)
@@ -117,7 +117,7 @@ def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
         types.setdefault(connection.type, connection.md5sum)
         by_topic.setdefault(untrusted(connection.topic), []).append(number)
     old = bag.file.version == 102
-    topics = summarize_topics(bag, by_topic, frequencies=frequencies or old)  # stock shows them for old bags unasked
+    topics = summarize_topics(bag, by_topic, frequencies=frequencies or old)  # stock always prints them for old bags
     version = "1.2" if old else "2.0"
     indexed = bag.file.index_pos > 0 if old else not bag.scanned
     # As in stock, the index's order of chunks counts, even if it is unsorted. Old bags have no chunks.
@@ -172,7 +172,7 @@ def _storage(bag: BagReader) -> dict[str, Storage]:
 
 
 def _frequencies(bag: BagReader, groups: Mapping[str, list[int]]) -> dict[str, float]:
-    from statistics import median  # noqa: PLC0415 - it loads much, and few ask for frequencies
+    from statistics import median  # noqa: PLC0415 - it loads much, and few users request frequencies
 
     times: dict[int, array[float]] = {number: array("d") for ids in groups.values() for number in ids}
     for number, stamp in islice(bag.times(), _MAX_STAMPS):
@@ -180,7 +180,7 @@ def _frequencies(bag: BagReader, groups: Mapping[str, list[int]]) -> dict[str, f
             times[number].append(stamp / NS)
     rates = {}
     for name, ids in groups.items():
-        stamps = heapq.merge(*(times[number] for number in ids))  # as stock: out of order if chunks overlap
+        stamps = heapq.merge(*(times[number] for number in ids))  # as in stock: out of order if chunks overlap
         periods = array("d", (later - earlier for earlier, later in pairwise(stamps)))
         period = median(periods) if periods else 0.0
         if period > 0:

@@ -2,7 +2,7 @@
 
 Within the limits, reading takes this much memory (checked by `tests/bag/test_memory.py` and `test_limits.py`):
 
-- a large message at most three times its size, to read, show, copy, compress or encrypt it;
+- a large message at most three times its size, to read, print, copy, compress or encrypt it;
 - a string with characters of several bytes up to six times: Python then uses that many bytes for all its characters;
 - a list of numbers as much as in Python: eight bytes and a number object for each element;
 - a chunk of many small messages four times the size of its content.

@@ -1,4 +1,4 @@
-"""One operation on a bag at a time, whichever threads and signal handlers ask for them."""
+"""Runs one operation on a bag at a time, for any threads and signal handlers."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import Any
 
 
 class Serialized:
-    """Lets operations on a bag take turns.
+    """Serializes operations on a bag.
 
-    Those of other threads wait. One that a signal handler asks for on top of an operation of its own thread cannot wait
-    for that, and the bag is in the middle of something: it is done as soon as the interrupted one has ended. So a
-    program may close its bag when a signal ends its node.
+    Operations of other threads wait. If a signal handler requests one while its own thread is in the middle of another,
+    it cannot wait for that: it is performed as soon as the interrupted operation has ended. So a program may close its
+    bag when a signal ends its node.
 
     Attributes:
         lock: held by the thread whose turn it is.
@@ -26,7 +26,7 @@ class Serialized:
         self._later: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
 
     def do(self, action: Callable[..., object], *args: Any) -> None:
-        """Call a function, now or when the operation below this one has ended."""
+        """Call a function, now or when the interrupted operation has ended."""
         with self.lock:
             if self.busy:
                 self._later.append((action, args))
@@ -40,7 +40,7 @@ class Serialized:
             self._catch_up()
 
     def _catch_up(self) -> None:
-        """Do what was asked for meanwhile, in order, even if a signal handler comes between any two of these lines."""
+        """Perform the postponed operations in order, even if a signal handler runs between any two of these lines."""
         while self._later:
             try:
                 self.busy = True

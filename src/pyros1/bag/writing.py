@@ -1,4 +1,4 @@
-"""New bags in Python, and more messages for old ones: messages as objects, or encoded."""
+"""Writes bags in Python, new or existing ones: messages as objects, or encoded."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ Header = Mapping[str, str | bytes]
 class BagOutput:
     """A bag open for writing; use it in a ``with`` statement. Any thread or signal handler may write and close.
 
-    Until it is closed the bag has no index: after a crash `pyros1 bag reindex` recovers what was written, all but the
-    last chunk. An exception in the ``with`` block closes the bag as usual: what was written is complete.
+    Until it is closed the bag has no index: after a crash `pyros1 bag reindex` recovers everything written except the
+    last chunk. An exception in the ``with`` block closes the bag as usual: it is complete up to there.
 
     Args:
         target: path of the file, or an open binary file, for reading and writing, which stays open.
-        more: whether to keep what is in the file, and to write behind it; it is created if it is missing.
+        more: whether to keep the content of the file and append to it; it is created if it does not exist.
         compression: ``none``, ``bz2`` or ``lz4``.
         chunk_threshold: bytes, uncompressed, beyond which a chunk is closed.
 
@@ -74,13 +74,13 @@ class BagOutput:
             message: the message; an `AnyMsg` as it was received.
             stamp: time at which it was received, as a Time or seconds since 1970; None: now.
             header: the publisher's connection header. None: that of the received `AnyMsg`; otherwise topic and type.
-                Messages of the same topic, type and header are of one connection.
+                Messages of the same topic, type and header share one connection.
 
         Raises:
             SerializationError: a value does not fit its field. Nothing is written then.
             BagError: the stamp cannot be stored, or the header has no type.
             ValueError: the bag is closed.
-            OSError: the disk is full, ... What was written before is kept.
+            OSError: the disk is full, ... Earlier messages are kept.
         """
         cls: Any = type(message)
         if header is None and isinstance(message, AnyMsg):
@@ -117,7 +117,7 @@ class BagOutput:
         self.writer.write(conn, nanoseconds, data)
 
     def _fields(self, source: Any) -> dict[str, bytes]:
-        """Return a connection header as bytes, from one as text, or from a class of messages."""
+        """Return a connection header as bytes, given one as text, or a message class."""
         if isinstance(source, type):
             cls: Any = source
             source = {"type": cls._type, "md5sum": cls._md5sum, "message_definition": cls._full_text}
@@ -131,7 +131,7 @@ class BagOutput:
         return fields
 
     def flush(self) -> None:
-        """Hand all that was written to the system: it survives a crash of this process."""
+        """Hand all written data to the system: it survives a crash of this process."""
         self._serialized.do(self.writer.flush)
 
     def close(self) -> None:

@@ -25,10 +25,10 @@ class CleanStream:
     """A text stream that cleans text and writes it to another stream.
 
     Args:
-        stream: the other stream.
+        stream: the stream to write to.
 
     Attributes:
-        under: the other stream.
+        under: the same stream.
     """
 
     def __init__(self, stream: TextIO) -> None:
@@ -36,7 +36,7 @@ class CleanStream:
         self._passes_controls = stream.isatty()
 
     def write(self, text: str) -> int:
-        """Write a text, cleaned."""
+        """Clean a text and write it."""
         if not text.isprintable():
             if self._passes_controls and ("\x1b" in text or "\r" in text):
                 parts = enumerate(re.split(_OWN, text))
@@ -52,7 +52,7 @@ class CleanStream:
 
     @property
     def exact(self) -> TextIO:
-        """Return the stream for data: the other stream, unless it is a terminal."""
+        """Return the stream for data: `under`, unless it is a terminal."""
         return self.under if not self._passes_controls else self  # type: ignore[return-value]
 
     def __iter__(self) -> Iterator[str]:
@@ -64,7 +64,7 @@ class CleanStream:
 
 @contextmanager
 def clean_output() -> Iterator[None]:
-    """Replace stdout and stderr by such streams in a ``with`` statement."""
+    """Replace stdout and stderr with clean streams in a ``with`` statement."""
     out, err = sys.stdout, sys.stderr
     streams: tuple[Any, Any] = (CleanStream(out), CleanStream(err))
     sys.stdout, sys.stderr = streams

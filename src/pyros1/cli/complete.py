@@ -16,9 +16,9 @@ _SAFE = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ012345678
 
 
 _FILES = ("bag", "dir", "file", "output")
-"""Words in the names of options, or of their values, that are files."""
+"""Words in the name of an option, or of its value, if the value is a file."""
 _KINDS = ("example",)
-"""Names of options whose values are kinds of their own."""
+"""Names of options that are also names of kinds."""
 
 
 def candidates(line: Line) -> list[str]:
@@ -41,7 +41,7 @@ def candidates(line: Line) -> list[str]:
         kind = "file" if any(word in about for word in _FILES) else ""
     if not kind:
         return []
-    from pyros1.cli import complete_values  # noqa: PLC0415 - verbs need no values
+    from pyros1.cli import complete_values  # noqa: PLC0415 - not needed for verbs
 
     makers: dict[str, Callable[[Line], list[str]]] = complete_values.KINDS
     return [each for part in kind.split("|") for each in makers[part](line)]

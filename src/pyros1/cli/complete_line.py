@@ -63,6 +63,6 @@ class Line:
     def _options_with_values(self) -> dict[str, Option]:
         """Return the options that take a value, by each of their names."""
         if not any(word.startswith("-") for word in self._typed):
-            return {}  # nothing is loaded in vain
+            return {}  # load nothing unnecessarily
         verb = registry.load_verb(self.command, self.verb) if self.verb else registry.load_command(self.command).verb
         return {name: each for each in (verb.options if verb else ()) if each.takes_value for name in each.names}

@@ -18,7 +18,7 @@ _LISTEN_SECONDS = 0.25
 
 @contextmanager
 def _master() -> Iterator[MasterClient]:
-    """Return the master if it answers soon. Name lookups have no timeout, so the process ends after a while."""
+    """Yield the master. Host name lookups have no timeout, so a timer ends the process."""
     from pyros1.cli.complete_line import TIMEOUT  # noqa: PLC0415
     from pyros1.net.hosts import master_uri  # noqa: PLC0415
     from pyros1.net.master_client import MasterClient  # noqa: PLC0415
@@ -81,7 +81,7 @@ def _topic_type(line: Line) -> list[str]:
 
     try:
         with _master() as master:
-            known = {topic: kind for topic, kind in master.get_topic_types()}  # noqa: C416 - of lists
+            known = {topic: kind for topic, kind in master.get_topic_types()}  # noqa: C416 - pairs are lists
     except Error:
         known = {}
     name = line.given_arguments[0]
@@ -90,13 +90,13 @@ def _topic_type(line: Line) -> list[str]:
 
 
 def _frames(_: Line) -> list[str]:
-    """Return frames that are received at once: all static ones, and those that are sent often."""
+    """Return frames that are received immediately: all static ones, and those that are sent often."""
     from time import sleep  # noqa: PLC0415
 
     with _master() as master:
         if not {topic for topic, _ in master.get_system_state()[0]} & {"/tf", "/tf_static"}:
             return []
-        from pyros1.node import Node  # noqa: PLC0415 - no frames need no node
+        from pyros1.node import Node  # noqa: PLC0415 - not needed without frames
         from pyros1.tf.buffer import Buffer  # noqa: PLC0415
         from pyros1.tf.listener import TransformListener  # noqa: PLC0415
 
@@ -265,7 +265,7 @@ def _panels(line: Line) -> list[str]:
 
 
 def _panel_arguments(line: Line) -> list[str]:
-    """Return what a panel of the page can show."""
+    """Return the possible contents of a panel of the page."""
     from pyros1.cli.shared.windows import PROGRAMS  # noqa: PLC0415
 
     panel = line.given_arguments[0]

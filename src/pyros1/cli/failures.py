@@ -46,7 +46,7 @@ def report(text: str, code: int) -> int:
 
 
 def no_master(error: MasterUnreachableError, code: int) -> int:
-    """Print that the master does not answer, in stock's words, with where, why and what to do. Return the exit code."""
+    """Print that the master does not answer, like stock, with address, reason and a hint. Return the exit code."""
     return report(f"Unable to communicate with master!\n{error}", code)
 
 
@@ -59,21 +59,21 @@ def flush() -> None:
 
 
 def quiet_pipe() -> int:
-    """Let the interpreter end silently after the reader of our output has gone."""
+    """Let the interpreter exit silently after the reader of our output has closed the pipe."""
     output.abandon()
     return 0
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return a hint at what a misspelt word may mean, to append to a message; empty if nothing is similar."""
-    from pyros1.ground.suggest import did_you_mean as hint  # noqa: PLC0415 - only what fails needs it
+    """Return a suggestion for a misspelt word, to append to a message; empty if nothing is similar."""
+    from pyros1.ground.suggest import did_you_mean as hint  # noqa: PLC0415 - only needed after a failure
 
     return hint(word, known)
 
 
 def other_commands_hint(verb: str) -> str:
-    """Return a hint at other commands that have this verb, for example a tool of topic_tools typed after ``topic``."""
-    from pyros1.cli import registry  # noqa: PLC0415 - only what fails needs it
+    """Return a hint about other commands with this verb, for example a tool of topic_tools typed after ``topic``."""
+    from pyros1.cli import registry  # noqa: PLC0415 - only needed after a failure
     from pyros1.ground.suggest import SYNONYMS  # noqa: PLC0415
 
     commands_with_verb = [f"'pyros1 {name} {verb}'" for name in registry.commands() if verb in registry.verbs(name)]

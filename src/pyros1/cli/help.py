@@ -32,9 +32,9 @@ class Parser(OptionParser):
             self.add_option(*option.names, help=text, **option.settings)
 
     def error(self, msg: str) -> NoReturn:
-        """Print the usage and an error, for an unknown option with the one that was probably meant, and exit with 2."""
+        """Print the usage and an error (for an unknown option, with the one probably meant), and exit with 2."""
         if msg.startswith(_UNKNOWN) and not self._as_stock:
-            from pyros1.ground.suggest import did_you_mean  # noqa: PLC0415 - only what fails needs it
+            from pyros1.ground.suggest import did_you_mean  # noqa: PLC0415 - only needed after a failure
 
             visible = [option for option in self.option_list if option.help != SUPPRESS_HELP]
             known = [name for option in visible for name in option._long_opts]
@@ -47,7 +47,7 @@ class Parser(OptionParser):
 
 
 class _Formatter(IndentedHelpFormatter):
-    """Formats help without room for hidden options, which optparse's formatter leaves."""
+    """Formats help without the room that optparse's formatter leaves for hidden options."""
 
     def store_option_strings(self, parser: OptionParser) -> None:
         """Measure the visible options."""

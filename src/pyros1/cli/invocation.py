@@ -22,7 +22,7 @@ MASTER_TIMEOUT = 5.0
 
 
 def called_as(name: str) -> bool:
-    """Return whether this program was called by a stock tool's name, for example ``rostopic``."""
+    """Return whether this program was called under a stock tool's name, for example ``rostopic``."""
     return bool(sys.argv) and os.path.basename(sys.argv[0]) == name != ""
 
 
@@ -39,7 +39,7 @@ class Invocation:
     Attributes:
         tool: base name of the command's node: the stock tool's name.
         program: how the user called the command: ``rostopic`` under that name, else ``pyros1 topic``.
-        as_stock: whether it was called by the stock tool's name.
+        as_stock: whether it was called under the stock tool's name.
         verb: the first argument, if the command has verbs.
         args: the arguments without the verb and remappings.
         special: remappings whose names begin with ``__``.
@@ -104,7 +104,7 @@ class Invocation:
 
     @property
     def graph(self) -> Graph:
-        """Questions about this system."""
+        """Queries about this system."""
         from pyros1.graph import Graph  # noqa: PLC0415
 
         return Graph(self.master)
@@ -135,5 +135,5 @@ class Invocation:
         return node
 
     def pause(self, seconds: float) -> bool:
-        """Wait in wall time. Return False, at once, when the command's node ends."""
+        """Wait in wall time. Return False immediately if the command's node ends."""
         return not self._wait(seconds)

@@ -38,7 +38,7 @@ def main(argv: list[str]) -> int:
 
 
 def _open_page(node: Node) -> subprocess.Popen[bytes]:
-    """Show the panel: on the page that is served already, or from a server that ends with this node."""
+    """Open the panel on a page that is already served, or from a server that ends with this node."""
     words = ["web", "joints", f"__master:={node.master.uri}"]
     page = subprocess.Popen([sys.executable, "-m", "pyros1", *words], stdin=subprocess.DEVNULL)
 

@@ -19,7 +19,7 @@ _OPTIONS_WITH_VALUES = frozenset({"pub", "call", "set", "publish"})
 
 
 _MAX_VERBS = 12
-"""Verbs that the list of commands shows."""
+"""Maximum number of verbs per command in the list of commands."""
 
 
 def usage() -> str:
@@ -44,11 +44,11 @@ def _about(name: str, entry: registry.CommandEntry) -> str:
 def entry(argv: list[str] | None = None, *, alone: bool | None = None) -> int:
     """Run a command.
 
-    Ctrl-C ends commands that run until Ctrl-C with 0. It ends other commands like the signal itself, so that a loop of
-    the shell around them ends, too.
+    Ctrl-C ends commands that run until Ctrl-C with 0. It ends other commands like the signal itself, so that a shell
+    loop around them ends as well.
 
     Args:
-        argv: the command line with the program's name; None takes ``sys.argv``. Under a stock tool's name, such as
+        argv: the command line with the program's name; None means ``sys.argv``. Under a stock tool's name, such as
             ``rostopic``, the program is that tool.
         alone: whether this process only runs the command; None: it does if there is no ``argv``.
 
@@ -58,20 +58,20 @@ def entry(argv: list[str] | None = None, *, alone: bool | None = None) -> int:
     if alone is None:
         alone = argv is None
     if alone:
-        interrupts.exit_quietly_on_sigint()  # a traceback of imports helps nobody
+        interrupts.exit_quietly_on_sigint()  # a traceback of imports is useless
         output.prepare()
     try:
         try:
             with clean_output():
                 return _entry(list(sys.argv if argv is None else argv))
         finally:
-            sys.stdout.flush()  # here, since errors of Python's own flush at the end cannot be caught
+            sys.stdout.flush()  # here, since errors of Python's own flush at exit cannot be caught
     except KeyboardInterrupt:
         if alone:
             interrupts.die_by_signal()
         return interrupts.EXIT_INTERRUPTED
     except BrokenPipeError:
-        output.abandon()  # the reader has gone
+        output.abandon()  # the reader has closed the pipe
         return 0
     except OSError as error:
         if error.filename != output.NAME:
@@ -105,11 +105,11 @@ def _entry(words: list[str]) -> int:
 
         return complete(words[2:])
     name = registry.command_name(word)
-    if name is None and word in (stock := registry.stock_names()):  # as rviz, which is `web rviz`
+    if name is None and word in (stock := registry.stock_names()):  # like rviz, which is `web rviz`
         name, *more = stock[word]
         words[2:2] = more
     if name is None:
-        from pyros1.cli.failures import did_you_mean, other_commands_hint  # noqa: PLC0415 - only what fails needs it
+        from pyros1.cli.failures import did_you_mean, other_commands_hint  # noqa: PLC0415 - only needed after a failure
 
         hint = other_commands_hint(word) or did_you_mean(word, [*registry.commands(), *registry.stock_names()])
         print(f"pyros1: unknown command {word!r}{hint}; see: pyros1 help", file=sys.stderr)
@@ -128,7 +128,7 @@ def _run(command: str, arguments: list[str]) -> int:
             _print_suggestion(command, arguments)
         return code
     except SystemExit as end:
-        if end.code:  # a wrong command line
+        if end.code:  # the command line is invalid
             _print_suggestion(command, arguments)
         raise
     except Error as error:
@@ -149,10 +149,10 @@ def _run(command: str, arguments: list[str]) -> int:
 
 
 def _print_suggestion(command: str, arguments: list[str]) -> None:
-    """After a failure, print hints at words that look like misspelt options and remappings, except messages' values."""
+    """After a failure, print hints about words that look like misspelt options or remappings, but not about values."""
     if command in _PRINT_OWN_HINTS:
         return
-    from pyros1.ground.suggest import argument_hint, similar_option  # noqa: PLC0415 - only what fails needs it
+    from pyros1.ground.suggest import argument_hint, similar_option  # noqa: PLC0415 - only needed after a failure
 
     values = any(verb in arguments for verb in _OPTIONS_WITH_VALUES)
     for word in arguments:

@@ -33,12 +33,12 @@ def prepare() -> None:
 
 
 def _warning(message: Warning | str, category: object, filename: str, lineno: int, line: str | None = None) -> str:
-    """Return what is said about a message that had to be repaired, without the place in pyros1's text."""
+    """Return the text of a warning, without its location in pyros1's source."""
     return f"WARNING: {message}\n"
 
 
 def _fill_descriptors() -> None:
-    """Open streams that the caller has closed: otherwise the next socket would be standard output of a child."""
+    """Open streams that the caller has closed: otherwise a child's standard output would be the next socket."""
     while (descriptor := os.open(os.devnull, os.O_RDWR)) <= 2:
         os.set_inheritable(descriptor, True)
     os.close(descriptor)
@@ -48,7 +48,7 @@ def _fill_descriptors() -> None:
 
 
 def _replace(error: UnicodeError) -> tuple[str | bytes, int]:
-    """Encode a character that the encoding lacks: undecodable bytes of file names unchanged, others similar."""
+    """Encode a character that the encoding lacks: undecodable bytes of file names unchanged, others similarly."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     character = error.object[error.start]
@@ -61,7 +61,7 @@ def _replace(error: UnicodeError) -> tuple[str | bytes, int]:
 
 
 class _Descriptor(io.FileIO):
-    """A file whose errors have its name: those of print have none."""
+    """A file whose errors have its name, unlike errors of print."""
 
     def write(self, data: Any) -> int:
         try:
@@ -72,7 +72,7 @@ class _Descriptor(io.FileIO):
 
 
 def _named(stream: TextIO) -> TextIO:
-    """Return the same stream, whose errors have `NAME` as file name."""
+    """Return an equivalent stream whose errors have `NAME` as file name."""
     if not isinstance(stream, io.TextIOWrapper):
         return stream
     raw = _Descriptor(stream.fileno(), "w", closefd=False)

@@ -1,8 +1,8 @@
 """The commands of the scripts in pyros1's ROS packages. All scripts have the same text and look themselves up here.
 
-They are files so that every ``rosrun`` and every launcher finds them, and no links, since wheels have none. To add one:
-copy any of them to ``packages/PACKAGE/scripts/``, and say here which command it is. Those of minimal_nodes are another
-matter: examples for users.
+They are files so that every ``rosrun`` and every launcher finds them, but not links, which wheels cannot contain. To
+add one, copy any of them to ``packages/PACKAGE/scripts/`` and add its command here. The scripts of minimal_nodes are
+different: they are examples for users.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pyros1.ground.errors import Error
 
 
 def _test_node() -> int:
-    from pyros1.test_nodes.program import main  # noqa: PLC0415 - each script is one of many
+    from pyros1.test_nodes.program import main  # noqa: PLC0415 - each process runs only one script
 
     return main(sys.argv)
 
@@ -151,7 +151,7 @@ def run(file: str) -> None:
     """Run the command of a script with this process's arguments, and end the process.
 
     Args:
-        file: the script; a link to it will do.
+        file: the script, or a link to it.
     """
     *folders, name = os.path.realpath(file).split(os.sep)
     package = next(folder for folder in reversed(folders) if folder in SCRIPTS)
@@ -159,9 +159,9 @@ def run(file: str) -> None:
     if callable(script):
         try:
             code = script()
-        except Error as error:  # the master's address is wrong, ...
+        except Error as error:  # for example, the master's address is invalid
             sys.exit(f"ERROR: {name}: {error}")
         sys.exit(code)
-    from pyros1.cli.main import entry  # noqa: PLC0415 - the others need none of it
+    from pyros1.cli.main import entry  # noqa: PLC0415 - not needed by the scripts above
 
     sys.exit(entry(["pyros1", *script.split(), *sys.argv[1:]], alone=True))

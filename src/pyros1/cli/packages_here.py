@@ -1,4 +1,4 @@
-"""Packages around the current folder: they are found without any setting.
+"""Packages around the current folder, which are found without any setting.
 
 These are the packages in the current folder; inside a package, it and those next to it; inside a workspace, those in
 its ``src``. They are appended to ``ROS_PACKAGE_PATH``, so that the user's setting has priority and started nodes find
@@ -32,7 +32,7 @@ def add_packages_here(environ: MutableMapping[str, str]) -> None:
         return
     from pyros1.finding.packages import OWN_PACKAGES  # noqa: PLC0415 - most commands need no packages
 
-    known_or_last = (*known, OWN_PACKAGES)  # the shipped ones come last, also for someone who stands in them
+    known_or_last = (*known, OWN_PACKAGES)  # the shipped ones stay last, even if the current folder is in them
     found = [folder for folder in around if not any(_is_in(folder, root) for root in known_or_last)]
     if found and os.pathsep not in "".join(found):
         environ["ROS_PACKAGE_PATH"] = os.pathsep.join([*known, *found])
@@ -77,7 +77,7 @@ def _is_package(folder: str) -> bool:
 def _may_trust(folder: str, parent: str) -> bool:
     """Return whether to use a folder: in places where anybody can create folders, such as /tmp, only the user's own."""
     if not hasattr(os, "getuid"):
-        return True  # there are no such places
+        return True  # this system has no such places
     return not os.stat(parent).st_mode & 0o002 or os.stat(folder).st_uid == os.getuid()
 
 

@@ -24,17 +24,17 @@ def parse_words(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
 
 
 def parse_all_words(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Do the same, with words that look like remappings as arguments, for commands without verbs."""
+    """Parse like `parse_words`, with words that look like remappings as arguments, for commands without verbs."""
     return parse_these(invocation, verb, invocation.argv)
 
 
 def parse_without_specials(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Do that, except for words that begin with ``__``."""
+    """Parse like `parse_all_words`, but drop words that begin with ``__``."""
     return parse_these(invocation, verb, [word for word in invocation.argv if not word.startswith("__")])
 
 
 def parse_with_negative_numbers(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Do the same, with negative numbers as arguments instead of options."""
+    """Parse like `parse_words`, with negative numbers as arguments instead of options."""
     return parse_guarded(invocation, verb, [guard(word) for word in invocation.args])
 
 
@@ -65,8 +65,8 @@ def defaults(verb: Verb) -> Any:
 
 
 def parse_these(invocation: Invocation, verb: Verb, words: list[str]) -> tuple[Any, list[str]]:
-    """Do as `parse_words` with other words than the invocation's."""
-    if not any(word.startswith("-") for word in words):  # nothing to parse, and quick commands need no parser
+    """Parse like `parse_words`, with other words than the invocation's."""
+    if not any(word.startswith("-") for word in words):  # nothing to parse: quick commands need no parser
         return defaults(verb), words
     from pyros1.cli.help import Parser  # noqa: PLC0415
 

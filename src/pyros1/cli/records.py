@@ -30,7 +30,7 @@ class Option:
         help: what it does.
         own: stock's tool does not have it, so help under that tool's name does not show it.
         hidden: help never shows it.
-        settings: as `optparse.OptionParser.add_option` takes them: dest, action, type, default, metavar ...
+        settings: arguments of `optparse.OptionParser.add_option`: dest, action, type, default, metavar ...
     """
 
     __slots__ = ("help", "hidden", "names", "own", "settings")
@@ -72,7 +72,7 @@ class Argument:
     """An argument of a verb.
 
     Args:
-        name: as usage shows it, for example ``topic``.
+        name: the name in usage texts, for example ``topic``.
         completes: what shells offer for it: kinds of `pyros1.cli.complete_values`, separated by ``|``.
         many: whether it may be repeated.
         optional: whether it may be left out.
@@ -103,7 +103,7 @@ class Verb:
         about: description in one line, for the list of verbs.
         parts: its options and its arguments, in order.
         run: runs the verb.
-        usage: what usage shows after the name; None makes it from the parts.
+        usage: the usage text after the name; None derives it from the parts.
         description: lines of help between usage and options.
         examples: pairs of words to type after the name, or a whole line if it begins with ``pyros1``, and what they
             do.
@@ -155,7 +155,7 @@ class Verb:
 
         Args:
             program: how the command was called.
-            as_stock: whether it was called by the stock tool's name.
+            as_stock: whether it was called under the stock tool's name.
         """
         if not self.examples or (as_stock and not self.stock_examples):
             return ""
@@ -169,7 +169,7 @@ def examples_block(called: str, examples: Sequence[tuple[str, str]]) -> str:
     """Return examples as text for the end of help; see `Verb`.
 
     Args:
-        called: what to type before each, unless it is a whole line.
+        called: the words to type before each, unless it is a whole line.
         examples: at least one.
     """
     rows = [(line if line.startswith("pyros1 ") else f"{called} {line}".rstrip(), about) for line, about in examples]
@@ -201,7 +201,7 @@ class Command:
             verb are in the verb's record.
         aliases: other names of the command.
         heading: the first lines of the list of its verbs, with ``{program}`` for how it was called.
-        order: verbs that come first in that list, in this order; the others follow by name.
+        order: verbs that come first in that list, in this order; the remaining ones follow by name.
         row: a line of that list, with ``{program}``, ``{name}``, ``{about}`` and ``{usage}``.
         footing: the last lines of that list.
         usage_code: exit code without a known verb.

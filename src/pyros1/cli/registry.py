@@ -2,7 +2,7 @@
 
 Names and descriptions of all commands come from a table (`index`), so that only the command that runs is imported.
 ``python -m pyros1.cli.make_index`` makes the table from the records, and a test checks that it is current. Commands in
-the folders that are missing in the table are imported and found, too.
+the folders that are missing from the table are imported and found as well.
 """
 
 from __future__ import annotations
@@ -130,7 +130,7 @@ def completes(name: str, verb: str, position: int) -> str:
 def command_name(word: str) -> str | None:
     """Return the command that a word means, by name or stock name: ``topic`` or ``rostopic``. None if unknown."""
     short = word.removeprefix("ros")
-    if word in INDEX or (short in INDEX and INDEX[short][3] == word):  # the common case, and quick
+    if word in INDEX or (short in INDEX and INDEX[short][3] == word):  # the common case, which is fast
         return word if word in INDEX else short
     for name, entry in commands().items():  # rosconsole is not the command `console`
         if word == entry.stock or word in entry.aliases:

@@ -73,7 +73,7 @@ def run_verb(verb: Verb, invocation: Invocation) -> int:
         sys.stdout.flush()
         return code or 0
     except UsageError as error:
-        from pyros1.cli.help import Parser  # noqa: PLC0415 - only what fails needs it
+        from pyros1.cli.help import Parser  # noqa: PLC0415 - only needed after a failure
 
         Parser(verb, invocation).error(str(error))
     finally:
@@ -86,7 +86,7 @@ def verb_list(command: Command, program: str, *, as_stock: bool) -> str:
     Args:
         command: the command.
         program: how it was called.
-        as_stock: whether it was called by the stock tool's name; then only stock's verbs are listed.
+        as_stock: whether it was called under the stock tool's name; then only stock's verbs are listed.
     """
     lines = [command.heading.format(program=program)]
     known = registry.verbs(command.name)

@@ -1,4 +1,4 @@
-"""The state of one part of a node or its hardware, which a task fills."""
+"""The state of one part of a node or its hardware, filled by a task."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ OK, WARN, ERROR, STALE = 0, 1, 2, 3
 
 
 class Status(DiagnosticStatus):
-    """A diagnostic_msgs/DiagnosticStatus with what tasks need to fill it."""
+    """A diagnostic_msgs/DiagnosticStatus with methods for tasks to fill it."""
 
     def summary(self, level: int, message: str) -> None:
         """Set level (OK, WARN, ERROR or STALE) and message."""
         self.level, self.message = level, message
 
     def merge(self, level: int, message: str) -> None:
-        """Add a level and message to those that are set: the worse level counts, and the messages of problems remain.
+        """Merge a level and message with the current ones: the worse level counts, and the messages of problems remain.
 
         If both are problems, or both are OK, the messages are joined.
         """
@@ -31,5 +31,5 @@ class Status(DiagnosticStatus):
         self.level = max(self.level, level)
 
     def add(self, key: str, value: Any) -> None:
-        """Add a value under a name; it is shown as ``str`` does."""
+        """Add a value under a name; it is converted with ``str``."""
         self.values.append(KeyValue(key, str(value)))

@@ -1,4 +1,4 @@
-"""Tasks that most nodes need: how often something happens, whether its time stamps are right, and tasks in one.
+"""Common tasks: how often something happens, whether its time stamps are right, and several tasks in one.
 
 A task is a function that fills a `Status`.
 """
@@ -16,18 +16,18 @@ Task = Callable[[Status], object]
 
 
 def alive(status: Status) -> None:
-    """Say that the node is alive: a task."""
+    """Report that the node is alive: a task."""
     status.summary(OK, "Alive")
 
 
 class Frequency:
-    """Counts events, and tells whether they come as often as they should; times are those of ``now``.
+    """Counts events, and reports whether they come as often as they should; times are those of ``now``.
 
     Args:
         now: returns the time: ``node.now``.
         minimum, maximum: in Hz; ``maximum`` None: no limit.
-        tolerance: share by which the frequency may be outside of them: 0.1 is 10 %.
-        window: number of runs of the task over which is counted.
+        tolerance: fraction by which the frequency may be outside these limits: 0.1 is 10 %.
+        window: number of runs of the task over which events are counted.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class Frequency:
         self.clear()
 
     def clear(self) -> None:
-        """Begin to count anew."""
+        """Restart the count."""
         with self._lock:
             self._count = 0
             self._runs = deque([(self._now(), 0)] * self._window, self._window)
@@ -86,11 +86,11 @@ class Frequency:
 
 
 class TimeStamps:
-    """Tells whether the time stamps of messages are near the time at which they come.
+    """Reports whether the time stamps of messages are near the time of their arrival.
 
     Args:
         now: returns the time: ``node.now``.
-        earliest, latest: seconds that a stamp may be in the past; a negative number is in the future.
+        earliest, latest: seconds that a stamp may be in the past; negative numbers are in the future.
     """
 
     def __init__(self, now: Callable[[], Time], earliest: float = -1.0, latest: float = 5.0) -> None:
@@ -98,11 +98,11 @@ class TimeStamps:
         self._now = now
         self._lock = threading.RLock()
         self._past = self._future = self._zeros = 0
-        self._delays: list[float] = []  # the smallest and the largest since the last run
+        self._delays: list[float] = []  # minimum and maximum since the last run
         self._zero_seen = False
 
     def tick(self, stamp: Time | float) -> None:
-        """Take the time stamp of a message, as a Time or in seconds."""
+        """Record the time stamp of a message, as a Time or in seconds."""
         seconds = float(stamp if isinstance(stamp, (int, float)) else stamp.to_sec())
         with self._lock:
             if seconds == 0:
@@ -142,7 +142,7 @@ class TimeStamps:
 
 
 class Combined:
-    """Several tasks in one status: their values one after the other, and what `Status.merge` makes of their summaries.
+    """Several tasks in one status: their values one after the other, and their summaries combined by `Status.merge`.
 
     Args:
         tasks: the tasks.

@@ -1,4 +1,4 @@
-"""Updater, which runs a node's tasks and publishes what they say on /diagnostics."""
+"""Updater, which runs a node's tasks and publishes their results on /diagnostics."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ if TYPE_CHECKING:
     from pyros1.node import Node
 
 UNSET = (ERROR, "No message was set")
-"""Level and message of a task that sets none."""
+"""Level and message of a task that does not set them."""
 
 
 class Updater:
-    """Runs tasks once in a while, and publishes their results, until the node ends.
+    """Runs tasks periodically, and publishes their results, until the node ends.
 
     Each new task is announced with "Node starting up".
 
     Args:
         node: the node.
-        hardware_id: what tells this piece of hardware from others, for example its serial number.
-        period: seconds between two runs; the parameter ``~diagnostic_period``, if set when the updater is made, takes
-            precedence. 0: only when `update` is called.
+        hardware_id: identifies this piece of hardware, for example its serial number.
+        period: seconds between two runs; the parameter ``~diagnostic_period``, if set at creation, takes precedence.
+            0: only when `update` is called.
     """
 
     def __init__(self, node: Node, hardware_id: str = "", period: float = 1.0) -> None:
@@ -43,15 +43,15 @@ class Updater:
         """Run a task from now on; one of the same name is replaced.
 
         Args:
-            name: of what the task looks at, for people.
-            task: called with a `Status` to fill. If it raises, that is the status.
+            name: the checked part, in words.
+            task: called with a `Status` to fill. If it raises, the error becomes the status.
         """
         with self._lock:
             self._tasks[name] = task
         self._publish([self._status(name, OK, "Node starting up")])
 
     def remove(self, name: str) -> bool:
-        """Run a task no more; return whether there was one of that name."""
+        """Remove a task; return whether there was one of that name."""
         with self._lock:
             return self._tasks.pop(name, None) is not None
 
@@ -65,7 +65,7 @@ class Updater:
             status.hardware_id = self.hardware_id
             try:
                 task(status)
-            except Exception as error:  # noqa: BLE001  the other tasks go on
+            except Exception as error:  # noqa: BLE001  the other tasks continue
                 status.summary(ERROR, f"{type(error).__name__}: {error}")
                 self._node.log.error("the diagnostic task %s has failed: %r", name, error, throttle=60)
             found.append(status)

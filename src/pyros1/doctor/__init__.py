@@ -1,1 +1,1 @@
-"""Diagnosis of a ROS system: collectors gather facts, and pure checks derive findings with cures from them."""
+"""Diagnosis of a ROS system: collectors gather facts, and pure checks derive findings with hints from them."""

@@ -1,4 +1,4 @@
-"""Many questions at once, with one timeout for all: a host that does not answer does not delay others."""
+"""Concurrent requests with one timeout for all: a host that does not answer does not delay the rest."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def run_concurrently(jobs: Mapping[_K, Callable[[], _V]], seconds: float) -> dic
     Args:
         jobs: functions by any key. A function that is not done in time keeps running on its daemon thread, since a
             lookup of a host name cannot be interrupted.
-        seconds: timeout for all of them, and again for each further MAX_THREADS, so that those that do not answer
-            do not take the time of others.
+        seconds: timeout for all of them, and again for each further MAX_THREADS, so that jobs that hang do not use up
+            the time of the rest.
 
     Returns:
         For each key, in the same order, what its function returned or raised, or a DeadlineError.

@@ -14,7 +14,7 @@ def folder_size(path: Path, *, on_disk: bool = False, deadline: float | None = N
     Args:
         path: file or folder.
         on_disk: count disk usage instead of file sizes.
-        deadline: time on the monotonic clock in seconds; what was not counted by then is left out.
+        deadline: time on the monotonic clock in seconds; anything not counted by then is left out.
     """
     seen: set[tuple[int, int]] = set()
     total = 0
@@ -24,7 +24,7 @@ def folder_size(path: Path, *, on_disk: bool = False, deadline: float | None = N
         try:
             status = os.lstat(name)
         except OSError:
-            continue  # it was removed meanwhile
+            continue  # it has been removed
         if status.st_nlink > 1:
             if (status.st_dev, status.st_ino) in seen:
                 continue
@@ -43,7 +43,7 @@ def _all_below(path: Path) -> Iterator[str]:
 
 
 def with_unit(size: int) -> str:
-    """Return a size in bytes with the unit that suits it, for example ``1.2 GB``.
+    """Return a size in bytes with a suitable unit, for example ``1.2 GB``.
 
     Args:
         size: size in bytes.

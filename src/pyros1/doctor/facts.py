@@ -14,7 +14,7 @@ answer, or another reason."""
 
 
 class Failure(NamedTuple):
-    """Why a question was not answered.
+    """Why a request was not answered.
 
     Attributes:
         kind: one of the five above.
@@ -53,11 +53,11 @@ class Machine:
         interfaces: addresses of its network interfaces.
         resolved: host name -> addresses, None if it cannot be resolved; for all relevant names.
         missing_paths: entries of ROS_PACKAGE_PATH that are not folders.
-        disks: disks of the folders that are written to.
+        disks: disks of the folders that ROS writes to.
         log_folder: folder of log files.
         log_size: its size in bytes; a lower bound if counting took too long.
         masters: URIs of masters that answer on this machine.
-        processes: running ROS programs, as far as the system reports them.
+        processes: running ROS programs, as far as the system lists them.
         python: version, for example ``(3, 11)``.
         launch_problems: problems of the given launch files.
         package_problems: problems of unusable packages.
@@ -109,13 +109,13 @@ class TopicEnd(NamedTuple):
 
 
 class ReportedType(NamedTuple):
-    """The type that a publisher sends or a subscriber wants, as reported by itself.
+    """The type that a publisher sends or a subscriber wants, as reported by that node.
 
     Attributes:
         type, md5sum: the type and its checksum; ``*`` means any.
         failure: why it did not report them; None if it did.
         definition: full text of the type's definition, if a publisher gave it.
-        extra_bytes: number of bytes behind the first message that came while the publisher was asked; negative: so
+        extra_bytes: number of bytes after the first message received while the publisher was queried; negative: this
             many are missing at its end.
     """
 
@@ -135,7 +135,7 @@ class System:
         state: publishers, subscribers and service providers, from the master.
         nodes: nodes by name.
         services: name -> (URI of its provider, why it did not answer or None).
-        publications, subscriptions: the types that the ends report; only relevant ends are asked. Subscribers report
+        publications, subscriptions: the types that the ends report; only relevant ends are queried. Subscribers report
             type names only.
         use_sim_time: the parameter /use_sim_time.
     """

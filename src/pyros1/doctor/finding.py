@@ -1,4 +1,4 @@
-"""A finding: a problem and its cure."""
+"""A finding: a problem and how to fix it."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Finding:
     items: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
-        """Return the same for JSON."""
+        """Return the finding as a dictionary for JSON."""
         return {
             "kind": self.kind,
             "severity": self.severity,

@@ -65,7 +65,7 @@ def collect_machine(environ: Mapping[str, str]) -> Machine:
 
 
 def setting_problems(environ: Mapping[str, str]) -> list[str]:
-    """Return what is wrong with variables of pyros1, so that no node starts."""
+    """Return the variables of pyros1 whose values keep nodes from starting, and why."""
     problems = []
     for name in ("PYROS1_ALLOW", "PYROS1_BIND", "PYROS1_PORTS", "PYROS1_TRANSPORTS"):
         value = environ.get(name, "")
@@ -110,7 +110,7 @@ def local_masters(environ: Mapping[str, str]) -> list[str]:
 def _is_master(uri: str) -> bool:
     client = XmlRpcClient(uri, timeout=_TIMEOUT / 2)
     try:
-        return bool(client.call("getUri", "/roswtf")[0] == 1)  # a node has no such method
+        return bool(client.call("getUri", "/roswtf")[0] == 1)  # a method that nodes lack
     except (Error, LookupError, TypeError):
         return False
     finally:
@@ -130,7 +130,7 @@ def ros_processes() -> list[LocalProcess]:
                 continue
             words = (folder / "cmdline").read_bytes().decode(errors="replace").split("\0")
         except OSError:
-            continue  # another user's process, or it has ended
+            continue  # another user's process, or it has exited
         host = environ.get("ROS_HOSTNAME") or environ.get("ROS_IP") or ""
         found.append(LocalProcess(int(folder.name), _program(words), environ["ROS_MASTER_URI"], host))
     return sorted(found)

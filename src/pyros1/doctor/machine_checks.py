@@ -36,7 +36,7 @@ def check_machine(machine: Machine) -> list[Finding]:
 
 
 def address_of(machine: Machine) -> str:
-    """Return an address at which others may reach the machine, for texts."""
+    """Return an address at which other machines may reach this one, for texts."""
     return next((address for address in machine.interfaces if not is_loopback(address)), "<address of this machine>")
 
 
@@ -211,7 +211,7 @@ def _masters(machine: Machine) -> Iterator[Finding]:
 
 
 def _first(items: Iterable[str]) -> tuple[str, ...]:
-    """Return at most as many items as are readable, and how many more there are."""
+    """Return the first few items as text, and the number of the rest."""
     texts = [*items]
     more = len(texts) - _MAX_ITEMS
     return (*texts[:_MAX_ITEMS], *([f"and {more} more"] if more > 0 else []))

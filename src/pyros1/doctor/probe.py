@@ -1,4 +1,4 @@
-"""Questions to single nodes and services, each with a timeout. They leave no traces in the nodes' logs."""
+"""Requests to single nodes and services, each with a timeout. They leave no traces in the nodes' logs."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ NODE_TIMEOUT = 2.5
 """Timeout for the answers of a node in seconds."""
 _CONNECT_TIMEOUT = 0.3
 _MAX_BYTES = 1 << 20
-"""Largest message, in bytes, that is looked at."""
+"""Largest message, in bytes, that is inspected."""
 
 
 def failure_of(error: BaseException) -> Failure:
-    """Return why a question was not answered, from the error it ended with."""
+    """Return why a request was not answered, given its error."""
     causes: list[BaseException] = []
     cause: BaseException | None = error
     while cause is not None:
@@ -58,7 +58,7 @@ def addresses(host: str) -> list[str] | None:
 
 
 def _accepts_connections(uri: str) -> bool:
-    """Return whether a node accepts connections: its process is there, and the way to it."""
+    """Return whether a node accepts connections: its process is running and reachable."""
     try:
         socket.create_connection(parse_uri(uri), _CONNECT_TIMEOUT).close()
     except (OSError, Error):
@@ -83,7 +83,7 @@ def ask_whether_alive(caller_id: str, uri: str) -> Failure | None:
     try:
         api.pid()
     except (MasterError, XmlRpcFault):
-        pass  # it answers, but does not tell its process id
+        pass  # it answers, but does not report its process id
     except Error as error:
         return _failure_reason(error, uri)
     finally:
@@ -144,7 +144,7 @@ def ask_publisher(caller_id: str, uri: str, topic: str, listen: float = 0.0) -> 
         caller_id: name of the node that asks.
         uri: URI of the publisher's node.
         topic: the topic's name.
-        listen: seconds to wait for a message, to see whether it ends where it should.
+        listen: seconds to wait for a message, to check its length.
     """
     api = XmlRpcClient(uri, timeout=NODE_TIMEOUT)
     try:
@@ -167,7 +167,7 @@ def ask_publisher(caller_id: str, uri: str, topic: str, listen: float = 0.0) -> 
 def _exchange_headers(
     host: str, port: int, header_to_send: dict[str, str], listen: float = 0.0
 ) -> tuple[dict[str, str], bytes | None]:
-    """Return a publisher's header, and the first message that comes within some seconds."""
+    """Return a publisher's header, and the first message that arrives within some seconds."""
     reader = HeaderReader()
     with socket.create_connection((host, port), NODE_TIMEOUT) as sock:
         sock.sendall(encode_header(header_to_send))
@@ -176,7 +176,7 @@ def _exchange_headers(
 
 
 def _first_message(sock: socket.socket, data: bytes, deadline: float) -> bytes | None:
-    """Return a publisher's first message; None if it is large, or does not come in time."""
+    """Return a publisher's first message; None if it is too large or does not arrive in time."""
     while (missing := _missing_bytes(data)) and monotonic() < deadline and len(data) + missing < _MAX_BYTES:
         sock.settimeout(max(0.001, deadline - monotonic()))
         try:
@@ -190,20 +190,20 @@ def _first_message(sock: socket.socket, data: bytes, deadline: float) -> bytes |
 
 
 def _missing_bytes(data: bytes) -> int:
-    """Return how many bytes are missing to a whole frame."""
+    """Return how many bytes are missing for a complete frame."""
     size = 4 + int.from_bytes(data[:4], "little") if len(data) >= 4 else 4
     return max(0, size - len(data))
 
 
 def _extra_bytes(kind: str, md5sum: str, text: str, body: bytes) -> int:
-    """Return how many bytes are behind a message."""
+    """Return the number of extra bytes after a message."""
     try:
         cls = DefinitionCache(by_name=True).get(kind, md5sum, text)
         cls._decode(body, 0, len(body), True)
     except LengthError as error:
         return error.surplus
     except MessageError:
-        pass  # another finding, or none of ours
+        pass  # reported by another finding, or not a concern here
     return 0
 
 

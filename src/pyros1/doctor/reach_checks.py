@@ -43,7 +43,7 @@ def _unresolved(system: System, machine: Machine) -> Iterator[Finding]:
 
 
 def _local_processes(machine: Machine, host: str) -> str:
-    """Return a text about processes on this machine that use the host as their address: the cure is needed here."""
+    """Return a text about processes on this machine that use the host as their address: the fix is needed here."""
     pids = [f"{process.name}, pid {process.pid}" for process in machine.processes if process.host == host]
     return f" (here: {address_of(machine)}; {'; '.join(pids)})" if pids else ""
 

@@ -1,7 +1,7 @@
-"""A report for somebody who helps from afar: the machine, the findings and the running system as Markdown.
+"""A report for remote support: the machine, the findings and the running system as Markdown.
 
-It has no secrets: of the environment only what ROS reads, no values of parameters, no messages; passwords and tokens in
-addresses are left out, and folders of the user are named without the user.
+It has no secrets: only environment variables that ROS reads, no values of parameters, no messages; passwords and tokens
+in addresses are left out, and folders of the user appear without the user's name.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from pyros1.doctor.finding import Finding
 from pyros1.ground.terminal_text import one_line
 
 ROWS = 200
-"""Most rows of a table; the rest is counted."""
+"""Maximum number of rows of a table; the rest is counted."""
 _LIBRARIES = (
     "rosbags", "defusedxml", "PyYAML", "lz4", "numpy", "xacro", "websockets", "pillow", "cbor2", "av", "cryptography",
 )  # fmt: skip
@@ -62,10 +62,10 @@ def report(
 
     Args:
         about: lines about the machine: title -> text.
-        machine: what is known of this machine.
-        system: what is known of the running system; None: there is none, or it does not answer.
+        machine: facts about this machine.
+        system: facts about the running system; None: there is none, or it does not answer.
         types: topic -> type, from the master.
-        findings: what is wrong.
+        findings: the problems found.
     """
     parts = [
         "# pyros1 wtf --report",

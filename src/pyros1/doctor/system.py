@@ -1,4 +1,4 @@
-"""Collects facts about a running system. All questions are asked at the same time."""
+"""Collects facts about a running system. All requests are sent concurrently."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from pyros1.net.hosts import parse_uri
 from pyros1.net.master_client import MasterClient
 
 ROUND_TIMEOUT = NODE_TIMEOUT + 0.5
-"""Timeout for one round of questions in seconds."""
+"""Timeout in seconds for one round of requests."""
 MESSAGE_TIMEOUT = 0.5
-"""Seconds to wait for a message of a publisher, to see whether it ends where it should."""
+"""Seconds to wait for a publisher's message, to check its length."""
 CONNECT_TIME = 1.0
-"""Seconds that new nodes get to connect."""
+"""Seconds that new nodes have to connect."""
 
 
 def collect_system(master: MasterClient, only: Collection[str] | None = None) -> System:
@@ -72,7 +72,7 @@ def _parameter(master: MasterClient, name: str) -> object:
 
 
 def _uris(master: MasterClient, method: str, names: list[str]) -> dict[str, str]:
-    """Return the URIs of nodes or services, except those that ended meanwhile. One call, if the master supports it."""
+    """Return the URIs of nodes or services, except those that have exited. One call, if the master supports it."""
     if not names:
         return {}
     try:
@@ -97,7 +97,7 @@ def _failure(answer: object) -> Failure | None:
 
 
 def _ask_for_types(master: MasterClient, system: System) -> None:
-    """Ask publishers for types where ends may differ, and subscribers that have no connection."""
+    """Ask publishers for their types where ends may differ, and subscribers that have no connection."""
     state, nodes = system.state, system.nodes
     shared = [
         topic

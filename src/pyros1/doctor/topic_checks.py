@@ -1,4 +1,4 @@
-"""Checks of a running system: topics with one end, mismatched types, missing connections. Pure."""
+"""Checks of a running system: topics with only one end, mismatched types, missing connections. Pure."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pyros1.doctor.finding import ERROR, WARNING, Finding
 from pyros1.graph import Connection
 
 _IGNORED_TOPICS = frozenset({"/clock", "/rosout", "/statistics", "/tf_static"})
-"""Topics that may have one end only."""
+"""Topics that may have only one end."""
 _MIN_SIMILARITY = 0.75
 
 
@@ -68,7 +68,7 @@ def _types(system: System) -> Iterator[Finding]:
 
 
 def _wrong_sizes(system: System) -> Iterator[Finding]:
-    """Check for publishers whose messages do not end where they should."""
+    """Check for publishers whose messages have the wrong length."""
     wrong = [(end, offer) for end, offer in sorted(system.publications.items()) if offer.extra_bytes]
     if wrong:
         yield Finding(

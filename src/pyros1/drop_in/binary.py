@@ -6,10 +6,10 @@ from typing import Any
 
 
 def as_stock(value: Any) -> Any:
-    """Return a parameter's value with `xmlrpc.client.Binary` in place of bytes, also inside of lists and dicts.
+    """Return a parameter's value with `xmlrpc.client.Binary` in place of bytes, including those in lists and dicts.
 
     Args:
-        value: what pyros1 has for it. It stays as it is; without bytes the result may be the same object.
+        value: the value in pyros1. It is not changed; without bytes the result may be the same object.
     """
     if isinstance(value, bytes):
         from xmlrpc.client import Binary  # noqa: PLC0415 - rarely needed

@@ -1,7 +1,7 @@
 """``my_package.cfg.TutorialsConfig`` from ``cfg/Tutorials.cfg`` of a ROS package, without a build.
 
 A ``.cfg`` file is a program in Python that describes parameters with a ParameterGenerator. It runs when the module is
-first imported, in this process: it belongs to the package whose node runs here, too.
+first imported, in this process: it belongs to the same package as the node that runs here.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def find(folder: str, rest: list[str], name: str) -> ModuleSpec | None:
     """Return the spec of ``PACKAGE.cfg``, or of a module in it; None if the package has no such file.
 
     Args:
-        folder: of the ROS package.
+        folder: the folder of the ROS package.
         rest: the module's name within ``PACKAGE.cfg``, in parts.
         name: its full name.
     """
@@ -44,7 +44,7 @@ def find(folder: str, rest: list[str], name: str) -> ModuleSpec | None:
 
 
 def _files(folder: str) -> Iterator[str]:
-    """Yield the .cfg files of a ROS package: those in cfg/ first, then in its other folders, but not below those."""
+    """Yield the .cfg files of a ROS package: first all below cfg/, then those directly in its other folders."""
     for root, _, files in os.walk(os.path.join(folder, "cfg")):
         yield from (os.path.join(root, file) for file in sorted(files) if file.endswith(".cfg"))
     try:
@@ -59,7 +59,7 @@ def _files(folder: str) -> Iterator[str]:
 
 
 def _describes_parameters(path: str) -> bool:
-    """Return whether a .cfg file is one of dynamic_reconfigure: other programs have files of that name, too."""
+    """Return whether a .cfg file belongs to dynamic_reconfigure: other programs use this suffix as well."""
     if not os.path.isfile(path):  # a pipe or a device may never end
         return False
     try:
@@ -79,7 +79,7 @@ class _Package:
         """Leave it to the import system."""
 
     def exec_module(self, module: ModuleType) -> None:
-        """Fill it: there is nothing in it but further modules."""
+        """Fill it: it contains only further modules."""
         module.__doc__ = f"Parameters that nodes of {self._folder} let others change."
 
 
@@ -100,7 +100,7 @@ class _Config:
 
 
 class _Running(threading.local):
-    """The .cfg files that this thread runs, the innermost last: what each has described so far."""
+    """The descriptions collected so far by the .cfg files that this thread runs, the innermost last."""
 
     def __init__(self) -> None:
         self.results: list[list[dict[str, Any]]] = []
@@ -110,10 +110,10 @@ _RUNNING = _Running()
 
 
 def run(path: str) -> dict[str, Any]:
-    """Run a .cfg file; return the names that its module has.
+    """Run a .cfg file; return the names in its module.
 
     Raises:
-        ImportError: it is not in Python 3, raises an error, or describes nothing.
+        ImportError: it is not Python 3, raises an error, or describes nothing.
     """
     found: list[dict[str, Any]] = []
     _RUNNING.results.append(found)
@@ -136,9 +136,9 @@ def run(path: str) -> dict[str, Any]:
 
 @contextmanager
 def _our_generators() -> Iterator[None]:
-    """Let a .cfg file have our ParameterGenerator, whichever dynamic_reconfigure the program imports.
+    """Let a .cfg file use our ParameterGenerator, whichever dynamic_reconfigure the program imports.
 
-    Stock's, whose sources may be on PYTHONPATH, writes files for a build.
+    Stock's generator, whose source may be on PYTHONPATH, writes files for a build.
     """
     names = [f"dynamic_reconfigure.{short}" for short in _GENERATORS]
     specs = [find_spec(name) for name in names]
@@ -164,15 +164,15 @@ def _compiled(path: str) -> Any:
         text = file.read()
     try:
         return compile(text, path, "exec")
-    except ValueError as error:  # Python 3.10's for null bytes
+    except ValueError as error:  # Python 3.10 raises it for null bytes
         raise SyntaxError(str(error)) from error
 
 
 def take(contents: dict[str, Any]) -> None:
-    """Take what a ParameterGenerator has collected.
+    """Accept the descriptions that a ParameterGenerator has collected.
 
     Raises:
-        NotImplementedError: no module imports it: the file was started as a program.
+        NotImplementedError: the file was not imported, but started as a program.
     """
     if not _RUNNING.results:
         raise NotImplementedError(

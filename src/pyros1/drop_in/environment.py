@@ -18,10 +18,10 @@ from pyros1.finding.python_modules import DROP_IN_START
 from pyros1.ground.errors import Error
 
 NAME = "pyros1-rospy.pth"
-"""The file; Python reads it when it starts. If pyros1 is removed, the file does nothing."""
+"""Name of the file, which Python reads at startup. If pyros1 is removed, the file does nothing."""
 
 STUBS = "pyros1_rospy_stubs"
-"""The folder beside it with the stubs; the file names it, so that it is searched for modules. It has none to import."""
+"""Name of the folder of stubs beside it. The file adds it to Python's path, but it has no modules to import."""
 
 
 class SiteError(Error):
@@ -29,7 +29,7 @@ class SiteError(Error):
 
 
 def pth_file(folder: str | None = None) -> Path:
-    """Return the place of the file in this environment, or in a given folder of packages."""
+    """Return the path of the file in this environment, or in a given folder of packages."""
     return Path(folder or sysconfig.get_path("purelib"), NAME)
 
 
@@ -45,16 +45,16 @@ def enable(folder: str | None = None, environ: Mapping[str, str] | None = None) 
     """Write the file, and stubs of our modules and of message packages.
 
     Args:
-        folder: for packages; this environment's if None.
+        folder: the folder of packages; this environment's if None.
         environ: the environment variables that say where ROS packages are; ``os.environ`` if None.
 
     Returns:
-        The file's place, and a text for each package of messages that cannot have stubs.
+        The file's path, and an error text for each message package that cannot have stubs.
 
     Raises:
         SiteError: they cannot be written.
     """
-    from pyros1.drop_in.stubs import write_stubs  # noqa: PLC0415 - status needs none of it
+    from pyros1.drop_in.stubs import write_stubs  # noqa: PLC0415 - not needed for the status
 
     file = pth_file(folder)
     try:
@@ -68,7 +68,7 @@ def enable(folder: str | None = None, environ: Mapping[str, str] | None = None) 
 
 
 def disable(folder: str | None = None) -> bool:
-    """Remove the file and the stubs; return whether there was one.
+    """Remove the file and the stubs; return whether the file existed.
 
     Raises:
         SiteError: it cannot be removed.
@@ -86,7 +86,7 @@ def disable(folder: str | None = None) -> bool:
 
 
 def installed_rospy() -> str | None:
-    """Return the file of the rospy that programs of this environment import, as it is now; None if there is none.
+    """Return the file of the rospy that programs of this environment currently import, if any.
 
     Raises:
         SiteError: the interpreter does not start in time.
@@ -109,5 +109,5 @@ def installed_rospy() -> str | None:
 
 def _text() -> str:
     call = "sys.path.append(p), __import__('pyros1_modules').install(), sys.path.remove(p)"
-    # Python wants one line, in ASCII.
+    # It must be a single line of ASCII.
     return f"{STUBS}\nimport os, sys; p = {DROP_IN_START!a}; os.path.isdir(p) and ({call})\n"

@@ -1,10 +1,10 @@
 """Import hook for the modules of stock ROS 1, for message packages, and for the Python modules of ROS packages.
 
-It stands at the end of ``sys.meta_path``: whatever else can be imported wins. If that is a real rospy, none of our
-modules is offered, since both kinds of messages and nodes do not mix; ``PYROS1_ROSPY=pyros1`` puts the hook first.
+It is at the end of ``sys.meta_path``, so all other modules take precedence. If a real rospy is installed, none of our
+modules is offered, since the two kinds of messages and nodes do not mix; ``PYROS1_ROSPY=pyros1`` puts the hook first.
 
-Python holds the import lock while it looks for a module. Nothing may be imported meanwhile: another thread may be in
-the middle of importing the same, and wait for that lock. So all that the hook needs is imported before.
+Python holds the import lock while it looks for a module. Nothing may be imported meanwhile: another thread may be
+importing the same module and waiting for that lock. So everything that the hook needs is imported beforehand.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ MODULES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "modules")
 
 
 def _only_asked() -> bool:
-    """Return whether a program only asks if there is a module: `importlib.util.find_spec` is to answer None then."""
+    """Return whether a program only checks if a module exists: `importlib.util.find_spec` must return None then."""
     frame: FrameType | None = sys._getframe(1)
     our_modules = (__name__, "pyros1_modules", "importlib._bootstrap")
     while frame is not None and frame.f_globals.get("__name__") in our_modules:
@@ -56,27 +56,27 @@ class Finder:
         self._stock: bool | None = None
         self._library = installed(os.environ).library
         self._index = PackageIndex(environ)
-        self._of_package("std_msgs", [], "std_msgs")  # what it imports late
+        self._of_package("std_msgs", [], "std_msgs")  # triggers its late imports
 
     @property
     def stock(self) -> bool:
-        """Whether a real rospy is installed, which wins."""
+        """Whether stock's modules take precedence: a real rospy is installed, or the environment variable says so."""
         if self._stock is None:
             modules_wanted = self._environ.get(VARIABLE, "")
             self._stock = modules_wanted == "stock" or (modules_wanted != "pyros1" and self._real_rospy())
         return self._stock
 
     def _real_rospy(self) -> bool:
-        spec = PathFinder.find_spec("rospy")  # a folder without any module is none
+        spec = PathFinder.find_spec("rospy")  # a folder without modules does not count
         return spec is not None and spec.has_location and not (spec.origin or "").startswith(self._folder + os.sep)
 
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Answer the import system; None leaves the name to others, or to the usual error.
+        """Answer the import system; None leaves the name to other finders, or to the usual error.
 
         Raises:
-            ImportError: there is no such name in our modules, or in a package of messages.
+            ImportError: the name does not exist in our modules, or in a package of messages.
         """
         top, *rest = name.split(".")
         if top == "pyros1" or top in sys.stdlib_module_names or self.stock:
@@ -89,7 +89,7 @@ class Finder:
             return spec
         spec = self._of_package(top, rest, name)
         if spec is None and below and not rest[-1].startswith("__"):
-            # Another name than that of the module, else Python would forget this text in "from rospy import x".
+            # Not the module's own name: then Python would discard this text in "from rospy import x".
             raise ModuleNotFoundError(f"pyros1 has no {name}{reason_for(name)}", name=top)
         if spec is None and not rest and reason_for(name) and not _only_asked():
             raise ModuleNotFoundError(f"No module named {name!r}: pyros1 has none{reason_for(name)}", name=name)
@@ -119,7 +119,7 @@ class Finder:
                     raise ModuleNotFoundError(text, name=name)
                 return ModuleSpec(name, Messages(self._library, package, kind), is_package=True)  # type: ignore[arg-type]
             case ["msg" | "srv" as kind, module] if module[:2] != "__" and self._library.has_package(package):
-                if module[0] != "_":  # a type that is not there: this says so, with a hint
+                if module[0] != "_":  # an unknown type: this raises an error with a hint
                     installed(os.environ).find_spec(f"{PREFIX}.{module_name(package)}.{kind}.{module}")
                 if module[1:] in self._types(package, kind):
                     return ModuleSpec(name, Messages(self._library, package, kind, module[1:]))  # type: ignore[arg-type]

@@ -1,7 +1,7 @@
 """``PACKAGE.msg`` and ``PACKAGE.srv`` with all names that stock's generated modules have.
 
 Stock has a module for each definition, ``PACKAGE.msg._TYPE``, which imports what its code needs, and ``PACKAGE.msg``
-takes all names of these modules. So ``from sensor_msgs.msg import *`` also brings ``std_msgs``, ``genpy`` or ``sys``,
+imports all names of these modules. So ``from sensor_msgs.msg import *`` also brings ``std_msgs``, ``genpy`` or ``sys``,
 and programs use them without an import of their own.
 """
 
@@ -19,7 +19,7 @@ from pyros1.ground.errors import MessageError
 from pyros1.ground.generated import PREFIX, module_name
 
 _IMPORTED = ("codecs", "genpy", "python3", "struct", "sys")
-"""What each of stock's generated modules has besides classes and packages of messages."""
+"""Names in each of stock's generated modules besides classes and packages of messages."""
 _DICT = vars(ModuleType)["__dict__"]
 
 
@@ -32,7 +32,7 @@ class Messages:
         library: where definitions come from.
         package: the ROS package.
         kind: ``msg``, ``srv``, or empty for the package itself.
-        only: the type whose module it is; empty: all types.
+        only: the type, for the module of a single type; empty: all types.
     """
 
     def __init__(self, library: Library, package: str, kind: str, only: str = "") -> None:
@@ -54,7 +54,7 @@ class Messages:
             vars(module)["__getattr__"] = _messages_of(self._package)
 
     def public(self) -> list[str]:
-        """Return the names that ``from PACKAGE.msg import *`` brings."""
+        """Return the names that ``from PACKAGE.msg import *`` imports."""
         return [*self._classes(), *_IMPORTED, *self._packages()]
 
     def modules(self) -> list[str]:
@@ -62,10 +62,10 @@ class Messages:
         return [] if self._only else [f"_{name}" for name in self._types()]
 
     def value(self, module: str, name: str) -> Any:
-        """Return what is in the module of that name under a name.
+        """Return an attribute of the module with this name.
 
         Raises:
-            AttributeError: nothing; the text has a hint at what may have been meant.
+            AttributeError: it does not exist; the text has a hint at the name that was probably meant.
         """
         if name == "__all__":
             return self.public()
@@ -108,14 +108,14 @@ class Messages:
         for name in self._types():
             try:
                 used = self._library.digests.dependencies(find(f"{self._package}/{name}"))
-            except MessageError:  # its import says what is wrong
+            except MessageError:  # importing it reports the error
                 continue
             found.update(each.partition("/")[0] for each in used)
         return sorted(found)
 
 
 class _Module(ModuleType):
-    """A module whose loader says what is in it."""
+    """A module whose contents come from its loader."""
 
     def __getattr__(self, name: str) -> Any:
         value = self._definitions.value(self.__name__, name)
@@ -128,7 +128,7 @@ class _Module(ModuleType):
 
     @property
     def __dict__(self) -> dict[str, Any]:  # type: ignore[override]
-        """All that is in it: some programs look for types here."""
+        """All attributes: some programs look for types here."""
         for name in (*self._definitions.public(), *self._definitions.modules()):
             getattr(self, name)
         found: dict[str, Any] = _DICT.__get__(self)
@@ -144,7 +144,7 @@ def _messages_of(package: str) -> Callable[[str], Any]:
     """Return the ``__getattr__`` of a package of messages.
 
     With stock, ``import std_msgs`` is enough for ``std_msgs.msg.String`` if any module has imported std_msgs.msg, as
-    rospy does. Our modules import fewer.
+    rospy does. Our modules import fewer packages.
     """
 
     def __getattr__(name: str) -> Any:

@@ -1,4 +1,4 @@
-"""Packages and modules of stock that have no twin here, with a sentence on each for the error of their import."""
+"""Packages and modules of stock that pyros1 lacks, each with a text for the error of its import."""
 
 from __future__ import annotations
 
@@ -45,6 +45,6 @@ REASONS = {
 
 
 def reason_for(module: str) -> str:
-    """Return why there is no such module, with a colon before it; an empty text for unknown ones."""
+    """Return why a module is missing, after a colon; an empty text for unknown modules."""
     reason = REASONS.get(module)
     return f": {reason}" if reason else ""

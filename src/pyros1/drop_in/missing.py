@@ -1,4 +1,4 @@
-"""Names that a module of stock has and ours loads late, or does not have: then the error says so."""
+"""Names in stock's modules that ours load late, or lack: then the error gives the reason."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _IMPORTED = frozenset((
     "sys", "tempfile", "threading", "time", "traceback", "types", "warnings", "yaml",
 ))
 # fmt: on
-"""Modules that stock's modules import, and which programs take from there."""
+"""Modules that stock's modules import, and that programs use from there."""
 
 
 def names(
@@ -28,9 +28,9 @@ def names(
 
     Args:
         module: its full name.
-        late: name -> full name of the module that has it; the name of a module itself with a dot at its end.
+        late: name -> full name of the module that has it; with a dot at the end, the name of the module itself.
         why: name -> why it is missing, or what to use instead.
-        live: name -> what returns its value; for variables of stock's modules that programs read.
+        live: name -> function that returns its value; for variables of stock's modules that programs read.
     """
     homes = late or {}
     values = live or {}
@@ -59,7 +59,7 @@ def names(
 def _is_module(name: str) -> bool:
     try:
         return find_spec(name) is not None
-    except (ImportError, ValueError):  # the finder says why there is none; ValueError: a program has put one there
+    except (ImportError, ValueError):  # the finder gives the reason; ValueError: a program has put a module there
         return False
 
 
@@ -85,6 +85,6 @@ def missing(module: str, **reasons: str) -> Callable[[str], Any]:
 
     Args:
         module: its full name.
-        **reasons: for names that programs may look for, why they are not here, or what does their work.
+        **reasons: for names that programs may look for, why they are missing, or what to use instead.
     """
     return names(module, why=reasons)[0]

@@ -19,16 +19,16 @@ Hook = Callable[[str], object]
 
 
 class Process:
-    """The default node, and what waits for it.
+    """The default node, and the callbacks that wait for it.
 
     Attributes:
-        node: the node, once it has started; it stays after its end.
-        arguments: what it was started with, so that the same call again does nothing.
+        node: the node, once it has started; it is kept after its end.
+        arguments: the arguments it was started with, so that repeating the same call does nothing.
         starting: whether it is being started.
-        wall_time: whether there is a clock without a node.
-        ending: whether the end was asked for.
-        is_shutdown: whether the node has ended, or its waits have.
-        start_lock: held by the thread that starts the node: there is one node, whichever threads ask for it.
+        wall_time: whether a clock is available without a node.
+        ending: whether shutdown was requested.
+        is_shutdown: whether the node, or at least its waits, have ended.
+        start_lock: locked by the thread that starts the node, so that several threads cannot start several nodes.
     """
 
     def __init__(self) -> None:
@@ -44,13 +44,13 @@ class Process:
         self._hooks: dict[str, list[Hook]] = {"client": [], "before": [], "after": []}
         self._finished_phases: set[str] = set()
         self._lock = threading.RLock()
-        self._end_permit = [True]  # until somebody ends the node
+        self._end_permit = [True]  # until the node's shutdown begins
         self.start_lock = threading.RLock()
 
     # Start ------------------------------------------------------------------------------------------------------------
 
     def start(self, make_node: Callable[[], Node], arguments: tuple[Any, ...]) -> Node:
-        """Start the node, and all that waits for it, in the order of its coming."""
+        """Start the node, and call the functions that wait for it, in the order in which they were added."""
         self.starting = True
         try:
             node = make_node()
@@ -69,11 +69,11 @@ class Process:
 
     @property
     def forked(self) -> bool:
-        """Whether this process was forked from that of the node, whose threads it does not have."""
+        """Whether this process was forked from the node's process, whose threads it does not have."""
         return self.node is not None and os.getpid() != self._pid
 
     def when_started(self, callback: Callable[[Node], object]) -> None:
-        """Call a function with the node: now, or when it starts."""
+        """Call a function with the node: now, or as soon as it starts."""
         with self._lock:
             node = self.node
             if node is None:
@@ -82,7 +82,7 @@ class Process:
         callback(node)
 
     def forget(self, callback: Callable[[Node], object]) -> None:
-        """Do not call a function that waits for the node."""
+        """Remove a function that waits for the node."""
         with self._lock:
             if callback in self._start_callbacks:
                 self._start_callbacks.remove(callback)
@@ -90,9 +90,9 @@ class Process:
     # End --------------------------------------------------------------------------------------------------------------
 
     def on_shutdown(self, hook: Hook, when: str = "client") -> None:
-        """Call a function with the reason when the node ends; at once, if it has ended.
+        """Call a function with the reason when the node ends; immediately, if it has ended.
 
-        A hook that another one adds comes behind those that wait already.
+        A hook that another hook adds is called after those that are already waiting.
 
         Args:
             when: "client": first, while everything works as before. "before": then. "after": when waits have ended and
@@ -105,9 +105,9 @@ class Process:
         hook("already shutdown")
 
     def shutdown(self, reason: str) -> None:
-        """End the node; without one, run the hooks.
+        """End the node; without a node, run the hooks.
 
-        It returns at once if another thread ends the node, whose hooks may wait for this one.
+        Return immediately if another thread is ending the node: its hooks may wait for this thread.
         """
         if not self.ending:
             self._reason = reason
@@ -148,8 +148,8 @@ class Process:
                 hook = hooks.pop(0)
             try:
                 hook(self._reason)
-            except Exception:  # noqa: BLE001 - the program's code: the others run, too
-                import traceback  # noqa: PLC0415  it takes as long to load as much of rospy
+            except Exception:  # noqa: BLE001 - the program's code: the other hooks run as well
+                import traceback  # noqa: PLC0415  it takes as long to load as a large part of rospy
 
                 traceback.print_exc(file=sys.stderr)
 

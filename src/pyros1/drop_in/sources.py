@@ -1,7 +1,7 @@
 """Where ROS packages keep their own Python modules: catkin installs them, and pyros1 imports them from the sources.
 
 A package's setup.py names them (https://wiki.ros.org/catkin/CMakeLists.txt, ``catkin_python_setup``). It is only
-searched for ``package_dir``, never run; then the usual places count: ``src`` and ``python``.
+searched for ``package_dir``, never run; then the usual folders are tried: ``src`` and ``python``.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def folder_of(package: str, module: str) -> str | None:
         module: name of the module, without dots.
 
     Returns:
-        The folder that holds the module, or None if the package has no such module.
+        The folder that contains the module, or None if the package has no such module.
     """
     for folder in (
         *_named(package, module),
@@ -39,7 +39,7 @@ def folder_of(package: str, module: str) -> str | None:
 
 
 def _named(package: str, module: str) -> Iterator[str]:
-    """Yield the folders of a module by the package's setup.py."""
+    """Yield the folders of a module according to the package's setup.py."""
     try:
         match = re.search(_PACKAGE_DIR, manifest_text(os.path.join(package, "setup.py")))
     except (OSError, ValueError):

@@ -17,14 +17,14 @@ _HERE = "pyros1.drop_in.modules"
 
 
 def write_stubs(folder: Path, library: Library) -> list[str]:
-    """Write stubs of our modules and of all message packages, in place of those that were there.
+    """Write stubs of our modules and of all message packages, replacing those that exist.
 
     Args:
-        folder: for the stubs, and nothing else: it is emptied.
+        folder: a folder for nothing but the stubs: it is emptied.
         library: the message packages.
 
     Returns:
-        A text for each package that has none, since a definition is wrong.
+        An error text for each package without stubs, because a definition is wrong.
 
     Raises:
         OSError: a file cannot be written.
@@ -50,7 +50,7 @@ def _write(folder: Path, files: dict[str, str]) -> None:
 
 
 def _modules() -> Iterator[tuple[str, str]]:
-    """Yield stubs that name ours, whose types are written in them."""
+    """Yield stubs that import our modules, which contain type annotations."""
     for source in sorted(Path(MODULES).rglob("*.py")):
         top, *rest = PurePosixPath(source.relative_to(MODULES)).with_suffix("").parts
         name = ".".join([top, *(part for part in rest if part != "__init__")])
@@ -58,7 +58,7 @@ def _modules() -> Iterator[tuple[str, str]]:
 
 
 def _shipped(our_stubs: Library, package: str) -> dict[str, str]:
-    """Return stubs that name those of ``pyros1.msgs``; none for a package that does not come with pyros1."""
+    """Return stubs that import those of ``pyros1.msgs``; none for a package that is not part of pyros1."""
     if not our_stubs.has_package(package):
         return {}
     kinds = [("msg", our_stubs.messages(package)), ("srv", our_stubs.services(package))]

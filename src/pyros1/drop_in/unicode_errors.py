@@ -1,4 +1,4 @@
-"""Stock's word about strings in messages that are not UTF-8."""
+"""Stock's log message about strings in messages that are not UTF-8."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ import codecs
 
 _REPORTED_TYPES: set[str | None] = set()
 _MAX_REPORTED = 1000
-"""Most types that are remembered: a program that echoes any topic can be sent any number of them."""
+"""Maximum number of types to remember: a program that echoes any topic can receive any number of them."""
 
 
 class RosMsgUnicodeErrors:
-    """Handler ``rosmsg`` of `codecs.register_error`: replaces what is not UTF-8, and logs it once for each type.
+    """Handler ``rosmsg`` of `codecs.register_error`: replaces bytes that are not UTF-8, and logs it once for each type.
 
     Attributes:
         msg_type: the message's type, for the log.
@@ -23,7 +23,7 @@ class RosMsgUnicodeErrors:
         if self.msg_type not in _REPORTED_TYPES and len(_REPORTED_TYPES) < _MAX_REPORTED:
             _REPORTED_TYPES.add(self.msg_type)
             type_text = "unknown message" if self.msg_type is None else f"message {self.msg_type}"
-            import logging  # noqa: PLC0415  few programs come here, and some import no logging
+            import logging  # noqa: PLC0415  rarely needed, and some programs do not import logging
 
             log = logging.getLogger("rosout")
             log.error("Characters replaced when decoding %s (will print only once): %s", type_text, err)
@@ -31,5 +31,5 @@ class RosMsgUnicodeErrors:
 
 
 def register() -> None:
-    """Make it the handler of this process."""
+    """Register the handler in this process."""
     codecs.register_error("rosmsg", RosMsgUnicodeErrors())

@@ -1,4 +1,4 @@
-"""Messages of several topics that belong together, and those of a while ago (https://wiki.ros.org/message_filters).
+"""Messages of several topics that belong together, and recent messages (https://wiki.ros.org/message_filters).
 
 ::
 
@@ -47,13 +47,13 @@ _EXPORTS = {
 
 def __getattr__(name: str) -> Any:
     """Load and return a public name when it is first used."""
-    from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never come here
+    from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never get here
 
     return load(__name__, _EXPORTS, name)
 
 
 def __dir__() -> list[str]:
     """Return all public names, loaded or not, for completion."""
-    from pyros1.ground.lazy import listing  # noqa: PLC0415 - most imports never come here
+    from pyros1.ground.lazy import listing  # noqa: PLC0415 - most imports never get here
 
     return listing(globals(), __all__)

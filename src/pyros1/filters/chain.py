@@ -1,4 +1,4 @@
-"""Filters in a chain: each takes messages from others, and passes on what it makes of them."""
+"""Filters in a chain: each receives messages from other filters, and passes on its results."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
 
 class Filter:
-    """Base of all filters: calls functions with what it puts out.
+    """Base class of all filters: calls functions with its output.
 
     Attributes:
-        node: the node whose time counts.
+        node: the node whose time is used.
     """
 
     def __init__(self, node: Node) -> None:
@@ -25,23 +25,23 @@ class Filter:
         self._callbacks: list[Callable[..., object]] = []
 
     def connect(self, callback: Callable[..., object]) -> None:
-        """Call a function with all that the filter puts out from now on."""
+        """Call a function with all output of the filter from now on."""
         self._callbacks.append(callback)
 
     def emit(self, *messages: Any) -> None:
-        """Put out messages: all functions get them, one argument for each."""
+        """Output messages: all functions get them, one argument for each."""
         for callback in self._callbacks:
             callback(*messages)
 
 
 class Subscriber(Filter):
-    """Puts out the messages of a topic.
+    """Outputs the messages of a topic.
 
     Args:
         node: the node that subscribes.
         topic: name of the topic.
         type: message class, or a type's name.
-        options: further ones of :meth:`pyros1.Node.subscribe`, such as ``queue_size``.
+        options: further arguments of :meth:`pyros1.Node.subscribe`, such as ``queue_size``.
     """
 
     def __init__(self, node: Node, topic: str, type: Any, **options: Any) -> None:
@@ -54,16 +54,16 @@ class Subscriber(Filter):
 
 
 class Synchronizer(Filter):
-    """Puts out messages of several filters that have equal, or nearly equal, time stamps: one of each.
+    """Outputs sets of messages of several filters with equal, or nearly equal, time stamps: one of each.
 
-    When time jumps back, the messages that wait are forgotten.
+    When time jumps back, waiting messages are discarded.
 
     Args:
         inputs: the filters, with stamped messages.
-        queue_size: messages of each filter that wait for the others; those with the oldest stamps are dropped.
-        slop: seconds: the stamps of a set are less than this apart. None: they are equal.
-        headerless: whether messages without a header have the time of their arrival as a stamp; else they are an
-            error, which the node logs.
+        queue_size: maximum number of waiting messages of each filter; those with the oldest stamps are dropped.
+        slop: the stamps of a set are less than this many seconds apart. None: they are equal.
+        headerless: whether messages without a header are stamped with the time of their arrival; otherwise they are
+            an error, which the node logs.
     """
 
     def __init__(
@@ -75,19 +75,19 @@ class Synchronizer(Filter):
         self._matcher = matcher(len(inputs), queue_size, slop)
         self._headerless = headerless
         self._last = Time()
-        self._lock = threading.RLock()  # a callback may put messages in
+        self._lock = threading.RLock()  # a callback may add messages
         for index, each in enumerate(inputs):
             each.connect(lambda message, index=index: self.add(index, message))
 
     def add(self, index: int, message: Any) -> None:
-        """Take a message of the filter with this index.
+        """Add a message of the filter with this index.
 
         Raises:
             TypeError: it has no header.
         """
         now = self.node.now()
         stamp = stamp_of(message, now if self._headerless else None)
-        with self._lock:  # also while callbacks run: sets come in order
+        with self._lock:  # even while callbacks run: sets come in order
             if now < self._last:
                 self._matcher.clear()
             self._last = now
@@ -100,7 +100,7 @@ class Cache(Filter):
 
     Args:
         source: the filter, with stamped messages.
-        size: most messages.
+        size: maximum number of messages.
         headerless: as for `Synchronizer`.
     """
 
@@ -112,7 +112,7 @@ class Cache(Filter):
         source.connect(self.add)
 
     def add(self, message: Any) -> None:
-        """Take a message.
+        """Add a message.
 
         Raises:
             TypeError: it has no header.

@@ -24,8 +24,8 @@ async def synchronized(
 ) -> AsyncIterator[tuple[Any, ...]]:
     """Iterate over sets of messages that have equal, or nearly equal, time stamps, until the node ends.
 
-    A slow iteration holds the publishers back, as that of one topic does. When time jumps back, the messages that wait
-    are forgotten.
+    A slow iteration holds the publishers back, like that of one topic. When time jumps back, waiting messages are
+    discarded.
 
     Args:
         node: a node for asyncio.
@@ -64,7 +64,7 @@ async def synchronized(
                 finally:
                     get.cancel()
                 yield messages
-            await readers  # raises what one of them has raised
+            await readers  # re-raises the exception of any of them
         finally:
             readers.cancel()
             await asyncio.gather(readers, return_exceptions=True)

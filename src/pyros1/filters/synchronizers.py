@@ -1,7 +1,7 @@
-"""Messages that belong together: those of several topics with equal, or nearly equal, time stamps; and those of a while
-ago (https://wiki.ros.org/message_filters).
+"""Messages that belong together: those of several topics with equal, or nearly equal, time stamps; and recent messages
+(https://wiki.ros.org/message_filters).
 
-Pure: messages and their stamps go in, and what belongs together comes out.
+Pure: messages and their stamps go in, and matching ones come out.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class ExactTime:
 
     Args:
         count: number of topics.
-        queue_size: messages of each topic that wait for the others; those with the oldest stamps are dropped.
+        queue_size: maximum number of waiting messages of each topic; those with the oldest stamps are dropped.
     """
 
     def __init__(self, count: int, queue_size: int) -> None:
@@ -30,7 +30,7 @@ class ExactTime:
         self.queue_size = queue_size
 
     def add(self, index: int, stamp: Time, message: Any) -> list[tuple[Any, ...]]:
-        """Take a message of one topic; return the sets that are complete now, the oldest first.
+        """Add a message of one topic; return the sets that are now complete, the oldest first.
 
         Args:
             index: which topic, from 0.
@@ -41,12 +41,12 @@ class ExactTime:
         return self.complete(index, stamp)
 
     def complete(self, index: int, stamp: Time) -> list[tuple[Any, ...]]:
-        """Return the sets that are complete since a message of topic ``index`` came; they wait no longer."""
+        """Remove and return the sets completed by a message of topic ``index``."""
         common = set.intersection(*map(set, self.queues))
         return [self._take([each] * len(self.queues)) for each in sorted(common)]
 
     def keep(self, index: int, stamp: Time, message: Any) -> None:
-        """Let a message wait for others."""
+        """Queue a message until the matching ones arrive."""
         queue = self.queues[index]
         queue[stamp] = message
         while len(queue) > self.queue_size:
@@ -56,7 +56,7 @@ class ExactTime:
         return tuple(queue.pop(stamp) for queue, stamp in zip(self.queues, stamps, strict=True))
 
     def clear(self) -> None:
-        """Forget all messages, because time has jumped back."""
+        """Discard all messages, because time has jumped back."""
         for queue in self.queues:
             queue.clear()
 
@@ -64,7 +64,7 @@ class ExactTime:
 class ApproximateTime(ExactTime):
     """Finds messages of all topics whose time stamps are less than ``slop`` apart.
 
-    Each new message is matched with the nearest of every other topic first.
+    Each new message is matched with the nearest one of every other topic first.
 
     Args:
         count, queue_size: as for `ExactTime`.
@@ -77,7 +77,7 @@ class ApproximateTime(ExactTime):
 
     def complete(self, index: int, stamp: Time) -> list[tuple[Any, ...]]:
         """Return the set that the newest message of topic ``index`` completes, if it does."""
-        if stamp not in self.queues[index] or not self.slop > Duration():  # too old; or nothing is near enough
+        if stamp not in self.queues[index] or not self.slop > Duration():  # too old, or nothing is near enough
             return []
         candidates: list[list[Time]] = []
         for position in range(len(self.queues)):
@@ -89,7 +89,7 @@ class ApproximateTime(ExactTime):
         return [self._take(found)] if found is not None else []
 
     def _nearby_stamps(self, index: int, stamp: Time) -> list[Time]:
-        """Return the stamps of a topic that may match, the nearest first; of two, that which came first."""
+        """Return the stamps of a topic that may match, the nearest first; of two equally near, the first received."""
         middle, maximum = stamp.to_nsec(), self.slop.to_nsec()
         found: list[tuple[int, int, Time]] = []
         for order, each in enumerate(self.queues[index]):
@@ -116,7 +116,7 @@ class Recent:
     """The newest messages of a topic, in the order of their time stamps.
 
     Args:
-        size: most messages.
+        size: maximum number of messages.
     """
 
     def __init__(self, size: int) -> None:
@@ -125,7 +125,7 @@ class Recent:
         self._number = 0
 
     def add(self, stamp: Time, message: Any) -> None:
-        """Take a message; the oldest one goes if there are too many."""
+        """Add a message; the oldest one is removed if there are too many."""
         self._number += 1
         insort(self._items, (stamp, self._number, message), key=lambda item: item[:2])
         if len(self._items) > self.size:
@@ -159,7 +159,7 @@ class Recent:
 
 
 def matcher(count: int, queue_size: int, slop: float | None) -> ExactTime:
-    """Return what finds messages of ``count`` topics with equal stamps, or with a ``slop`` those that are less apart.
+    """Return a matcher for ``count`` topics with equal stamps, or with stamps less than ``slop`` apart.
 
     Args:
         count, queue_size: as for `ExactTime`.
@@ -175,7 +175,7 @@ def stamp_of(message: Any, default: Time | None = None) -> Time:
         default: returned if there is no header.
 
     Raises:
-        TypeError: there is no header, and nothing else to return.
+        TypeError: there is no header, and no default.
     """
     stamp = getattr(getattr(message, "header", None), "stamp", default)
     if stamp is None:

@@ -33,7 +33,7 @@ _DEFINED = {
     "srv": ("add_service_files", "Service1.srv"),
     "action": ("add_action_files", "Action1.action"),
 }
-"""Folder -> the call that names its files, and what stands there to be filled in."""
+"""Folder -> the call that names its files, and the placeholder to be filled in."""
 
 
 def has_definitions(files: Collection[str]) -> bool:

@@ -53,7 +53,7 @@ def search_folders(environ: Mapping[str, str]) -> list[tuple[str, int]]:
 
 
 def _normalized(folder: str) -> str:
-    """Return a path as ``pathlib`` writes it: to load that module takes a good part of a short command's time."""
+    """Return a path as ``pathlib`` writes it: loading that module takes much of a short command's time."""
     steps = "/".join(step for step in folder.split("/") if step not in ("", "."))
     return f"/{steps}" if folder.startswith("/") else steps or "."
 
@@ -65,7 +65,7 @@ def cache_folder(environ: Mapping[str, str]) -> str:
 
 
 def all_packages(environ: Mapping[str, str], *, roots: list[tuple[str, int]] | None = None) -> list[FoundPackage]:
-    """Return all packages in the order in which they are found; of several with one name the first counts.
+    """Return all packages in the order in which they are found; of several with the same name the first counts.
 
     Below one root, a package in a folder of its name directly in the root comes first, as for `PackageIndex`.
 

@@ -23,7 +23,7 @@ class CreateError(Error):
 
 
 def name_problem(name: str) -> str:
-    """Return what is wrong with a package's name (REP 144); empty if it is good."""
+    """Return the fault of a package's name (REP 144); empty if it is valid."""
     if not name:
         return "it is empty"
     if name[0].isdigit() or name[0] in "_-":
@@ -92,7 +92,7 @@ def _files(package: NewPackage) -> dict[str, str]:
 
 
 def _content(package: NewPackage) -> dict[str, str]:
-    """Return what it has beside its manifest and CMakeLists.txt: path -> text."""
+    """Return the files except for manifest and CMakeLists.txt: path -> text."""
     if package.meta:
         return {}
     files = {}

@@ -14,7 +14,7 @@ class Packages:
     """Packages and their dependencies; manifests are read when they are needed.
 
     Args:
-        found: the packages, in the order of preference; of several with one name the first counts.
+        found: the packages, in the order of preference; of several with the same name the first counts.
     """
 
     def __init__(self, found: Sequence[FoundPackage]) -> None:
@@ -53,7 +53,7 @@ class Packages:
         """Return the direct dependencies of a package; names that are not packages are dependencies on the system.
 
         Raises:
-            ManifestError: a rosbuild package names a package that is not there, or a manifest cannot be read.
+            ManifestError: a rosbuild package names a package that does not exist, or a manifest cannot be read.
         """
         manifest = self.manifest(name)
         names = manifest.runs_with()

@@ -68,7 +68,7 @@ class MessageFinder:
             raise ModuleNotFoundError(text, name=name)
         match kind:
             case [] | ["msg"] | ["srv"]:
-                return ModuleSpec(name, self, is_package=True)  # type: ignore[arg-type]  # has all that a loader needs
+                return ModuleSpec(name, self, is_package=True)  # type: ignore[arg-type]  # has all a loader needs
             case ["msg" | "srv" as part, short]:
                 raise ImportError(self._missing(f"{package}/{short}", part), name=name)
         return None
@@ -146,7 +146,7 @@ class MessageFinder:
         return f"{package}.{kind}._{short}" if self.stock_names else module
 
     def _service_part(self, name: str) -> type[Any]:
-        """Return what a srv module holds under a name: a service, a request or a response class."""
+        """Return the class of that name in a srv module: a service, a request or a response."""
         short = name.partition("/")[2]
         if short not in self.library.services(name.partition("/")[0]):
             for part, attribute in (("Request", "_request_class"), ("Response", "_response_class")):
@@ -158,7 +158,7 @@ class MessageFinder:
     def _cached_class(self, name: str, kind: str, make: Callable[[str], type[Any]]) -> Any:
         package, _, short = name.partition("/")
         if not is_type_name(name) or not self.library.has_package(package):
-            # Raises the error that says where it was searched.
+            # Raises the error that lists the searched places.
             return self.library.message(name) if kind == "msg" else self.library.service(name)
         module = importlib.import_module(f"{self._prefix}.{module_name(package)}.{kind}")
         cached = vars(module).get(short)

@@ -69,7 +69,7 @@ class Library:
     def find_message(self, name: str) -> MessageSpec | None:
         """Return the parsed definition of a message type; None if there is no such type.
 
-        Names that others have sent are looked up with this: to look for similar names, as for an error, takes long.
+        For names received from peers: the search for similar names, as for an error, takes long.
 
         Raises:
             DefinitionError: the definition is wrong; the text names file and line.

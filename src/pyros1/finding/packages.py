@@ -4,9 +4,10 @@ A package is a folder with a ``package.xml`` (catkin) or a ``manifest.xml`` (ros
 through the folders of ``ROS_PACKAGE_PATH`` with everything below them, the devel and install spaces of
 ``CMAKE_PREFIX_PATH``, stock installations on the machine, the Python packages of this interpreter that declare a ROS
 package (by a ``package.xml`` in their folder, or by installing ``share/NAME/package.xml``), and the packages that come
-with pyros1. If one of these folders holds several packages of one name, the one directly in it counts, if its folder
-has that name, else the first in the order of the folders' names. (Stock takes the order in which the file system lists
-them.) Nothing is read before it is needed, and the index remembers what it has found: use one index for all searches.
+with pyros1. If one of these folders holds several packages of the same name, the one directly in it counts, if its
+folder has that name, else the first in the order of the folders' names. (Stock takes the order in which the file
+system lists them.) Nothing is read before it is needed, and the index remembers what it has found: use one index for
+all searches.
 
 Every node looks for the packages of its messages when it starts. So a package in its usual place is found without a
 search through all others, and this module handles paths as strings: `pathlib` is loaded only by methods that return
@@ -36,7 +37,7 @@ OWN_PACKAGES = os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__f
 _COMMENT = "(?s)<!--.*?-->"
 _NAME_TAG = r"<name\s*>\s*([^<\s]+)\s*</name\s*>"
 _MAX_MANIFEST_SIZE = 1 << 20
-"""Most characters of a package.xml that are read to find the name."""
+"""Maximum number of characters of a package.xml that are read to find the name."""
 _IGNORE_MARKS = frozenset({"CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs"})
 MAX_DEPTH = 20
 """Number of levels below a folder of ``ROS_PACKAGE_PATH`` that are searched for packages."""
@@ -172,7 +173,7 @@ class PackageIndex:
 
         Args:
             package: package name.
-            name: file name, or a path relative to the package's folder; in pyros1's own packages ``name.py`` too.
+            name: file name, or a path relative to the package's folder; in pyros1's own packages also ``name.py``.
 
         Raises:
             PackageNotFoundError: there is no such package.
@@ -256,7 +257,7 @@ class PackageIndex:
                 name = _package_name(folder)
                 if name is not None and (name not in found or folder == os.path.join(root, name)):
                     found[name] = folder
-            self._crawled[root] = found  # only when it is complete: other threads may read it, too
+            self._crawled[root] = found  # only when it is complete: other threads may read it as well
         return found
 
     def list(self) -> _Names:
@@ -284,7 +285,7 @@ def manifest_text(path: str) -> str:
 
 
 def _open_nonblocking(path: str, flags: int) -> int:
-    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))  # a pipe to which nobody writes would block
+    return os.open(path, flags | getattr(os, "O_NONBLOCK", 0))  # a pipe without a writer would block
 
 
 def _package_name(folder: str) -> str | None:

@@ -11,10 +11,10 @@ DROP_IN_START = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__f
 MODULES = os.path.join(os.path.dirname(DROP_IN_START), "modules")
 """Folder of our modules."""
 SYSTEM_PYTHON = "/usr/bin/python3"
-"""The Python whose modules the system's packages install."""
+"""The Python for which the system's packages install modules."""
 _ANY_PYTHON = ([b"/usr/bin/env", b"python3"], [b"/usr/bin/env", b"python"])
 SYSTEM_FOLDERS = ("/usr/lib/", "/usr/share/")
-"""Where the system's packages have their programs."""
+"""Folder of the programs of the system's packages."""
 
 
 def modules_environment(environ: Mapping[str, str]) -> dict[str, str]:

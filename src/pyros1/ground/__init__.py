@@ -1,1 +1,1 @@
-"""What all rooms stand on: errors, names, times, expressions, and the words on the screen."""
+"""Foundation of all other packages: errors, names, times, expressions and terminal output."""

@@ -17,7 +17,7 @@ def write_atomically(path: str | os.PathLike[str], text: str) -> None:
     Raises:
         OSError: it cannot be written; it names the file.
     """
-    target = os.path.realpath(path)  # behind a link is the file that is meant
+    target = os.path.realpath(path)  # of a link, write the target
     try:
         if os.path.exists(target) and not os.path.isfile(target):
             _write(target, text, "w")

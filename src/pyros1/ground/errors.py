@@ -1,4 +1,4 @@
-"""Every error that pyros1 raises on purpose, as one tree.
+"""Every error that pyros1 itself raises, as one tree.
 
 ::
 
@@ -22,7 +22,7 @@
     │   └── MasterUnreachableError          the master did not answer at all
     ├── ServiceError                        a service call failed, here or in the handler
     │   ├── ServiceUnavailableError         nobody provides the service, or its node cannot be reached
-    │   └── ServiceRefusal                  raised by a handler: what its caller is told, and nothing in the log
+    │   └── ServiceRefusal                  raised by a handler: only the caller gets the text; nothing is logged
     ├── ParameterNotSetError (KeyError)     the parameter is not on the parameter server
     ├── WaitTimeoutError (TimeoutError)     a message, service or the master did not come in time
     ├── NodeError                           a node cannot do what was asked (closed, declared twice, ...)
@@ -38,7 +38,7 @@ from pyros1.ground import terminal_text
 
 
 class Error(Exception):
-    """Base of all pyros1 errors; its text is meant to be shown to a person, and so has no control characters."""
+    """Base of all pyros1 errors; its text is meant for people, and so has no control characters."""
 
     def __str__(self) -> str:
         return terminal_text.lines(super().__str__())
@@ -69,7 +69,7 @@ class DefinitionError(MessageError):
         self.where = where
         self.line = line
         place = f"{where or '<definition>'}:{line}: " if line is not None else f"{where}: " if where else ""
-        super().__init__(terminal_text.one_line(place + message, 10_000))  # it quotes text that others have written
+        super().__init__(terminal_text.one_line(place + message, 10_000))  # it quotes text from elsewhere
 
 
 class UnknownTypeError(MessageError):
@@ -85,9 +85,9 @@ class DeserializationError(MessageError):
 
     Args:
         type_name: for example ``std_msgs/String``. If it is given alone, it is the text: programs and generated message
-            modules raise this error, too.
+            modules raise this error as well.
         offset: byte offset into the message body at which decoding failed.
-        reason: what is wrong there.
+        reason: the fault there.
     """
 
     def __init__(self, type_name: object = "", offset: int | None = None, reason: str = "") -> None:
@@ -104,7 +104,7 @@ class LengthError(MessageError):
 
     Args:
         type_name: for example ``std_msgs/String``.
-        surplus: number of bytes behind the message; negative: so many are missing from its last string or byte array.
+        surplus: number of bytes behind the message; negative: this many are missing from its last string or byte array.
     """
 
     def __init__(self, type_name: str, surplus: int) -> None:
@@ -243,7 +243,7 @@ class LaunchError(Error):
     """A launch file, or what it asks for, cannot be used.
 
     Args:
-        message: what is wrong and what to do.
+        message: the problem and what to do.
         where: file name, None if unknown.
         line: 1-based line number, None if unknown.
     """

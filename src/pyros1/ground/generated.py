@@ -83,7 +83,7 @@ class Hook:
         package, *kind = name[len(PREFIX) + 1 :].split(".")
         if package in OWN_MODULES or kind not in ([], ["msg"], ["srv"]):
             return None
-        return ModuleSpec(name, _Loader(), is_package=True)  # type: ignore[arg-type]  # has all that a loader needs
+        return ModuleSpec(name, _Loader(), is_package=True)  # type: ignore[arg-type]  # has all a loader needs
 
 
 class _Loader:

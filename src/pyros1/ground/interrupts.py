@@ -15,12 +15,12 @@ from typing import NoReturn
 TERMINATION_SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SIGHUP") if hasattr(signal, name))
 """The signals that ask a program to end."""
 MIN_REPEAT_INTERVAL = 0.5
-"""Seconds after which another signal counts as sent on purpose: ``timeout -s INT`` sends two at once, to a process
+"""Seconds after which another signal counts as deliberate: ``timeout -s INT`` sends two at once, to a process
 and to its group, and so do shells and launchers that pass Ctrl-C on to processes that already have it."""
 
 
 class InterruptCounter:
-    """Count of the signals that were sent on purpose. Takes no locks, so signal handlers may use it.
+    """Count of deliberate signals. Takes no locks, so signal handlers may use it.
 
     Args:
         clock: seconds.

@@ -10,10 +10,10 @@ _HELPERS = {"Any", "TYPE_CHECKING", "annotations"}
 
 
 def module(name: str) -> Any:
-    """Import a module that is most often there already, as an import statement does.
+    """Import a module that is usually loaded already, as an import statement does.
 
     `importlib.import_module` takes the module's lock each time before Python 3.11, and a signal handler that does so
-    while the main thread does waits for ever.
+    while the main thread does waits forever.
 
     Args:
         name: the module's full name.
@@ -21,7 +21,7 @@ def module(name: str) -> Any:
     Raises:
         ImportError: there is no such module.
     """
-    return __import__(name, fromlist=("__name__",))  # a name, so that not the outermost package comes
+    return __import__(name, fromlist=("__name__",))  # with a name, since the outermost package is returned otherwise
 
 
 def load(package: str, exports: Mapping[str, str], name: str) -> Any:
@@ -45,7 +45,7 @@ def listing(names: Iterable[str], public: Iterable[str]) -> list[str]:
     """Return the names to list, for the package's ``__dir__``.
 
     Args:
-        names: what the package holds now.
+        names: the names that the package has now.
         public: all public names, loaded or not.
     """
     return sorted(({*names} - _HELPERS) | {*public})

@@ -1,4 +1,4 @@
-"""A log file that is rotated when it reaches a size, and goes on after a full disk."""
+"""A log file that is rotated when it reaches a maximum size, and continues after a full disk."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ RETRY_INTERVAL = 5.0
 class LogFile:
     """A log file, created with its folder at the first line. For one thread at a time.
 
-    An error, such as a full disk, is told once on stderr. What comes in the next seconds is dropped; then writing is
+    An error, such as a full disk, is reported once on stderr. Lines of the next seconds are dropped; then writing is
     tried again, and the file says how much is missing.
 
     Args:
@@ -63,7 +63,7 @@ class LogFile:
 
     def _fail(self, path: str, error: OSError, text: str) -> None:
         if self._file is not None:
-            self._file.close()  # the next attempt opens it again: perhaps its disk has come back
+            self._file.close()  # the next attempt opens it again: its disk may be available again
             self._file = None
         self._failure = error.strerror or str(error)
         if not self._lost_lines:
@@ -93,5 +93,5 @@ class LogFile:
 
 
 def _open_nonblocking(path: str, flags: int) -> int:
-    """Open a file; a pipe that nobody reads is an error, in place of a wait."""
+    """Open a file; a pipe without a reader is an error instead of a wait."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0), 0o666)

@@ -17,7 +17,7 @@ def prepare() -> None:
     """Let SIGINT end a starting program quietly.
 
     Our commands have no handler until they can act on the signal. A user's program keeps its handler, so it can catch
-    KeyboardInterrupt; an uncaught one that came from an import is not shown.
+    KeyboardInterrupt; an uncaught one that came from an import is not printed.
     """
     words = getattr(sys, "argv", None) or [""]
     if words[0].endswith("/bin/pyros1"):

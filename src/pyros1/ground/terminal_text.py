@@ -2,7 +2,7 @@
 
 A name, an error text or a message of another process may hold escape sequences, which move the cursor, change the
 window's title or hide text, line breaks, which forge lines of output, and marks that reverse the direction of writing.
-Text from elsewhere passes through here before a person sees it. Each such character is shown as Python would
+Text from elsewhere passes through here before a person sees it. Each such character is escaped as Python would
 write it in a string: ``\\x1b``.
 """
 
@@ -51,8 +51,8 @@ def coloured_lines(text: str) -> str:
 
 
 class UntrustedText(str):
-    """A text from elsewhere that keeps its value for programs, as a name to look up or a value in JSON, but is shown as
-    by `one_line` when it is printed or formatted. ``join`` and ``+`` use the raw value: join ``map(str, names)``
+    """A text from elsewhere that keeps its value for programs, as a name to look up or a value in JSON, but is escaped
+    like by `one_line` when it is printed or formatted. ``join`` and ``+`` use the raw value: join ``map(str, names)``
     instead.
     """
 

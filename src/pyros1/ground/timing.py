@@ -22,7 +22,7 @@ def _as_int(number: Any, what: str) -> int:
 
 
 def _has_fractions(number: Any) -> bool:
-    """Tell whether a value is of a kind of numbers that need not be whole, such as numpy.float32 or Decimal."""
+    """Return whether a value is of a kind of numbers that need not be whole, such as numpy.float32 or Decimal."""
     kind = type(number)
     return hasattr(kind, "__float__") and (not hasattr(kind, "__index__") or hasattr(kind, "__len__"))  # arrays have it
 
@@ -263,5 +263,5 @@ class Duration(TVal):
         return NotImplemented
 
 
-# Python has made the slots by now; programs that walk through messages want to see them here, too.
+# Python has made the slots by now; programs that walk through messages expect them here.
 Time.__slots__ = Duration.__slots__ = TVal.__slots__  # type: ignore[assignment]

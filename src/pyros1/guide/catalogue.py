@@ -1,6 +1,6 @@
-"""Examples that one can copy: files in examples/, and what they are for.
+"""Examples to copy: files in examples/, with their descriptions.
 
-A folder per example has a folder for each face, ``node`` (`pyros1.Node`) and ``rospy``, and one for what both share.
+The folder of an example has a folder for each face, ``node`` (`pyros1.Node`) and ``rospy``, and one for shared files.
 The files are those of a package called `PLACEHOLDER`.
 """
 
@@ -16,27 +16,27 @@ from pyros1.ground.suggest import did_you_mean
 
 EXAMPLES = Path(__file__).parent / "examples"
 FACES = ("node", "rospy")
-"""The faces: `pyros1.Node`, and rospy for programs that shall run with other ROS 1 installations, too."""
+"""The faces: `pyros1.Node`, and rospy for programs that should also run with other ROS 1 installations."""
 SHARED = "both"
 PLACEHOLDER = "my_package"
-"""What the files call their package."""
+"""The name of the package in the files."""
 _PYTHON = "python3 "
 
 
 class ExampleError(Error):
-    """There is no such example."""
+    """An example does not exist."""
 
 
 class Example(NamedTuple):
     """An example.
 
     Attributes:
-        name: as one asks for it.
-        about: what it shows, in one line.
-        depends: packages that it needs with each face.
-        tries: what to type after ``pyros1 `` to see it work, with `PLACEHOLDER` for the package. A line that begins
-            with ``python3`` is a whole command.
-        rospy_depends: packages that it needs with the face rospy, besides rospy itself.
+        name: its name in commands.
+        about: its description, in one line.
+        depends: packages that it needs with any face.
+        tries: what to type after ``pyros1 `` to see it work, with `PLACEHOLDER` for the package. A line that starts
+            with ``python3`` is a complete command.
+        rospy_depends: packages that it needs with the face rospy, in addition to rospy itself.
     """
 
     name: str
@@ -47,7 +47,7 @@ class Example(NamedTuple):
 
     @property
     def faces(self) -> tuple[str, ...]:
-        """The faces that it has."""
+        """The faces that are available."""
         return tuple(face for face in FACES if (EXAMPLES / self.name / face).is_dir())
 
     def files(self, face: str, package: str) -> dict[str, str]:
@@ -55,7 +55,7 @@ class Example(NamedTuple):
 
         Args:
             face: one of `faces`.
-            package: name of the package that they are for.
+            package: name of the package for which they are.
         """
         found = {}
         for part in (SHARED, face):
@@ -148,10 +148,10 @@ def example(name: str, face: str = FACES[0]) -> Example:
 
     Args:
         name: its name.
-        face: the face that is wanted.
+        face: the requested face.
 
     Raises:
-        ExampleError: there is no example of this name, or it lacks the face; the text names those that there are.
+        ExampleError: the example does not exist, or lacks the face; the text names the available ones.
     """
     known = {each.name: each for each in CATALOGUE}
     if name not in known:
@@ -164,20 +164,20 @@ def example(name: str, face: str = FACES[0]) -> Example:
 
 
 def builds_with(package: str) -> bool:
-    """Return whether stock ROS needs a package to build one that depends on it: it has messages, or functions of CMake.
+    """Return whether stock ROS needs a package at build time: it has messages, or CMake functions.
 
-    Other packages are needed to run only.
+    Other packages are only needed at run time.
     """
     return package.endswith(("_msgs", "_srvs")) or package in ("dynamic_reconfigure", "rospy")
 
 
 def gather(examples: Sequence[Example], face: str, package: str) -> dict[str, str]:
-    """Return the files of several examples together: path in the package -> text, with a README.md that lists them.
+    """Return the combined files of several examples: path in the package -> text, with a README.md that lists them.
 
     Args:
         examples: the examples.
         face: a face that all of them have.
-        package: name of the package that they are for.
+        package: name of the package for which they are.
     """
     files: dict[str, str] = {}
     for each in examples:
@@ -186,7 +186,7 @@ def gather(examples: Sequence[Example], face: str, package: str) -> dict[str, st
 
 
 def tries(examples: Sequence[Example], package: str) -> list[str]:
-    """Return the commands that show what the examples do."""
+    """Return the commands to try out the examples."""
     lines = [line.replace(PLACEHOLDER, package) for each in examples for line in each.tries]
     return [line if line.startswith(_PYTHON) else f"pyros1 {line}" for line in lines]
 

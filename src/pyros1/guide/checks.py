@@ -1,4 +1,4 @@
-"""The exercises of the guide: each check inspects the folder and the running system, and says what is missing."""
+"""The exercises of the guide: each check inspects the folder and the running system, and reports what is missing."""
 
 from __future__ import annotations
 
@@ -35,16 +35,16 @@ ACTION = "my_robot/Drive"
 MESSAGE_TIMEOUT = 5.0
 """Seconds that a check waits for messages."""
 POSITION_TOLERANCE = 0.005
-"""Metres that a place may differ from the wanted one."""
+"""Tolerance of a position in metres."""
 SECOND_PORT = 11312
 MAX_TEST_SECONDS = 60.0
-"""Seconds that a reader's test may take."""
+"""Maximum seconds for a reader's test."""
 SHOWN_LINES = 5
-"""Of the reasons that pytest gives."""
+"""Number of lines of pytest's output that are displayed."""
 
 
 class CheckContext:
-    """What a check looks at. The node is made when it is needed, so that checks of files need no master.
+    """The context of a check. The node is created on demand, so that checks of files need no master.
 
     Args:
         environ: environment variables.
@@ -67,17 +67,17 @@ class CheckContext:
 
     @property
     def node(self) -> Node:
-        """A node of the check's own."""
+        """The check's own node."""
         if self._node is None:
             self._node = Node("guide", anonymous=True, argv=[], environ=self.environ, rosout=False, wait_for_master=0.0)
         return self._node
 
     def state(self) -> SystemState:
-        """Return who publishes, listens and serves, without the check itself."""
+        """Return the publishers, subscribers and services, without those of the check itself."""
         return Graph(self.node.master).state()
 
     def message(self, topic: str, matches: Callable[[Any], bool] = lambda _: True) -> Any:
-        """Return the first message of a topic of numbers that fits; None if none comes in time."""
+        """Return the first matching message of a topic of numbers; None if none arrives in time."""
         deadline = time.monotonic() + MESSAGE_TIMEOUT
         while (remaining := deadline - time.monotonic()) > 0:
             try:
@@ -89,7 +89,7 @@ class CheckContext:
         return None
 
     def rate(self, topic: str, seconds: float = 2.0) -> float:
-        """Return how many messages a second come on a topic of numbers; 0: fewer than two came."""
+        """Return the messages per second on a topic of numbers; 0 for fewer than two messages."""
         meter = RateMeter()
         subscriber: Any = self.node.subscribe(topic, FLOAT, lambda _: meter.arrived(time.monotonic()))
         self.node.sleep(seconds)
@@ -98,10 +98,10 @@ class CheckContext:
         return figures[0] if figures else 0.0
 
     def call(self, service: str, kind: str) -> Any:
-        """Return what a service answers to an empty request.
+        """Return the response of a service to an empty request.
 
         Raises:
-            WaitTimeoutError: it does not in time.
+            WaitTimeoutError: it does not respond in time.
         """
         cls: Any = load_service(kind)
         return self.node.service(service, cls).call(cls._request_class(), MESSAGE_TIMEOUT)
@@ -323,7 +323,7 @@ def tested(context: CheckContext) -> str:
 
 
 def _kill(child: subprocess.Popen[str]) -> None:
-    """End a process with the programs that it has started."""
+    """Kill a process with the programs that it has started."""
     if hasattr(os, "killpg"):
         os.killpg(child.pid, signal.SIGKILL)
     else:
@@ -338,10 +338,10 @@ CHECKS: tuple[Check, ...] = (
 
 
 def check(number: int, environ: Mapping[str, str] = os.environ, folder: Path | None = None) -> str:
-    """Return what is missing in the exercise of a step, and what to do; empty: nothing.
+    """Return what is missing in the exercise of a step, and what to do; empty if nothing is.
 
     Args:
-        number: of the step, from 1.
+        number: number of the step, from 1.
         environ: environment variables.
         folder: the reader's folder; None: the current one.
     """
@@ -353,7 +353,7 @@ def check(number: int, environ: Mapping[str, str] = os.environ, folder: Path | N
 
 
 def _published(context: CheckContext, topic: str) -> str:
-    """What is missing for messages of a topic of numbers."""
+    """Return what is missing for messages on a topic of numbers."""
     if not context.state().publishers.get(topic):
         return f"no node publishes {topic}"
     kind = Graph(context.node.master).topic_types().get(topic, FLOAT)
@@ -361,7 +361,7 @@ def _published(context: CheckContext, topic: str) -> str:
 
 
 def _ended(status: actions.Status) -> str:
-    """How a goal ended, as the end of a sentence."""
+    """Return how a goal ended, as the end of a sentence."""
     if status is actions.Status.SUCCEEDED:
         return "it succeeded"
     if status in (actions.Status.PENDING, actions.Status.ACTIVE):
@@ -378,7 +378,7 @@ def _numbers(numbers: Iterable[float]) -> str:
 
 
 def answers(address: str, port: int) -> bool:
-    """Return whether somebody takes connections there."""
+    """Return whether a server accepts connections there."""
     try:
         with socket.create_connection((address, port), 1.0):
             return True

@@ -1,9 +1,9 @@
-"""The steps of the guide and its how-to pages, which are files in Markdown.
+"""The steps of the guide and its how-to pages, which are Markdown files.
 
-In a step's ``console`` blocks a line with ``$`` is a command, and what follows is what it prints; ``...`` stands for
-lines that are left out, ``^C`` for the key. A block with a file's name after its language is a file that the reader
-makes. Pages also have tables and links. Pictures that are files of the web page, each in a paragraph of its own, are
-shown in the browser, too; others only to those who read the files in the repository.
+In a step's ``console`` blocks a line with ``$`` is a command, followed by its output; ``...`` stands for omitted lines,
+``^C`` for the key. A block with a file name after its language is a file that the reader creates. Pages also have
+tables and links. Pictures that are files of the web page, each in its own paragraph, are also displayed in the browser;
+other pictures only to readers of the files in the repository.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ class Block(NamedTuple):
 
     Attributes:
         kind: "title", "heading", "paragraph", "item" (of a list), "table", "picture" or "code".
-        text: in code as it is typed or printed; else one line, with marks for `code`, *words* and [links](x.md).
-        language: of code: "console", "python", "xml", "text" and others.
-        file: name of the file that the reader makes of this code; of a picture, its place in the page. Else empty.
-        rows: of a table, whose text is empty: the cells' texts; the first row is its head, whose cells may be empty.
+        text: code as typed or printed; otherwise one line, with markup for `code`, *words* and [links](x.md).
+        language: language of code: "console", "python", "xml", "text" and others.
+        file: name of the file that the reader creates from this code; for a picture, its path in the page. Else empty.
+        rows: cell texts of a table, whose text is empty; the first row is its header, whose cells may be empty.
     """
 
     kind: str
@@ -53,8 +53,8 @@ class GuideStep(NamedTuple):
     """A step of the guide.
 
     Attributes:
-        number: from 1 up.
-        name: a word that stays if the number changes.
+        number: its number, starting at 1.
+        name: a name that stays the same if the number changes.
         title: its heading.
         text: all of it, in Markdown.
     """
@@ -71,7 +71,7 @@ class GuideStep(NamedTuple):
 
     @property
     def files(self) -> dict[str, str]:
-        """The files that the reader makes: name -> content."""
+        """The files that the reader creates: name -> content."""
         return {block.file: block.text for block in self.blocks if block.kind == "code" and block.file}
 
     @property
@@ -81,15 +81,15 @@ class GuideStep(NamedTuple):
 
     @property
     def blocks(self) -> list[Block]:
-        """Its parts, in their order."""
+        """Its blocks, in order."""
         return blocks(self.text)
 
 
 class GuidePage(NamedTuple):
-    """A page that says how to do one thing.
+    """A page that explains how to do one thing.
 
     Attributes:
-        name: the word to ask for it.
+        name: its name in commands.
         heading: its title.
         text: all of it, in Markdown.
     """
@@ -100,11 +100,11 @@ class GuidePage(NamedTuple):
 
     @property
     def blocks(self) -> list[Block]:
-        """Its parts, in their order."""
+        """Its blocks, in order."""
         return blocks(self.text)
 
     def code(self, language: str, heading: str = "") -> list[str]:
-        """Return its blocks of code in a language; with a heading, only those under it."""
+        """Return its code blocks in a language; with a heading, only those under it."""
         under = ""
         found = []
         for block in self.blocks:
@@ -115,7 +115,7 @@ class GuidePage(NamedTuple):
 
 
 def blocks(text: str) -> list[Block]:
-    """Return the parts of a text in Markdown, in their order."""
+    """Return the blocks of a Markdown text, in order."""
     found: list[Block] = []
     position = 0
     for fence in _CODE.finditer(text):
@@ -148,7 +148,7 @@ def _cells(line: str) -> tuple[str, ...]:
 
 
 def steps() -> list[GuideStep]:
-    """Return all steps, in their order."""
+    """Return all steps, in order."""
     found = []
     for path in sorted(STEPS.glob("*.md")):
         text = path.read_text(encoding="utf-8")
@@ -158,7 +158,7 @@ def steps() -> list[GuideStep]:
 
 
 def pages() -> dict[str, GuidePage]:
-    """Return the how-to pages by their names."""
+    """Return the how-to pages by name."""
     found = {}
     for path in sorted(HOWTO.glob("*.md")):
         text = path.read_text(encoding="utf-8")
@@ -167,10 +167,10 @@ def pages() -> dict[str, GuidePage]:
 
 
 class _Style(NamedTuple):
-    """How a terminal sets off headings and commands.
+    """The style of headings and commands in a terminal.
 
     Attributes:
-        colour: whether it takes escape sequences; if not, commands keep their backticks.
+        colour: whether it supports escape sequences; if not, commands keep their backticks.
     """
 
     colour: bool
@@ -180,23 +180,23 @@ class _Style(NamedTuple):
         return f"{_BOLD}{text}{_RESET}" if self.colour and text else text
 
     def marked(self, text: str) -> str:
-        """Return a text of one or more lines with its commands set off."""
+        """Return a text of one or more lines with its commands highlighted."""
         if not self.colour:
             return text
         return _COMMAND.sub(lambda found: "\n".join(map(self.strong, found[1].split("\n"))), text)
 
     def width(self, text: str) -> int:
-        """Return the number of columns that a text takes once it is marked."""
+        """Return the number of columns of a text once it is highlighted."""
         return len(text) - self.colour * text.count("`")
 
 
 def for_terminal(page: GuideStep | GuidePage, width: int, colour: bool) -> str:
-    """Return a step or page as a terminal shows it.
+    """Return a step or page as text for a terminal.
 
     Args:
         page: the step or page.
-        width: of the terminal, in columns.
-        colour: whether commands and headings are set off with escape sequences.
+        width: width of the terminal in columns.
+        colour: whether commands and headings are highlighted with escape sequences.
     """
     style = _Style(colour)
     lines: list[str] = []
@@ -224,7 +224,7 @@ def for_terminal(page: GuideStep | GuidePage, width: int, colour: bool) -> str:
 
 
 def plain(text: str) -> str:
-    """Return a line of a block with the marks of its commands, `...`, but without others; links say where they lead."""
+    """Return a line of a block with only the `...` marks of its commands; links include their targets."""
 
     def shown(found: re.Match[str]) -> str:
         if found["label"] is None:
@@ -237,7 +237,7 @@ def plain(text: str) -> str:
 
 
 def _table(table: Block, width: int, style: _Style) -> Iterator[str]:
-    """Columns if they fit, else an item for each row."""
+    """Yield the rows in columns if they fit, else an item for each row."""
     head, *rows = (tuple(map(plain, row)) for row in table.rows)
     widths = [max(map(style.width, column)) for column in zip(head, *rows, strict=True)]
     if sum(widths) + 2 * (len(widths) - 1) <= width:
@@ -257,7 +257,7 @@ def _table(table: Block, width: int, style: _Style) -> Iterator[str]:
 
 
 def _wrapped(text: str, width: int, prefix: str, style: _Style) -> list[str]:
-    """Lines of a width; those after the first begin with as many spaces as the first has characters before it."""
+    """Return lines of a width; those after the first are indented by the length of the prefix."""
     filled = textwrap.fill(
         text, width, initial_indent=prefix, subsequent_indent=" " * len(prefix), break_on_hyphens=False
     )

@@ -31,9 +31,9 @@ class NodePlan:
         machine: name of a declared machine, None for this one.
         file: the launch file that defines the node.
         line: the line in that file.
-        wait_for: what must exist before the node starts.
+        wait_for: conditions to wait for before the node starts.
         wait_timeout: seconds to wait for this, 0 for no limit.
-        on_death: what is done when the node has ended; None for nothing.
+        on_death: what to do when the node has ended; None for nothing.
         args_text, prefix_text: ``args`` and ``prefix`` as written in the file, after substitution.
     """
 
@@ -66,7 +66,7 @@ class NodePlan:
 
     @property
     def on_death_plan(self) -> NodePlan | None:
-        """The program that runs when this node has ended, as a node; None if there is none, or a message is published.
+        """The program to run when this node has ended, as a node; None if there is none or a message is published.
 
         It has the namespace, remappings and environment of this node.
         """
@@ -192,6 +192,6 @@ class Plan:
     warnings: list[str] = field(default_factory=list)
 
     def find_node(self, name: str) -> NodePlan | None:
-        """Return the node or test with this name. A name without a leading slash is taken as global."""
+        """Return the node or test with this name. A name without a leading slash is treated as global."""
         wanted = "/" + name.strip("/")
         return next((node for node in [*self.nodes, *self.tests] if node.full_name == wanted), None)

@@ -31,7 +31,7 @@ class Node:
         node_type: the name of its executable.
         name: the node's name, None for that of the executable.
         namespace: the node's namespace.
-        machine_name: None or empty: only nodes on this machine can be launched in this way.
+        machine_name: None or empty: only nodes on this machine can be launched this way.
         args: the node's arguments in one string, as in a launch file.
         respawn: start it again whenever it ends; as a string: true or false.
         respawn_delay: seconds to wait before that.
@@ -100,7 +100,7 @@ def _flag(value: bool | str, name: str) -> bool:
 
 
 class ProcessListener(Protocol):
-    """Is called when processes end."""
+    """A listener that is called when processes end."""
 
     def process_died(self, process_name: str, exit_code: int | None) -> object:
         """Handle the end of a process. Called in the launch's thread.
@@ -145,7 +145,7 @@ class ProcessHandle:
         return self._process.alive
 
     def end(self, errors: list[str] | None = None) -> None:
-        """End this run of the node as if it ended by itself, and wait until it has: it starts again if it respawns.
+        """End this run of the node as if it exited on its own, and wait for it: it starts again if it respawns.
 
         Args:
             errors: a text is added if it does not end.
@@ -207,7 +207,7 @@ class ScriptRun:
         failure: Exception = LaunchError("the launch is over")
         try:
             self._session.run()
-        except Exception as error:  # noqa: BLE001 - with any error, waiting threads must go on
+        except Exception as error:  # noqa: BLE001 - waiting threads must continue after any error
             failure = error
         with self._lock:
             self._ended.set()
@@ -238,7 +238,7 @@ class ScriptRun:
         def perform() -> None:
             try:
                 future.set_result(action())
-            except Exception as error:  # noqa: BLE001 - raised again where it is waited for
+            except Exception as error:  # noqa: BLE001 - raised again in the waiting thread
                 future.set_exception(error)
 
         self._session.supervisor.do(perform)
@@ -253,7 +253,7 @@ class ScriptRun:
         return ProcessHandle(self.do(lambda: self._session.launch(node.plan)), self)
 
     def processes(self) -> list[ProcessHandle]:
-        """Return the processes that run."""
+        """Return the running processes."""
         return [ProcessHandle(process, self) for process in self._session.supervisor.active]
 
     def dead_processes(self) -> list[ProcessHandle]:

@@ -244,7 +244,7 @@ def configure_logging(run_id: str) -> str:
         The folder.
 
     Raises:
-        LaunchError: the folder cannot be created, or the id is no name of a folder.
+        LaunchError: the folder cannot be created, or the id is not a valid folder name.
     """
     try:
         return str(make_run_folder(os.environ, run_id))

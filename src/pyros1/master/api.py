@@ -33,7 +33,7 @@ class MasterApi:
         log: gets a line for each change (M57).
         on_shutdown: called with the reason when a client asks the master to end.
         pid: this process's id.
-        log_calls: log each call, too, with level ``debug``.
+        log_calls: also log each call, with level ``debug``.
         record: gets each call that has changed something, with its arguments resolved (see `restore`).
 
     Attributes:
@@ -92,7 +92,7 @@ class MasterApi:
             self._record(method, (caller, *values))
         return [1, message, value]
 
-    # ---- to go on after a restart
+    # ---- to continue after a restart
 
     def snapshot(self) -> Iterator[tuple[str, Sequence[Any]]]:
         """Yield the calls that make this state, for `restore`."""
@@ -101,7 +101,7 @@ class MasterApi:
         yield "setParam", (SEP, SEP, self.parameters.get(SEP))
 
     def restore(self, calls: Iterable[tuple[str, Sequence[Any]]]) -> None:
-        """Make recorded calls; nodes are told nothing, and nothing is logged. What cannot be made is left out."""
+        """Make recorded calls; nodes are not notified, and nothing is logged. Calls that fail are skipped."""
         notify, log, record = self._notify, self._log, self._record
         self._notify, self._log, self._record = (lambda _: None), (lambda *_: None), None
         try:
@@ -258,7 +258,7 @@ class MasterApi:
 
 
 def _pairs(params: Sequence[Any]) -> list[tuple[str, str]]:
-    """Return what is well formed in recorded types of topics."""
+    """Return the well-formed entries of recorded topic types."""
     rows = params[0] if params and isinstance(params[0], list) else []
     return [
         (row[0], row[1])

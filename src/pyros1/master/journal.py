@@ -1,12 +1,12 @@
-"""The master's journal: what a new master needs to go on where a killed one stopped.
+"""The master's journal: what a new master needs to continue where a killed one stopped.
 
-A file with one record per change, after a first record that says whose it is and the state when the file was begun. A
+A file with one record per change, after a first record that says whose it is and the state when the file was created. A
 record is a call of the Master API as XML-RPC, with its length and checksum before it. When much has been added, a new
 file with the present state takes the old one's place (written aside, renamed), so its size is bounded.
 
-A thread of its own writes; the loop never waits for a disk. Records are handed to the system at once: a master that is
-killed loses the changes of its last some ten milliseconds at most. Nothing is ever synced: that is for power cuts, and
-after one the nodes of this machine are gone, too, so that the file is not used.
+A separate thread writes; the loop never waits for a disk. Records are handed to the system at once: a master that is
+killed loses the changes of at most its last tens of milliseconds. Nothing is ever synced: that is for power cuts, and
+after one the nodes of this machine are gone as well, so that the file is not used.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ MAX_SIZE: Final = 256 << 20
 HEARTBEAT_S: Final = 5.0
 """Seconds between two signs of life, the file's time of change."""
 MAX_PENDING: Final = 64 << 20
-"""Bytes that wait for a disk; what is lost then makes the file be begun anew."""
+"""Bytes that wait for a disk; if any are lost, the file is rewritten."""
 _FRAME: Final = struct.Struct("<II")
 _NO_LINK: Final = getattr(os, "O_NOFOLLOW", 0)
-_GROWTH: Final = 1 << 20  # bytes that may be added, or as many as the state has, before the file is begun anew
+_GROWTH: Final = 1 << 20  # bytes that may be added, or as many as the state has, before the file is rewritten
 
 Call = tuple[str, Sequence[Any]]
 """Method of the Master API, and its arguments."""
@@ -47,14 +47,14 @@ class JournalError(Error):
 
 @dataclass(frozen=True)
 class JournalContents:
-    """What the journal of an earlier master says.
+    """Content of the journal of an earlier master.
 
     Attributes:
         calls: to be made on the new master, in order.
         pid: of the earlier master.
-        boot: of which start of the machine; see `boot_id`.
+        boot: identifies the start of the machine; see `boot_id`.
         last_alive: seconds since the epoch when it gave its last sign of life.
-        truncated: whether the end of the file is missing or spoilt; what comes before is good.
+        truncated: whether the end of the file is missing or damaged; what comes before is good.
     """
 
     calls: tuple[Call, ...]
@@ -65,7 +65,7 @@ class JournalContents:
 
 
 def boot_id() -> str:
-    """Return what tells one start of this machine from the next; empty if the system does not say."""
+    """Return an identifier of the current start of this machine; empty if the system has none."""
     with contextlib.suppress(OSError):
         return Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
     return ""
@@ -78,7 +78,7 @@ def encode_record(call: Call) -> bytes:
 
 
 def decode_records(data: bytes) -> Iterator[Call | None]:
-    """Yield the calls of records; None at the end if the rest is missing or spoilt."""
+    """Yield the calls of records; None at the end if the rest is missing or damaged."""
     position = 0
     while position < len(data):
         if position + _FRAME.size > len(data):
@@ -99,10 +99,10 @@ def decode_records(data: bytes) -> Iterator[Call | None]:
 
 
 def read(path: Path) -> JournalContents | None:
-    """Read the journal of a master that did not end by itself.
+    """Read the journal of a master that did not end normally.
 
     Returns:
-        What it says; None if there is none.
+        Its content; None if there is none.
 
     Raises:
         JournalError: the file is no journal, not this user's, or cannot be read.
@@ -139,7 +139,7 @@ class Journal:
     """Writer of a journal. All but `close` is called on the master's loop.
 
     Args:
-        path: the file; its folder is made. A file beside it is locked while this object lives.
+        path: the file; its folder is created. A file beside it is locked while this object lives.
         on_problem: called with a text, in another thread, when the file cannot be written; once until it can again.
 
     Raises:
@@ -151,7 +151,7 @@ class Journal:
         self._on_problem = on_problem
         self._lock = _lock_file(path.with_suffix(".lock"))
         self._work: queue.SimpleQueue[tuple[str, bytes]] = queue.SimpleQueue()
-        self._lookahead: tuple[str, bytes] | None = None  # taken by the writer, for its next turn
+        self._lookahead: tuple[str, bytes] | None = None  # already off the queue, for the next turn of the writer
         self._queued_bytes = 0  # bytes; only the loop adds, only the writer subtracts
         self._written_bytes = 0
         self._base = self._added = 0  # sizes of the state at the beginning, and of what was added
@@ -163,19 +163,19 @@ class Journal:
 
     @property
     def has_grown(self) -> bool:
-        """Whether the file should be begun anew, by `begin`, as it has grown."""
+        """Whether the file should be rewritten, by `begin`, as it has grown."""
         return not self._broken and self._added > max(_GROWTH, self._base)
 
     @property
     def needs_rewrite(self) -> bool:
-        """Whether the file should be begun anew when there is time: it has grown, or could not be written.
+        """Whether the file should be rewritten when there is time: it has grown, or could not be written.
 
         Not while the writer still has work: each beginning holds the whole state.
         """
         return self.has_grown or (self._broken and self._queued_bytes == self._written_bytes)
 
     def begin(self, calls: Iterable[Call]) -> None:
-        """Begin the file anew with a state."""
+        """Rewrite the file with a state."""
         data = MAGIC + encode_record(("begin", (os.getpid(), boot_id()))) + b"".join(map(encode_record, calls))
         self._broken = self._has_gap = False
         self._base, self._added = len(data), 0
@@ -195,9 +195,9 @@ class Journal:
         """End the writing; harmless if done before.
 
         Args:
-            remove: the master ends by itself: nobody is to continue it.
-            timeout: most seconds to wait for the disk. If that is not enough, the lock ends with this process, as what
-                is still written then would spoil the next master's file.
+            remove: the master ends normally: no other is to continue it.
+            timeout: maximum seconds to wait for the disk. If that is not enough, the lock ends with this process, as
+                what is still written then would damage the next master's file.
         """
         if self._lock < 0:
             return

@@ -30,8 +30,8 @@ class Notifier:
     Args:
         caller: makes the calls; its timeout is how long a silent node keeps its own later notices waiting.
         log: ``log(level, text)``.
-        warn: gets a text about a subscriber that cannot be reached, once until it is reached: it hears of no new
-            publishers and gets no messages of theirs, and neither it nor they can know why.
+        warn: gets a text about a subscriber that cannot be reached, once until it is reached: it is not told
+            of new publishers and gets no messages from them, and no side can know why.
     """
 
     def __init__(
@@ -44,8 +44,8 @@ class Notifier:
         self._log = log
         self._warn = warn
         self._reported: set[str] = set()
-        self._in_flight: dict[str, _Key] = {}  # API URI -> what it is being told
-        self._waiting: dict[str, dict[_Key, Notice]] = {}  # API URI -> what it will be told after that
+        self._in_flight: dict[str, _Key] = {}  # API URI -> notice being sent to it
+        self._waiting: dict[str, dict[_Key, Notice]] = {}  # API URI -> notice to be sent after that
 
     def send(self, notices: Sequence[Notice]) -> None:
         """Queue notices, in order."""
@@ -112,5 +112,5 @@ class Notifier:
 
 
 def _key(notice: Notice) -> _Key:
-    """What a notice is about: a newer one with the same key says more than an older one."""
+    """Subject of a notice: a newer one with the same key replaces an older one."""
     return notice.node, notice.method, notice.subject

@@ -185,13 +185,13 @@ def updates(subscribers: Members, key: str, value: Any, caller: str | None) -> l
 
     Subscribers at or above the key get the key and its value; those below it get their own key and what is now there,
     ``{}`` if nothing. Keys are sent with a trailing slash. As in stock, subscribers below a key that was set to a
-    scalar are not told.
+    scalar are not notified.
 
     Args:
         subscribers: key -> node -> API URI.
         key: what was set or deleted.
         value: the new value, ``{}`` for a deletion.
-        caller: the node that set it, which is not told the value of the key that it has set. None after a deletion.
+        caller: the node that set it, which is not notified of the value that it has set. None after a deletion.
     """
     if not subscribers:
         return []
@@ -212,7 +212,7 @@ def updates(subscribers: Members, key: str, value: Any, caller: str | None) -> l
 def _affected_keys(subscribers: Members, changed: str, value: Any) -> list[str]:
     """Return the keys at and above a change, and those below it if it has set a branch.
 
-    Only for a branch is each key looked at: a thousand nodes may have subscribed to keys of their own.
+    Only for a branch is each key inspected: a thousand nodes may have subscribed to keys of their own.
     """
     parts = changed.split(SEP)
     above = [SEP.join(parts[:count]) or SEP for count in range(1, len(parts))]

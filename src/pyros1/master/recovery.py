@@ -1,7 +1,7 @@
-"""After a restart: which nodes of the earlier master are still there.
+"""After a restart: which nodes of the earlier master are still running.
 
 Each is asked for its topics. No answer yet says nothing: a node may be suspended, a network away. A refused connection,
-or an answer that another program gives, says that the node is gone. It is forgotten then, and others are told.
+or an answer that another program gives, says that the node is gone. It is then removed, and other nodes are notified.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from pyros1.net.loop import Loop
 from pyros1.net.rpc_caller import RpcCaller
 
 RECENT_S: Final = 60.0
-"""A master that died so many seconds ago is continued even if none of its nodes is left."""
+"""A master that died this many seconds ago is continued even if none of its nodes is left."""
 ANSWER_TIMEOUT_S: Final = 60.0
 """Seconds after which a node that never answered is gone."""
 _RETRY_S: Final = 5.0
@@ -43,7 +43,7 @@ def stale_reason(found: JournalContents, now: float, answers: Callable[[Iterable
         return "this machine has been restarted since then"
     if now - found.last_alive <= RECENT_S:
         return ""
-    # Not all that were ever there: each `rostopic echo` of a long life is in the journal.
+    # Not all that were ever registered: each `rostopic echo` of a long life is in the journal.
     state = MasterApi(notify=lambda _: None, log=lambda *_: None, on_shutdown=lambda _: None, pid=0)
     state.restore(found.calls)
     if answers({node.api for node in state.registry.nodes()}):
@@ -53,7 +53,7 @@ def stale_reason(found: JournalContents, now: float, answers: Callable[[Iterable
 
 
 def any_reachable(apis: Iterable[str]) -> bool:
-    """Return whether a port of any of these URIs takes connections. It takes seconds at most, mostly much less."""
+    """Return whether a port of any of these URIs accepts connections. It takes seconds at most, usually much less."""
     uris = list(apis)[:_MAX_PROBES]
     if not uris:
         return False
@@ -72,13 +72,13 @@ def _is_reachable(api: str) -> bool:
 
 
 class Recovery:
-    """Asks nodes whether they are there. On the loop.
+    """Asks nodes whether they are still running. On the loop.
 
     Args:
         loop, caller: of the master.
         nodes: those that the journal names.
-        forget: called with a node that is gone, and why.
-        done: called once when all have answered or are gone, with the number of those that are there.
+        forget: called with a node that is gone, and the reason.
+        done: called once when all have answered or are gone, with the number of running nodes.
     """
 
     def __init__(
@@ -106,7 +106,7 @@ class Recovery:
             self._ask(node, _identity_queries(node))
 
     def close(self) -> None:
-        """Ask no more."""
+        """Stop asking."""
         self._closed = True
 
     def _ask(self, node: RegisteredNode, queries: Sequence[_Query]) -> None:
@@ -153,7 +153,7 @@ class Recovery:
 
 
 def _identity_queries(node: RegisteredNode) -> list[_Query]:
-    """Return what tells a node from another program that has its port now."""
+    """Return what distinguishes a node from another program that has its port now."""
     asked = (("getPublications", node.publications), ("getSubscriptions", node.subscriptions))
     return [each for each in asked if each[1]] or [("getPid", frozenset())]
 

@@ -1,8 +1,8 @@
 """The master's registry: publishers, subscribers and services of all nodes (https://wiki.ros.org/ROS/Master_API).
 
 A node is known by its name and its one API URI for as long as it has a publication, subscription, service or parameter
-subscription (M37). The same name with another URI is a new node that takes the old one's place: the old one is told to
-shut down, and everything it had is forgotten (M34).
+subscription (M37). The same name with another URI is a new node that takes the old one's place: the old one is asked to
+shut down, and all its registrations are removed (M34).
 
 Pure: methods change the registry and return the notices that must be sent to nodes; names arrive resolved.
 """
@@ -27,8 +27,8 @@ class Notice(NamedTuple):
         method: ``publisherUpdate``, ``paramUpdate`` or ``shutdown``.
         subject: topic, key or reason: the argument after the caller id.
         value: what follows the subject, empty or one item.
-        is_repeat: the node has just been answered the same. It is told again only if an older notice of the same, which
-            may be under way, could come after that answer.
+        is_repeat: the node has just got the same answer. It is notified again only if an older notice of the same,
+            which may be under way, could come after that answer.
     """
 
     api: str
@@ -163,8 +163,9 @@ class Registry:
     def subscribe_param(self, node: str, key: str, api: str) -> list[Notice]:
         """Subscribe a node to changes at, above and below a key (M29).
 
-        A node that was replaced and is told to end only reads the value. Stock lets it take the name back, and then
-        ends the new one, too: roscpp's nodes often read `/tcp_keepalive` at that moment, for a connection they accept.
+        A node that was replaced and is asked to end only reads the value. Stock lets it take the name back, and then
+        ends the new one as well: roscpp's nodes often read `/tcp_keepalive` at that moment, for a connection they
+        accept.
         """
         entry = self._nodes.get(node)
         if entry is not None and api == entry.replaced:
@@ -219,7 +220,7 @@ class Registry:
         self._drop_if_idle(node)
 
     def forget(self, node: str, api: str) -> list[Notice]:
-        """Remove a node with all that it has registered, if this is its API."""
+        """Remove a node with all its registrations, if this is its API."""
         entry = self._nodes.get(node)
         if entry is None or entry.api != api:
             return []
@@ -227,7 +228,7 @@ class Registry:
         del self._nodes[node]
         return self._purge(node, entry)
 
-    # ---- to go on after a restart
+    # ---- to continue after a restart
 
     def nodes(self) -> list[RegisteredNode]:
         """Return all nodes, with the topics that they publish and subscribe."""
@@ -251,7 +252,7 @@ class Registry:
                 yield "subscribeParam", (node, api, key)
 
     def restore_types(self, types: Iterable[tuple[str, str]]) -> None:
-        """Take over the types of topics, also of those that have no publisher now (M22)."""
+        """Take over the types of topics, including those that have no publisher now (M22)."""
         self._types = dict(types)
 
     # ---- inside
@@ -280,9 +281,10 @@ class Registry:
         return notices
 
     def _purge(self, node: str, entry: _Node) -> list[Notice]:
-        """Remove everything that a node has registered.
+        """Remove all registrations of a node.
 
-        Stock does not notify subscribers (M35), which then keep trying to reach the dead publisher; here they are told.
+        Stock does not notify subscribers (M35), which then keep trying to reach the dead publisher; here they are
+        notified.
         """
         for topic in entry.subscriptions:
             _remove(self._subscribers, topic, node)

@@ -42,14 +42,14 @@ class Master:
         log: ``log(level, text)`` with level ``info``, ``warn`` or ``error``; called on the master's thread, with a line
             for each registration, parameter and notification (M57).
         on_shutdown: called on the master's thread with the reason when a client calls ``shutdown`` (M13). The master
-            does not end by itself: call ``stop`` from another thread.
+            does not stop on its own: call ``stop`` from another thread.
         notify_timeout: seconds that a node has to answer a notification.
-        log_calls: log each call, too, with level ``debug``.
-        limits: what clients may use.
+        log_calls: also log each call, with level ``debug``.
+        limits: limits on clients.
         on_error: gets unexpected exceptions; None: they are written to stderr.
-        journal: keeps what is needed to go on after a sudden end; removed by ``stop``. None: nothing is kept.
-        found: what an earlier master's journal says: it is continued. Nodes that are gone are forgotten, others told.
-        allowlist: decides who may connect; None lets everybody in.
+        journal: keeps what is needed to continue after a sudden end; removed by ``stop``. None: nothing is kept.
+        found: what an earlier master's journal says: it is continued. Missing nodes are removed, others notified.
+        allowlist: decides who may connect; None admits everybody.
         warn: called on the master's thread with a text for the user about a node that cannot be reached.
         on_restored: called on the master's thread, once it is known which nodes of the earlier master are still
             running, with their number and the names of those that are gone.
@@ -162,7 +162,7 @@ class Master:
         """Wait until a client asks for the end or ``stop`` is called; return whether one of these has happened.
 
         Args:
-            timeout: seconds, None for ever.
+            timeout: seconds, None forever.
         """
         return self._ended.wait(timeout)
 
@@ -192,7 +192,7 @@ class Master:
         self._loop.call_later(HEARTBEAT_S, self._tick)
 
     def _forget(self, node: RegisteredNode, gone_reason: str) -> None:
-        """Forget a node of the earlier master that is gone, unless it has come back under another API meanwhile."""
+        """Remove a node of the earlier master that is gone, unless it has come back under another API meanwhile."""
         if self._api.registry.node_api(node.name) != node.api:
             return
         self._gone.append(node.name)

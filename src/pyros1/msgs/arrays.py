@@ -96,7 +96,7 @@ def octets(value: Any, length: int) -> bytes:
 
 
 def to_bool(value: Any) -> Any:
-    """Return the boolean of numpy, which struct does not take, as Python's; and all else as it is."""
+    """Return the boolean of numpy, which struct does not accept, as Python's; other values unchanged."""
     return bool(value) if getattr(getattr(value, "dtype", None), "kind", "") == "b" else value
 
 

@@ -18,7 +18,7 @@ from pyros1.msgs.spec import BUILTINS, STRUCT_CODES
 
 
 class _TooLargeError(SerializationError, OverflowError):
-    """A float does not fit its field. Stock's programs know it as OverflowError."""
+    """A float does not fit its field. Programs for stock expect OverflowError."""
 
 
 def encoding_error(cls: type[Message], message: Any, error: Exception) -> SerializationError:
@@ -124,7 +124,7 @@ def _check_single(cls: Any, base: str, value: Any, name: str) -> None:
             raise SerializationError(f"field {name} must be float type, not {_quoted(value)}") from None
     else:
         try:
-            number = operator.index(value)  # arrays have __index__, too, but most are no integers
+            number = operator.index(value)  # arrays also have __index__, but most are no integers
         except TypeError:
             kind = "an integer" if code.islower() else "unsigned integer"
             raise SerializationError(f"field {name} must be {kind} type, not {_quoted(value)}") from None
@@ -178,13 +178,13 @@ def decoding_error(cls: type[Message], buffer: Buffer, start: int, end: int) -> 
 
 
 class Walk:
-    """A walk through an encoded message, of which nothing is kept.
+    """A walk through an encoded message that keeps no values.
 
     Args:
         data: the encoded message.
 
     Attributes:
-        position: how far it has come.
+        position: offset of the next byte.
     """
 
     def __init__(self, data: memoryview) -> None:
@@ -228,11 +228,11 @@ class Walk:
             self.elements(cls, base, number, name)
 
     def elements(self, cls: type[Message], base: str, number: int, name: str) -> None:
-        """Look at an array of values of fixed size that does not fit."""
+        """Handle an array of values of fixed size that does not fit."""
         self.skip(number * _min_size_of(cls, base), f"field {name}")
 
     def text(self, begin: int, what: str) -> None:
-        """Look at a string, which reaches from ``begin`` to the position. This walk does not."""
+        """Handle a string from ``begin`` to the position; ignored by this walk."""
 
     def _check_count(self, number: int, min_size: int, what: str) -> None:
         if min_size == 0:

@@ -53,7 +53,7 @@ class Decoder(Source):
     Attributes:
         at: name of the variable that holds the position. A step puts the next position into the other one of two
             variables, so that the bytes between both can be cut out.
-        begin: the variable that held it first.
+        begin: the variable that held the position first.
         moved: whether the position has moved since.
         made: in a loop, names of the object to make in each turn and of its class; else None.
     """

@@ -12,7 +12,7 @@ class DefinitionCache:
     """Cache of classes made from definitions, for programs with many connections.
 
     Args:
-        limit: most classes and errors to keep; the oldest are removed first.
+        limit: maximum number of classes and errors to keep; the oldest are removed first.
         by_name: see `pyros1.msgs.nonstandard_definitions.find_class`.
     """
 
@@ -25,14 +25,14 @@ class DefinitionCache:
         """Return the class for a connection header's ``type``, ``md5sum`` and ``message_definition``.
 
         If the text is not usable, or its md5 is not ``md5sum``, an installed type of the same name and md5 takes its
-        place. It is no error that nothing has that md5: some publishers announce ``*`` or their own sums.
+        place. It is no error if nothing has that md5: some publishers announce ``*`` or their own sums.
 
         Args:
             others: definition texts of other connections with that type, perhaps usable ones.
 
         Raises:
-            DefinitionError: the text is wrong, and nothing can take its place.
-            UnknownTypeError: the peer sent no definition, and nothing can take its place.
+            DefinitionError: the text is wrong, and nothing can replace it.
+            UnknownTypeError: the peer sent no definition, and nothing can replace it.
         """
         key = (type_name, md5sum, full_text)
         others = tuple(others)
@@ -42,7 +42,7 @@ class DefinitionCache:
 
             try:
                 found = find_class(type_name, md5sum, full_text, others, by_name=self._by_name)
-            except MessageError as error:  # kept, too: the search may take a second, and each message asks for it
+            except MessageError as error:  # also kept: the search may take a second, and each message asks for it
                 found = error
             for oldest in list(self._found)[: max(0, len(self._found) - self._limit + 1)]:
                 self._found.pop(oldest, None)

@@ -1,4 +1,4 @@
-"""Message classes that programs derive from others: they are made and written as genpy's are.
+"""Message classes that programs derive from others: they are created and written like those of genpy.
 
 The generated decoder makes objects of the very class that a definition gave, and the encoder reads their fields.
 A derived class has a constructor, and perhaps a ``deserialize`` and a ``serialize``, which the program wants called.
@@ -15,7 +15,7 @@ from pyros1.msgs.base import Message, message_class
 
 
 def derive(cls: Any) -> None:
-    """Set the codec functions of a class that a program has just derived; those that it brings along stay."""
+    """Set the codec functions of a class that a program has just derived; those that it defines itself stay."""
     members = vars(cls)
     if members.get("_slot_types") == super(cls, cls)._slot_types and "_slot_types" in members:
         del cls._slot_types  # repeated, as rospy's numpy_msg does; the definition's class is the base
@@ -43,7 +43,7 @@ def make_decode(cls: Any) -> Callable[..., Any]:
 
 
 def encode(message: Any) -> bytes:
-    """Return the body that a message writes."""
+    """Return the body written by a message."""
     buffer = io.BytesIO()
     message.serialize(buffer)
     return buffer.getvalue()

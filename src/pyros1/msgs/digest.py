@@ -1,6 +1,6 @@
 """md5 sums and full texts, from the raw definition texts exactly as stock computes them (G11, G12, G14).
 
-The md5 decides whether two nodes may talk; the full text travels in connection headers and bags, and other programs
+The md5 decides whether two nodes may connect; the full text travels in connection headers and bags, and other programs
 parse it. Pure.
 """
 
@@ -39,7 +39,7 @@ class Digests:
         return _md5("".join(map(self._md5_text, parts)))
 
     def md5_text(self, spec: MessageSpec | ServiceSpec) -> str:
-        """Return the text of which :meth:`md5` is the sum; raises as it."""
+        """Return the text of which :meth:`md5` is the sum; raises the same errors."""
         self.md5(spec)
         return "".join(map(self._md5_text, _parts(spec)))
 

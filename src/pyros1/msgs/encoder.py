@@ -23,7 +23,7 @@ LARGE = 16384
 _PREFIX = 4
 """Bytes of a frame's length."""
 _SUMMANDS = 50
-"""Most lengths in one sum: Python's compiler limits the length of expressions."""
+"""Maximum number of lengths in one sum: Python's compiler limits the length of expressions."""
 
 ENCODE_ERRORS = (struct.error, SerializationError, AttributeError, TypeError, ValueError, OverflowError)
 

@@ -13,13 +13,15 @@ from pyros1.msgs.digest import Digests
 from pyros1.msgs.spec import STRUCT_CODES, Field, MessageSpec, ServiceSpec
 
 MAX_WEIGHT = 1 << 28
-"""Most bytes of memory, roughly, of a type's default value: fixed arrays could need any amount."""
+"""Maximum number of bytes of memory, roughly, of a type's default value: fixed arrays could need any amount."""
 
 MAX_EMPTY = 16
-"""Most elements of an array whose elements take no bytes, since the received bytes do not limit their number."""
+"""Maximum number of elements of an array whose elements take no bytes, since the received bytes do not limit their
+number."""
 
 MAX_EMPTY_FIXED = 32
-"""Most messages in a field that takes no bytes, nested ones included: each received byte may cause that many."""
+"""Maximum number of messages in a field that takes no bytes, nested ones included: each received byte may cause that
+many."""
 
 MESSAGE_WEIGHT = 64
 """Bytes of memory, roughly, of a message without its values."""

@@ -21,7 +21,7 @@ def fill_message(message: Any, args: Any, now: Time | None = None, keys: Mapping
             ``[secs, nsecs]``, or a dict. The word ``now`` stands for the current time; the word
                 ``auto`` in place of a header for one with that time.
         now: the current time; None: the words ``now`` and ``auto`` are not accepted.
-        keys: more words that stand for times and messages, with their values.
+        keys: further words that stand for times and messages, with their values.
 
     Raises:
         MessageError: a value does not fit its field; the text names the field.

@@ -20,11 +20,12 @@ from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
 
 MAX_INLINE = 200
-"""Most values that one function handles inline; further values of nested messages are left to their own functions."""
+"""Maximum number of values that one function handles inline; further values of nested messages are left to their own
+functions."""
 
 MAX_FIELDS = 500
-"""Most fields of a message that one function handles; with more fields, several functions share them, since
-Python's compiler needs several kilobytes for each line of a function."""
+"""Maximum number of fields of a message that one function handles; with more fields, several functions share them,
+since Python's compiler needs several kilobytes for each line of a function."""
 
 TIME_CODES = {"time": "I", "duration": "i"}
 """Struct codes of both parts of a time."""
@@ -58,7 +59,7 @@ def inline_size(cls: type[Message]) -> int:
     total = 0
     for slot_type in cls._slot_types:
         base, length = split_type(slot_type)
-        total += 1  # a message counts, too: it may be empty
+        total += 1  # a message counts as well: it may be empty
         if length is None and base in cls._classes:
             total += inline_size(cls._classes[base])
         if total > MAX_INLINE:

@@ -2,7 +2,7 @@
 
 A message is an object of its fields; a time or duration ``{"secs": 1, "nsecs": 2}``; ``uint8[]`` and ``char[]`` are
 base64 text; floats that are not JSON numbers are ``"NaN"``, ``"Infinity"`` and ``"-Infinity"``. `from_json` takes the
-digits of an int64 or uint64 as text, too, since JavaScript has no such numbers beyond 2^53.
+digits of an int64 or uint64 also as text, since JavaScript has no such numbers beyond 2^53.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def emit_json(
     *,
     includes: Callable[[str], bool] = lambda kind: True,
 ) -> None:
-    """Emit the JSON text of a value in pieces, so that a large text is never as a whole in memory.
+    """Emit the JSON text of a value in pieces, so that a large text is never in memory as a whole.
 
     Args:
         emit: called with each piece of text.

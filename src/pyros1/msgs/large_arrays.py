@@ -50,7 +50,7 @@ class SplitBody:
         self.has_length_field = has_length_field
 
     def array(self, *, in_place: bool) -> Any:
-        """Return the array as bytes; or, if it is in memory of others, as a read-only view of that, if wanted so."""
+        """Return the array as bytes; or as a read-only view if it is in foreign memory and a view is wanted."""
         return self.data
 
     def join(self) -> bytes:
@@ -71,7 +71,7 @@ def layout(cls: type[Any]) -> Layout | None:
     try:
         cls = message_class(cls)
     except MessageError:
-        return None  # what a subscriber has in place of messages, as tf's listeners do
+        return None  # a subscriber's stand-in for messages, as in tf's listeners
     arrays = [i for i, slot_type in enumerate(cls._slot_types) if slot_type in ("uint8[]", "char[]")]
     if len(arrays) != 1:
         return None

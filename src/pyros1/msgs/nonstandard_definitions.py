@@ -21,7 +21,7 @@ _T = TypeVar("_T")
 
 ANY = "*"
 _MAX_TYPES = 100
-"""Most types in a text that is read leniently: to look for one that is not installed takes a millisecond or more."""
+"""Maximum number of types in a leniently read text: a search for one that is not installed takes over a millisecond."""
 # Of lines without blanks at their ends: two parts that both match blanks would take quadratic time.
 _SEPARATOR = re.compile(r"[=-]{10,}\Z")
 _TITLE = re.compile(r"(?:MSG\s*:\s*)?(\w+/(?:msg/)?\w+)\Z", re.IGNORECASE)
@@ -33,7 +33,7 @@ def find_class(
 ) -> type[Message]:
     """Return the class for messages of a connection.
 
-    These are tried in turn; the first whose md5 is that of the connection is taken:
+    These are tried in turn; the first whose md5 is that of the connection is used:
 
     1. the text as it is,
     2. the type of that name that is installed here,
@@ -52,8 +52,8 @@ def find_class(
             as for stock's tools, which know only installed types.
 
     Raises:
-        DefinitionError: the text is wrong, and nothing else can take its place.
-        UnknownTypeError: there is no text, and nothing else can take its place.
+        DefinitionError: the text is wrong, and nothing else can replace it.
+        UnknownTypeError: there is no text, and nothing else can replace it.
     """
     md5sum = md5sum.strip().lower()
     unknown = md5sum in (ANY, "")

@@ -16,7 +16,7 @@ from pyros1.msgs.spec import STRUCT_CODES
 
 
 def with_plain_numbers(cls: type[Message], codec: str, message: Any, error: Exception) -> Any:
-    """Return what a codec makes of a message in which it has met a wrong value, with plain numbers in place of these.
+    """Return what a codec makes of a message in which it has met a wrong value, with plain numbers instead.
 
     Args:
         cls: the message's class.
@@ -55,7 +55,7 @@ def _plain_message(cls: type[Message], message: Any) -> Any:
 
 
 def _plain_array(code: str, values: Any) -> Any:
-    """Return a list in place of an array or list of such values. Of messages in arrays, their own codecs take care."""
+    """Return a list in place of an array or list of such values. Messages in arrays are left to their own codecs."""
     if not code or isinstance(values, (str, bytes)) or not hasattr(values, "__len__"):
         return values
     if code == "B" and not isinstance(values, (list, tuple)):

@@ -1,11 +1,11 @@
 """Encoded messages with faults that stock accepts: strings that are not UTF-8, and a wrong end.
 
 A message is not lost because of a letter in one of its strings. What is not UTF-8 becomes U+FFFD, as in stock (G20),
-and this is told once for each type: by the handler ``rosmsg`` of `codecs.register_error`, if a program has one (our
-genpy has stock's), else as a UnicodeWarning. Programs that make errors of warnings refuse such messages.
+and this is reported once for each type: by the handler ``rosmsg`` of `codecs.register_error`, if a program has one (our
+genpy has stock's), else as a UnicodeWarning. Programs that turn warnings into errors refuse such messages.
 
-Bytes behind a message are ignored. If bytes are missing at the end of the last string or byte array, it is shorter; an
-array of a fixed length, too, as in stock.
+Bytes behind a message are ignored. If bytes are missing at the end of the last string or byte array, it is shorter; so
+is an array of a fixed length, as in stock.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def accept_end(cls: type[Message], surplus: int, exact: bool) -> None:
 
     Args:
         cls: its class.
-        surplus: number of bytes; negative: so many are missing.
+        surplus: number of bytes; negative: this many are missing.
         exact: whether a surplus is an error.
 
     Raises:
@@ -120,7 +120,7 @@ class _TruncationWalk(Walk):
         missing: the number of missing bytes.
         whole: the size of the data.
         count_at: where the length of a string or array is that is cut off, if it is not fixed.
-        zeros: number of bytes that are missing in arrays of fixed length.
+        zeros: number of missing bytes in arrays of fixed length.
         cut: the lengths that are left of these.
     """
 
@@ -148,7 +148,7 @@ class _TruncationWalk(Walk):
             super().single(cls, base, name)
 
     def elements(self, cls: type[Message], base: str, number: int, what: str) -> None:
-        """Look at each element of an array of messages of fixed size, too, if it is cut off."""
+        """Also visit each element of an array of messages of fixed size, if it is cut off."""
         for _ in range(number):
             self.single(cls, base, what)
 
@@ -215,7 +215,7 @@ class _RepairWalk(Walk):
         self._copied = self.position
 
     def _handler(self) -> str:
-        """Return the name of the error handler, which has told about this, or will."""
+        """Return the name of the error handler, which has reported this, or will."""
         try:
             handler = codecs.lookup_error(HANDLER)
         except LookupError:

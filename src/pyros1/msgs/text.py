@@ -43,11 +43,11 @@ def format_message(
 
     Args:
         value: a message, or any value that a field can have.
-        no_string: show strings by their length only.
-        no_array: show arrays by their type and length only.
+        no_string: print only the length of strings.
+        no_array: print only type and length of arrays.
         width: number of characters of each number; None prints numbers as they are.
-        time_offset: show times as differences to this one.
-        field_filter: returns the names of the fields of a message to show; None shows all.
+        time_offset: print times relative to this one.
+        field_filter: returns the names of the fields of a message to print; None prints all.
         type_name: the type of ``value`` if it is a field's value, for example ``uint8[]``.
         indent: the beginning of each line.
     """
@@ -67,7 +67,7 @@ def emit_message(
     time_offset: Time | None = None,
     type_name: str | None = None,
 ) -> None:
-    """Emit the text of `format_message` in small pieces, so that a large text is never as a whole in memory.
+    """Emit the text of `format_message` in small pieces, so that a large text is never in memory as a whole.
 
     Args:
         emit: called with each piece of text.
@@ -169,7 +169,7 @@ def _format_message(emit: Emit, message: Message, indent: str, style: _Style) ->
 
 
 def _field_value(value: Any, slot_type: str, style: _Style) -> Any:
-    """Return a field's value in the form in which it is shown."""
+    """Return a field's value in the form in which it is displayed."""
     if style.no_array and "[" in slot_type:
         # For a fixed length, stock leaves the opening bracket and the number.
         return f"<array type: {slot_type.rstrip('[]')}, length: {len(value)}>"
@@ -178,5 +178,5 @@ def _field_value(value: Any, slot_type: str, style: _Style) -> Any:
     if style.no_string and slot_type == "string[]":
         return f"<array type: string, length: {len(value)}>"
     if "uint8[" in slot_type and isinstance(value, (bytes, bytearray, str)):
-        return [ord(char) for char in value] if isinstance(value, str) else memoryview(value)  # shown as numbers
+        return [ord(char) for char in value] if isinstance(value, str) else memoryview(value)  # displayed as numbers
     return value

@@ -16,7 +16,7 @@ from collections.abc import Iterator
 
 WIDTH = 80
 _PIECE = 9999
-"""Most characters of a piece of text without a space."""
+"""Maximum number of characters of a piece of text without a space."""
 _INDENT = "\n  "
 
 _ESCAPES = {

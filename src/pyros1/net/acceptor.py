@@ -1,4 +1,4 @@
-"""Takes the connections of a port on a loop, also when no more files can be opened for a while."""
+"""Accepts the connections of a port on a loop, even when no more files can be opened for a while."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 RETRY_DELAY: Final = 0.2
 """Seconds until the next attempt after one that failed: the system would report the waiting peer again at once."""
 REPORT_INTERVAL: Final = 60.0
-"""Seconds without trouble after which trouble is told again."""
+"""Seconds without trouble after which trouble is reported again."""
 _MAX_PER_TURN: Final = 64  # then the others' turn
 
 
@@ -34,15 +34,15 @@ def is_out_of_files(error: BaseException | None) -> bool:
 
 
 class Acceptor:
-    """Takes connections as soon as the loop runs. Peers that cannot be taken wait in the system's queue.
+    """Accepts connections as soon as the loop runs. Peers that cannot be accepted wait in the system's queue.
 
     Args:
         loop: the loop on which everything happens.
-        listener: a listening socket; from now on the acceptor's.
+        listener: a listening socket, which the acceptor then owns.
         on_connection: called with each connection, which does not block.
-        warn: called with a text when connections cannot be taken; once until that has been well for a minute.
+        warn: called with a text when connections cannot be accepted; only once until there was no trouble for a minute.
         make_room: called then, to close what is not needed.
-        allowlist: decides who may connect; None lets everybody in.
+        allowlist: decides who may connect; None admits everybody.
     """
 
     def __init__(
@@ -104,6 +104,6 @@ class Acceptor:
 
 
 def _file_limit_hint() -> str:
-    """Return how many files this process may open, and how to change that; empty if the system does not say."""
+    """Return how many files this process may open, and how to change that; empty if the system does not report it."""
     # Not from the module resource: it may not be loaded yet, and it is a file.
     return f". The limit of open files is {os.sysconf('SC_OPEN_MAX')}: see ulimit -n" if hasattr(os, "sysconf") else ""

@@ -1,6 +1,6 @@
 """Who may connect to this process: the machines that PYROS1_ALLOW names, and always this one.
 
-ROS 1 knows no users and no passwords, so the address is all that there is to go by. Others are turned away right after
+ROS 1 knows no users and no passwords, so only the address can be checked. Other machines are refused right after
 the connection was accepted, before a byte of theirs is read.
 """
 
@@ -16,7 +16,7 @@ from pyros1.ground.errors import SettingError
 from pyros1.net.background_writer import BackgroundWriter, write_to_terminal
 
 _MAX_REPORTED: Final = 1000
-"""Most addresses that are remembered as told of."""
+"""Maximum number of addresses that are remembered as reported."""
 _RESET: Final = struct.pack("ii", 1, 0)
 """Value of SO_LINGER: closing sends a reset, and leaves nothing behind here."""
 _KEYWORDS: Final = {"localhost": ("127.0.0.0/8", "::1/128")}
@@ -73,17 +73,17 @@ def _address(text: str) -> _Address | None:
         address = ipaddress.ip_address(text.partition("%")[0])
     except ValueError:
         return None
-    # A socket for both kinds shows an IPv4 peer so.
+    # A socket for both kinds reports an IPv4 peer like this.
     mapped = address.ipv4_mapped if isinstance(address, ipaddress.IPv6Address) else None
     return mapped or address
 
 
 class Allowlist:
-    """Lets in those whom the networks hold, and this machine.
+    """Admits the machines of some networks, and this one.
 
     Args:
-        networks: whom to let in.
-        warn: gets a text about one who was turned away, once for each address. It must not wait.
+        networks: the machines to admit.
+        warn: gets a text about a refused peer, once for each address. It must not wait.
     """
 
     def __init__(self, networks: Networks, warn: Callable[[str], object]) -> None:
@@ -92,7 +92,7 @@ class Allowlist:
         self._reported: set[str] = set()
 
     def allows(self, peer: str, local_address: str) -> bool:
-        """Return whether a peer may come in; if not, tell of it.
+        """Return whether a peer may connect; if not, report it.
 
         Args:
             peer: its address.
@@ -120,20 +120,20 @@ class Allowlist:
 
         Args:
             sock: the connection.
-            peer: its address, as ``accept`` has it.
+            peer: its address, as ``accept`` returns it.
         """
         try:
             if self.allows(str(peer[0]), str(sock.getsockname()[0])):
                 return True
             sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _RESET)
         except OSError:
-            pass  # it has gone already
+            pass  # it is closed already
         sock.close()
         return False
 
 
 def make_allowlist(networks: Networks | None) -> Allowlist | None:
-    """Return whoever lets in those of some networks, and tells on stderr of others; None if everybody may come."""
+    """Return a check that admits peers of some networks and reports others on stderr; None if all may connect."""
     if networks is None:
         return None
     terminal = BackgroundWriter("allowlist: warnings", write_to_terminal)

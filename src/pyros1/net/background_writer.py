@@ -1,4 +1,4 @@
-"""Writes lines in a separate thread: a loop must never wait for a terminal that is held, a full pipe or a disk."""
+"""Writes lines in a separate thread: a loop must never wait for a paused terminal, a full pipe or a disk."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from typing import Any
 from pyros1.net.signal_safe import Condition, Event
 
 MAX_PENDING = 1 << 20
-"""Most characters that may wait; further lines are dropped and counted."""
+"""Maximum number of characters that may wait; further lines are dropped and counted."""
 WRITE_INTERVAL = 0.02
 """Seconds between two writes, so that a busy loop rarely wakes the thread."""
 IDLE_TIMEOUT = 0.5
@@ -68,7 +68,7 @@ class BackgroundWriter:
         """Wait a moment until all texts are written; not at all while the output has been stuck since the last wait.
 
         Args:
-            timeout: most seconds to wait.
+            timeout: maximum seconds to wait.
         """
         if self._is_stuck or not (self._items or not self._free):
             return
@@ -80,7 +80,7 @@ class BackgroundWriter:
             self._is_stuck = True
 
     def _begin(self) -> None:
-        """Make sure that a thread runs that writes what waits."""
+        """Make sure that a thread runs that writes the waiting texts."""
         try:
             del self._free[0]
         except IndexError:
@@ -100,7 +100,7 @@ class BackgroundWriter:
             raise
 
     def close(self, timeout: float = 1.0) -> None:
-        """Write what is left, for at most ``timeout`` seconds. Later texts are tried once."""
+        """Write the remaining texts, for at most ``timeout`` seconds. Later texts are tried once."""
         self._deadline = monotonic() + timeout
         self._closing.set()
         self._new_items.notify_all()
@@ -155,7 +155,7 @@ class BackgroundWriter:
                 return
 
     def _end(self) -> bool:
-        """End the thread's turn; return False if new texts have come meanwhile and no other thread took them."""
+        """End the thread's turn; return False if new texts have arrived meanwhile and no other thread writes them."""
         self._free.append(True)
         if self._items or self._flushes:
             try:

@@ -1,4 +1,4 @@
-"""Connects a thread that waits to a TCP port, in a bounded time, name look-up included."""
+"""Connects a waiting thread to a TCP port, in a bounded time, name look-up included."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pyros1.net.connect import IN_PROGRESS
 from pyros1.net.resolve import HostLookup
 
 POLL_INTERVAL = 0.2
-"""Seconds between checks whether to go on."""
+"""Seconds between checks whether to continue."""
 
 
 class _DeadlineExceeded(TimeoutError):

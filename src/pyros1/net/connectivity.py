@@ -19,7 +19,7 @@ def connectivity_hint(host: str, error: BaseException | None, own: str = "") -> 
 
     Args:
         host: the name or address that the node gave as its own.
-        error: why it cannot be reached; causes count, too.
+        error: why it cannot be reached; causes count as well.
         own: the name or address that the asking node gives as its own; empty if that is not known. Where nodes of one
             machine use a loopback address, another machine is hardly the reason.
     """
@@ -48,7 +48,7 @@ def connectivity_hint(host: str, error: BaseException | None, own: str = "") -> 
 
 
 def _loopback_hint(host: str, causes: list[BaseException], own: str) -> str:
-    if any(isinstance(cause, DeadlineError) for cause in causes):  # a process that has ended is told at once
+    if any(isinstance(cause, DeadlineError) for cause in causes):  # a process that has ended is reported at once
         return "It is hanging or stopped: kill -CONT PID continues a stopped process (state T in ps)"
     ended = "Has it exited? Then: pyros1 node cleanup"
     if is_loopback(own):

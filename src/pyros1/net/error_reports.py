@@ -19,7 +19,7 @@ class ReportingLoop(Protocol):
 
 
 class ErrorReports:
-    """Writes to stderr without waiting for it, and counts what repeats.
+    """Writes to stderr without waiting for it, and counts repeated texts.
 
     Args:
         loop: the loop whose errors are reported.
@@ -34,6 +34,6 @@ class ErrorReports:
         self._repeats.log("", terminal_text.lines(text), lambda line: self._thread.write("stderr", line + "\n"))
 
     def close(self) -> None:
-        """Write what is left, for at most a second."""
+        """Write the remaining texts, for at most a second."""
         self._repeats.close()
         self._thread.close()

@@ -53,11 +53,11 @@ def host_from_environment(environ: Mapping[str, str], special_args: Mapping[str,
     Args:
         environ: environment variables; ROS_HOSTNAME, ROS_IP, ROS_IPV6, PYROS1_BIND, PYROS1_ALLOW and PYROS1_PORTS are
             used.
-        special_args: special keys of the command line, which go before: ``__hostname``, ``__ip``, ``__bind``,
+        special_args: special keys of the command line, which take precedence: ``__hostname``, ``__ip``, ``__bind``,
             ``__allow`` and ``__ports``.
 
     Raises:
-        SettingError: one of the last three is wrong. To go on without it would let in those whom it was to keep out.
+        SettingError: one of the last three is wrong. Ignoring it would admit peers that it excludes.
     """
     warnings = _environment_warnings(environ)
     ipv6 = environ.get("ROS_IPV6") == "on"

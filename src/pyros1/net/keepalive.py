@@ -8,7 +8,7 @@ import struct
 from typing import Final
 
 IDLE: Final = 60
-"""Seconds of silence after which the system asks the other machine whether it is there, as stock does (T37)."""
+"""Seconds of silence after which the system asks the other machine whether it is still alive, like stock (T37)."""
 INTERVAL: Final = 10
 """Seconds between such questions."""
 COUNT: Final = 9
@@ -32,7 +32,7 @@ def set_nodelay_and_keepalive(sock: socket.socket) -> None:
     """Let a TCP socket send what it is given at once, and `keep_alive`; other sockets need neither."""
     if sock.family in (socket.AF_INET, socket.AF_INET6):
         keep_alive(sock)
-        with contextlib.suppress(OSError):  # some systems report here that the peer has gone; a read reports it, too
+        with contextlib.suppress(OSError):  # some systems report here that the peer has gone; a read reports it as well
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
 
@@ -41,7 +41,7 @@ def is_peer_dead(sock: socket.socket) -> bool:
 
     While data are under way there is no keep-alive: the system repeats them for a quarter of an hour. A program that
     does not read is no reason: its machine acknowledges each question whether there is room again. (The option
-    TCP_USER_TIMEOUT would end that link, too.)
+    TCP_USER_TIMEOUT would end that link as well.)
     """
     if not hasattr(socket, "TCP_INFO"):
         return False

@@ -22,7 +22,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from pyros1.ground.errors import DeadlineError
-from pyros1.net.error_reports import ErrorReports  # not when it is needed: perhaps no more files can be opened then
+from pyros1.net.error_reports import ErrorReports  # not at first use: perhaps no more files can be opened then
 
 if TYPE_CHECKING:
     from pyros1.net.resolve import Resolver
@@ -132,7 +132,7 @@ class Loop:
 
     Args:
         name: the thread's name.
-        on_error: gets each exception that a callback raises, on the loop; the loop goes on. None: the traceback is
+        on_error: gets each exception that a callback raises, on the loop; the loop continues. None: the traceback is
             written to stderr.
         spin_time: seconds after an event in which the loop polls for the next one instead of sleeping: for a server
             whose callers ask again as soon as they have an answer, and to which waking up takes longer than the work.
@@ -187,7 +187,7 @@ class Loop:
 
     @property
     def running(self) -> bool:
-        """Whether the thread has been started, has not ended, and was not told to."""
+        """Whether the thread has been started, has not ended, and was not asked to stop."""
         return self.thread.is_alive() and not self._stopping
 
     def in_loop(self) -> bool:
@@ -244,7 +244,7 @@ class Loop:
         """Hand an unexpected error to ``on_error``; an exception from that does not end the loop."""
         try:
             self._on_error(error)
-        except Exception as other:  # noqa: BLE001 - the loop must go on
+        except Exception as other:  # noqa: BLE001 - the loop must continue
             with contextlib.suppress(Exception):
                 self._reporter.log(f"{self.name}: {error!r}; reporting this also failed: {other!r}")
 
@@ -293,7 +293,7 @@ class Loop:
         self._callbacks[fd] = callback
 
     def unregister(self, sock: socket.socket | int) -> None:
-        """Stop to wait for a socket; call this before closing it. Harmless if it is not registered."""
+        """Stop waiting for a socket; call this before closing it. Harmless if it is not registered."""
         fd = sock if isinstance(sock, int) else sock.fileno()
         if self._callbacks.pop(fd, None) is not None:
             self._selector.unregister(fd)
@@ -319,7 +319,7 @@ class Loop:
         except BlockingIOError:
             pass
         # After the pipe is emptied, or a byte written in between would be lost while the flag says that one is there;
-        # before this round's calls are taken, so that a caller that saw the flag set is served by this round.
+        # before this round's calls leave the queue, so that a caller that saw the flag set is served by this round.
         self._awake = False
 
     def _run(self) -> None:

@@ -33,7 +33,7 @@ def unpack(reply: Any, what: str) -> Any:
     """Return the value of a ``[code, message, value]`` triple.
 
     Args:
-        what: who answered, for error messages.
+        what: the program that answered, for error messages.
 
     Raises:
         MasterError: the code is not 1; its text is the message.
@@ -126,7 +126,7 @@ class MasterClient:
         """Call a method whose value has a certain form.
 
         Raises:
-            MasterMethodError: it has another one.
+            MasterMethodError: it has another form.
         """
         value = self.call(method, *args)
         if not is_valid(value):
@@ -309,7 +309,7 @@ class MasterClient:
 
         Raises:
             ParameterNotSetError: neither the key nor anything below it is set.
-            MasterError: the refusal, since the parameter is there.
+            MasterError: the refusal, since the parameter exists.
         """
         if isinstance(refusal, MasterMethodError):
             raise refusal

@@ -39,7 +39,7 @@ class Poller:
         self._poll.add(fd)
 
     def unregister(self, fd: int) -> None:
-        """Stop to wait for a descriptor that is open, also after `close`. `wait` may have returned it just before."""
+        """Stop waiting for a descriptor that is open, also after `close`. `wait` may have returned it just before."""
         self._poll.remove(fd)
 
     def rearm(self, fd: int) -> None:
@@ -90,7 +90,7 @@ class _Epoll:
         try:
             self._epoll.unregister(fd)
         except ValueError:
-            if not self._epoll.closed:  # with which it has forgotten all
+            if not self._epoll.closed:  # closing it removes all descriptors
                 raise
 
     def wait(self, timeout: float) -> int | None:
@@ -109,7 +109,7 @@ class _Selector:
 
     def __init__(self) -> None:
         self._selector = selectors.DefaultSelector()
-        self._select_lock = threading.Lock()  # held by the thread that waits
+        self._select_lock = threading.Lock()  # locked by the waiting thread
         self._changes: deque[tuple[int, bool, Event | None]] = deque()
         self._wake_receiver, self._wake_sender = socket.socketpair()
         self._wake_receiver.setblocking(False)

@@ -12,7 +12,8 @@ from typing import NamedTuple
 from pyros1.ground.errors import SettingError
 
 BACKLOG = 1024
-"""Connections that may wait to be taken. If more come at once, the system lets each of the others wait for a second."""
+"""Connections that may wait to be accepted. If more come at once, the system lets each further one wait for a
+second."""
 
 
 class PortRange(NamedTuple):
@@ -61,7 +62,7 @@ def listening_socket(bind: str, port: int = 0, ports: PortRange | None = None) -
         ports: the range to choose from, if any port will do.
 
     Raises:
-        OSError: the address cannot be listened on; with ``errno.EADDRINUSE`` if the port, or all ports, are taken.
+        OSError: the address cannot be listened on; with ``errno.EADDRINUSE`` if the port, or all ports, are in use.
     """
 
     def attempt(number: int) -> socket.socket:
@@ -69,7 +70,7 @@ def listening_socket(bind: str, port: int = 0, ports: PortRange | None = None) -
         try:
             if os.name == "posix":  # elsewhere it would let two programs have the same port
                 sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            if bind == "::":  # IPv4 too, as stock
+            if bind == "::":  # also IPv4, like stock
                 sock.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 0)
             sock.bind((bind, number))
             sock.listen(BACKLOG)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Hashable
 PERIOD = 30.0
 """Length of a period in seconds: a text is written once in each."""
 MAX_TEXTS = 20
-"""Most different texts from one place in the program that are written in one period."""
+"""Maximum number of different texts from one place in the program that are written in one period."""
 
 
 class _Period:
@@ -39,7 +39,7 @@ class RepeatCounter:
         Args:
             site: the place in the program that it comes from: the limit holds for each place.
             emit: the function that writes it.
-            max_texts: most different texts from that place that are written in one period.
+            max_texts: maximum number of different texts from that place that are written in one period.
         """
         with self._lock:
             period = self._periods.get(site)

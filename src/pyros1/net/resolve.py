@@ -52,7 +52,7 @@ def resolve_host(host: str) -> list[str]:
 
 
 class HostLookup:
-    """A look-up that its caller need not wait for: it goes on in a thread, as the system's cannot be interrupted.
+    """A look-up that its caller need not wait for: it runs in a thread, as the system's cannot be interrupted.
 
     Args:
         host: a host name, or an address.
@@ -139,7 +139,7 @@ class Resolver:
             threading.Thread(target=self._work, name=f"{self._loop.name} resolver", daemon=True).start()
 
     def close(self) -> None:
-        """Begin no further look-up."""
+        """Start no further look-up."""
         self._closed = True
         self._queue.clear()
 
@@ -159,7 +159,7 @@ class Resolver:
     def _thread_ended(self) -> None:
         self._threads -= 1
         if self._queue and not self._closed:
-            # A name was queued between the thread's last look and its end.
+            # A name was queued between the thread's last check and its end.
             self._threads += 1
             threading.Thread(target=self._work, name=f"{self._loop.name} resolver", daemon=True).start()
 

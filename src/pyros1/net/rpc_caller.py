@@ -115,7 +115,7 @@ class _Peer:
             self.caller.drop_idle()
             self.connecting = self.loop.call_later(RETRY_DELAY, self._connect)
             return
-        if sock is None and at_once:  # not from here: the next call may fail at once, too, and so on
+        if sock is None and at_once:  # not from here: the next call may fail at once as well, and so on
             self.loop.call_soon(self._connect_failed, self.job, error)
             return
         if sock is None:
@@ -272,7 +272,7 @@ class RpcCaller:
     Args:
         loop: the loop on which everything runs.
         timeout: seconds that one call may take from the moment its turn comes, connecting included; longer while much
-            data move (`TransferDeadline`).
+            data is transferred (`TransferDeadline`).
         limits: largest sizes of an answer.
         on_disconnect: called on the loop with a URI whose kept connection was closed by the other side between two
             calls.

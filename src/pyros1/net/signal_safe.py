@@ -1,5 +1,5 @@
 """Waits that a signal handler can end: Python's Condition and Event hold a lock while they are set or waited for,
-and a handler that interrupts its thread just then would wait for that lock for ever.
+and a handler that interrupts its thread just then would wait for that lock forever.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from math import inf
 from time import monotonic
 
 POLL_INTERVAL = 0.2
-"""Most seconds for which a signal may go unnoticed."""
+"""Maximum seconds for which a signal may go unnoticed."""
 
 
 class Condition:
@@ -31,7 +31,7 @@ class Condition:
 
         Args:
             predicate: the predicate; it is called before and after the wait.
-            timeout: most seconds to wait; None for no limit.
+            timeout: maximum seconds to wait; None for no limit.
 
         Returns:
             Whether the predicate is true.

@@ -1,4 +1,4 @@
-"""The end of a socket, also if other processes have it: those that were forked, as by ``multiprocessing``."""
+"""The end of a socket, even if other processes share it: those that were forked, as by ``multiprocessing``."""
 
 from __future__ import annotations
 

@@ -14,12 +14,12 @@ from typing import Final, TypeVar
 ResultT = TypeVar("ResultT")
 
 SPIN_TIME: Final = 150e-6
-"""Seconds that a side looks for data before it sleeps; waits that are shorter than this count as short."""
+"""Seconds that a side polls for data before it sleeps; waits that are shorter than this count as short."""
 MAX_SERIES_GAP: Final = 1e-3
 """Seconds after a wait within which the next one belongs to the same series."""
 
 PREEMPTION_GAP: Final = 250e-6
-"""Seconds between two looks from which on another program must have had the processor meanwhile."""
+"""Seconds between two polls that show that another program has used the processor meanwhile."""
 BUSY_TIME: Final = 1.0
 """Seconds for which a machine counts as busy after that."""
 
@@ -32,10 +32,10 @@ yield_processor: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda
 class SpinWait:
     """How one side of a series of calls waits for the other.
 
-    After a short wait, the next one of the series looks for data for up to SPIN_TIME seconds before it sleeps. After
-    one that looked in vain, waits sleep at once until one is short again. So calls that are slow, or come one now and
-    then, cost no more processor time than they need. On a busy machine all sleep: who is woken gets a processor sooner
-    there than who never left it.
+    After a short wait, the next one of the series polls for data for up to SPIN_TIME seconds before it sleeps. After
+    one that polled in vain, waits sleep at once until one is short again. So calls that are slow, or come one now and
+    then, cost no more processor time than they need. On a busy machine all sleep: a woken program gets a processor
+    sooner there than one that never left it.
     """
 
     __slots__ = ("_busy_until", "_ended", "_short")
@@ -49,7 +49,7 @@ class SpinWait:
         """Return what ``receive(flags)`` returns, a call of a blocking socket's ``recv`` or ``recv_into``.
 
         Raises:
-            OSError: what it raises when it sleeps, and other errors than that nothing is there yet.
+            OSError: what it raises when it sleeps, and errors other than that no data have arrived.
         """
         start = now = perf_counter()
         if self._short and DONTWAIT and start - self._ended < MAX_SERIES_GAP and start > self._busy_until:

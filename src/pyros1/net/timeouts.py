@@ -16,7 +16,7 @@ from typing import Final
 _DIRECT = sys.platform != "win32" and hasattr(socket, "SO_RCVTIMEO") and hasattr(socket, "SO_SNDTIMEO")
 
 MIN_RATE: Final = 1000.0
-"""Bytes per second that data must come or go with in the long run."""
+"""Minimum rate of a transfer in the long run, in bytes per second."""
 _UNSENT: Final = 16 * 1024
 
 SOCKET_TIMEOUTS = (BlockingIOError, TimeoutError)
@@ -24,7 +24,7 @@ SOCKET_TIMEOUTS = (BlockingIOError, TimeoutError)
 
 
 class TransferDeadline:
-    """How long to wait for data that come or go in pieces: as long as they move, and are not slower than MIN_RATE.
+    """How long to wait for data that arrive or leave in pieces: as long as they move, and are not slower than MIN_RATE.
 
     So a large value gets through a slow link, but a peer that stops, or sends byte after byte, is given up.
 
@@ -40,7 +40,7 @@ class TransferDeadline:
         self._bytes = 0
 
     def add_bytes(self, count: int) -> None:
-        """Take note that so many bytes came or went."""
+        """Record that this many bytes were received or sent."""
         self._bytes += count
         self._last_progress = monotonic()
 

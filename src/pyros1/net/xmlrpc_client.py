@@ -29,7 +29,8 @@ class XmlRpcClient:
 
     Args:
         uri: ``http://host:port/``.
-        timeout: seconds that a call may take, connecting included; longer while much data move (`TransferDeadline`).
+        timeout: seconds that a call may take, connecting included; longer while much data is transferred
+        (`TransferDeadline`).
 
     Raises:
         ProtocolError: the URI is not valid.

@@ -5,7 +5,7 @@ nothing more is read from that peer. Sizes, connections and times are limited fo
 connections, the one that has been idle longest is closed, so new ones are always served. (HTTP clients open a
 kept-alive connection again without notice.)
 
-Each answer carries the time of this machine's clock, so others can find out if the clock is wrong.
+Each answer carries the time of this machine's clock, so callers can find out if the clock is wrong.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class ServerLimits(NamedTuple):
         max_connections: connections open at the same time; never more than half of the files that this process may
             open.
         max_buffered: bytes of incomplete requests, of all connections together.
-        request_timeout_s: longest pause, in seconds, in a request that has begun, or of a peer that must read on. A
+        request_timeout_s: longest pause, in seconds, in a request that has started, or of a peer that must read on. A
             request may take longer in all if it is not slower than MIN_RATE.
         idle_timeout_s: seconds after which a connection without a request is closed.
     """
@@ -97,9 +97,9 @@ def multicall(dispatch: Dispatch, params: Sequence[Any]) -> list[Any]:
 
 
 def _half_file_limit() -> int:
-    """Return half of the number of files that this process may open; what is usual if the system does not say."""
+    """Return half of the number of files that this process may open; a usual value if the system does not report it."""
     files = os.sysconf("SC_OPEN_MAX") if hasattr(os, "sysconf") else 1024
-    return files // 2 if files > 0 else 1 << 20  # -1: as many as it likes
+    return files // 2 if files > 0 else 1 << 20  # -1: no limit
 
 
 class _Connection:
@@ -212,10 +212,10 @@ class XmlRpcServer:
         bind_host: address to listen on, for example ``0.0.0.0`` or ``127.0.0.1``; one with a colon is IPv6.
         advertised_host: the host in ``uri``.
         port: 0 lets the system choose.
-        limits: what peers may use.
+        limits: limits on peers.
         ports: ports to choose from, if ``port`` is 0; None for any.
-        allowlist: decides who may connect; None lets everybody in.
-        warn: called with a text when connections cannot be taken; None: it is written to stderr.
+        allowlist: decides who may connect; None admits everybody.
+        warn: called with a text when connections cannot be accepted; None: it is written to stderr.
 
     Attributes:
         uri: ``http://host:port/``.
@@ -223,7 +223,7 @@ class XmlRpcServer:
         caller: connection of the call that is being answered; for `dispatch`.
 
     Raises:
-        OSError: the address cannot be listened on, for example because the port is taken.
+        OSError: the address cannot be listened on, for example because the port is in use.
     """
 
     def __init__(
@@ -317,13 +317,13 @@ class XmlRpcServer:
             raise XmlRpcFault(1, f"{type(error).__name__}: {error}") from error
 
     def forget(self, connection: _Connection) -> None:
-        """Forget a connection that is being closed."""
+        """Remove a connection that is being closed."""
         self._connections.pop(connection, None)
         self._buffered -= connection.buffered
         connection.buffered = 0
 
     def touch(self, connection: _Connection) -> None:
-        """Note that bytes have come or gone."""
+        """Record that bytes were received or sent."""
         self._connections.move_to_end(connection)
 
     def account_buffered(self, connection: _Connection, buffered: int) -> bool:

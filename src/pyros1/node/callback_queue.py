@@ -26,17 +26,17 @@ class CallbackQueue:
         self._changed.notify_all()
 
     def wake(self) -> None:
-        """End all waits, with or without callbacks."""
+        """Wake all waiting threads, whether or not callbacks are queued."""
         self._changed.notify_all()
 
     def runs_here(self) -> bool:
-        """Return whether the calling thread runs the callbacks: it is the one that spun last, else the main one."""
+        """Return whether the calling thread runs the callbacks: the thread that spun last, or else the main thread."""
         if self._runner is None:
             return threading.current_thread() is threading.main_thread()
         return self._runner == threading.get_ident()
 
     def wait(self, timeout: float) -> bool:
-        """Wait for a callback, at most ``timeout`` seconds; return whether one waits."""
+        """Wait for a callback, at most ``timeout`` seconds; return whether one is queued."""
         return self._changed.wait_for(lambda: self._ready, timeout)
 
     def run_available(self) -> int:

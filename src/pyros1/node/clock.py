@@ -24,8 +24,8 @@ MAX_PERIOD = 1e9
 POLL_INTERVAL = 0.3
 """Longest wait for a tick of simulated time, in seconds, before a check whether the node is shutting down."""
 TICK_TIMEOUT = 1.0
-"""Seconds without a tick of simulated time after which sleeps of a node that ends are cut short: the simulation may
-have ended before it."""
+"""Seconds without a tick of simulated time after which the sleeps of a closing node are cut short: the simulation may
+have ended first."""
 
 
 class Clock:
@@ -35,7 +35,7 @@ class Clock:
         stopping: set when the node shuts down; ends all sleeps.
 
     Attributes:
-        simulated: whether it is the time on /clock.
+        simulated: whether the time comes from /clock.
         ending: whether the node has begun to end; its first hooks may still sleep.
         on_tick: called after each change of simulated time, by the thread that receives it.
     """
@@ -53,7 +53,7 @@ class Clock:
         self.simulated = True
 
     def tick(self, now: Time) -> None:
-        """Take the time that a simulation has published."""
+        """Set the time that a simulation has published."""
         self._now = now
         self._ticked.notify_all()
         for look in tuple(self.on_tick):
@@ -70,7 +70,7 @@ class Clock:
         return Time.of_clock(time.time_ns())
 
     def seconds(self) -> float:
-        """Return the seconds of a clock for measuring: monotonic time, which does not jump, or simulated time."""
+        """Return the seconds of a clock for durations: monotonic time, which does not jump, or simulated time."""
         return self._now.to_sec() if self.simulated else time.monotonic()
 
     def read(self) -> tuple[Time, bool]:
@@ -81,14 +81,14 @@ class Clock:
         """Sleep.
 
         Args:
-            seconds: in the node's time; 0 or less returns at once.
+            seconds: in the node's time; for 0 or less, the method returns at once.
 
         Returns:
-            False if the sleep was cut short because the node is shutting down; before all sleeps end, one ends when
-            simulated time stands still for `TICK_TIMEOUT` seconds.
+            False if the sleep was cut short because the node is shutting down. While early hooks run, a sleep ends only
+            if simulated time stands still for `TICK_TIMEOUT` seconds.
 
         Raises:
-            TimeMovedBackwardsError: simulated time jumped back meanwhile.
+            TimeMovedBackwardsError: simulated time jumped back during the sleep.
         """
         if not self.simulated:
             return not (self._stopping.wait(seconds) if seconds > 0 else self._stopping.is_set())
@@ -101,7 +101,7 @@ class Clock:
         def waiting() -> bool:
             nonlocal last
             now = self._now
-            if now < start:  # a little back is no jump: two may publish /clock
+            if now < start:  # a small step back is not a jump: /clock may have two publishers
                 raise TimeMovedBackwardsError((now - last).to_sec())
             last = now
             return now < deadline
@@ -174,9 +174,9 @@ class TimerEvent:
     """The argument of a timer's callback, as in rospy and roscpp.
 
     Attributes:
-        last_expected, last_real: when the previous call should have happened, and did; None at the first.
-        current_expected, current_real: when this call should have happened, and did.
-        last_duration: seconds that the previous callback took; None at the first.
+        last_expected, last_real: when the previous call was due, and when it happened; None for the first call.
+        current_expected, current_real: when this call was due, and when it happened.
+        last_duration: seconds that the previous callback took; None for the first call.
     """
 
     __slots__ = ("current_expected", "current_real", "last_duration", "last_expected", "last_real")
@@ -239,7 +239,7 @@ class Timer:
                 return
             if self._callbacks is None:
                 self._fire(expected)
-            elif not self._pending:  # a program that spins late gets one call, not many
+            elif not self._pending:  # a program that spins late gets one call instead of many
                 self._pending = True
                 self._callbacks.push(lambda expected=expected: self._fire(expected))  # type: ignore[misc]
             if self._oneshot:
@@ -247,7 +247,7 @@ class Timer:
 
     def _sleep_simulated(self, rate: Rate) -> bool:
         """Sleep in simulated time; `shutdown` is noticed at the next tick, or soon if the clock stands still."""
-        while 0 < rate.remaining() <= 2 * self._period:  # more: time has jumped back, which the rate handles
+        while 0 < rate.remaining() <= 2 * self._period:  # above it: time has jumped back, which the rate handles
             if self._stopped.is_set() or not self._clock.await_tick():
                 return False
         return rate.sleep()
@@ -273,13 +273,13 @@ class Timer:
             self._callback(event)
         except NodeShutdownError:
             return
-        except Exception as error:  # noqa: BLE001 - user code: the timer goes on
+        except Exception as error:  # noqa: BLE001 - user code: the timer continues
             self._log.exception(f"bad timer callback {self._callback!r}", error=error)
         self._last = (expected, real, time.perf_counter() - start)
 
     @property
     def alive(self) -> bool:
-        """Whether further calls will come."""
+        """Whether the timer will make further calls."""
         return self._thread.is_alive()
 
     def shutdown(self) -> None:
@@ -323,7 +323,7 @@ class Timers:
 
 
 class TimeMethods:
-    """What a node offers of time; one of its base classes."""
+    """The time functions of a node; one of its base classes."""
 
     _context: Context
     _clock: Clock
@@ -335,14 +335,14 @@ class TimeMethods:
 
     @property
     def simulated_time(self) -> bool:
-        """Whether the node's time is that on /clock."""
+        """Whether the node uses the time on /clock."""
         return self._clock.simulated
 
     def sleep(self, seconds: float) -> bool:
         """Sleep for ``seconds`` of the node's time; return False at once when the node shuts down.
 
         Raises:
-            TimeMovedBackwardsError: simulated time jumped back meanwhile.
+            TimeMovedBackwardsError: simulated time jumped back during the sleep.
         """
         check_seconds(seconds, "sleep: seconds")
         return self._clock.sleep(seconds)

@@ -31,7 +31,7 @@ _MAX_HOSTS = 1000
 
 
 class PublicationView(Protocol):
-    """The part of a publication that other parts see; see `publishing.publication.Publication`."""
+    """The interface of a publication for other parts of the node; see `publishing.publication.Publication`."""
 
     topic: str
 
@@ -47,7 +47,7 @@ class PublicationView(Protocol):
 
 
 class SubscriptionView(Protocol):
-    """What others see of a topic that a node subscribes to; see `subscribing.subscription.Subscription`."""
+    """The interface of a subscription for other parts of the node; see `subscribing.subscription.Subscription`."""
 
     type: TopicType
     delivery: Any
@@ -60,7 +60,7 @@ class SubscriptionView(Protocol):
 
 
 class ServiceView(Protocol):
-    """The part of a service that other parts see; see `services.server.ServiceServer`."""
+    """The interface of a service for other parts of the node; see `services.server.ServiceServer`."""
 
     type: type[Any]
     uri: str
@@ -76,17 +76,17 @@ class Context:
         loop: its loop thread; user code never runs there.
         rpc: calls to other nodes' APIs, on the loop.
         log: the node's log.
-        callbacks: the callback queue of a node that spins; None if callbacks run in the threads that receive.
+        callbacks: the callback queue of a node that spins; None if callbacks run in the receiving threads.
         environ: environment variables.
-        uri: URI of its slave API, once that listens.
-        address: where it listens and is reached, once that is known.
-        allowlist: decides who may connect to it; None: everybody may.
-        local_key: what programs have in common that share memory with it; empty: it shares none.
-        local_name: returns the name of the socket for these; empty if there is none.
+        uri: URI of its slave API, once it is listening.
+        address: where it listens and how it is reached, once known.
+        allowlist: decides which hosts may connect to it; None: all may.
+        local_key: key of the programs that can share memory with it; empty: it shares no memory.
+        local_name: returns the name of the socket for these programs; empty if there is none.
         local_room: bytes of messages that may wait within the process beyond the publisher's ``queue_size``.
         stopping: set when the node begins to shut down; every wait ends then.
-        warn_publish_after_shutdown: whether a `publish` after the end of the node is still to be logged, once.
-        publications: what it publishes, by topic; changed by whole replacement, so that readers need no lock.
+        warn_publish_after_shutdown: whether the first `publish` after the end of the node is still to be logged.
+        publications: what it publishes, by topic; replaced as a whole on changes, so that readers need no lock.
         subscriptions: what it subscribes to, by topic; changed in the same way.
         services: what it provides, by name; changed in the same way.
     """
@@ -123,20 +123,20 @@ class Context:
 
     @cached_property
     def delivery_threads(self) -> DeliveryThreads:
-        """The threads that receive, made with the first subscription."""
+        """The receiving threads, created with the first subscription."""
         return DeliveryThreads(
             self.name,
             lambda error: self.log.exception("internal error in a subscription (please report it)", error=error),
         )
 
     def close_delivery_threads(self, timeout: float) -> None:
-        """End the threads that receive, if they exist; wait for them at most ``timeout`` seconds."""
+        """End the receiving threads, if they exist; wait for them at most ``timeout`` seconds."""
         if "delivery_threads" in self.__dict__:
             self.delivery_threads.close(timeout)
 
     @property
     def host(self) -> str:
-        """The host name or address that it gives as its own; empty before that is known."""
+        """The host name or address that the node announces as its own; empty before it is known."""
         return self.address.advertised if self.address is not None else ""
 
     def warn_unknown_host(self, topic: str, uri: str, error: UnknownHostError) -> None:
@@ -155,7 +155,7 @@ class Context:
         )
 
     def warn_once(self, text: str) -> None:
-        """Log what this machine does not let the node do. Repeated texts are counted."""
+        """Log an operation that this machine does not allow the node. Repeated texts are counted."""
         self.log.peer(ERROR, "%s", text)
 
     def pause(self, seconds: float) -> None:
@@ -174,7 +174,7 @@ class Context:
 
     @property
     def is_forked(self) -> bool:
-        """Whether this process was forked from that of the node, whose threads it does not have."""
+        """Whether this process was forked from the node's process, whose threads it does not have."""
         return os.getpid() != self._pid
 
     def check_process(self) -> None:
@@ -188,7 +188,7 @@ class Context:
 
 
 def find_local_context(uri: str) -> Context | None:
-    """Return the context of the node in this process whose slave API has that URI, else None.
+    """Return the context of the node in this process whose slave API has the given URI, or None.
 
     Nodes of one process exchange messages without sockets. They find each other through the interpreter's list of
     threads, which holds each node's loop thread, so no separate registry is needed.
@@ -200,7 +200,7 @@ def find_local_context(uri: str) -> Context | None:
 
 
 class HasLinks(Protocol):
-    """Something with links that come and go: a publication or a subscription."""
+    """An object with links that come and go: a publication or a subscription."""
 
     context: Context
     on_change: list[Callable[[], None]]
@@ -210,13 +210,13 @@ class HasLinks(Protocol):
 
 
 def wait_for_links(topic: HasLinks, count: int, timeout: float | None) -> bool:
-    """Wait until a publication or subscription has that many links.
+    """Wait until a publication or subscription has the given number of links.
 
     Args:
         timeout: seconds; None waits until the node shuts down.
 
     Returns:
-        Whether it has that many.
+        Whether it has that many links.
     """
     if not hasattr(type(count), "__index__"):
         raise TypeError(f"count must be a whole number, not {count!r:.80}")

@@ -23,10 +23,10 @@ def full_name(
     Args:
         name: base name in the program; ``__name`` replaces it and switches off ``anonymous``.
         anonymous: whether to add process id and time.
-        namespace: namespace in the program; ``__ns`` takes precedence over it, and it over ROS_NAMESPACE.
+        namespace: namespace in the program; overrides ROS_NAMESPACE and is overridden by ``__ns``.
         special: the command line's ``__key:=value`` arguments.
         environ: environment variables.
-        strict: whether the name must keep to the rules.
+        strict: whether the name must follow the rules.
 
     Raises:
         InvalidNameError: the name or the namespace is not legal.

@@ -57,26 +57,26 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         anonymous: make the name unique by adding process id and time.
         namespace: for example ``/robot1``; None: ROS_NAMESPACE. ``__ns:=`` on the command line takes precedence.
         argv: command-line arguments with remappings, without the program's name; None: ``sys.argv[1:]``.
-        callbacks: "inline" runs callbacks as messages come, each topic in a thread of its own (as rospy); "spin" keeps
-            them until the program calls `spin` or `spin_once` (as roscpp).
+        callbacks: "inline" runs callbacks as messages arrive, each topic in its own thread (like rospy); "spin" queues
+            them until the program calls `spin` or `spin_once` (like roscpp).
         master_uri: URI of the master; None: ``__master:=``, ROS_MASTER_URI or http://localhost:11311.
         environ: environment variables; None: those of the process.
         log_level: lowest level that is logged: debug, info, warn, error or fatal.
-        handle_signals: whether SIGINT and SIGTERM end the node; works only if it is made in the main thread.
+        handle_signals: whether SIGINT and SIGTERM end the node; works only if it is created in the main thread.
         rosout: whether to publish the log on /rosout.
         wait_for_master: seconds to wait for a master that does not answer; None: no limit.
         wall_time: whether to ignore /use_sim_time.
         ports: of the slave API (XML-RPC) and of topics and services (TCPROS); 0: any.
-        strict_names: whether names that break the rules are refused, and parameters of an earlier run, and messages
-            that are published after the node's end, are logged.
-        local_room: bytes of messages that wait for a slow subscriber within the process, if ``queue_size`` of the
-            publisher is less; the sockets between processes hold about a MB.
+        strict_names: whether names that break the rules are refused, and a log entry is written for parameters left by
+            an earlier run and for messages published after the node's end.
+        local_room: bytes of messages that may wait for a slow subscriber within the process even beyond the publisher's
+            ``queue_size``; the sockets between processes hold about a MB.
 
     Raises:
         InvalidNameError: the name is not legal.
         MasterUnreachableError: no master within ``wait_for_master`` seconds.
         MasterError: the master refuses the node.
-        NodeError: it cannot listen on its address, or its ports are taken.
+        NodeError: it cannot listen on its address, or its ports are in use.
         SettingError: PYROS1_ALLOW, PYROS1_BIND or PYROS1_PORTS is wrong.
         ProtocolError: the master's URI is not valid, or what answers there is not a master.
         SystemExit: SIGINT or SIGTERM came before the node had started.
@@ -115,7 +115,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         level = level_from_name(log_level)
         shared = local_key(environ)
         self.master = MasterClient(self.name, self.master_uri)
-        # From here nothing is refused: the loop has sockets, which only `shutdown` closes.
+        # From here on no argument is refused: the loop has sockets, which only `shutdown` closes.
         stopping = Event()
         self._clock = Clock(stopping)
         log_file = default_log_file(self.name, environ, special)
@@ -144,7 +144,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         except BaseException as error:
             self.shutdown("the node could not start")
             if isinstance(error, Error) and self._shutdown.signalled:
-                raise SystemExit(_INTERRUPTED) from None  # Ctrl-C while waiting for the master's answer, or for it
+                raise SystemExit(_INTERRUPTED) from None  # Ctrl-C while waiting for the master or its answer
             raise
 
     # Starting ---------------------------------------------------------------------------------------------------------
@@ -198,8 +198,8 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
     def resolve(self, name: str, *, remap: bool = True) -> str:
         """Return the full name that ``name`` stands for in this node.
 
-        Libraries that put several topics below one name resolve that name first, with this function, and then add to
-        it: so a remapping of the name moves them all, and one of a single topic's full name moves that topic.
+        Libraries that put several topics below one name resolve that name first, with this function, and then append
+        to it: a remapping of the name moves them all, and a remapping of one topic's full name moves that topic.
 
         Args:
             name: relative, global or private (``~x``).
@@ -222,18 +222,18 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         period: float = 0.5,
         limit: float = 1.0,
     ) -> Watch:
-        """Watch another node, of any client library: learn that it died, hangs, was replaced, or is back.
+        """Watch another node, of any client library: be notified when it dies, hangs, is replaced, or comes back.
 
-        A process that ended is noticed at once, if its machine runs: its connection is closed. A process that stands
-        still (SIGSTOP, a debugger) and a machine that is gone or cut off are noticed within ``period + limit`` seconds.
-        A node whose callbacks hang while its process runs still answers: for that, see ``deadline`` of `subscribe`.
-        A master that is silent, or was restarted, changes nothing for a node that answers.
+        A process that ended is noticed at once if its machine is running: its connection is closed. A stopped process
+        (SIGSTOP, a debugger) and a machine that is down or cut off are noticed within ``period + limit`` seconds.
+        A node whose callbacks hang while its process runs still answers; for that, use ``deadline`` of `subscribe`.
+        A master that is silent or was restarted does not matter for a node that answers.
 
         Args:
             name: the node's name.
-            on_lost: called with a Sighting when the node was there and is lost, where all callbacks run.
-            on_found: called with a Sighting when the node is there for the first time, or again.
-            period: seconds between two questions to the node (getPid) and to the master, in wall time.
+            on_lost: called with a Sighting when a node that was found is lost, where all callbacks run.
+            on_found: called with a Sighting when the node is found for the first time, or again.
+            period: seconds between requests to the node (getPid) and to the master, in wall time.
             limit: seconds that an answer may take, in wall time. A busy machine needs more than an idle one.
 
         Returns:
@@ -262,7 +262,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
             self.spin_once(0.5)
 
     def spin_once(self, timeout: float = 0.0) -> int:
-        """Run the callbacks that wait now.
+        """Run the callbacks that are queued now.
 
         Args:
             timeout: seconds to wait for the first one.
@@ -277,8 +277,8 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         return self._callbacks.run_available()
 
     def on_shutdown(self, hook: Callable[[], object], early: bool = False) -> None:
-        """Call ``hook`` when the node begins to shut down; publishing still works then, and in an early hook all else,
-        too: `ok` is true, sleeps sleep and services answer."""
+        """Call ``hook`` when the node begins to shut down; publishing still works then, and in an early hook
+        everything else as well: `ok` is true, sleeps sleep and services answer."""
         checks.check_callback(hook, "on_shutdown(hook)", "hook")
         self._shutdown.on_shutdown(hook, early)
 
@@ -307,7 +307,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
             loop.call_soon(self._tcpros.close)
         done = threading.Event()
         loop.call_soon(done.set)
-        done.wait(2.0)  # calls queued before, above all the closing of sockets, are made first
+        done.wait(2.0)  # calls queued before, especially the closing of sockets, are made first
         loop.stop()
         self._sink.close()
 
@@ -321,4 +321,4 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> bool:
         self.shutdown()
-        return kind is not None and issubclass(kind, NodeShutdownError)  # a wait ended at shutdown
+        return kind is not None and issubclass(kind, NodeShutdownError)  # a wait was ended by the shutdown

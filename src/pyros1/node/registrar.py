@@ -1,7 +1,7 @@
 """The registrar: registers a node's topics and services with the master, on a separate thread.
 
-What is registered is remembered. When the master was restarted and does not know the node any more, everything is
-registered again: stock ROS 1 nodes do not do so (M44).
+All registrations are remembered. After the master was restarted and no longer knows the node, everything is registered
+again; stock ROS 1 nodes do not do this (M44).
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ _T = TypeVar("_T")
 
 
 class _Job:
-    """A call of the master for which a thread waits.
+    """A call to the master for which a thread waits.
 
     Args:
         entry: the call.
@@ -60,8 +60,8 @@ class Registrar:
     Args:
         context: the node.
         master_uri: the master's URI.
-        on_publishers: called with (topic, publisher APIs) when a subscriber was registered again.
-        on_restart: called when everything was registered again with a master that was restarted.
+        on_publishers: called with (topic, publisher APIs) after a subscriber was registered again.
+        on_restart: called after everything was registered again with a restarted master.
     """
 
     def __init__(
@@ -76,16 +76,16 @@ class Registrar:
         self._uri = master_uri
         self._on_publishers = on_publishers
         self._on_restart = on_restart
-        self._can_be_looked_up = not set(": ") & set(context.name)  # masters refuse to look up others, which rospy has
+        self._can_be_looked_up = not set(": ") & set(context.name)  # masters refuse to look up the rest
         self._entries: dict[Entry, None] = {}
         self._pending_unregistrations: dict[
             Entry, None
-        ] = {}  # what a silent master could not be told: it may go on with what it knew
+        ] = {}  # unregistrations that a silent master has missed: it may come back with its old state
         self._jobs: deque[_Job] = deque()
         self._changed = Condition()
         self._closed = False
         self._master_unreachable = False
-        self._reported = False  # the log says so
+        self._reported = False  # it has been logged
         self._incomplete = False  # a new master does not have all registrations yet
         self._thread = threading.Thread(target=self._run, name=f"{context.name}:registrar", daemon=True)
 
@@ -110,13 +110,13 @@ class Registrar:
         return self.begin_register(method, *args)()
 
     def begin_register(self, method: str, *args: str) -> Callable[[], Any]:
-        """Begin to `register`; return a function that waits for the answer. The master is called in order of calls."""
+        """Begin to `register`; return a function that waits for the answer. The master is called in the same order."""
         return self._begin(_Job((method, *args)))
 
     def unregister(self, method: str, *args: str) -> None:
         """Undo `register` with the same arguments.
 
-        It is not an error if the master does not answer, since it has then lost the node anyway, or has no such method;
+        It is not an error if the master does not answer, since it has lost the node anyway, or has no such method;
         nor if the node is shutting down, which unregisters everything.
         """
         self.begin_unregister(method, *args)()
@@ -176,7 +176,7 @@ class Registrar:
             if job is None:
                 try:
                     self._check()
-                except Exception as error:  # noqa: BLE001 - of a malformed answer: the thread must go on
+                except Exception as error:  # noqa: BLE001 - from a malformed answer: the thread must continue
                     self._context.log.internal(error)
                 continue
             if job.registration is not None:
@@ -186,12 +186,12 @@ class Registrar:
                 if job.entry[0] in _INVERSE:
                     self._entries[job.entry] = None
                     self._pending_unregistrations.pop(_inverse(job.entry), None)
-            except Exception as error:  # noqa: BLE001 - told to who waits for it; the thread must go on
+            except Exception as error:  # noqa: BLE001 - passed to the waiting thread; this one must go on
                 job.error = error
             job.done.set()
 
     def _call(self, entry: Entry) -> Any:
-        """Call the master, again and again until it answers."""
+        """Call the master repeatedly until it answers."""
         while True:
             try:
                 value = self._call_once(entry)
@@ -202,7 +202,7 @@ class Registrar:
                 if entry[0] not in _INVERSE:
                     self._pending_unregistrations[entry] = None
                     return 0
-                if not self._reported:  # the check, which says nothing, may have noticed it before
+                if not self._reported:  # the check, which does not log, may have noticed it before
                     self._reported = True
                     self._context.log.warn("the master at %s does not answer; waiting for it to come back", self._uri)
                 if self._closed or self._context.stopping.wait(RETRY_TIME):
@@ -214,7 +214,7 @@ class Registrar:
                 return 0
 
     def _call_once(self, entry: Entry) -> Any:
-        """Call the master; if that shows that it was restarted, register everything else again too.
+        """Call the master; if that shows that it was restarted, register everything else again as well.
 
         Once a new master knows this one entry it knows the node, and `_check` no longer sees that the rest is missing.
         """
@@ -234,7 +234,7 @@ class Registrar:
             return self._register_with_type(entry, error)
 
     def _register_with_type(self, entry: Entry, refusal: Error) -> Any:
-        """Subscribe with the topic's type at a master that does not accept ``*`` for any type.
+        """Subscribe with the topic's type if the master does not accept ``*`` for any type.
 
         Raises:
             Error: the refusal, if it has another reason.
@@ -312,7 +312,7 @@ def _inverse(entry: Entry) -> Entry:
 
 
 def await_master(context: Context, master: MasterClient, timeout: float | None, ask: Callable[[float], _T]) -> _T:
-    """Wait until the master answers, and ask it; log once that the node waits.
+    """Wait until the master answers a request; log once that the node is waiting.
 
     Args:
         timeout: seconds; None: no limit.

@@ -1,5 +1,5 @@
-"""Unix sockets between programs of one machine and one user, in Linux's abstract namespace: no file is left behind by a
-program that is killed, and none is needed. Elsewhere than on Linux there are none, and nodes use TCP.
+"""Unix sockets between programs of one machine and one user, in Linux's abstract namespace: no file is needed, and a
+killed program leaves none behind. On other systems there are none, and nodes use TCP.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ _CREDENTIALS: Final = struct.Struct("3i")  # struct ucred: process, user, group
 
 @cache
 def host_key() -> str:
-    """Return the key that programs have in common if they can share memory: those of one user in one network namespace
-    of one boot of a machine. Empty if this system has no such means.
+    """Return the common key of programs that can share memory: those of one user in one network namespace of one boot
+    of a machine. Empty if the system does not support this.
     """
     import hashlib  # noqa: PLC0415 - slow to import, and most nodes do not need it
 
@@ -47,11 +47,11 @@ def local_key(environ: Mapping[str, str]) -> str:
 
 
 def socket_name_for(uri: str, key: str) -> str:
-    """Return the name of the socket beside a port for services: who knows the port's URI knows the name.
+    """Return the name of the socket beside a port for services: the name follows from the port's URI.
 
     Args:
-        uri: as the master has it, ``rosrpc://host:port``.
-        key: of the programs that share it, `host_key`.
+        uri: as registered with the master, ``rosrpc://host:port``.
+        key: the programs' common key, `host_key`.
     """
     return f"{_PREFIX}{key}-{uri}"
 
@@ -60,10 +60,10 @@ def listen(wish: str = "") -> tuple[socket.socket, str]:
     """Return a listening socket and its name.
 
     Args:
-        wish: the name that it should have; it gets another one if that is taken, or impossible.
+        wish: the preferred name; the socket gets another one if it is in use, or impossible.
 
     Raises:
-        OSError: there can be none.
+        OSError: it cannot be created.
     """
     sock = socket.socket(socket.AF_UNIX)
     try:
@@ -81,7 +81,7 @@ def connect(name: str) -> socket.socket:
     """Return a socket that is connected to the one of that name, and does not block.
 
     Raises:
-        OSError: it is not there, is too busy, or belongs to another user.
+        OSError: it does not exist, is too busy, or belongs to another user.
     """
     if not _is_socket_name(name):
         raise ConnectionRefusedError(f"{name[:100]!r} is no name of such a socket")
@@ -110,6 +110,6 @@ def _bind(sock: socket.socket, name: str) -> bool:
 
 
 def is_same_user(sock: socket.socket) -> bool:
-    """Tell whether a program of the same user is at the other end of a Unix socket."""
+    """Return whether a program of the same user is at the other end of a Unix socket."""
     found = sock.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
     return bool(_CREDENTIALS.unpack(found)[1] == os.geteuid())

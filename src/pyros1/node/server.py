@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 HEADER_TIMEOUT = 10.0
 MAX_HANDSHAKES = 256
-"""Most connections whose header is not complete; the oldest is closed for a new one."""
+"""Maximum number of connections whose header is not complete; the oldest is closed for a new one."""
 
 
 class _Handshake:
@@ -57,7 +57,7 @@ class TcprosServer:
         uri: of its services.
 
     Raises:
-        OSError: the port is taken.
+        OSError: the port is in use.
     """
 
     def __init__(
@@ -157,7 +157,7 @@ class TcprosServer:
         """Send the reason to the peer, log it, and close."""
         self._release(handshake)
         if self._context.stopping.is_set():
-            handshake.sock.close()  # who heard of this node a moment ago comes too late: nothing is wrong
+            handshake.sock.close()  # a peer that learned of this node a moment ago comes too late: not an error
             return
         header = header or {}
         what = header.get("topic") or header.get("service")
@@ -173,7 +173,7 @@ class TcprosServer:
         handshake.sock.close()
 
     def _release(self, handshake: _Handshake) -> None:
-        """Let the loop forget a connection, whose socket stays open."""
+        """Remove a connection from the loop; its socket stays open."""
         if self._handshakes.pop(handshake.sock, None) is not None:
             self._context.loop.unregister(handshake.sock)
         if handshake.timer is not None:
@@ -184,7 +184,7 @@ class TcprosServer:
         handshake.sock.close()
 
     def close(self) -> None:
-        """Stop to listen. On the loop."""
+        """Stop listening. On the loop."""
         self._acceptor.close()
         if self._local_acceptor is not None:
             self._local_acceptor.close()
@@ -208,11 +208,11 @@ def open_ports(
     dispatch: Dispatch,
     ports: tuple[int, int],
 ) -> tuple[TcprosServer, XmlRpcServer]:
-    """Listen for other nodes: return the server for topics and services, and that of the slave API.
+    """Listen for other nodes; return the server for topics and services, and the server of the slave API.
 
     Args:
         context: the node.
-        address: where to listen, and for whom.
+        address: where to listen, and for which hosts.
         services: returns the node's services by name.
         dispatch: answers calls of the slave API.
         ports: of the slave API, and of topics and services; 0 for any.
@@ -221,7 +221,7 @@ def open_ports(
         NodeError: it cannot listen there.
     """
     if address.allowed is not None:
-        from pyros1.net.allowlist import Allowlist  # noqa: PLC0415 - slow to import, and most nodes let everybody in
+        from pyros1.net.allowlist import Allowlist  # noqa: PLC0415 - slow to import, and most nodes accept all hosts
 
         context.allowlist = Allowlist(address.allowed, lambda text: context.log.warn("%s", text))
     tcpros: TcprosServer | None = None

@@ -1,4 +1,4 @@
-"""The end of a node, once and in order, whether the program, a signal, the master or the interpreter causes it."""
+"""The shutdown of a node, once and in order, whether the program, a signal, the master or the interpreter causes it."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ MAX_CLOSE_TIME = 15.0
 
 
 class Shutdown:
-    """The end of a node.
+    """The shutdown of a node.
 
     Order: early hooks run, while everything works as before; every wait in the node ends; the hooks run (publishing
     still works); then everything is closed.
 
-    In a forked process only what is in its memory ends: hooks and waits. The sockets, their epoll and the registrations
-    are those of the node, which goes on in the process that made it.
+    In a forked process only hooks and waits, which are in its memory, end. The sockets, their epoll and the
+    registrations belong to the node, which continues in the original process.
 
     Args:
         context: the node.
@@ -51,11 +51,11 @@ class Shutdown:
 
     @property
     def signalled(self) -> bool:
-        """Whether a signal has asked for the end."""
+        """Whether a signal has requested the shutdown."""
         return self._signals.count > 0
 
     def watch(self, signals: bool) -> None:
-        """End the node at the interpreter's exit and, if wanted, on SIGINT and SIGTERM."""
+        """End the node at the interpreter's exit and, if requested, on SIGINT and SIGTERM."""
         atexit.register(self._end_at_exit)
         if signals:
             self._signals.install()
@@ -65,9 +65,7 @@ class Shutdown:
             return
         try:
             self.end()
-        except (
-            KeyboardInterrupt
-        ):  # a second signal: nothing here could catch it, and the end of the process is what counts
+        except KeyboardInterrupt:  # a second signal: nothing here could catch it, and the process must end
             die_by_signal(signal.SIGINT)
         except SystemExit as error:
             if not self.signalled or error.code != 128 + signal.SIGTERM:
@@ -86,11 +84,11 @@ class Shutdown:
             try:
                 self._hooks.remove(hook)
             except ValueError:
-                return  # it was run with the others
+                return  # it was run with the other hooks
         hook()
 
     def end(self, reason: str = "") -> None:
-        """End the node, or wait until another thread has done so. A signal handler may call it, too."""
+        """End the node, or wait until another thread has done so. A signal handler may call it as well."""
         me = threading.get_ident()
         try:
             del self._first[0]
@@ -118,7 +116,7 @@ class Shutdown:
     def _stop(self, reason: str) -> None:
         context = self._context
         context.stopping.set()
-        context.warn_publish_after_shutdown &= not self.signalled  # a program cannot know when a signal comes
+        context.warn_publish_after_shutdown &= not self.signalled  # a program cannot predict when a signal comes
         self._clock.wake()
         if context.callbacks is not None:
             context.callbacks.wake()
@@ -127,7 +125,7 @@ class Shutdown:
         try:
             self._run_hooks(self._hooks)
             self._hooks_are_run = True
-            self._run_hooks(self._hooks)  # what came at the last moment
+            self._run_hooks(self._hooks)  # hooks added at the last moment
         finally:  # also when a hook ends the program
             if os.getpid() == self._pid:
                 self._close()
@@ -148,7 +146,7 @@ class Shutdown:
     def _on_signal(self, number: int) -> None:
         if os.getpid() != self._pid:
             if number == signal.SIGINT and not self._first:
-                return  # the program has just been told by a handler of its own, and ends its loops
+                return  # the program's own handler has just been called, and ends its loops
             signal.signal(number, signal.SIG_DFL)
             os.kill(os.getpid(), number)
             return

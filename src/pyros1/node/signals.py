@@ -16,10 +16,10 @@ from pyros1.ground.interrupts import InterruptCounter, install_handler, is_defau
 
 
 class SignalHandlers:
-    """Handlers that are installed for a node's life.
+    """Handlers that are installed for a node's lifetime.
 
     Args:
-        on_signal: called with the signal's number at the first signal, in the handler, after the former handler:
+        on_signal: called with the signal's number at the first signal, in the handler, after the previous handler:
             it must not wait for anything.
     """
 
@@ -43,7 +43,7 @@ class SignalHandlers:
         install_handler(self._handle, numbers)
 
     def restore(self) -> None:
-        """Restore the former handlers, unless others have been installed meanwhile."""
+        """Restore the previous handlers, unless other ones have been installed meanwhile."""
         if threading.current_thread() is not threading.main_thread():
             return
         if self.count:

@@ -25,11 +25,11 @@ if TYPE_CHECKING:
 Triple = list[Any]
 
 _NAMESAKE_REASON = r"\[(/[^\]]*)\] Reason: new node registered with same name"
-"""What a master tells a node whose name another one has taken (M34)."""
+"""The master's message to a node whose name another node has taken (M34)."""
 
 
 class _BadArgumentError(Exception):
-    """An argument is not what the method takes."""
+    """An argument is not valid for the method."""
 
 
 class SlaveApi:
@@ -39,7 +39,7 @@ class SlaveApi:
         context: the node.
         master_uri: the answer of getMasterUri.
         tcpros: returns (host, port) of the node's TCPROS server.
-        parameters: gets the changes of parameters.
+        parameters: receives the changes of parameters.
         on_shutdown: called with the reason when a caller asks the node to end.
     """
 
@@ -57,7 +57,7 @@ class SlaveApi:
         self._parameters = parameters
         self._on_shutdown = on_shutdown
         self._methods: dict[str, tuple[Callable[..., Triple], int, int]] = {
-            # name: (method, fewest and most arguments after the caller id)
+            # name: (method, minimum and maximum number of arguments after the caller id)
             "getBusStats": (self._get_bus_stats, 0, 0),
             "getBusInfo": (self._get_bus_info, 0, 0),
             "getMasterUri": (self._get_master_uri, 0, 0),
@@ -155,7 +155,7 @@ class SlaveApi:
             if not isinstance(uri, str):
                 invalid = "publishers must be a list of strings"
             elif subscription is not None and subscription.has_publisher(uri):
-                valid.append(uri)  # it has been looked at: there may be a thousand, and one that is new
+                valid.append(uri)  # already checked: there may be a thousand, only one of them new
             else:
                 try:
                     parse_uri(uri)
@@ -209,7 +209,7 @@ class SlaveApi:
         if not isinstance(reason, str):
             raise _BadArgumentError("parameter [msg] must be a string")
         match = re.fullmatch(_NAMESAKE_REASON, reason)
-        if match is not None and match[1] != self._context.name:  # a dead node had our port, and was started again
+        if match is not None and match[1] != self._context.name:  # a dead node had our port, and was restarted
             self._context.log.peer(WARN, "a shutdown request that was meant for %s is ignored", match[1])
             return [1, "shutdown", 0]
         self._on_shutdown(reason)
@@ -217,7 +217,7 @@ class SlaveApi:
 
 
 def _count(number: int) -> float:
-    """Return a number of bytes or messages as XML-RPC can have it: integers there end at 2^31, after 2 GB."""
+    """Return a number of bytes or messages in XML-RPC's range: integers there end at 2^31, after 2 GB."""
     return number if number < 1 << 31 else float(number)
 
 

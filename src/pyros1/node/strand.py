@@ -1,17 +1,17 @@
 """A strand: runs jobs one at a time, in the order in which they came, without making any thread wait.
 
-A thread that brings a job to a free strand does the job. If the strand is taken, the thread leaves the job there and
-goes on; the thread that works in the strand does it before it stops. So all links of a topic see one order, whichever
+A thread that brings a job to a free strand does the job. If the strand is busy, the thread leaves the job there and
+continues; the thread that works in the strand does it before it stops. So all links of a topic see one order, whichever
 thread publishes; and a signal handler may run at any moment, even on top of a function that works here: the handler's
-jobs are done when that function goes on.
+jobs are done when that function continues.
 
 Nothing can hang: no thread waits for a strand, and jobs do not wait, so each strand becomes free again. No job is
-forgotten: a worker looks for jobs once more after it has freed the strand, and a thread that has left a job checks
+lost: a worker looks for jobs again after it has freed the strand, and a thread that has left a job checks
 afterwards whether the strand is free.
 
-The strand is free while its list holds something: ``del strand.free[0]`` takes it, for one thread only, and raises
+The strand is free while its list is not empty: ``del strand.free[0]`` takes it, for one thread only, and raises
 IndexError for the others. Unlike a call of ``Lock.acquire``, no signal handler can run between that instruction and the
-next ``try``: one that raises (KeyboardInterrupt) cannot leave the strand taken. It also takes a tenth of the time.
+next ``try``: one that raises (KeyboardInterrupt) cannot leave the strand locked. It also takes a tenth of the time.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ from threading import get_ident
 from typing import Any
 
 MAX_JOBS_PER_TURN = 64
-"""Most jobs of other threads that are done in one turn; `schedule` goes on with the rest."""
+"""Maximum number of other threads' jobs done in one turn; `schedule` continues with the rest."""
 JOBS_BEFORE_DELAY = 1000
-"""Number of waiting jobs from which threads that bring more are delayed for a moment each."""
+"""Number of waiting jobs from which each thread that adds another one is delayed for a moment."""
 POLL_DELAY = 0.001
 
 Job = tuple[Callable[..., object], tuple[Any, ...]]
@@ -35,7 +35,7 @@ class Strand:
     """Runs one job at a time.
 
     Args:
-        schedule: calls a function soon, on another thread, that of a loop for example.
+        schedule: calls a function soon, on another thread, such as a loop's.
         recover: called when a job raises, as it does if a signal handler raises in the middle of it.
 
     Attributes:
@@ -61,7 +61,7 @@ class Strand:
         return not self.free and self.worker == get_ident()
 
     def do(self, job: Callable[..., object], *args: Any) -> None:
-        """Do a job after those that came before, or leave it to the thread that works here. Never waits."""
+        """Do a job after all earlier ones, or leave it to the thread that works here. Never waits."""
         self.jobs.append((job, args))
         self.work()
 
@@ -95,8 +95,8 @@ class Strand:
                 raise
             finally:
                 self.free.append(True)
-                if not done:  # too many: others would wait too long for this thread; or a job raised
-                    self._schedule(self.work)  # once the strand is free, or it would find it taken, and forget the rest
+                if not done:  # too many: other links would wait too long for this thread; or a job raised
+                    self._schedule(self.work)  # once the strand is free, or it would find it busy and drop the rest
             if not done:
                 return
 

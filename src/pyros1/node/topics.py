@@ -44,8 +44,8 @@ class Topics:
         registrar: the node's registrations with the master.
 
     Attributes:
-        publications, subscriptions: by topic; replaced as a whole on changes, so that readers need no lock. Others see
-            them in the context.
+        publications, subscriptions: by topic; replaced as a whole on changes, so that readers need no lock. Other
+            parts see them in the context.
     """
 
     def __init__(self, context: Context, registrar: Callable[[], Registrar]) -> None:
@@ -80,14 +80,14 @@ class Topics:
                 publication.handles += 1
                 publication.latch = publication.latch or latch
                 publication.headers.update(headers)  # this, and the next, for subscribers that come later
-                if queue_size is not None and publication.queue_size is not None:  # those that wait remain so
+                if queue_size is not None and publication.queue_size is not None:  # waiting messages stay queued
                     publication.queue_size = queue_size
                 return Publisher(publication, message_class, lambda: self._unadvertise(publication))
             created = Publication(context, name, message_class, wire_type, queue_size, latch, headers)
             created.handles = 1
             self._publish({**self.publications, name: created})
             try:
-                # With the lock, here and below: the master must hear of an end and a new beginning in that order.
+                # With the lock, here and below: the master must be told of an end and a new start in that order.
                 registered = self._registrar().begin_register("registerPublisher", name, wire_type.name, context.uri)
             except BaseException:
                 self._drop_publication(created)
@@ -101,7 +101,7 @@ class Topics:
         return Publisher(created, message_class, lambda: self._unadvertise(created))
 
     def _undo_registration(self, error: BaseException, *registration: str) -> None:
-        """Undo a registration for which a thread waited no longer: a signal handler raised. The master may be away."""
+        """Undo a registration that a thread stopped waiting for: a signal handler raised. The master may be down."""
         if not isinstance(error, Error):
             with contextlib.suppress(NodeError):
                 self._registrar().begin_unregister(*registration)
@@ -113,7 +113,7 @@ class Topics:
             publication.handles -= 1
             if publication.handles or self._context.stopping.is_set():
                 return
-            # Out of the table at once: whoever advertises the topic now must get a new publication.
+            # Removed from the table at once: a call that advertises the topic now must get a new publication.
             self._publish({k: v for k, v in self.publications.items() if v is not publication})
             try:
                 unregistered = self._registrar().begin_unregister(
@@ -155,12 +155,12 @@ class Topics:
         """Subscribe to a topic; see ``Node.subscribe``.
 
         Args:
-            hints: how to be linked to publishers.
+            hints: how to link to publishers.
             direct: whether to call from the thread that receives, even in a node that spins.
             arrays: see `array_view`.
-            stream: gets the messages undecoded, in place of the callback.
-            driver: what receives for topics that have only streams that drop nothing; None for the node's threads.
-            deadline: takes the place of the callback.
+            stream: receives the messages undecoded, in place of the callback.
+            driver: receives for topics that have only streams that drop nothing; None for the node's threads.
+            deadline: replaces the callback.
             in_publisher: whether to call from the thread of a publisher of this process.
         """
         context = self._context
@@ -238,7 +238,7 @@ class Topics:
         try:
             unregistered()
         finally:
-            subscription.close(wait=False)  # the caller may hold a lock for which the callback waits
+            subscription.close(wait=False)  # the caller may hold a lock that the callback waits for
 
     def _drop_subscription(self, subscription: Subscription) -> None:
         with self._lock:
@@ -264,7 +264,7 @@ class Topics:
         return got[0]
 
     def close(self) -> None:
-        """End all links and the threads that receive."""
+        """End all links and the receiving threads."""
         until = time.perf_counter() + MAX_CALLBACK_WAIT  # one deadline for all: many callbacks may not return
         for subscription in self.subscriptions.values():
             subscription.delivery.stop()
@@ -280,7 +280,7 @@ class Topics:
 
 
 class TopicMethods:
-    """What a node offers of topics; one of its base classes."""
+    """The topic functions of a node; one of its base classes."""
 
     resolve: Callable[[str], str]
     _clock: Clock
@@ -303,14 +303,14 @@ class TopicMethods:
         Args:
             topic: name of the topic.
             type: message class, or a type's name such as "std_msgs/Float64".
-            queue_size: most messages that wait for each slow subscriber; beyond that the oldest are dropped. 0: no
-                limit. None: `publish` waits for the slowest subscriber, as rospy's does.
+            queue_size: maximum number of messages waiting for each slow subscriber; beyond that the oldest are dropped.
+                0: no limit. None: `publish` waits for the slowest subscriber, like rospy's.
             latch: whether to keep the last message for subscribers that come later.
-            headers: more fields for the connection header.
+            headers: extra fields for the connection header.
             raw_type: for AnyMsg: type name, md5 sum and definition of the messages.
 
         Raises:
-            NodeError: this node publishes the topic with another type already.
+            NodeError: this node already publishes the topic with another type.
             TypeError: an argument has a wrong type.
         """
         checks.check_name(topic, "advertise(topic, type)")
@@ -343,23 +343,23 @@ class TopicMethods:
             topic: name of the topic.
             type: message class, a type's name, or AnyMsg for whatever type the topic has.
             callback: called with each message. Calls of one topic never overlap.
-            queue_size: most messages of each publisher that may wait for a slow callback; older ones are dropped,
+            queue_size: maximum number of messages of each publisher waiting for a slow callback; older ones are dropped
                 undecoded. None drops nothing: publishers are held back (in a node that spins: 1000).
             tcp_nodelay: whether to ask publishers to send small messages at once.
             arrays: the type of numeric arrays, which all have one dimension: None for bytes (uint8) and tuples;
                 "memoryview" or "numpy" for read-only arrays of the field's type that refer to the received bytes,
                 without a copy.
             transports: one or several transports in the order of preference: "tcp" (TCPROS), "local" (shared memory
-                and Unix sockets, with pyros1's publishers of this machine and user; used by itself), "udp"
+                and Unix sockets, with pyros1 publishers of this machine and user; used by default), "udp"
                 (UDPROS: lost messages are not sent again, and nothing waits for them; see
                 https://wiki.ros.org/ROS/UDPROS). rospy's publishers have "tcp" only. The first subscriber of a topic
                 in a node decides.
             max_datagram_size: bytes of the largest datagram, for "udp".
             low_latency: look for the next message for 2 ms after each before sleeping: messages come 25 to 50 us
-                sooner, but the node takes up to a whole processor. Only while the topic has one publisher, over TCP or
+                sooner, but the node uses up to a whole processor. Only while the topic has one publisher, over TCP or
                 local. The first subscriber of a topic in a node decides.
             deadline: seconds of the node's time that may pass between two messages, counted from the first connection
-                to a publisher on; a message counts when the callback gets it. None: no limit.
+                to a publisher on; a message counts when the callback receives it. None: no limit.
             on_missed: called with a Missed, where all callbacks run, when no message has come within ``deadline``: once
                 for each gap, whether a publisher is connected or not.
             in_publisher: run the callback within `publish` of a publisher of this process, in its thread, before it
@@ -368,7 +368,7 @@ class TopicMethods:
 
         Raises:
             ValueError: an unknown transport, an impossible size, or only one of ``deadline`` and ``on_missed``.
-            NodeError: this node subscribes to the topic with another type already.
+            NodeError: this node already subscribes to the topic with another type.
             TypeError: an argument has a wrong type.
         """
         checks.check_name(topic, _SUBSCRIBE)
@@ -391,7 +391,7 @@ class TopicMethods:
             raise ValueError("subscribe: deadline and on_missed belong together: give both or neither")
         checks.check_positive(seconds, "subscribe: deadline", "s", MAX_PERIOD)
         checks.check_callback(on_missed, _SUBSCRIBE, "on_missed")
-        from pyros1.node.subscribing.deadline import Deadline  # noqa: PLC0415 - few have one
+        from pyros1.node.subscribing.deadline import Deadline  # noqa: PLC0415 - few subscribers have one
 
         return Deadline(seconds, callback, on_missed, self._context, self._clock, self._notifiers)
 

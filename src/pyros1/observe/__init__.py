@@ -1,1 +1,1 @@
-"""What tools and views do with messages of any topic: decode them, pick fields, evaluate expressions, measure rates."""
+"""Functions of tools and views for messages of any type: decoding, selecting fields, expressions, rates."""

@@ -1,4 +1,4 @@
-"""Depths that compressed_depth_image_transport has compressed (https://wiki.ros.org/compressed_depth_image_transport)."""
+"""Depth images compressed by compressed_depth_image_transport (https://wiki.ros.org/compressed_depth_image_transport)."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 from pyros1.observe.image_files import MAX_PIXELS, ImageFileError, Pixels, decode
 
 HEAD = struct.Struct("<iff")
-"""What is before the PNG file: the format, and two numbers that say what its values mean."""
+"""The header before the PNG file: the format, and two numbers for converting its values."""
 _KINDS = ("16UC1", "32FC1")
 
 
 def decode_depth(form: str, data: bytes, max_pixels: int = MAX_PIXELS) -> Pixels:
-    """Return the depths of a message, of shape (height, width).
+    """Return the depths in a message, of shape (height, width).
 
     Args:
         form: the ``format`` of the sensor_msgs/CompressedImage.
@@ -26,7 +26,7 @@ def decode_depth(form: str, data: bytes, max_pixels: int = MAX_PIXELS) -> Pixels
         begins with 32FC1.
 
     Raises:
-        ImageFileError: it is neither, not a PNG file, or damaged.
+        ImageFileError: the format is another one, or the data is damaged or not a PNG file.
         Error: Pillow is not installed.
     """
     kind = form.partition(";")[0].strip()

@@ -7,11 +7,11 @@ from pyros1.msgs import AnyMsg, DefinitionCache, Message
 
 
 class Decoder:
-    """Decodes messages of any type, with the definition in their connection's header, or the one installed here.
+    """Decodes messages of any type, with the definition from their connection header, or the one installed here.
 
     Args:
-        type_name: the type that the master has for the topic, if all messages are of one: it counts more than what a
-            publisher says, as for stock's tools.
+        type_name: the topic's type according to the master, if all messages have the same: it takes precedence over the
+            publisher's, like in stock's tools.
         by_name: see `pyros1.msgs.nonstandard_definitions.find_class`.
     """
 

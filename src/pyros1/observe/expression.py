@@ -1,4 +1,4 @@
-"""Expressions on messages, for options such as ``--filter``: a safe part of Python.
+"""Expressions on messages, for options such as ``--filter``: a safe subset of Python.
 
 The language is that of `pyros1.ground.expressions`.
 """
@@ -20,7 +20,7 @@ from pyros1.observe.modules import Module
 __all__ = ["FUNCTIONS", "MAX_ITEMS", "TIME_METHODS", "Expression", "ExpressionError"]
 
 MAX_ITEMS = 1_000_000
-"""Largest size of a value: for example, the text of a message may be long."""
+"""Maximum size of a value: for example, the text of a message may be long."""
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     **functions(MAX_ITEMS),
     **more_functions(MAX_ITEMS),
@@ -30,7 +30,7 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
 TIME_METHODS = frozenset({"secs", "nsecs", "to_sec", "to_nsec", "to_time", "is_zero"})
 """Members of times and durations that expressions may use."""
 _DESCRIPTION = frozenset({"_type", "_md5sum", "_full_text", "_slot_types", "_has_header", "__slots__", "__name__"})
-"""What a message's class says of its type."""
+"""The type information of a message class."""
 _OF_MESSAGE = _DESCRIPTION - {"__name__"} | {"_connection_header"}
 _REFLECTION = frozenset({"getattr", "hasattr", "type"})
 
@@ -40,7 +40,7 @@ class Expression:
 
     Args:
         text: for example ``m.data > 3 and any('x' in name for name in m.names)``.
-        more: more names that it may use, with their values: functions, and modules.
+        more: additional names that it may use, with their values: functions and modules.
 
     Raises:
         ExpressionError: the expression is malformed or uses something that is not allowed.
@@ -85,7 +85,7 @@ class MessageLanguage(Interpreter):
         raise UnknownNameError(f"unknown name {name!r}; known names: {self.known(names)}")
 
     def known(self, names: Mapping[str, Any]) -> str:
-        """Return the known names, for an error's text."""
+        """Return the known names, for error messages."""
         return ", ".join(sorted(names))
 
     def attribute(self, owner: Any, name: str) -> Any:
@@ -124,7 +124,7 @@ class MessageLanguage(Interpreter):
 
 
 class _Kind:
-    """What type() returns for values whose class expressions shall not call."""
+    """The result of type() for values whose class expressions must not call."""
 
     def __init__(self, name: str) -> None:
         self.__name__ = name

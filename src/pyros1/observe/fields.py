@@ -15,10 +15,10 @@ from pyros1.msgs.spec import is_type_name
 _STEP = re.compile(r"([A-Za-z_]\w*)(\[[^\[\]]*\])?\Z", re.ASCII)
 _INTEGER = re.compile(r"[+-]?\d{1,18}\Z", re.ASCII)
 _FIELD = r"[\w/]*(?:\[[-+\d:]*\][\w/]*)*"
-# What is behind the colon are no names of fields, as in /topic/x:y and /topic/x[0]:y[0].
+# What follows the colon is not a list of field names as in /topic/x:y and /topic/x[0]:y[0].
 _WITH_EXPRESSION = re.compile(rf"\s*([\w/~]+)\s*:(?!{_FIELD}(?::{_FIELD})*\s*(?:,|\Z))\s*(.+?)\s*\Z", re.DOTALL)
 _COLON = re.compile(r":(?![^\[\]]*\])")
-"""A colon between fields, not that of a slice."""
+"""A colon between fields, not one in a slice."""
 _TIME_PARTS = ("secs", "nsecs")
 
 
@@ -27,13 +27,13 @@ class FieldPathError(Error):
 
 
 def split_expression(text: str) -> tuple[str, str] | None:
-    """Return the topic and the expression of ``/topic: m.x * 2``, where ``m`` is a message; None for a text without."""
+    """Return the topic and the expression of ``/topic: m.x * 2``, where ``m`` is a message; None for other texts."""
     match = _WITH_EXPRESSION.match(text)
     return (match[1], match[2]) if match else None
 
 
 def expand(name: str) -> list[str]:
-    """Return the fields that an argument has: three for ``/t/x:y:z``, two for ``/t/x[0]:y[0]`` and ``/t/x,/u/y``, one
+    """Return the fields in an argument: three for ``/t/x:y:z``, two for ``/t/x[0]:y[0]`` and ``/t/x,/u/y``, one
     for an expression."""
     if split_expression(name):
         return [name]

@@ -1,6 +1,6 @@
-"""Image files as arrays of pixels and back, without loss of depth or opacity: JPEG, PNG and what else Pillow has.
+"""Image files to arrays of pixels and back, without loss of depth or opacity: JPEG, PNG and other formats of Pillow.
 
-Pixels are as OpenCV's ``imread`` with ``IMREAD_UNCHANGED`` has them, but with red first. Needs Pillow.
+Pixels are like those of OpenCV's ``imread`` with ``IMREAD_UNCHANGED``, but with red first. Needs Pillow.
 """
 
 from __future__ import annotations
@@ -19,27 +19,27 @@ from pyros1.observe import png16
 
 Pixels = NDArray[Any]
 MAX_PIXELS = 1 << 27
-"""Most pixels of an image that is unpacked, unless a caller wants fewer."""
+"""Maximum number of pixels of an image to unpack, unless the caller sets a lower one."""
 _FORMATS = ("JPEG", "PNG", "BMP", "TIFF", "WEBP", "PPM", "JPEG2000")
 _NAMES = {"jpg": "JPEG", "jpe": "JPEG", "tif": "TIFF", "dib": "BMP", "jp2": "JPEG2000", "pgm": "PPM", "pbm": "PPM"}
-"""Extensions of files that Pillow's formats do not have as names."""
+"""File extensions that are not names of Pillow's formats."""
 _DEEP_COST = 4
-"""Files with 16 bits per channel need so much more memory than others for a pixel."""
+"""Files with 16 bits per channel need this many times more memory per pixel than others."""
 _BLOCK = 1 << 16
-"""Pixels that are calculated at a time."""
+"""Number of pixels calculated at a time."""
 _END_OF_JPEG = b"\xff\xd9"
 _TIFF_BITS, _TIFF_MORE, _TIFF_NUMBERS = 258, 338, 339
-"""Tags of TIFF: bits of each channel; what channels after the colours are: 1 or 2 opacity, by which the colours are
-multiplied, or not; and what the numbers are: 1 natural, 2 whole, 3 real ones."""
+"""Tags of TIFF: bits of each channel; kind of the channels after the colours: 1 or 2 for opacity, by which the colours
+are or are not multiplied; and kind of the numbers: 1 unsigned, 2 signed integers, 3 floating point."""
 _TIFF_KINDS = ("u1", "u2", "i4", "f4")
 
 
 class ImageFileError(MessageError):
-    """An image cannot be read or written in a format."""
+    """An image cannot be read, or cannot be written in a format."""
 
 
 class UnsupportedFileError(ImageFileError):
-    """Pillow would lose bits of the image; OpenCV would not. The text says what else to do."""
+    """Pillow would lose bits of the image; OpenCV would not. The text gives an alternative."""
 
 
 def pillow() -> Any:
@@ -54,12 +54,12 @@ def decode(data: bytes, max_pixels: int = MAX_PIXELS) -> Pixels:
     """Return the pixels of an image file.
 
     Args:
-        data: the file. A JPEG file may be cut off: what is missing is grey, as with other readers.
+        data: the file. A JPEG file may be truncated: the missing part is grey, like with other readers.
         max_pixels: an image with more pixels is refused.
 
     Returns:
         An array of shape (height, width), or (height, width, 3 or 4) with red, green, blue and opacity; of uint8, or of
-        uint16, int32 or float32 if the file has such numbers.
+        uint16, int32 or float32 if the file contains such numbers.
 
     Raises:
         ImageFileError: the file is damaged or too large, or its format or depth is not supported.
@@ -90,9 +90,9 @@ def encode(image: Pixels, form: str, **options: Any) -> bytes:
 
     Args:
         image: array of shape (height, width), or (height, width, 1, 3 or 4) with red, green, blue and opacity. Numbers
-            that the format does not have become the nearest from 0 to 255; opacity that it lacks is left out.
+            outside the format's range become the nearest from 0 to 255; opacity is left out if it has none.
         form: the format, or the extension of such files: "jpg", "png" ...
-        options: of Pillow for that format, for example ``quality`` of JPEG or ``compress_level`` of PNG.
+        options: Pillow's for that format, for example ``quality`` of JPEG or ``compress_level`` of PNG.
 
     Raises:
         ImageFileError: the format does not exist, or cannot store such an image.
@@ -128,7 +128,7 @@ def encode(image: Pixels, form: str, **options: Any) -> bytes:
 
 
 def _ignore_warnings() -> None:
-    """Keep Pillow from writing warnings, for example about damaged or large files, to the terminal: errors are ours."""
+    """Keep Pillow from writing warnings to the terminal, for example about damaged or large files: we report errors."""
     pattern = r"PIL\."
     if not any(kind == "ignore" and module and module.pattern == pattern for kind, _, _, module, _ in warnings.filters):
         warnings.filterwarnings("ignore", module=pattern)
@@ -139,7 +139,7 @@ def _too_large(max_pixels: int, size: str = "") -> ImageFileError:
 
 
 def to_bytes(image: Pixels) -> NDArray[np.uint8]:
-    """Return numbers as the nearest from 0 to 255; what is no number, or beyond 32 bits, is 0, as in OpenCV."""
+    """Return numbers as the nearest from 0 to 255; nan and numbers beyond 32 bits become 0, like in OpenCV."""
     if image.dtype == np.uint8:
         return image
     if image.dtype.kind == "f":
@@ -175,7 +175,7 @@ def _unpacked(module: Any, picture: Any, data: bytes) -> Pixels:
 
 
 def _is_deep(picture: Any, data: bytes) -> bool:
-    """Return whether Pillow leaves out bits of the colours."""
+    """Return whether Pillow discards bits of the colours."""
     if picture.format == "TIFF":
         return bool(max(picture.tag_v2.get(_TIFF_BITS, (8,))) > 8)
     if picture.format == "PPM":
@@ -187,7 +187,7 @@ def _is_deep(picture: Any, data: bytes) -> bool:
 
 
 def _from_cmyk(picture: Any) -> Pixels:
-    """Return the colours of a picture for printers, calculated as OpenCV does."""
+    """Return the colours of a picture for printers (CMYK), calculated like in OpenCV."""
     stored: Pixels = np.asarray(picture)
     turned = "adobe" in picture.info  # by Pillow
     colours: Pixels = np.empty((*stored.shape[:2], 3), np.uint8)
@@ -199,7 +199,7 @@ def _from_cmyk(picture: Any) -> Pixels:
 
 
 def _from_tiff(picture: Any) -> Pixels:
-    """Return the pixels of a TIFF file with opacity, or for printers, calculated as OpenCV (libtiff) does."""
+    """Return the pixels of a TIFF file with opacity, or for printers, calculated like in OpenCV (libtiff)."""
     stored: Pixels = np.asarray(picture)
     mode = picture.mode
     if mode in ("LA", "La"):
@@ -209,7 +209,7 @@ def _from_tiff(picture: Any) -> Pixels:
     opacity = picture.tag_v2.get(_TIFF_MORE, (0,))[0]
     if mode == "RGBA" and opacity not in (1, 2):
         return colours
-    half = 127 if opacity == 2 else 254  # Pillow has divided colours that were multiplied, and left out the fraction
+    half = 127 if opacity == 2 else 254  # Pillow has divided premultiplied colours, and discarded the fraction
     for part, found in _blocks(stored, colours):
         if mode == "CMYK":
             wide = 255 - part.astype(np.uint16)
@@ -221,7 +221,7 @@ def _from_tiff(picture: Any) -> Pixels:
 
 
 def _blocks(*images: Pixels) -> Iterator[tuple[Pixels, ...]]:
-    """Yield a few rows of images at a time, so that calculations with wider numbers need little memory."""
+    """Yield a few rows of images at a time, so that calculations with larger types need little memory."""
     height, width = images[0].shape[:2]
     rows = max(1, _BLOCK // width)
     for row in range(0, height, rows):

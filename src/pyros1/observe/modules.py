@@ -1,4 +1,4 @@
-"""Modules in expressions: named sets of values and functions, and nothing else."""
+"""Modules in expressions: only named sets of values and functions."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ class Module:
     """A named set of values, which may be callable (as ``rospy.Time`` is).
 
     Args:
-        name: for errors.
+        name: for error messages.
         members: the values by name.
-        call: what a call of it calls.
+        call: the function that is called when the module is called.
 
     Attributes:
         names: the names of its members.

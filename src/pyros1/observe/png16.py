@@ -1,7 +1,7 @@
-"""PNG files with 16 bits per channel (https://www.w3.org/TR/png): of colours Pillow reads only the upper bytes.
+"""PNG files with 16 bits per channel (https://www.w3.org/TR/png): for colours, Pillow reads only the upper bytes.
 
-The filters of PNG work on each byte of a pixel alone. So the upper bytes of all channels are an image with 8 bits, and
-so are the lower ones, and Pillow can read each of the two. Pure but for numpy and Pillow.
+The filters of PNG work on each byte of a pixel separately. So the upper bytes of all channels are an 8-bit image, and
+so are the lower bytes, and Pillow can read both. Pure except for numpy and Pillow.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _HEAD = struct.Struct(">IIBBBBB")
 _MODES = {0: "L", 2: "RGB", 4: "LA", 6: "RGBA"}
-"""Colour type -> mode of Pillow."""
+"""Colour type -> Pillow's mode."""
 _TYPES = {1: 0, 2: 4, 3: 2, 4: 6}
 """Number of channels -> colour type."""
 _WHOLE = ((0, 0, 1, 1),)
@@ -38,7 +38,7 @@ class Header(NamedTuple):
 
 
 def header(data: bytes) -> Header | None:
-    """Return the header of a PNG file; None if it is no such file."""
+    """Return the header of a PNG file; None if it is not a PNG file."""
     if not data.startswith(_SIGNATURE) or data[12:16] != b"IHDR" or len(data) < 29:
         return None
     return Header(*_HEAD.unpack_from(data, 16))
@@ -94,12 +94,12 @@ def write(pixels: NDArray[np.uint16], level: int = 6) -> bytes:
 
     Args:
         pixels: array of shape (height, width, channels); see `read`.
-        level: of the compression, from 0 to 9.
+        level: compression level, from 0 to 9.
     """
     height, width, channels = pixels.shape
     big = pixels.astype(">u2", order="C").view(np.uint8).reshape(height, width, 2 * channels)
     rows = np.empty((height, 1 + width * 2 * channels), np.uint8)
-    rows[:, 0] = 1  # each byte is the difference to that of the pixel before
+    rows[:, 0] = 1  # each byte is the difference from the previous pixel's byte
     rows[:, 1:] = np.diff(big, axis=1, prepend=np.uint8(0)).reshape(height, -1)
     head = _HEAD.pack(width, height, 16, _TYPES[channels], 0, 0, 0)
     body = zlib.compress(rows.tobytes(), level)

@@ -11,7 +11,7 @@ HZ_WINDOW = 50_000
 """Default window of ``hz`` and ``delay``, in messages."""
 
 BW_WINDOW = 100
-"""Default window of ``bw``, in messages; or all messages of the last `BW_SECONDS`, if these are more."""
+"""Default window of ``bw``, in messages; or all messages of the last `BW_SECONDS`, if there are more."""
 
 BW_SECONDS = 1.0
 
@@ -37,7 +37,7 @@ class RateMeter:
     """The rate of one topic.
 
     Args:
-        window: most messages that count; -1 or less: `HZ_WINDOW`.
+        window: maximum number of messages considered; -1 or less: `HZ_WINDOW`.
     """
 
     def __init__(self, window: int = -1) -> None:
@@ -71,7 +71,7 @@ class RateMeter:
 
 
 def rate_lines(rate: float, summary: Summary, window: int) -> str:
-    """Return what ``hz`` prints for one topic."""
+    """Return the output of ``hz`` for one topic."""
     return (
         f"average rate: {rate:.3f}\n\tmin: {summary.minimum:.3f}s max: {summary.maximum:.3f}s "
         f"std dev: {summary.deviation:.5f}s window: {window}"
@@ -79,7 +79,7 @@ def rate_lines(rate: float, summary: Summary, window: int) -> str:
 
 
 def rate_table(figures: Mapping[str, tuple[float, Summary, int]]) -> str:
-    """Return what ``hz`` prints for several topics."""
+    """Return the output of ``hz`` for several topics."""
     header = ["topic", "rate", "min_delta", "max_delta", "std_dev", "window"]
     rows = [
         [topic, *(f"{x:.4}" for x in (rate, summary.minimum, summary.maximum, summary.deviation)), str(window)]
@@ -96,8 +96,8 @@ class BandwidthMeter:
     """The bandwidth of one topic.
 
     Args:
-        window: size in messages; -1 or less means those of the last second, but at least `BW_WINDOW`: of a fast topic,
-            this number may come in a single burst.
+        window: size in messages; -1 or less means those of the last second, but at least `BW_WINDOW`: on a fast topic,
+            this many may come in a single burst.
     """
 
     def __init__(self, window: int = -1) -> None:
@@ -112,7 +112,7 @@ class BandwidthMeter:
             entries.popleft()
 
     def lines(self, now: float) -> str | None:
-        """Return what ``bw`` prints, None before there are two messages."""
+        """Return the output of ``bw``; None before there are two messages."""
         entries = list(self._entries)
         if len(entries) < 2 or now <= entries[0][0]:
             return None
@@ -120,7 +120,7 @@ class BandwidthMeter:
 
 
 def size_lines(sizes: Sequence[int], seconds: float) -> str:
-    """Return what ``bw`` prints about messages of these sizes, in bytes, that came within a time."""
+    """Return the output of ``bw`` for messages of these sizes, in bytes, that came within a time."""
     rate = sum(sizes) / seconds
     unit, factor = ("B", 1) if rate < 1000 else ("KB", 1000) if rate < 1_000_000 else ("MB", 1_000_000)
     values = (rate, sum(sizes) / len(sizes), min(sizes), max(sizes))
@@ -132,7 +132,7 @@ class DelayMeter:
     """The age of one topic's messages when they arrive.
 
     Args:
-        window: most messages that count; -1 or less: `HZ_WINDOW`.
+        window: maximum number of messages considered; -1 or less: `HZ_WINDOW`.
     """
 
     def __init__(self, window: int = -1) -> None:
@@ -145,7 +145,7 @@ class DelayMeter:
         self._is_changed = True
 
     def lines(self) -> str | None:
-        """Return what ``delay`` prints, None if no message came since the last call."""
+        """Return the output of ``delay``; None if no message came since the last call."""
         delays = list(self._delays)
         if not self._is_changed:
             return None
@@ -154,7 +154,7 @@ class DelayMeter:
 
 
 def delay_lines(summary: Summary, window: int) -> str:
-    """Return what ``delay`` prints."""
+    """Return the output of ``delay``."""
     return (
         f"average delay: {summary.mean:.3f}\n\tmin: {summary.minimum:.3f}s max: {summary.maximum:.3f}s "
         f"std dev: {summary.deviation:.5f}s window: {window}"

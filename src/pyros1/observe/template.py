@@ -1,6 +1,6 @@
-"""Templates of messages: YAML with a value for each field, to fill in (rosmsg-proto, L89).
+"""Message templates: YAML with a value for each field, to fill in (rosmsg-proto, L89).
 
-Short collections are written on several lines, long ones and all that follow them in brackets.
+Short collections are written on several lines, long ones and all following ones in brackets.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from pyros1.msgs.base import nested_classes
 from pyros1.values.writing import dump
 
 LONG = 4
-"""Largest number of entries of a short collection."""
+"""Maximum number of entries of a short collection."""
 
 
 def template(
@@ -30,14 +30,14 @@ def template(
         flow_style: 1 puts everything in brackets, 0 nothing. None uses brackets for the innermost collections,
             starting at the first field with a long collection, or for all fields if there are many or one is a long
             array.
-        empty_arrays: arrays of variable length have no element.
+        empty_arrays: whether arrays of variable length have no element.
         excluded: names of fields to leave out, at any depth.
     """
     return _render(_Maker(empty_arrays, excluded).message(cls()), flow_style)
 
 
 class _Maker:
-    """Makes dictionaries of messages; arguments as for `template`."""
+    """Converts messages to dictionaries; arguments as for `template`."""
 
     def __init__(self, empty_arrays: bool, excluded: Collection[str]) -> None:
         self._empty_arrays = empty_arrays

@@ -46,13 +46,13 @@ _EXPORTS = {
 
 def __getattr__(name: str) -> Any:
     """Load and return a public name when it is first used."""
-    from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never come here
+    from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never get here
 
     return load(__name__, _EXPORTS, name)
 
 
 def __dir__() -> list[str]:
     """Return all public names, loaded or not, for completion."""
-    from pyros1.ground.lazy import listing  # noqa: PLC0415 - most imports never come here
+    from pyros1.ground.lazy import listing  # noqa: PLC0415 - most imports never get here
 
     return listing(globals(), __all__)

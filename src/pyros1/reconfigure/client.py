@@ -1,4 +1,4 @@
-"""Client: sees and changes parameters of other nodes."""
+"""Client: reads and changes parameters of other nodes."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ class Client:
         timeout: seconds to wait for it; None: no limit.
         on_config: called with each new configuration.
         on_description: called with the list of parameters, see `description`.
-        make: makes dictionaries.
-        remap: whether remappings of ``name`` apply, besides those of its topics and service.
+        make: creates dictionaries.
+        remap: whether remappings of ``name`` apply, in addition to those of its topics and service.
 
     Raises:
         WaitTimeoutError: it does not answer in time.
@@ -62,7 +62,7 @@ class Client:
         ]
 
     def config(self, timeout: float | None = None) -> Any:
-        """Return the configuration that the other node has published last: a `Config`, with its groups.
+        """Return the configuration last published by the other node: a `Config`, with its groups.
 
         Args:
             timeout: seconds to wait for the first; None: no limit.
@@ -93,7 +93,7 @@ class Client:
 
         Raises:
             ParameterError: there is no such parameter, or it cannot have the value.
-            ServiceError: the other node refuses, or has gone.
+            ServiceError: the other node refuses, or is gone.
             WaitTimeoutError, NodeShutdownError: as for `config`.
         """
         self.groups(timeout)

@@ -6,7 +6,7 @@ from typing import Any
 
 
 class _Missing(AttributeError, KeyError):
-    """There is no such parameter, however it was asked for."""
+    """There is no such parameter; both an AttributeError and a KeyError."""
 
     def __str__(self) -> str:
         return AttributeError.__str__(self)

@@ -1,4 +1,4 @@
-"""What can be configured: parameters in groups, described in Python. Pure."""
+"""Descriptions of configurations: parameters in groups, defined in Python. Pure."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _DEFAULTS_BY_TYPE: dict[str, tuple[type, Any, Any, Any]] = {
     "str": (str, "", "", ""),
     "bool": (bool, False, False, True),
 }
-"""Type name -> Python's type, and the default, minimum and maximum that are not given."""
+"""Type name -> Python's type, and the values used if default, minimum and maximum are not given."""
 _KINDS = {bool: "bool", int: "int", float: "double", str: "str"}
 
 
 class Group:
-    """Parameters that belong together, and further groups; `Parameters.group` makes it.
+    """Parameters that belong together, and further groups; created by `Parameters.group`.
 
     Attributes:
         name, type, state, id: as in `pyros1.reconfigure.encoding`. parent: the group above; None for the outermost.
@@ -49,13 +49,13 @@ class Group:
 
         Args:
             name: letters, digits and ``_``.
-            default: its value at first.
-            description: for people.
+            default: its initial value.
+            description: displayed to users.
             type: "bool", "int", "double" or "str"; None: that of the default.
             minimum, maximum: limits of numbers.
-            level: bits that the callback gets when the parameter changes: what has to be done then.
+            level: bits passed to the callback when the parameter changes: the action that is necessary then.
             choices: name -> value, for lists in tools.
-            edit_method: what tools get instead of ``choices``.
+            edit_method: sent to tools instead of ``choices``.
 
         Raises:
             ValueError: the name is not legal.
@@ -95,7 +95,7 @@ class Group:
             yield from group.all_groups()
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the group as a description of `pyros1.reconfigure.encoding`."""
+        """Return the group as a description, see `pyros1.reconfigure.encoding`."""
         return {
             "name": self.name,
             "type": self.type,
@@ -108,9 +108,9 @@ class Group:
 
 
 class Parameters(Group):
-    """The parameters that a node lets others change while it runs.
+    """The parameters that other nodes may change while a node runs.
 
-    Its attributes are those of the modules that ``.cfg`` files of ROS packages become: ``config_description``, ``min``,
+    Its attributes are those of modules generated from ``.cfg`` files of ROS packages: ``config_description``, ``min``,
     ``max``, ``defaults`` and ``level`` by parameter, and ``all_level``.
     """
 
@@ -122,9 +122,9 @@ class Parameters(Group):
         """Add a group of parameters, and return it.
 
         Args:
-            name: for people.
-            type: how tools show it: "", "collapse", "tab", "hide" or "apply".
-            state: whether it is on at first.
+            name: displayed to users.
+            type: how tools display it: "", "collapse", "tab", "hide" or "apply".
+            state: whether it is initially on.
             parent: the group above; None: the outermost.
         """
         above = self if parent is None else parent
@@ -142,17 +142,17 @@ class Parameters(Group):
 
     @property
     def defaults(self) -> dict[str, Any]:
-        """Parameter -> its value at first."""
+        """Parameter -> its initial value."""
         return self._by_name("default")
 
     @property
     def min(self) -> dict[str, Any]:
-        """Parameter -> its smallest value."""
+        """Parameter -> its minimum."""
         return self._by_name("min")
 
     @property
     def max(self) -> dict[str, Any]:
-        """Parameter -> its largest value."""
+        """Parameter -> its maximum."""
         return self._by_name("max")
 
     @property
@@ -170,7 +170,7 @@ class Parameters(Group):
 
 
 def checked(name: str, kind: str, field: str, value: Any) -> Any:
-    """Return a value of a parameter or constant; integers of a double become floats.
+    """Return a value of a parameter or constant; integers for a double become floats.
 
     Raises:
         TypeError: it has another type.

@@ -1,10 +1,10 @@
 """Descriptions and configurations of dynamic_reconfigure, as messages and as plain dictionaries.
 
 A description is a group: a dictionary with ``name``, ``type``, ``state`` (whether it is on), ``id``, ``parent`` (an
-id), ``parameters`` and ``groups`` (both lists); a parameter one with ``name``, ``type``, ``default``, ``min``, ``max``,
-``level``, ``description`` and ``edit_method``. Out of messages, ``groups`` is a dictionary by name.
+id), ``parameters`` and ``groups`` (both lists); a parameter has ``name``, ``type``, ``default``, ``min``, ``max``,
+``level``, ``description`` and ``edit_method``. When decoded from messages, ``groups`` is a dictionary by name.
 
-Pure. Trees are walked without recursion: others send them.
+Pure. Trees are traversed without recursion: they come from other nodes.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _CLASSES = {"bool": BoolParameter, "int": IntParameter, "str": StrParameter, "do
 _KINDS = ((bool, "bool"), (int, "int"), (str, "str"), (float, "double"))
 
 Make = Callable[..., Any]
-"""Makes a dictionary."""
+"""Creates a dictionary."""
 
 
 def groups_of(root: Mapping[str, Any]) -> Iterator[Any]:
@@ -81,7 +81,7 @@ def encode(config: Mapping[str, Any], types: Mapping[str, str] | None = None) ->
 
     Args:
         config: parameter -> value, and under ``groups`` a tree of groups.
-        types: parameter -> "bool", "int", "str" or "double"; without them the values' own types count.
+        types: parameter -> "bool", "int", "str" or "double"; without them the values' own types apply.
 
     Raises:
         ValueError: an integer has more than 32 bits.
@@ -119,8 +119,8 @@ def tree(groups: Iterable[Any], make: Make = Config, parameters: Callable[[Any],
 
     Args:
         groups: messages: dynamic_reconfigure/Group or GroupState.
-        make: makes a dictionary.
-        parameters: returns what to put into a group as its parameters.
+        make: creates a dictionary.
+        parameters: returns the value for a group's parameters.
     """
     nodes: dict[int, Any] = {}
     for each in groups:
@@ -166,13 +166,13 @@ def decode_description(message: Any, make: Make = Config) -> Any:
 
 
 def with_groups(values: Any, states: Iterable[Any], names: Mapping[int, Iterable[str]], make: Make = Config) -> Any:
-    """Return a configuration with the tree of its groups under ``groups``; each holds its parameters' values, too.
+    """Return a configuration with the tree of its groups under ``groups``; each also has its parameters' values.
 
     Args:
         values: parameter -> value.
         states: messages: dynamic_reconfigure/GroupState. Without a group 0, there is no tree.
         names: id of a group -> its parameters.
-        make: makes a dictionary.
+        make: creates a dictionary.
     """
     root = tree(states, make)
     if root is None:
@@ -200,7 +200,7 @@ def initial(values: Any, root: Mapping[str, Any], make: Make = Config) -> Any:
     Args:
         values: parameter -> value.
         root: the description.
-        make: makes a dictionary.
+        make: creates a dictionary.
     """
     nodes: dict[int, Any] = {}
     for group in groups_of(root):

@@ -1,4 +1,4 @@
-"""Server: lets other nodes change parameters of this one while it runs."""
+"""Server: lets other nodes change parameters of this node while it runs."""
 
 from __future__ import annotations
 
@@ -25,25 +25,25 @@ class CallbackError(Error):
 class Server:
     """Offers parameters to tools and other nodes: see https://wiki.ros.org/dynamic_reconfigure.
 
-    The values at first are those on the parameter server, and the defaults; changes are written there, too.
+    The initial values are those on the parameter server, or else the defaults; changes are written there as well.
 
     Args:
         node: the node.
-        description: `Parameters`, or a module that a ``.cfg`` file has become.
-        callback: called at first and with each change, as ``callback(config, level)``: the new values in a `Config`,
-            and the level bits of all parameters that change; at first -1, which has all bits. It returns the
-            configuration, which it may alter. Under ``groups`` is the tree of groups with their states.
+        description: `Parameters`, or a module generated from a ``.cfg`` file.
+        callback: called initially and with each change, as ``callback(config, level)``: the new values in a `Config`,
+            and the level bits of all parameters that change; initially -1, which has all bits. It returns the
+            configuration, which it may alter. ``groups`` contains the tree of groups with their states.
         namespace: of the parameters, topics and service: within the node's private one, unless it begins with ``/``.
-        make: makes the configuration's dictionaries.
-        remap: whether remappings of the namespace apply, besides those of its topics, service and parameters.
+        make: creates the configuration's dictionaries.
+        remap: whether remappings of the namespace apply, in addition to those of its topics, service and parameters.
 
     Attributes:
-        config: the current configuration. namespace: with a ``/`` at its end. message: the description as a message.
-        descriptions, updates: publishers. service: what others call.
+        config: the current configuration. namespace: with a trailing ``/``. message: the description as a message.
+        descriptions, updates: publishers. service: the service for changes.
 
     Raises:
         CallbackError: the callback has not returned a configuration.
-        NodeError: the node has a server in this namespace already.
+        NodeError: the node already has a server in this namespace.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class Server:
         self.callback = callback
         self._node = node
         self._types = {each["name"]: each["type"] for each in parameters_of(description.config_description)}
-        self._lock = threading.RLock()  # a callback may ask for a change
+        self._lock = threading.RLock()  # a callback may request a change
         self._written: dict[str, Any] = {}
         values = make({name: node.params.get(self.namespace + name, value) for name, value in self._defaults()})
         self.config = initial(self._clamped(values), description.config_description, make)
@@ -83,7 +83,7 @@ class Server:
             raise
 
     def _defaults(self) -> list[tuple[str, Any]]:
-        """Return all parameters in the order of a message's, with their defaults."""
+        """Return all parameters in the order of messages, with their defaults."""
         places = list(FIELDS)
         return sorted(self.description.defaults.items(), key=lambda each: places.index(self._types[each[0]]))
 
@@ -91,10 +91,10 @@ class Server:
         """Change parameters from within the node; return the new configuration.
 
         Args:
-            changes: parameter -> value; values beyond the limits become the limits.
+            changes: parameter -> value; values beyond the limits are clamped.
 
         Raises:
-            CallbackError: the callback has not returned a configuration; all stays as it was.
+            CallbackError: the callback has not returned a configuration; nothing is changed.
             ValueError, TypeError: a value does not fit its parameter's type.
         """
         with self._lock:
@@ -110,7 +110,7 @@ class Server:
             return self._change(config, level)
 
     def _clamped(self, config: Any) -> Any:
-        """Give all values their types, and put them within the limits."""
+        """Convert all values to their types, and clamp them to the limits."""
         for name, kind in self._types.items():
             value, low, high = KINDS[kind](config[name]), self.description.min[name], self.description.max[name]
             if kind in ("int", "double"):
@@ -132,7 +132,7 @@ class Server:
         return config
 
     def _on_request(self, request: Any) -> Any:
-        """Answer the service."""
+        """Answer a service call."""
         with self._lock:
             changes = decode(request.config, dict)
             states = {each.id: each.state for each in request.config.groups}
@@ -154,7 +154,7 @@ class Server:
             group["state"] = states.get(group["id"], group["state"])
 
     def close(self) -> None:
-        """Offer the parameters no longer."""
+        """Stop offering the parameters."""
         if self.service is not None:
             self.service.shutdown()
         self.updates.unregister()

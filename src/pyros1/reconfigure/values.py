@@ -22,11 +22,11 @@ _WORDS = {
 
 
 class ParameterError(Error):
-    """A configuration cannot be changed in this way.
+    """A configuration cannot be changed as requested.
 
     Args:
         text: what is wrong.
-        hint: what may have been meant, to append to the text; may be empty.
+        hint: a suggestion to append to the text; may be empty.
     """
 
     def __init__(self, text: str, hint: str = "") -> None:
@@ -35,13 +35,13 @@ class ParameterError(Error):
 
 
 def request(changes: Mapping[str, Any], description: Any, config: Any = None) -> dict[str, Any]:
-    """Return the fields of a dynamic_reconfigure/Config that asks for changes.
+    """Return the fields of a dynamic_reconfigure/Config that requests changes.
 
     Args:
         changes: parameter -> value; ``groups`` -> a dictionary of group -> whether it is on, or a tree from
             `configuration`. Strings are converted to the parameter's type, or name one of its choices.
         description: the dynamic_reconfigure/ConfigDescription of the node.
-        config: its dynamic_reconfigure/Config with the states of the other groups; only needed for ``groups``.
+        config: its dynamic_reconfigure/Config with the states of the other groups; needed only for ``groups``.
 
     Raises:
         ParameterError: a parameter or group does not exist, or cannot have the value.
@@ -96,7 +96,7 @@ def converted(value: Any, parameter: Any) -> Any:
 
 
 def choices(edit_method: str) -> dict[str, Any]:
-    """Return the choices of a parameter, name -> value. Empty if its description has no list, or a broken one."""
+    """Return the choices of a parameter, name -> value. Empty if its description has no list, or an invalid one."""
     try:
         constants = ast.literal_eval(edit_method)["enum"]
         return {str(each["name"]): KINDS[each["type"]](each["value"]) for each in constants}
@@ -113,7 +113,7 @@ def _is_number(text: str) -> bool:
 
 
 def _groups(expected: Any, description: Any, config: Any) -> dict[str, list[dict[str, Any]]]:
-    """Return the field for groups. Empty if nothing changes: stock's server in Python does not accept groups."""
+    """Return the field for groups. Empty if nothing changes, as stock's Python server does not accept groups."""
     states = {group.id: group.state for group in config.groups} if config is not None else {}
     if not isinstance(expected, Mapping):
         raise ParameterError(f"groups must be a dictionary of names and states, not {expected!r}")

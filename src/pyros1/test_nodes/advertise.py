@@ -1,4 +1,4 @@
-"""advertisetest and subscribetest check that topics and services are registered, or are not."""
+"""advertisetest and subscribetest check that topics and services are, or are not, registered."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def advertise_tests(node: Node) -> dict[str, Test]:
             ``[{name: NAME, timeout: SECONDS, type: TYPE, negative: BOOL}, ...]``, names in full.
 
     Raises:
-        SetupError: the parameters name nothing to test.
+        SetupError: the parameters contain nothing to test.
     """
     graph = Graph(node.master)
     topics, services = entries(node, "topics", _DEFAULTS), entries(node, "services", _DEFAULTS)
@@ -53,7 +53,7 @@ def subscribe_tests(node: Node) -> dict[str, Test]:
         node: with the parameter ~topics: ``[{name: NAME, timeout: SECONDS, type: TYPE, negative: BOOL}, ...]``.
 
     Raises:
-        SetupError: the parameters name nothing to test.
+        SetupError: the parameters contain nothing to test.
     """
     graph = Graph(node.master)
     topics = entries(node, "topics", _DEFAULTS)

@@ -1,4 +1,4 @@
-"""What the test nodes share: test cases, their failures and results."""
+"""Common parts of the test nodes: test cases, their failures and results."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Test = Callable[[], None]
 CLOCK_TIMEOUT = 10.0
 """Seconds of wall time to wait for the first message on /clock."""
 STEP = 0.05
-"""Seconds between two checks of the system."""
+"""Seconds between checks of the system."""
 
 
 class FailedError(Error):
@@ -76,7 +76,7 @@ def pause(node: Node, seconds: float) -> None:
     """Wait in wall time.
 
     Raises:
-        Error: the node was told to end, so the test has no result.
+        Error: the node was shut down, so the test has no result.
     """
     deadline = time.monotonic() + seconds
     while (remaining := deadline - time.monotonic()) > 0 and node.ok():
@@ -86,7 +86,7 @@ def pause(node: Node, seconds: float) -> None:
 
 
 def await_clock(node: Node) -> None:
-    """Wait until simulated time runs, if /use_sim_time is set.
+    """Wait until simulated time has started, if /use_sim_time is set.
 
     Raises:
         FailedError: no message arrives on /clock.

@@ -21,7 +21,7 @@ class Meter:
     Args:
         hz: expected rate in Hz; 0 means no messages.
         hzerror: allowed deviation in Hz.
-        check_intervals: check each interval, too, not only the mean.
+        check_intervals: whether to check each interval, not only the mean.
 
     Attributes:
         seen: whether any message arrived.
@@ -42,7 +42,7 @@ class Meter:
         """Count a message.
 
         Args:
-            now: the time in seconds; 0 before simulated time runs: the message is seen, but not measured.
+            now: the time in seconds; 0 before simulated time has started: the message is seen, but not measured.
         """
         self.seen.set()
         with self._lock:

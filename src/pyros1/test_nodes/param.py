@@ -38,5 +38,5 @@ def _test_param(node: Node) -> None:
         if value is None:
             pause(node, STEP)
     require(value is not None, f"{node.resolve(name)} was not set within {wait:g} s")
-    # As stock: 0, False and what is empty cannot be expected; then any value will do.
+    # Like stock: 0, False and empty values cannot be expected; any value is then accepted.
     require(not expected or value == expected, f"{node.resolve(name)} should be {expected!r}, but is {value!r}")

@@ -1,6 +1,6 @@
-"""For those who test their own nodes with pytest.
+"""Tools for testing nodes with pytest.
 
-``pip install pyros1 pytest`` is enough: pytest finds the fixtures (the module ``pyros1_pytest``) by itself. ::
+``pip install pyros1 pytest`` is enough: pytest finds the fixtures (the module ``pyros1_pytest``) automatically. ::
 
     def test_the_controller_brakes(ros_run, ros_node, ros_listen):
         forces = ros_listen("/force_cmd", "std_msgs/Float64")
@@ -9,7 +9,7 @@
         velocity.publish(data=2.0)
         assert forces.first(lambda force: force.data < 0, timeout=5)
 
-Nothing sleeps: what waits ends as soon as what it waits for is there, and fails with what is known if it does not come.
+Nothing sleeps: a wait ends as soon as its condition is met, and fails with a description of the state if it is not.
 """
 
 from __future__ import annotations
@@ -27,13 +27,13 @@ _EXPORTS = {"Heard": "pyros1.testing.heard", "Program": "pyros1.testing.programs
 
 def __getattr__(name: str) -> Any:
     """Load and return a public name when it is first used: pytest loads this package in each of its runs."""
-    from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never come here
+    from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never get here
 
     return load(__name__, _EXPORTS, name)
 
 
 def __dir__() -> list[str]:
     """Return all public names, loaded or not, for completion."""
-    from pyros1.ground.lazy import listing  # noqa: PLC0415 - most imports never come here
+    from pyros1.ground.lazy import listing  # noqa: PLC0415 - most imports never get here
 
     return listing(globals(), __all__)

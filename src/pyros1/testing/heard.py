@@ -12,14 +12,14 @@ from pyros1.node import Node
 
 M = TypeVar("M")
 MAX_MESSAGES = 10_000
-"""How many messages are kept; older ones are forgotten."""
+"""Maximum number of messages kept; older ones are discarded."""
 DEFAULT_TIMEOUT = 10.0
-"""Seconds that a wait lasts if the test does not say."""
-_SHOWN = 300  # characters of a message
+"""Default timeout of waits, in seconds."""
+_SHOWN = 300  # maximum number of characters of a message
 
 
 class Heard(Generic[M]):
-    """What has come on a topic since the test began to listen.
+    """The messages received on a topic since the test began to listen.
 
     Args:
         node: the node that subscribes.
@@ -28,7 +28,7 @@ class Heard(Generic[M]):
 
     Attributes:
         topic: full name of the topic.
-        count: how many messages have come.
+        count: number of messages received.
     """
 
     def __init__(self, node: Node, topic: str, type: type[M] | str) -> None:
@@ -48,7 +48,7 @@ class Heard(Generic[M]):
 
     @property
     def messages(self) -> list[M]:
-        """The messages that have come, the oldest first; at most the last 10,000."""
+        """The received messages, the oldest first; at most the last 10,000."""
         with self._changed:
             return list(self._messages)
 
@@ -59,7 +59,7 @@ class Heard(Generic[M]):
             timeout: seconds to wait for it.
 
         Raises:
-            AssertionError: none came in time.
+            AssertionError: none arrived in time.
         """
         return self.wait(1, timeout)[0]
 
@@ -67,11 +67,11 @@ class Heard(Generic[M]):
         """Return the next messages that neither `next` nor `wait` has returned.
 
         Args:
-            count: how many of them.
+            count: number of messages.
             timeout: seconds to wait for all of them.
 
         Raises:
-            AssertionError: fewer came in time.
+            AssertionError: fewer arrived in time.
         """
         with self._changed:
             if not self._changed.wait_for(lambda: self.count - self._num_taken >= count, timeout):
@@ -86,14 +86,14 @@ class Heard(Generic[M]):
             return list(self._messages)[skipped : skipped + count]
 
     def first(self, fits: Callable[[M], object] = lambda _: True, timeout: float = DEFAULT_TIMEOUT) -> M:
-        """Return the first of all messages that fits, whether it has come already or comes now.
+        """Return the first matching message, whether it has already arrived or arrives now.
 
         Args:
-            fits: called with each message; true for the one that is wanted.
+            fits: called with each message; returns true for a match.
             timeout: seconds to wait for it.
 
         Raises:
-            AssertionError: none came in time.
+            AssertionError: none arrived in time.
         """
         end = time.monotonic() + timeout
         seen = 0
@@ -111,23 +111,23 @@ class Heard(Generic[M]):
         """Wait, and make sure that there is no message that neither `next` nor `wait` has returned.
 
         Args:
-            seconds: how long.
+            seconds: the duration.
 
         Raises:
-            AssertionError: there is one, or one came.
+            AssertionError: there was one, or one arrived.
         """
         with self._changed:
             if self._changed.wait_for(lambda: self.count > self._num_taken, seconds):
                 raise AssertionError(f"an unexpected message arrived. {self._status_text()}")
 
     def clear(self) -> None:
-        """Forget what has come so far."""
+        """Discard the messages received so far."""
         with self._changed:
             self._messages.clear()
             self.count = self._num_taken = 0
 
     def _status_text(self) -> str:
-        """What helps to see why a message is missing."""
+        """Return a text that helps to find out why a message is missing."""
         connected = self._subscriber.num_connections
         if not connected:
             return f"{self.topic}: no node publishes this topic, or it has a different type: see `pyros1 topic info`."

@@ -1,4 +1,4 @@
-"""Programs that run as long as a test."""
+"""Programs that run during a test."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from collections.abc import Mapping, Sequence
 from pyros1.testing.heard import DEFAULT_TIMEOUT
 
 MAX_OUTPUT = 1_000_000
-"""How many characters of a program's output are kept; the beginning is forgotten."""
+"""Maximum number of characters kept of a program's output; the beginning is discarded."""
 STOP_TIMEOUTS = (10.0, 3.0, 10.0)
-"""Seconds that a program has to end after SIGINT, SIGTERM and SIGKILL."""
+"""Seconds that a program may take to exit after SIGINT, SIGTERM and SIGKILL."""
 
 
 class Program:
-    """A process whose output a test can wait for. It has a session of its own: the end of the test ends all in it.
+    """A process whose output a test can wait for. It has its own session: all its processes are ended with the test.
 
     Args:
         words: the command line.
@@ -55,25 +55,25 @@ class Program:
 
     @property
     def output(self) -> str:
-        """What it has printed so far, on standard output and standard error: the last million characters."""
+        """Its output so far, on standard output and standard error: the last million characters."""
         with self._changed:
             return self._text
 
     @property
     def running(self) -> bool:
-        """Whether it still runs."""
+        """Whether it is still running."""
         return self._process.poll() is None
 
     def wait_for(self, pattern: str, timeout: float = DEFAULT_TIMEOUT) -> re.Match[str]:
-        """Wait until it has printed something.
+        """Wait until it has printed a text.
 
         Args:
-            pattern: a regular expression, which `re.search` finds in the whole output; ``^`` and ``$`` are those of
-                lines.
+            pattern: a regular expression, searched by `re.search` in the whole output; ``^`` and ``$`` match at
+                each line.
             timeout: seconds.
 
         Raises:
-            AssertionError: it ended without, or did not print it in time; the text shows what it did print.
+            AssertionError: it exited without printing it, or did not print it in time; the text contains its output.
         """
         wanted = re.compile(pattern, re.MULTILINE)
         with self._changed:
@@ -85,7 +85,7 @@ class Program:
             raise AssertionError(f"{' '.join(self.words)}\n{why} {pattern!r}, but:\n{self._text or '(nothing)'}")
 
     def wait(self, timeout: float = DEFAULT_TIMEOUT) -> int:
-        """Wait for its end.
+        """Wait until it exits.
 
         Args:
             timeout: seconds.
@@ -94,7 +94,7 @@ class Program:
             The exit code; negative: the signal that ended it.
 
         Raises:
-            AssertionError: it still runs.
+            AssertionError: it is still running.
         """
         try:
             return self._process.wait(timeout)
@@ -104,7 +104,7 @@ class Program:
             ) from None
 
     def stop(self) -> int:
-        """End it as Ctrl-C does; by force if it does not end within 10 seconds. It may have ended already.
+        """End it like Ctrl-C; by force if it does not exit within 10 seconds. It may have exited already.
 
         Returns:
             The exit code; negative: the signal that ended it.
@@ -129,12 +129,12 @@ class Program:
             self._process.send_signal(signal.SIGINT)
 
     def _end_group(self) -> None:
-        """What it started and left behind ends with it."""
+        """End the processes that it has started and left behind."""
         if sys.platform == "win32":
             return
         try:
             os.killpg(self._process.pid, signal.SIGKILL)
-        except (ProcessLookupError, PermissionError):  # nobody is left; the latter is macOS's word for it
+        except (ProcessLookupError, PermissionError):  # no process is left; macOS raises the latter
             return
 
 

@@ -10,7 +10,7 @@
         TransformListener(node, buffer)
         pose = buffer.lookup_transform("map", "base_link", timeout=5.0)
 
-Rules, texts and exceptions are those of tf2, in pure Python. `pyros1.tf.transformations` has calculations, on numpy.
+Rules, texts and exceptions are those of tf2, in pure Python. `pyros1.tf.transformations` has calculations with numpy.
 """
 
 from __future__ import annotations
@@ -65,13 +65,13 @@ _EXPORTS = {
 
 def __getattr__(name: str) -> Any:
     """Load and return a public name when it is first used: a static publisher needs no buffer."""
-    from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never come here
+    from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never get here
 
     return load(__name__, _EXPORTS, name)
 
 
 def __dir__() -> list[str]:
     """Return all public names, loaded or not, for completion."""
-    from pyros1.ground.lazy import listing  # noqa: PLC0415 - most imports never come here
+    from pyros1.ground.lazy import listing  # noqa: PLC0415 - most imports never get here
 
     return listing(globals(), __all__)

@@ -34,7 +34,7 @@ class TransformBroadcaster:
 
 
 class StaticTransformBroadcaster:
-    """Publishes transforms that hold at all times on /tf_static, latched. One per node is enough.
+    """Publishes transforms that are valid at all times on /tf_static, latched. One per node is enough.
 
     Earlier transforms are sent again with each new one, since later subscribers get only the last message; a new
     transform of the same child frame replaces the old one.
@@ -46,7 +46,7 @@ class StaticTransformBroadcaster:
     def __init__(self, node: Node) -> None:
         self._message: Any = load_message("tf2_msgs/TFMessage")
         self._publisher = node.advertise("/tf_static", self._message, queue_size=100, latch=True)
-        self._lock = threading.RLock()  # a signal handler may send, too
+        self._lock = threading.RLock()  # a signal handler may send as well
         self._sent: dict[str, Any] = {}
         self._changes = 0
 
@@ -54,10 +54,10 @@ class StaticTransformBroadcaster:
         """Publish a geometry_msgs/TransformStamped, or several."""
         with self._lock:
             for item in _listed(transform):
-                self._sent[item.child_frame_id] = copy.deepcopy(item)  # programs use one again and again
+                self._sent[item.child_frame_id] = copy.deepcopy(item)  # programs reuse one message
             self._changes += 1
             published = 0
-            while published != self._changes:  # again, if a handler has sent more meanwhile: the last message counts
+            while published != self._changes:  # again if a handler has sent more meanwhile: the last message counts
                 published = self._changes
                 self._publisher.publish(self._message(list(self._sent.values())))
 

@@ -23,7 +23,7 @@ _T = TypeVar("_T")
 _NS = 1_000_000_000
 _new = object.__new__
 _RETRY_ERRORS = (LookupException, ConnectivityException, ExtrapolationException)
-"""The errors that may end when further transforms arrive."""
+"""The errors that may be resolved by further transforms."""
 
 When = Any
 """A Time (any object with secs and nsecs), seconds as a number, or None or 0 for the latest time."""
@@ -38,7 +38,7 @@ class FrameState(NamedTuple):
     Attributes:
         parent: None for the root of a tree, and after `Buffer.clear`.
         authority: the node that sent the last transform.
-        static: whether the transform holds at all times.
+        static: whether the transform is valid at all times.
         rate: transforms per second, in Hz; 0 with fewer than two.
         latest, oldest: stamps in seconds; 0 for a static transform.
         transforms: number of transforms in the buffer.
@@ -63,7 +63,7 @@ class Buffer:
         cache_time: seconds for which transforms are kept, counted back from the newest of their frame.
         warn: called with a text when a transform is ignored; None writes it to stderr until a listener is attached,
             and then to its node's log. The same problem of a frame is reported the 1st, 10th, 100th... time.
-        time_class: class of the times in answers, made of seconds and nanoseconds.
+        time_class: class of the times in answers, created from seconds and nanoseconds.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class Buffer:
         self.warn = warn
         self._time = time_class
         self._tree = Tree(round(self.cache_time * _NS))
-        self._lock = threading.RLock()  # a signal handler may ask on top of a method of this object
+        self._lock = threading.RLock()  # a signal handler may look up on top of a method of this object
         self._changed = threading.Condition(self._lock)
         self._waiting = 0
         self._now: Callable[[], float] = monotonic
@@ -92,7 +92,7 @@ class Buffer:
     # Filling ----------------------------------------------------------------------------------------------------------
 
     def set_transform(self, transform: Any, authority: str = "default_authority") -> None:
-        """Take a transform.
+        """Add a transform.
 
         Args:
             transform: a geometry_msgs/TransformStamped.
@@ -101,11 +101,11 @@ class Buffer:
         self.set_transforms([transform], authority)
 
     def set_transform_static(self, transform: Any, authority: str = "default_authority") -> None:
-        """Take a transform that holds at all times."""
+        """Add a transform that is valid at all times."""
         self.set_transforms([transform], authority, static=True)
 
     def set_transforms(self, transforms: Iterable[Any], authority: str, *, static: bool = False) -> None:
-        """Take several transforms; waiting lookups are woken once."""
+        """Add several transforms; waiting lookups are woken once."""
         rows: list[Row] = []
         for item in transforms:
             if not hasattr(item, "child_frame_id"):
@@ -115,13 +115,13 @@ class Buffer:
             transform = item.transform
             v = transform.translation
             q = transform.rotation
-            # Answers have floats, as tf2's, whatever numbers a program has set.
+            # Answers contain floats, like tf2's, whatever numbers a program has set.
             numbers = (float(v.x), float(v.y), float(v.z), float(q.x), float(q.y), float(q.z), float(q.w))
             rows.append((header.frame_id, item.child_frame_id, stamp.secs * _NS + stamp.nsecs, numbers))
         self.set_rows(rows, authority, static=static)
 
     def set_rows(self, rows: Iterable[Row], authority: str, *, static: bool = False) -> None:
-        """Take several transforms as `received.Row`; waiting lookups are woken once."""
+        """Add several transforms as `received.Row`; waiting lookups are woken once."""
         with self._lock:
             problems = self._tree.insert_rows(rows, static, authority)
             if self._waiting:
@@ -135,7 +135,7 @@ class Buffer:
             self._tree.clear()
 
     def _warn_ignored(self, problem: str) -> None:
-        """Report why a transform is ignored: the first time, then more and more rarely, as it may happen every time."""
+        """Report why a transform is ignored: the first time, then less and less often, as it may happen every time."""
         words = problem.split(" at time ", maxsplit=1)[0].split(" in the transform ", maxsplit=1)[0]
         count = self._num_ignored[words] = self._num_ignored.get(words, 0) + 1
         if count > 1:
@@ -144,18 +144,18 @@ class Buffer:
             problem += f" ({count} times)"
         problem = one_line(problem)
         if self.warn is None:
-            old = problem.startswith(("TF_OLD_DATA", "TF_REPEATED_DATA"))  # the others are mistakes of their sender
+            old = problem.startswith(("TF_OLD_DATA", "TF_REPEATED_DATA"))  # other ones are the sender's fault
             sys.stderr.write(f"{'Warning: ' if old else 'Error:   '}{problem}\n")
         else:
             self.warn(problem)
 
-    # Asking -----------------------------------------------------------------------------------------------------------
+    # Lookups ----------------------------------------------------------------------------------------------------------
 
     def lookup_transform(self, target_frame: str, source_frame: str, time: When = None, timeout: Span = None) -> Any:
-        """Return where ``source_frame`` is in ``target_frame``: the transform that takes data from source to target.
+        """Return the pose of ``source_frame`` in ``target_frame``: the transform that takes data from source to target.
 
         Args:
-            time: time of the transform; None or 0: the latest that all frames between the two have in common.
+            time: time of the transform; None or 0: the latest common time of all frames between the two.
             timeout: seconds to wait for it, in the time of the listener's node; the wait ends with that node.
 
         Returns:
@@ -185,7 +185,7 @@ class Buffer:
         fixed_frame: str,
         timeout: Span = None,
     ) -> Any:
-        """Return where ``source_frame`` was at ``source_time``, seen from ``target_frame`` at ``target_time``.
+        """Return the pose of ``source_frame`` at ``source_time`` in ``target_frame`` at ``target_time``.
 
         Args:
             fixed_frame: a frame that did not move meanwhile, such as the map.
@@ -218,14 +218,14 @@ class Buffer:
         return self._await_none(lambda: self._tree.can_transform_full(*arguments), timeout) is None
 
     def why_not(self, target_frame: str, source_frame: str, time: When = None) -> str | None:
-        """Return None if there is such a transform, else the reason as tf2's text (which may be empty)."""
+        """Return None if there is such a transform, else the reason in tf2's words (may be empty)."""
         with self._lock:
             return self._tree.can_transform(target_frame, source_frame, _ns(time))
 
     def why_not_full(
         self, target_frame: str, target_time: When, source_frame: str, source_time: When, fixed_frame: str
     ) -> str | None:
-        """Return the reason why `lookup_transform_full` fails, or None, as `why_not` does."""
+        """Return the reason why `lookup_transform_full` fails, or None, like `why_not`."""
         arguments = (target_frame, _ns(target_time), source_frame, _ns(source_time), fixed_frame)
         with self._changed:
             return self._tree.can_transform_full(*arguments)
@@ -265,7 +265,7 @@ class Buffer:
             return list(self._tree.frames)
 
     def states(self) -> list[FrameState]:
-        """Return what is known of each frame, in the order in which they became known."""
+        """Return the state of each frame, in the order in which they became known."""
         with self._changed:
             return [
                 FrameState(
@@ -301,7 +301,7 @@ class Buffer:
             return as_dot(self._tree.frames.values(), now)
 
     def _message(self, target: str, source: str, stamp: int, transform: Transform) -> Any:
-        # Without their constructors, which take as long as the lookup.
+        # Bypasses their constructors, which take as long as the lookup.
         message = _new(self._stamped)
         message.header = header = _new(self._header)
         header.seq, header.stamp, header.frame_id = 0, self._time(stamp // _NS, stamp % _NS), target

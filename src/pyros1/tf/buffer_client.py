@@ -1,4 +1,4 @@
-"""Lookups in a buffer of another node: the client of the action tf2_msgs/LookupTransform."""
+"""Lookups in the buffer of another node: the client of the action tf2_msgs/LookupTransform."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class _PendingGoal:
 
 
 class BufferClient:
-    """Client that looks up transforms in the buffer of a `BufferServer`, ours or stock's.
+    """Client that looks up transforms in the buffer of a `BufferServer`, pyros1's or stock's.
 
     It has the lookups of `Buffer`, and is safe for any number of threads.
 
@@ -50,7 +50,7 @@ class BufferClient:
         node: the node whose topics and time are used.
         name: name of the server's action.
         timeout_padding: seconds that an answer may take in addition to the timeout of the lookup in the server.
-        remap: whether remappings of ``name`` apply, besides those of its topics.
+        remap: whether remappings of ``name`` apply, in addition to those of its topics.
     """
 
     def __init__(self, node: Node, name: str = ACTION, timeout_padding: Span = 2.0, *, remap: bool = True) -> None:
@@ -90,10 +90,10 @@ class BufferClient:
         return self._results.wait_for_publishers(timeout=_remaining(deadline))
 
     def lookup_transform(self, target_frame: str, source_frame: str, time: When = None, timeout: Span = None) -> Any:
-        """Return where ``source_frame`` is in ``target_frame``, as `Buffer.lookup_transform` does.
+        """Return the pose of ``source_frame`` in ``target_frame``, like `Buffer.lookup_transform`.
 
         Raises:
-            TimeoutException: there is no server, or it does not answer.
+            TimeoutException: no server is running, or it does not answer.
             TransformException: the server's buffer has no such transform; one of the errors of `Buffer`.
             NodeShutdownError: the node ended during the wait.
         """
@@ -109,7 +109,7 @@ class BufferClient:
         fixed_frame: str,
         timeout: Span = None,
     ) -> Any:
-        """Return where ``source_frame`` was at ``source_time``, seen from ``target_frame`` at ``target_time``.
+        """Return the pose of ``source_frame`` at ``source_time`` in ``target_frame`` at ``target_time``.
 
         See `Buffer.lookup_transform_full`. Raises as `lookup_transform`."""
         goal = self._goal(
@@ -165,7 +165,7 @@ class BufferClient:
             raise TimeoutException(f"there is no buffer server at {self.name}")
         deadline = self._node.now() + Duration.from_sec(allowed)
         answer = None
-        while answer is None:  # a server that noticed this client too late has answered only others: ask again
+        while answer is None:  # a server that noticed this client too late has answered only other clients: try again
             answer = self._send_goal_once(goal, deadline)
         if answer.status.status != _SUCCEEDED:
             raise TransformException(f"the server has cancelled the lookup (status {answer.status.status})")
@@ -198,7 +198,7 @@ class BufferClient:
     def _on_result(self, message: Any) -> None:
         with self._changed:
             pending = self._pending.get(message.status.goal_id.id)
-            if pending is not None:  # else: an answer for another client
+            if pending is not None:  # otherwise: an answer for another client
                 pending.answer = message
                 self._changed.notify_all()
 

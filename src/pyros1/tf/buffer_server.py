@@ -35,7 +35,7 @@ CODES: dict[int, type[errors.TransformException]] = {
     5: errors.TimeoutException,
     6: errors.TransformException,
 }
-"""Exception for each code of tf2_msgs/TF2Error; 0 is no error."""
+"""Exception for each code of tf2_msgs/TF2Error; 0 means no error."""
 
 
 @dataclass
@@ -56,7 +56,7 @@ class _Goal:
 
 
 class BufferServer:
-    """Server that answers lookups of other nodes from a buffer, once the transform is there or the timeout is over.
+    """Server that answers lookups of other nodes from a buffer, once the transform is available or the timeout is over.
 
     Programs use it through a `BufferClient` instead of receiving all transforms themselves. In a node that spins, it
     answers while the node spins.
@@ -158,7 +158,7 @@ class BufferServer:
         with self._lock:
             now = self._node.now()
             back, self._checked = now < self._checked, now
-            if back:  # simulated time begins again: what waits for times of before gets an answer now
+            if back:  # simulated time has restarted: goals that wait for earlier times get an answer now
                 self._cancelled = Time()
             for goal in list(self._goals.values()):
                 if goal.ended is None and not self._closed:
@@ -166,7 +166,7 @@ class BufferServer:
                     self._answer(goal)
 
     def _answer(self, goal: _Goal) -> bool:
-        """Answer a goal if its transform is there, or its time is over; return whether it was answered. Lock held."""
+        """Answer a goal if its transform is available, or its time is over; return whether it was. Lock held."""
         result = self._result()
         try:
             result.transform = goal.lookup()

@@ -1,4 +1,4 @@
-"""Texts about all frames of a tree, as tf2 writes them: for people, as YAML, and in the dot language of Graphviz."""
+"""Texts about all frames of a tree, as tf2 writes them: plain text, YAML, and the dot language of Graphviz."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def as_yaml(frames: Collection[Frame], now: float | None = None) -> str:
 
 
 def as_dot(frames: Collection[Frame], now: float | None = None) -> str:
-    """Return the tree as a graph of Graphviz's dot, with tf2's labels.
+    """Return the tree as a graph in Graphviz's dot language, with tf2's labels.
 
     Args:
         now: the time in seconds, for the age of the transforms and a legend; None: without them.

@@ -6,7 +6,7 @@ from pyros1.ground.errors import Error
 
 
 class TransformException(Error):
-    """Base of all: the transform is not available."""
+    """Base class: the transform is not available."""
 
 
 class LookupException(TransformException):
@@ -18,7 +18,7 @@ class ConnectivityException(TransformException):
 
 
 class ExtrapolationException(TransformException):
-    """The time is before or after the data of a frame on the way."""
+    """The time is before or after the data of a frame on the path."""
 
 
 class InvalidArgumentException(TransformException):

@@ -1,6 +1,6 @@
-"""Transforms of received tf2_msgs/TFMessage as tuples, for listeners: no message objects are made. Pure.
+"""Transforms of received tf2_msgs/TFMessage as tuples, for listeners: no message objects are created. Pure.
 
-A message of 20 transforms is 141 objects; a buffer needs 20 times the numbers of one place only.
+A message with 20 transforms has 141 objects; a buffer needs only the numbers of 20 poses.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ from pyros1.msgs.base import Message, MessageType
 from pyros1.tf.rotation import Transform
 
 Row = tuple[str, str, int, Transform]
-"""Parent, child, time in ns, and the place of the child in the parent."""
+"""Parent, child, time in ns, and the pose of the child in the parent."""
 
 _COUNT = Struct("<I").unpack_from
 _HEAD = Struct("<4I").unpack_from  # number, seconds, nanoseconds, length of the parent's name
 _NUMBERS = Struct("<7d").unpack_from
 _NS = 1_000_000_000
 MAX_NAMES = 10_000
-"""Names that are kept; a sender that always invents new ones must not fill the memory with them."""
+"""Maximum number of cached names; a sender that keeps inventing new ones must not fill the memory."""
 
 
 class ReceivedTransforms:
-    """What a listener gets in place of a message.
+    """Transforms that a listener gets in place of a message.
 
     Attributes:
         rows: its transforms.
@@ -39,7 +39,7 @@ class ReceivedTransforms:
 
 
 def received_class(tf_message: type[Any]) -> type[Message]:
-    """Return a class to subscribe with: its messages are `ReceivedTransforms`, or odd ones of ``tf_message``.
+    """Return a class to subscribe with: its messages are `ReceivedTransforms`, or of ``tf_message`` if unusual.
 
     Args:
         tf_message: tf2_msgs/TFMessage.
@@ -49,10 +49,10 @@ def received_class(tf_message: type[Any]) -> type[Message]:
 
 
 def decoder(decode_message: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a decoder of messages, which takes the same arguments as those of message classes.
+    """Return a decoder of messages, with the same arguments as those of message classes.
 
     Args:
-        decode_message: the usual decoder; what is not a whole message with names in UTF-8 is for it, which says why.
+        decode_message: the usual decoder; it gets incomplete messages or ones with non-UTF-8 names, to report them.
     """
     names: dict[bytes, str] = {}
 
@@ -79,7 +79,7 @@ def decoder(decode_message: Callable[..., Any]) -> Callable[..., Any]:
                 except KeyError:
                     if len(names) >= MAX_NAMES:
                         names.clear()
-                    # /tf_static comes in another thread: what it clears must not be looked up again here.
+                    # /tf_static is received in another thread: a cache that it clears must not be looked up again here.
                     names[parent] = above = parent.decode()
                     names[child] = below = child.decode()
                     rows.append((above, below, secs * _NS + nsecs, numbers))

@@ -18,10 +18,10 @@ class Frame:
 
     Attributes:
         name: name without a leading slash.
-        static: whether its transform holds at all times; None while the frame is known only as a parent. As in tf2,
-            the first transform decides for ever.
+        static: whether its transform is valid at all times; None while the frame is known only as a parent. As in
+            tf2, the first transform decides permanently.
         authority: the node that sent the last transform.
-        stamps, entries: times and transforms, in order of time; those before the head are out of date.
+        stamps, entries: times and transforms, in order of time; those before the head are outdated.
     """
 
     __slots__ = ("_cached_entry", "_cached_time", "_head", "authority", "entries", "name", "stamps", "static")
@@ -33,20 +33,18 @@ class Frame:
         self.stamps: list[int] = []
         self.entries: list[Entry] = []
         self._head = 0  # items before it are removed many at a time
-        self._cached_time: int | None = None  # the time of the last interpolation, and its result: programs ask for the
-        self._cached_entry: Entry | None = (
-            None  # same time again, of several frames, or whether it is there and then for it
-        )
+        self._cached_time: int | None = None  # the time of the last interpolation, and its result: programs look up the
+        self._cached_entry: Entry | None = None  # same time again, for several frames, or first whether it is available
 
     def insert(self, time: int, entry: Entry, keep: int) -> str | None:
-        """Take a transform.
+        """Add a transform.
 
         Args:
             time: its stamp.
             keep: age in ns, counted back from the newest, up to which transforms are kept.
 
         Returns:
-            None, or the reason why it is not taken, as tf2's text.
+            None, or the reason why it is not added, in tf2's words.
         """
         if self.static:
             self.stamps = [0]
@@ -70,7 +68,7 @@ class Frame:
         return None
 
     def append(self, time: int, entry: Entry, oldest: int) -> None:
-        """Take a transform that is newer than all others, and forget those from before ``oldest``."""
+        """Add a transform that is newer than all others, and drop those from before ``oldest``."""
         self._cached_time = None
         stamps = self.stamps
         stamps.append(time)
@@ -87,7 +85,7 @@ class Frame:
     def at(self, time: int) -> Entry | None:  # noqa: PLR0911 - it is called for each frame of each lookup
         """Return parent and transform at a time, 0 for the newest; None if there are none, see `why_not`.
 
-        Between two transforms it is on the straight line, and on the shortest arc of rotation (slerp).
+        Between two transforms it is interpolated on the straight line and the shortest arc of rotation (slerp).
         """
         entries = self.entries
         if self.static or (not time and entries):
@@ -134,11 +132,11 @@ class Frame:
         else:
             step = x, y, z, ax, ay, az, aw
         self._cached_time = time
-        self._cached_entry = answer = parent, step, 1.0  # nobody interpolates on from here
+        self._cached_entry = answer = parent, step, 1.0  # not used for further interpolation
         return answer
 
     def before(self, time: int) -> Entry | None:
-        """Return parent and transform as `at`, without interpolation: the transform is an earlier one."""
+        """Return parent and transform like `at`, without interpolation: the transform is an earlier one."""
         entries = self.entries
         if self.static or (not time and entries):
             return entries[-1]
@@ -149,7 +147,7 @@ class Frame:
         return entries[index] if index >= self._head else None
 
     def why_not(self, time: int) -> str:
-        """Return the reason why there is no transform at a time, as tf2's text."""
+        """Return the reason why there is no transform at a time, in tf2's words."""
         if not self.stamps:
             return ""
         earliest, latest = self.oldest, self.latest
@@ -209,7 +207,7 @@ class Frame:
 
 
 def to_sec(time: int) -> float:
-    """Return seconds as roscpp rounds them, so that printed times agree to the last digit."""
+    """Return seconds rounded like roscpp's, so that printed times agree to the last digit."""
     return time // 1_000_000_000 + 1e-9 * (time % 1_000_000_000)
 
 

@@ -20,7 +20,7 @@ _QUEUE = 100
 class TransformListener:
     """Puts transforms from /tf and /tf_static into a buffer, until the node ends. Also a context manager.
 
-    The callbacks run in separate threads, also in a node that spins, since a lookup may wait for them. When simulated
+    The callbacks run in separate threads, even in a node that spins, since a lookup may wait for them. When simulated
     time jumps back, the buffer is cleared; static transforms stay. The service ``~tf2_frames`` describes the buffer.
 
     Args:
@@ -74,7 +74,7 @@ class TransformListener:
             jump = (now - self._last).to_sec()
             self._last = now
             if jump < 0 and not self._closed:
-                self.buffer.clear()  # within the lock: transforms that arrive from now on are of the new time, and stay
+                self.buffer.clear()  # within the lock: transforms that arrive from now on have the new time, and stay
         if jump < 0 and not self._closed:
             self._node.log.warn("Detected jump back in time of %fs. Clearing TF buffer.", -jump)
 
@@ -96,7 +96,7 @@ class TransformListener:
 
 
 def fill(buffer: Any, message: Any, sender: str, *, static: bool) -> None:
-    """Put a message into a buffer: a TFMessage, or what is received in its place."""
+    """Put a message into a buffer: a TFMessage, or `ReceivedTransforms`."""
     if message.__class__ is ReceivedTransforms:
         buffer.set_rows(message.rows, sender, static=static)
     else:

@@ -1,8 +1,8 @@
 """Quaternions and rigid transforms as tuples, in tf2's order of operations: results agree to the last bits.
 
 A quaternion is (x, y, z, w), a transform (x, y, z, qx, qy, qz, qw). Quaternions need not have unit length: tf2 accepts
-deviations up to half a percent and does not normalise, and neither does this module. It uses floats, since numpy takes
-longer for so few numbers, and a tenth of a second to load; `pyros1.tf.transformations` is on numpy.
+deviations up to half a percent and does not normalise, and neither does this module. It uses floats, since numpy is
+slower for so few numbers and takes a tenth of a second to load; `pyros1.tf.transformations` uses numpy.
 """
 
 from __future__ import annotations
@@ -65,9 +65,9 @@ def chain(first: Transform, second: Transform) -> Transform:
 
 
 def product(steps: Sequence[Transform]) -> Transform:
-    """Return the product of one or more transforms, as `chain` multiplies them: the last times ... times the first."""
+    """Return the product of one or more transforms, multiplied like in `chain`: the last times ... times the first."""
     x, y, z, bx, by, bz, bw = steps[0]
-    for tx, ty, tz, ax, ay, az, aw in steps[1:]:  # as in chain, whose calls would take most of the time
+    for tx, ty, tz, ax, ay, az, aw in steps[1:]:  # like in chain, whose calls would take most of the time
         px = aw * x + ay * z - az * y
         py = aw * y + az * x - ax * z
         pz = aw * z + ax * y - ay * x

@@ -18,7 +18,7 @@ from pyros1.tf.frame import Entry, Frame, to_sec
 from pyros1.tf.rotation import IDENTITY, Transform, chain, chain_normalized, invert, product
 
 _MAX_DEPTH = 1000
-"""Most frames on a way; a longer one must be a loop."""
+"""Maximum number of frames on a path; a longer one must be a loop."""
 
 _TOLERANCE = 10e-3
 """Largest deviation of the square of a quaternion's length from 1."""
@@ -39,10 +39,10 @@ class Tree:
     # Filling ----------------------------------------------------------------------------------------------------------
 
     def insert_rows(self, rows: Iterable[Row], static: bool, authority: str) -> list[str]:
-        """Take several transforms.
+        """Add several transforms.
 
         Returns:
-            The reasons why some were ignored, as tf2's texts.
+            The reasons why some were ignored, in tf2's words.
         """
         problems: list[str] = []
         frames, keep = self.frames, self.keep
@@ -70,10 +70,10 @@ class Tree:
     def insert(
         self, parent: str, child: str, time: int, transform: Transform, static: bool, authority: str
     ) -> list[str]:
-        """Take a transform.
+        """Add a transform.
 
         Returns:
-            The reasons why it was ignored, as tf2's texts; empty if it was not ignored.
+            The reasons why it was ignored, in tf2's words; empty if it was not ignored.
         """
         frames = self.frames
         frame = frames.get(child)
@@ -113,10 +113,10 @@ class Tree:
         for frame in self.frames.values():
             frame.clear()
 
-    # Asking -----------------------------------------------------------------------------------------------------------
+    # Lookups ----------------------------------------------------------------------------------------------------------
 
     def lookup(self, target: str, source: str, time: int) -> tuple[int, Transform]:
-        """Return stamp and transform of ``source`` in ``target``; time 0 is the latest that all frames have in common.
+        """Return stamp and transform of ``source`` in ``target``; time 0 is the latest common time of all frames.
 
         Raises:
             TransformException: see `pyros1.tf.errors`.
@@ -153,7 +153,7 @@ class Tree:
         return self._common_time(into, self._find("get_latest_common_time", source))
 
     def chain(self, target: str, target_time: int, source: str, source_time: int, fixed: str) -> list[str]:
-        """Return the names of the frames on the way from source through ``fixed`` to target, both included.
+        """Return the names of the frames on the path from source through ``fixed`` to target, both included.
 
         Raises:
             TransformException: see `pyros1.tf.errors`.
@@ -303,7 +303,7 @@ class Tree:
         )
 
     def _missing(self, **named: str) -> str:
-        """Return a text on the frames that have a bad name or do not exist; empty if all exist."""
+        """Return a text about frames that have a bad name or do not exist; empty if all exist."""
         for role, name in named.items():
             problem = bad_name(f"canTransform argument {role}", name)
             if problem:
@@ -327,7 +327,7 @@ class Tree:
 
 
 def bad_name(argument: str, name: str) -> str:
-    """Return what is wrong with a frame's name in a lookup, as tf2's text; empty if nothing is wrong.
+    """Return the problem with a frame's name in a lookup, in tf2's words; empty if there is none.
 
     Raises:
         TypeError: it is not a str.

@@ -11,7 +11,7 @@ class Drop:
     """A gate for `Relay`.
 
     Args:
-        dropped: number of messages to leave out, X.
+        dropped: number of messages to drop, X.
         among: size of each group of messages, Y.
     """
 

@@ -24,10 +24,10 @@ def compress(image: Any, format: str = "jpeg", quality: int = 80, level: int = 9
 
     Args:
         image: a sensor_msgs/Image with 8 or 16 bits per channel.
-        format: "jpeg", which has 8 bits and no opacity, or "png", which loses nothing. Colours with 16 bits become JPEG
-            with 8, but depths and other images with one channel of 16 bits do not.
-        quality: of JPEG, from 1 to 100.
-        level: of PNG's compression, from 0 to 9.
+        format: "jpeg", which has 8 bits and no alpha channel, or "png", which is lossless. Colours with 16 bits become
+            JPEG with 8, but depths and other images with one channel of 16 bits do not.
+        quality: JPEG quality, from 1 to 100.
+        level: PNG compression level, from 0 to 9.
 
     Raises:
         MessageError: the encoding is not supported, or the message is shorter than its size says.
@@ -54,10 +54,10 @@ def compress(image: Any, format: str = "jpeg", quality: int = 80, level: int = 9
 
 
 def decompress(message: Any) -> Any:
-    """Return a sensor_msgs/CompressedImage as a sensor_msgs/Image, in the encoding that it had.
+    """Return a sensor_msgs/CompressedImage as a sensor_msgs/Image, in its original encoding.
 
-    If the format does not say which that was, or the file has other channels or another depth than it says, the
-    encoding is mono, bgr or bgra with the file's depth.
+    If the format does not name it, or the file's channels or depth differ from it, the encoding is mono, bgr or bgra
+    with the file's depth.
 
     Raises:
         MessageError: it cannot be read, or the encoding is not supported.
@@ -74,7 +74,7 @@ def decompress(message: Any) -> Any:
     if pixels.dtype not in (np.uint8, np.uint16):
         raise MessageError(f"the image has numbers of the type {pixels.dtype}, not of 8 or 16 bits")
     bits, channels = 8 * pixels.itemsize, 1 if pixels.ndim == 2 else pixels.shape[2]
-    if kind is not None and kind[1:2] == (4,) and channels == 3:  # JPEG and others leave opacity out
+    if kind is not None and kind[1:2] == (4,) and channels == 3:  # JPEG and other formats drop the alpha channel
         pixels = np.dstack([pixels, np.full(pixels.shape[:2], np.iinfo(pixels.dtype).max, pixels.dtype)])
         channels = 4
     if kind is None or kind[:2] != (bits, channels):

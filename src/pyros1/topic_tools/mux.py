@@ -24,7 +24,7 @@ class Mux:
         initial: the topic to select first, or ``__none``; empty selects the first topic.
         lazy: once the type is known, subscribe only to the selected topic, and only while the output has subscribers.
         latch: latch the output.
-        connect_timeout: seconds that the first message waits for a subscriber at most.
+        connect_timeout: maximum number of seconds that the first message waits for a subscriber.
     """
 
     def __init__(

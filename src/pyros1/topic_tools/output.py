@@ -1,4 +1,4 @@
-"""An output topic, advertised when the first message shows its type. It publishes messages without decoding them."""
+"""An output topic, advertised when the first message reveals its type. It publishes messages without decoding them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""republish: images from one form to another, as image_transport's (https://wiki.ros.org/image_transport#republish).
+"""republish: converts images between forms, like image_transport's (https://wiki.ros.org/image_transport#republish).
 
 The forms are ``raw`` on the topic itself, and ``compressed`` (JPEG or PNG) on ``TOPIC/compressed``.
 """
@@ -22,17 +22,17 @@ TRANSPORTS = ("raw", "compressed")
 class Republisher:
     """Republishes the images of a topic until the node ends.
 
-    How images are compressed is configured by dynamic_reconfigure in ``OUTPUT/compressed``: ``format``,
+    Compression is configured by dynamic_reconfigure in ``OUTPUT/compressed``: ``format``,
     ``jpeg_quality`` and ``png_level``.
 
     Args:
         node: the node.
-        source, source_transport: topic and form of the images that come.
-        output, output_transport: of those that go.
+        source, source_transport: topic and form of the input images.
+        output, output_transport: topic and form of the output images.
 
     Raises:
-        NodeError: both are the same.
-        ValueError: there is no such form.
+        NodeError: input and output are the same.
+        ValueError: a form is unknown.
     """
 
     def __init__(self, node: Node, source: str, source_transport: str, output: str, output_transport: str) -> None:

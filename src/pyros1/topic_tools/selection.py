@@ -1,4 +1,4 @@
-"""What mux and demux share: a list of topics, of which services select one or none.
+"""Shared by mux and demux: a list of topics, of which services select one or none.
 
 The services are select, add, delete and list, relative to the name ``mux`` or ``demux``, which users may remap. The
 selected topic is published, latched, on ``selected``.

@@ -9,7 +9,7 @@ from pyros1.msgs import AnyMsg
 
 
 class MessageThrottle:
-    """A gate for `Relay`: messages pass with at least a period between them.
+    """A gate for `Relay`: it lets messages pass with at least one period between them.
 
     Args:
         period: the period in nanoseconds.
@@ -24,7 +24,7 @@ class MessageThrottle:
         self._last = 0
 
     def __call__(self, message: AnyMsg) -> bool:
-        """Say whether the message passes."""
+        """Return whether the message passes."""
         now = self._now()
         if now < self._last:
             self._jumped()
@@ -54,7 +54,7 @@ class ByteThrottle:
         self._bytes = 0
 
     def __call__(self, message: AnyMsg) -> bool:
-        """Say whether the message passes."""
+        """Return whether the message passes."""
         now = self._now()
         sent = self._sent
         if sent and now < sent[-1][0]:

@@ -1,7 +1,7 @@
-"""tf2_web_republisher: transforms for web pages, which would be buried under all of /tf.
+"""tf2_web_republisher: transforms for web pages, for which all of /tf would be too much.
 
-A page names frames; it gets those that moved, through the action ``tf2_web_republisher`` or a topic of its own from the
-service ``republish_tfs``. This is what roslibjs's TFClient, and so ros3djs, expects
+A page names frames; it receives those that moved, through the action ``tf2_web_republisher`` or on a separate topic
+from the service ``republish_tfs``. This is what roslibjs's TFClient, and so ros3djs, expects
 (https://wiki.ros.org/tf2_web_republisher).
 """
 
@@ -23,25 +23,25 @@ from pyros1.node import Node
 from pyros1.tf import Buffer, TransformException, TransformListener
 
 MAX_PAGES = 200
-"""Most pages that are served."""
+"""Maximum number of pages."""
 MAX_FRAMES = 1000
-"""Most frames of a page."""
+"""Maximum number of frames of a page."""
 _DEFAULT_RATE, _MIN_RATE, _MAX_RATE = 10.0, 0.1, 100.0
 _MIN_TIMEOUT = 1.0
 
 
 class MovedFrames:
-    """Tells which frames have moved since it was last asked.
+    """Finds the frames that have moved since the last query.
 
     Args:
         buffer: the transforms.
-        target: the frame that the page draws in.
-        sources: the frames that it wants to know.
-        angle: radians; a frame that has turned less has not moved.
-        distance: meters; the same.
+        target: the fixed frame of the page.
+        sources: the requested frames.
+        angle: threshold in radians; a frame that has turned less has not moved.
+        distance: threshold in meters, likewise.
 
     Raises:
-        ValueError: a page wants too many frames.
+        ValueError: a page requests too many frames.
     """
 
     def __init__(self, buffer: Buffer, target: str, sources: Sequence[str], angle: float, distance: float) -> None:
@@ -101,13 +101,13 @@ class Republisher:
         self._service = node.advertise_service("republish_tfs", RepublishTFs, self._on_request)
 
     def close(self) -> None:
-        """End all."""
+        """Stop serving all pages."""
         self._service.shutdown()
         self._server.close()
         self._listener.close()
 
     def _add_page(self, subscription: Any) -> tuple[MovedFrames, float]:
-        """Return what a page gets, and the seconds between two looks; raises ValueError."""
+        """Return a page's moved frames, and its update period in seconds; raises ValueError."""
         moved_frames = MovedFrames(
             self._buffer,
             subscription.target_frame,
@@ -166,7 +166,7 @@ class Republisher:
                 self._remove_page()
                 return
             if moved := moved_frames.take():
-                known = known | {each.child_frame_id: each for each in moved}  # never changed: another thread reads it
+                known = known | {each.child_frame_id: each for each in moved}  # a new dict: another thread reads it
                 publisher.publish(TFArray(moved))
 
         timer = self._node.timer(period, on_timer)

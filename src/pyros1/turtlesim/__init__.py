@@ -1,1 +1,1 @@
-"""Turtles that drive about and draw, for those who learn ROS (https://wiki.ros.org/turtlesim)."""
+"""Turtles that move and draw, for learning ROS (https://wiki.ros.org/turtlesim)."""

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 _ARROWS = "→↗↑↖←↙↓↘"
 _SAMPLES = 4
-"""Pixels that are looked at for each one that is shown, across and down: thin lines must not be lost."""
+"""Pixels inspected for each displayed one, across and down, so that thin lines are not lost."""
 _RESET = "\x1b[0m"
 
 
@@ -28,7 +28,7 @@ def blocks(
         pixels: red, green and blue bytes, row by row from the top.
         width, height: of the picture in pixels.
         turtles: name -> x and y in units, and angle in radians.
-        columns, rows: the room that there is, in characters; the picture takes as much as it can, without distortion.
+        columns, rows: available space in characters; the picture fills as much of it as possible without distortion.
     """
     across = max(1, min(columns, 2 * rows * width // height))
     down = max(1, across * height // width // 2)
@@ -49,7 +49,7 @@ def blocks(
 
 
 def _shrink(picture: Any, across: int, down: int) -> Any:
-    """Return a smaller picture, as lists; in each place, the pixel that differs most from the background is seen."""
+    """Return a smaller picture, as lists; each place has the pixel that differs most from the background."""
     height, width, _ = picture.shape
     rows = numpy.arange(down * _SAMPLES) * height // (down * _SAMPLES)
     columns = numpy.arange(across * _SAMPLES) * width // (across * _SAMPLES)
@@ -65,7 +65,7 @@ def _marks(
 ) -> dict[tuple[int, int], str]:
     marks: dict[tuple[int, int], str] = {}
     for name, (x, y, theta) in turtles.items():
-        if not isfinite(x + y + theta):  # as others may publish
+        if not isfinite(x + y + theta):  # other nodes may publish that
             continue
         column = min(max(int(x * PIXELS_PER_UNIT * across / width), 0), across - 1)
         row = min(max(int((height - 1 - y * PIXELS_PER_UNIT) * down / height), 0), down - 1)

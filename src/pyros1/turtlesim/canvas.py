@@ -1,4 +1,4 @@
-"""What turtles have drawn: pixels. So its size is bounded, and a turtle can see the colour below it."""
+"""What turtles have drawn, as pixels: this bounds its size, and lets a turtle see the colour below it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Canvas:
         background: its colour.
 
     Attributes:
-        version: another number after each change.
+        version: a different number after each change.
     """
 
     def __init__(self, background: Colour) -> None:
@@ -28,7 +28,7 @@ class Canvas:
         self.clear(background)
 
     def clear(self, background: Colour) -> None:
-        """Remove all that is drawn."""
+        """Remove all drawings."""
         self._pixels[:] = background
         self.version += 1
 

@@ -1,4 +1,4 @@
-"""Which turtles there are, and which nodes simulate them, as the master tells it. Pure."""
+"""Finds turtles, and the nodes that simulate them, in what the master reports. Pure."""
 
 from __future__ import annotations
 
@@ -25,5 +25,5 @@ def simulators(topics: Mapping[str, str], publishers: Mapping[str, Iterable[str]
 
 
 def drawing_of(node: str) -> str:
-    """Return the topic with what the turtles of a node have drawn."""
+    """Return the topic with the drawing of a node's turtles."""
     return f"{node}/drawing"

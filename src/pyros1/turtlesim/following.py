@@ -1,4 +1,4 @@
-"""The turtles of the tutorials of tf2: one tells where it is, and another one follows it by way of tf.
+"""The turtles of the tf2 tutorials: one publishes its position, and another one follows it using tf.
 
 https://wiki.ros.org/tf2/Tutorials/Introduction%20to%20tf2
 """
@@ -20,11 +20,11 @@ _WORLD = "world"
 
 
 class Broadcaster:
-    """Publishes the frame of a turtle in that of the world.
+    """Publishes the frame of a turtle relative to the world frame.
 
     Args:
         node: the node.
-        turtle: the turtle's name, which is also its frame's.
+        turtle: the turtle's name, also the name of its frame.
     """
 
     def __init__(self, node: Node, turtle: str) -> None:
@@ -42,12 +42,12 @@ class Broadcaster:
 
 
 class Follower:
-    """Drives a turtle after another one.
+    """Makes a turtle follow another one.
 
     Args:
         node: the node.
-        turtle: who follows.
-        leader: who is followed.
+        turtle: name of the turtle that follows.
+        leader: name of the turtle to follow.
     """
 
     def __init__(self, node: Node, turtle: str, leader: str) -> None:
@@ -57,7 +57,7 @@ class Follower:
         self._publisher = node.advertise(f"{turtle}/cmd_vel", Twist, queue_size=1)
 
     def step(self) -> bool:
-        """Tell the turtle how to move now; return False if nobody knows where the two are."""
+        """Publish the turtle's next speed; return False if the position of either turtle is unknown."""
         try:
             offset = self._buffer.lookup_transform(*self._frames).transform.translation
         except TransformException:
@@ -69,7 +69,7 @@ class Follower:
 
 
 def chase(x: float, y: float) -> tuple[float, float]:
-    """Return the speed and the angular speed of one who follows a point.
+    """Return the speed and the angular speed for following a point.
 
     Args:
         x, y: the point, as the follower sees it: x is ahead, y is to the left, in units.
@@ -78,7 +78,7 @@ def chase(x: float, y: float) -> tuple[float, float]:
 
 
 def broadcast(argv: list[str]) -> int:
-    """Run turtle_tf2_broadcaster; return its exit code. ``~turtle`` says whose frame, or the first argument does.
+    """Run turtle_tf2_broadcaster; return its exit code. The first argument, or else ``~turtle``, names the turtle.
 
     Args:
         argv: the command line, with the program's name.
@@ -95,7 +95,7 @@ def broadcast(argv: list[str]) -> int:
 
 
 def follow(argv: list[str]) -> int:
-    """Run turtle_tf2_listener, which lets turtle2 (``~turtle``) come and follow turtle1 (``~target``).
+    """Run turtle_tf2_listener, which spawns turtle2 (``~turtle``) and makes it follow turtle1 (``~target``).
 
     Args:
         argv: the command line, with the program's name.
@@ -109,7 +109,7 @@ def follow(argv: list[str]) -> int:
         node.wait_for_service("spawn")
         try:
             node.service("spawn", Spawn)(4.0, 2.0, 0.0, turtle)
-        except ServiceError as error:  # it is there already
+        except ServiceError as error:  # it exists already
             node.log.warn("%s", error)
         rate = node.rate(_HZ)
         while node.ok():

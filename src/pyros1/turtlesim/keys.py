@@ -1,4 +1,4 @@
-"""Single keys of the terminal, as they are pressed."""
+"""Reads single keys from the terminal as they are pressed."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ _ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
 
 
 class NoTerminalError(Error):
-    """Nobody can press keys here; the text says why."""
+    """No keys can be read here; the text says why."""
 
 
 class Keys:
     """The keys of the terminal at standard input. A context manager that restores the terminal.
 
-    A stopped job that is continued takes them up again.
+    A stopped job reads keys again when it is continued.
 
     Raises:
-        NoTerminalError: on entering, there is no terminal, or others read from it.
+        NoTerminalError: on entering, there is no terminal, or other programs read from it.
     """
 
     def __init__(self) -> None:
         self._descriptor = -1
         self._saved_attributes: Any = None
         self._saved_handler: Any = None
-        self._partial_key = ""  # the first characters of an arrow key, whose rest comes with the next read
+        self._partial_key = ""  # the first characters of an arrow key; the next read returns the rest
 
     def __enter__(self) -> Keys:
         try:
@@ -71,7 +71,7 @@ class Keys:
                 tty.setcbreak(self._descriptor)
 
     def wait(self, seconds: float) -> list[str] | None:
-        """Return the keys that are pressed within some seconds, see `names`; None once the terminal is closed."""
+        """Return the keys pressed within some seconds, see `names`; None once the terminal is closed."""
         with contextlib.suppress(OSError):
             ready, _, _ = select.select([self._descriptor], [], [], seconds)
             if not ready:
@@ -97,8 +97,8 @@ def names(text: str) -> list[str]:
 
 
 def _in_foreground(descriptor: int) -> bool:
-    """Return whether keys come to this process: it is in the foreground, or has none of the shell's job control."""
+    """Return whether this process receives keys: it is in the foreground, or not under the shell's job control."""
     try:
         return os.tcgetpgrp(descriptor) == os.getpgrp()
     except OSError as error:
-        return error.errno == errno.ENOTTY  # as nodes of a launch: in a session of their own
+        return error.errno == errno.ENOTTY  # like nodes of a launch, which have a separate session

@@ -1,4 +1,4 @@
-"""mimic: a turtle does what another one does (https://wiki.ros.org/turtlesim)."""
+"""mimic: a turtle copies the movements of another one (https://wiki.ros.org/turtlesim)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pyros1.node import Node
 
 
 class Mimic:
-    """Publishes on output/cmd_vel the speeds of input/pose.
+    """Publishes the speeds of input/pose on output/cmd_vel.
 
     Args:
         node: the node; both topics are to be remapped.

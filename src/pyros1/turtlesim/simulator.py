@@ -28,9 +28,9 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
 DRAWING = "~drawing"
-"""The topic with what the turtles have drawn; stock has no such thing, since its window shows it."""
+"""Topic of the turtles' drawing; stock has none, since its window displays the drawing."""
 _DRAWING_PERIOD = 0.1
-"""Least seconds between two pictures."""
+"""Minimum number of seconds between pictures."""
 _COLOURS = ("r", "g", "b")
 
 
@@ -44,8 +44,8 @@ class Simulator:
     def __init__(self, node: Node) -> None:
         self._node = node
         self._world = World()
-        self._lock = threading.Lock()  # of the world; nobody waits while holding it
-        self._population_lock = threading.Lock()  # of who is there: the master is told, which takes a while
+        self._lock = threading.Lock()  # guards the world; no thread waits while holding it
+        self._population_lock = threading.Lock()  # guards the set of turtles; held during slow calls to the master
         self._interfaces: dict[str, _TurtleInterface] = {}
         self._drawn_version, self._drawn_at = -1, float("-inf")
         for name, value in zip(_COLOURS, BACKGROUND, strict=True):
@@ -126,12 +126,12 @@ class Simulator:
     # Steps ------------------------------------------------------------------------------------------------------------
 
     def step(self) -> None:
-        """Let time pass for all turtles, and publish what has become of them."""
+        """Advance all turtles in time, and publish their new state."""
         with self._lock:
             steps = self._world.step(monotonic())
         for step in steps:
             interface = self._interfaces.get(step.name)
-            if interface is not None:  # else it comes or goes just now
+            if interface is not None:  # else it is being spawned or killed
                 interface.publish(step)
         self._draw()
 
@@ -147,7 +147,7 @@ class Simulator:
         self._drawing.publish(message)
 
     def run(self) -> None:
-        """Make steps until the node ends."""
+        """Simulate until the node ends."""
         rate = self._node.rate(1 / PERIOD)
         while self._node.ok():
             self.step()
@@ -158,7 +158,7 @@ class _TurtleInterface:
     """The topics and services of a turtle.
 
     Raises:
-        Error: its name cannot be part of theirs, or another node has one of them with another type.
+        Error: the turtle's name cannot be part of their names, or another node has one of them with another type.
     """
 
     def __init__(self, node: Node, name: str, world: World, lock: threading.Lock) -> None:
@@ -184,17 +184,17 @@ class _TurtleInterface:
             self._undo = undo.pop_all()
 
     def close(self) -> None:
-        """End them."""
+        """Remove them."""
         self._undo.close()
 
     def publish(self, step: Step) -> None:
-        """Publish what a step did, and say if it ended at a wall."""
+        """Publish the result of a step, and log a warning if it ended at a wall."""
         turtle = step.turtle
         if step.requested is not None:
-            # As stock says it, whose y is that of its window: downwards.
+            # Worded like stock, whose y is that of its window: downwards.
             x, y = step.requested.x, SIZE - step.requested.y
             self._node.log.warn("Oh no! I hit the wall! (Clamping from [x=%f, y=%f])", x, y)
-        with suppress(NodeError):  # it goes just now
+        with suppress(NodeError):  # it is being killed
             self._pose.publish(Pose(turtle.x, turtle.y, turtle.theta, turtle.speed, turtle.turning))
             self._colour.publish(Color(*step.colour))
 
@@ -227,7 +227,7 @@ class _TurtleInterface:
 
 @contextmanager
 def _refuse_errors(node: Node) -> Iterator[None]:
-    """Tell who calls, and the log, what cannot be done."""
+    """Report to the caller and in the log what cannot be done."""
     try:
         yield
     except Error as error:
@@ -242,7 +242,7 @@ def main(argv: list[str]) -> int:
     Args:
         argv: the command line, with the program's name.
     """
-    with Node("turtlesim", argv=argv[1:], wall_time=True) as node:  # its time is the wall's, also in a simulation
+    with Node("turtlesim", argv=argv[1:], wall_time=True) as node:  # wall time even in a simulation
         Simulator(node).run()
     return 0
 

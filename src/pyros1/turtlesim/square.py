@@ -1,4 +1,4 @@
-"""draw_square: turtle1 walks along a square, again and again (https://wiki.ros.org/turtlesim)."""
+"""draw_square: turtle1 walks around a square repeatedly (https://wiki.ros.org/turtlesim)."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ _ANGLE_TOLERANCE = 0.01
 
 
 class Square:
-    """Says how to move, from where the turtle is: along a side, stand still, turn, stand still, and so on. Pure.
+    """Computes movements from the turtle's pose: move along a side, stop, turn, stop, and so on. Pure.
 
     Args:
-        x, y, theta: where the turtle begins.
+        x, y, theta: initial pose of the turtle.
     """
 
     def __init__(self, x: float, y: float, theta: float) -> None:
@@ -32,13 +32,13 @@ class Square:
         self._theta = theta
         self._start = Position(x, y)
         self.goal = self._next_corner()
-        """Where it walks to, and where it shall look in the end."""
+        """Target position, and target angle."""
 
     def next(self, x: float, y: float, theta: float, moving: bool) -> tuple[float, float]:
         """Return the speed (units/s) and the angular speed (rad/s) to move with.
 
         Args:
-            x, y, theta: where the turtle is.
+            x, y, theta: current pose of the turtle.
             moving: whether it moves.
         """
         if self._stopping:

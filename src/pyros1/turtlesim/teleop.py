@@ -1,4 +1,4 @@
-"""turtle_teleop_key: turtle1 is driven with keys (https://wiki.ros.org/turtlesim)."""
+"""turtle_teleop_key: drives turtle1 with keys (https://wiki.ros.org/turtlesim)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from pyros1.turtlesim.keys import Keys
 ARROWS = {"up": (1.0, 0.0), "down": (-1.0, 0.0), "left": (0.0, 1.0), "right": (0.0, -1.0)}
 """Key -> speed and angular speed, before they are scaled."""
 HEADINGS = {"g": 0.0, "t": pi / 4, "r": pi / 2, "e": 3 * pi / 4, "d": pi, "c": -3 * pi / 4, "v": -pi / 2, "b": -pi / 4}
-"""Key -> where to look, as the keys lie around F, in radians."""
+"""Key -> angle to turn to, in radians, matching the key's position relative to F."""
 HELP = """\
 Reading from keyboard
 ---------------------------
@@ -26,9 +26,9 @@ Use g|b|v|c|d|e|r|t keys to look where the key lies from f, and f to stop.
 'q' to quit.
 """
 _POLL_PERIOD = 0.2
-"""Seconds between two looks whether the node has ended."""
+"""Seconds between checks for the node's shutdown."""
 _SERVICE_TIMEOUT = 2.0
-"""Seconds that the simulator has to turn the turtle."""
+"""Timeout in seconds for the simulator to turn the turtle."""
 
 
 class Teleop:
@@ -52,7 +52,7 @@ class Teleop:
         self._pose_received.set()
 
     def press(self, key: str) -> bool:
-        """Do what a key says; return False for the one that quits."""
+        """Perform a key's action; return False for the key that quits."""
         key = key if key in ARROWS else key.lower()
         if key == "q":
             return False
@@ -76,7 +76,7 @@ class Teleop:
             self._node.log.error("%s", error)
 
     def wait(self, timeout: float) -> bool:
-        """Wait until the turtle is heard; return whether it was within some seconds."""
+        """Wait for a message from the turtle; return whether one arrived within some seconds."""
         return self._pose_received.wait(timeout)
 
 

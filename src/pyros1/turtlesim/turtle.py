@@ -1,4 +1,4 @@
-"""A turtle: where it is, how it moves, and its pen (https://wiki.ros.org/turtlesim)."""
+"""A turtle: its pose, movement and pen (https://wiki.ros.org/turtlesim)."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ SIZE = 11.088889122009277
 (PIXELS - 1) / PIXELS_PER_UNIT as a 32-bit number, as stock calculates it.
 """
 PERIOD = 0.016
-"""Seconds of a step."""
+"""Duration of a step in seconds."""
 COMMAND_TIMEOUT = 1.0
-"""Seconds for which a command holds."""
+"""Seconds for which a command remains in effect."""
 
 
 class Pen(NamedTuple):
-    """What a turtle draws with.
+    """The pen that a turtle draws with.
 
     Attributes:
         red, green, blue: its colour, 0 to 255.
@@ -37,7 +37,7 @@ class Pen(NamedTuple):
 
 
 class Position(NamedTuple):
-    """A point of the world, in its units."""
+    """A point in the world, in world units."""
 
     x: float
     y: float
@@ -48,12 +48,12 @@ class Turtle:
     """A turtle.
 
     Attributes:
-        x, y: where it is, in units.
-        theta: where it looks, in radians: 0 is to the right, and angles grow to the left.
-        forward, sideways: speeds along where it looks, and to the left of that, in units per second.
+        x, y: position in units.
+        theta: heading in radians: 0 is to the right, and angles increase to the left.
+        forward, sideways: speeds along its heading, and to the left of that, in units per second.
         turning: angular speed in radians per second.
-        pen: what it draws with.
-        commanded: when the last command came, in seconds of the clock of `step`.
+        pen: its pen.
+        commanded: time of the last command, in seconds of the clock of `step`.
     """
 
     x: float = SIZE / 2
@@ -67,37 +67,37 @@ class Turtle:
 
     @property
     def position(self) -> Position:
-        """Where it is."""
+        """Its position."""
         return Position(self.x, self.y)
 
     @property
     def speed(self) -> float:
-        """How fast it goes, in units per second; never negative."""
+        """Its speed in units per second; never negative."""
         return hypot(self.forward, self.sideways)
 
     def command(self, forward: float, sideways: float, turning: float, now: float) -> None:
-        """Move with these speeds from the next step on, see the attributes."""
+        """Set the speeds from the next step on, see the attributes."""
         self.forward, self.sideways, self.turning, self.commanded = forward, sideways, turning, now
 
     def teleport_absolute(self, x: float, y: float, theta: float) -> None:
-        """Be elsewhere. Beyond the walls it is until the next step only, and never above the upper one."""
+        """Move to a position. It stays outside the walls only until the next step, and never above the upper one."""
         self.x, self.y, self.theta = x, min(y, SIZE), theta
 
     def teleport_relative(self, distance: float, angle: float) -> None:
-        """Turn by an angle (radians), then be a distance (units) further on."""
+        """Turn by an angle (radians), then move forward by a distance (units) at once."""
         self.theta += angle
         self.x += cos(self.theta) * distance
         self.y += sin(self.theta) * distance
 
     def step(self, now: float, seconds: float = PERIOD) -> Position | None:
-        """Move for a while: turn first, then go.
+        """Move for some time: turn first, then move forward.
 
         Args:
             now: seconds of any clock, for the age of the command.
-            seconds: how long.
+            seconds: duration of the movement.
 
         Returns:
-            Where it would be now if there were no wall; None if there was none on its way.
+            The position it would have without walls; None if it hit none.
         """
         if now - self.commanded > COMMAND_TIMEOUT:
             self.forward = self.sideways = self.turning = 0.0

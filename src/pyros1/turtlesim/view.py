@@ -22,7 +22,7 @@ from pyros1.turtlesim.world import BACKGROUND
 
 _HZ = 10.0
 _REFRESH_PERIOD = 1.0
-"""Seconds between two looks at which turtles there are."""
+"""Seconds between checks for new turtles."""
 _OPEN = "\x1b[?1049h\x1b[?25l\x1b[2J"
 _CLOSE = "\x1b[?25h\x1b[?1049l"
 _HOME = "\x1b[H"
@@ -30,28 +30,28 @@ _REST_OF_LINE, _REST_OF_SCREEN = "\x1b[K", "\x1b[J"
 
 
 class View:
-    """Draws what a node simulates.
+    """Draws the turtles that a node simulates.
 
     Args:
         node: our node.
-        simulator: name of the other; empty for the first one that there is.
+        simulator: name of the simulating node; empty for the first one found.
     """
 
     def __init__(self, node: Node, simulator: str = "") -> None:
         self._node = node
         self._requested_node = simulator and node.resolve(simulator)
         self._graph = Graph(node.master)
-        self._shown_node = ""  # the node
+        self._shown_node = ""  # the simulating node that is displayed
         self._poses: dict[str, Any] = {}
-        self._subscribers: dict[str, Any] = {}  # topic ->
+        self._subscribers: dict[str, Any] = {}  # topic -> subscriber
         self._pixels = self._blank = Canvas(BACKGROUND).pixels()
         self._refreshed_at = float("-inf")
 
     def lines(self, columns: int, rows: int) -> list[str]:
-        """Return what to show now.
+        """Return the lines to display now.
 
         Args:
-            columns, rows: the room that there is, in characters.
+            columns, rows: available space in characters.
         """
         if monotonic() - self._refreshed_at >= _REFRESH_PERIOD:
             self._refresh()
@@ -68,7 +68,7 @@ class View:
         try:
             found = simulators(self._graph.published_types(), self._graph.state().publishers)
         except Error:
-            return  # the master is away; the turtles go on
+            return  # the master is unreachable; the turtles keep moving
         node = self._requested_node or next(iter(found), "")
         turtles = found.get(node, {})
         topics: dict[str, tuple[Any, Callable[[Any], object]]] = {
@@ -98,7 +98,7 @@ class View:
 
 
 def show(view: View, node: Node, out: TextIO) -> None:
-    """Draw in a terminal until the node ends; what was there before comes back."""
+    """Draw in a terminal until the node ends, then restore its previous content."""
     out.write(_OPEN)
     try:
         rate = node.rate(_HZ)
@@ -117,7 +117,7 @@ def main(argv: list[str]) -> int:
     """Run the program; return its exit code.
 
     Args:
-        argv: the command line, with the program's name; a further word is the name of the node that simulates.
+        argv: the command line, with the program's name; a further word is the name of the simulating node.
     """
     with Node("turtle_view", argv=argv[1:], anonymous=True) as node:
         if not sys.stdout.isatty():

@@ -1,4 +1,4 @@
-"""The world of the turtles: who is in it, and what is drawn in it."""
+"""The world of the turtles: its turtles and their drawing."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pyros1.turtlesim.turtle import PERIOD, Pen, Position, Turtle
 
 BACKGROUND: Colour = (69, 86, 255)
 MAX_TURTLES = 100
-"""Most turtles."""
+"""Maximum number of turtles."""
 _MAX_VALUE = 1e9
 
 
@@ -20,13 +20,13 @@ class TurtleError(Error):
 
 
 class Step(NamedTuple):
-    """What a step did to a turtle.
+    """The effect of a step on a turtle.
 
     Attributes:
-        name: the turtle's.
+        name: the turtle's name.
         turtle: a copy of the turtle.
-        colour: of what was below it when it came.
-        requested: where it would be without the wall; None if it hit none.
+        colour: the colour below it when it arrived.
+        requested: the position it would have without walls; None if it hit none.
     """
 
     name: str
@@ -39,8 +39,8 @@ class World:
     """Turtles on a canvas.
 
     Attributes:
-        turtles: by name, in the order in which they came.
-        canvas: what they have drawn.
+        turtles: turtles by name, in the order in which they were spawned.
+        canvas: their drawing.
     """
 
     def __init__(self) -> None:
@@ -49,14 +49,14 @@ class World:
         self._number = 0
 
     def spawn(self, name: str, x: float, y: float, theta: float) -> str:
-        """Let a turtle come, and return its name.
+        """Add a turtle, and return its name.
 
         Args:
-            name: empty for the next free one of turtle1, turtle2, ...
-            x, y, theta: where, in units and radians.
+            name: its name; empty for the next free one of turtle1, turtle2, ...
+            x, y, theta: its pose in units and radians.
 
         Raises:
-            TurtleError: there is one of that name, there are too many, or the place is none.
+            TurtleError: a turtle has that name already, there are too many, or the pose is not valid.
         """
         if len(self.turtles) >= MAX_TURTLES:
             raise TurtleError(f"There are {MAX_TURTLES} turtles already")
@@ -76,31 +76,31 @@ class World:
                 return name
 
     def kill(self, name: str) -> None:
-        """Remove a turtle; what it has drawn stays.
+        """Remove a turtle; its drawing stays.
 
         Raises:
-            TurtleError: there is none of that name.
+            TurtleError: there is no turtle of that name.
         """
         if self.turtles.pop(name, None) is None:
             raise TurtleError(f"Tried to kill turtle [{name}], which does not exist")
 
     def reset(self) -> None:
-        """Begin anew, with turtle1 in the middle. The canvas is another matter."""
+        """Start again with only turtle1, in the middle. The canvas is not cleared."""
         self.turtles = {"turtle1": Turtle()}
         self._number = 1
 
     def command(self, name: str, forward: float, sideways: float, turning: float, now: float) -> None:
-        """See `Turtle.command`. A turtle that is gone obeys nobody.
+        """See `Turtle.command`. Commands to a removed turtle have no effect.
 
         Raises:
-            TurtleError: a speed is no number.
+            TurtleError: a speed is out of range.
         """
         check(forward=forward, sideways=sideways, turning=turning)
         if name in self.turtles:
             self.turtles[name].command(forward, sideways, turning, now)
 
     def set_pen(self, name: str, pen: Pen) -> None:
-        """Give a turtle another pen; one that is off leaves it the colour and width that it has.
+        """Set a turtle's pen; a pen that is off leaves colour and width unchanged.
 
         Raises:
             TurtleError: there is no such turtle.
@@ -112,7 +112,7 @@ class World:
         """See `Turtle.teleport_absolute`; draws a line.
 
         Raises:
-            TurtleError: the place is none, or there is no such turtle.
+            TurtleError: the pose is not valid, or there is no such turtle.
         """
         check(x=x, y=y, theta=theta)
         turtle = self._turtle(name)
@@ -124,7 +124,7 @@ class World:
         """See `Turtle.teleport_relative`; draws a line.
 
         Raises:
-            TurtleError: a number is none, or there is no such turtle.
+            TurtleError: a number is out of range, or there is no such turtle.
         """
         check(linear=distance, angular=angle)
         turtle = self._turtle(name)
@@ -144,7 +144,7 @@ class World:
         for name, turtle in self.turtles.items():
             previous = turtle.position
             requested = turtle.step(now, seconds)
-            # First the colour: a turtle does not see the line that it just draws.
+            # The colour comes first: a turtle does not see the line that it is drawing.
             steps.append(Step(name, replace(turtle), self.canvas.colour(turtle.position), requested))
             if turtle.position != previous:
                 self.canvas.line(previous, turtle.position, turtle.pen)
@@ -152,10 +152,10 @@ class World:
 
 
 def check(**numbers: float) -> None:
-    """Check that numbers are some with which one can calculate.
+    """Check that numbers are within the allowed range.
 
     Raises:
-        TurtleError: one is not.
+        TurtleError: a number is out of range.
     """
     for name, number in numbers.items():
         if not abs(number) <= _MAX_VALUE:

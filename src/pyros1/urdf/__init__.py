@@ -1,1 +1,1 @@
-"""Descriptions of robots (URDF), where their links are, and the nodes that publish the states of their joints."""
+"""Descriptions of robots (URDF), poses of their links, and the nodes that publish the states of their joints."""

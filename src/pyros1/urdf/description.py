@@ -1,4 +1,4 @@
-"""The description of the robot that a node is for, and its other parameters."""
+"""The description of a node's robot, and the node's other parameters."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def description(node: Node) -> str:
     """Return the parameter robot_description: the node's own, or that of its namespace or one above.
 
     Raises:
-        UrdfError: it is not set, or no text.
+        UrdfError: it is not set, or is not a text.
     """
     name = node.params.search(PARAMETER)
     value = None if name is None else node.params.get(name)
@@ -32,7 +32,7 @@ def description(node: Node) -> str:
 
 
 def getter(node: Node) -> Any:
-    """Return a function that takes a parameter's name and a default, and returns the node's own, or its namespace's."""
+    """Return a function that takes a parameter's name and default, and returns the node's value, or its namespace's."""
 
     def get(name: str, default: Any) -> Any:
         value = node.params.get(f"~{name}")
@@ -45,7 +45,7 @@ def number(value: object, name: str) -> float:
     """Return a parameter's value as a number.
 
     Raises:
-        UrdfError: it is none.
+        UrdfError: it is not a number.
     """
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value):
         raise UrdfError(f"the parameter {name} must be a number")

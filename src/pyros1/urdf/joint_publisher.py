@@ -46,13 +46,13 @@ class JointStatePublisher:
             self._states.step()
             names, positions, velocities, efforts = self._states.message()
         if not names:
-            return  # as stock: a robot without joints that move has no states
+            return  # like stock: a robot without movable joints has no states
         message = JointState(name=names, position=positions, velocity=velocities, effort=efforts)
         message.header.stamp = self._node.now()
         self._publisher.publish(message)
 
     def run(self) -> None:
-        """Publish at the rate until the node ends."""
+        """Publish periodically until the node ends."""
         rate = self._node.rate(self._states.options.rate)
         while self._node.ok():
             self.publish()

@@ -1,4 +1,4 @@
-"""What a joint_state_publisher publishes: joints with limits, where they are, and who follows whom. Pure."""
+"""The state of a joint_state_publisher: joints with limits, their positions, and which joint follows which. Pure."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pyros1.urdf.model import MOVING, Joint, Mimic, Robot, UrdfError, limit_warn
 
 MAX_SOURCES = 100
 SLIDERS = "sliders"
-"""The topic of the node joint_state_publisher, below its own name, on which a page says where joints shall be."""
+"""The topic of the node joint_state_publisher, below its own name, on which a page sets the positions of joints."""
 
 
 @dataclass(frozen=True)
@@ -21,14 +21,14 @@ class Options:
 
     Attributes:
         rate: messages per second.
-        source_list: topics with positions to take.
+        source_list: topics with positions to use.
         zeros: joint -> position at the start, in radians or metres.
-        dependent_joints: joint -> whom it follows.
-        use_mimic_tags: whether joints follow others as the description says.
-        use_smallest_joint_limits: whether a safety_controller's limits count.
+        dependent_joints: joint -> the joint that it follows.
+        use_mimic_tags: whether joints follow other joints as described by mimic tags.
+        use_smallest_joint_limits: whether a safety_controller's limits apply.
         publish_default_positions, publish_default_velocities, publish_default_efforts: whether there are values before
-            a source gives some.
-        delta: how far free joints go with each message, to and fro between their limits; 0 for not at all.
+            a source provides them.
+        delta: how far free joints move with each message, back and forth between their limits; 0: they do not move.
     """
 
     rate: float = 10.0
@@ -47,7 +47,7 @@ def options(get: Callable[[str, Any], Any]) -> Options:
     """Read options from parameters.
 
     Args:
-        get: takes a parameter's name and a default; returns its value.
+        get: takes a parameter's name and default; returns its value.
 
     Raises:
         UrdfError: a value is of the wrong kind; the text names the parameter.
@@ -85,13 +85,13 @@ def options(get: Callable[[str, Any], Any]) -> Options:
 
 @dataclass
 class FreeJoint:
-    """A joint that follows no other.
+    """A joint that does not follow another joint.
 
     Attributes:
         joint: the joint.
-        lower, upper: its limits, in radians or metres. Of a continuous joint, half a turn to each side.
-        zero: where it is at the start, and in the centre.
-        position, velocity, effort: now; None for nothing to say.
+        lower, upper: its limits, in radians or metres. For a continuous joint, half a turn to each side.
+        zero: its initial and centre position.
+        position, velocity, effort: current values; None if not available.
     """
 
     joint: Joint
@@ -104,7 +104,7 @@ class FreeJoint:
     _back: bool = False
 
     def step(self, delta: float) -> None:
-        """Go on by ``delta``, and turn at the limits."""
+        """Move by ``delta``, and turn back at the limits."""
         here = (self.zero if self.position is None else self.position) + (-delta if self._back else delta)
         if not self.lower <= here <= self.upper:
             self._back = here > self.upper
@@ -122,9 +122,9 @@ class JointStates:
     Attributes:
         names: of all joints that have a position, as in the description.
         kinds: their types, by name.
-        free: those that follow no other.
-        followers: joint -> whom it follows: always a free joint.
-        warnings: what is odd, but can be used.
+        free: those that do not follow another joint.
+        followers: joint -> the joint that it follows, always a free one.
+        warnings: oddities that do not prevent its use.
     """
 
     def __init__(self, robot: Robot, options: Options) -> None:
@@ -153,7 +153,7 @@ class JointStates:
         velocities: Sequence[float] = (),
         efforts: Sequence[float] = (),
     ) -> None:
-        """Take a message of a source. Joints that are not here, or follow others, are passed over, as are NaNs."""
+        """Apply a message of a source. Unknown joints, joints that follow other joints, and NaNs are ignored."""
         for index, name in enumerate(names):
             joint = self.free.get(name)
             if joint is None:
@@ -166,7 +166,7 @@ class JointStates:
                 joint.effort = efforts[index]
 
     def step(self) -> None:
-        """Move as the option ``delta`` says."""
+        """Move the joints by the option ``delta``."""
         if self.options.delta:
             for joint in self.free.values():
                 joint.step(self.options.delta)
@@ -174,7 +174,7 @@ class JointStates:
     def message(self) -> tuple[list[str], list[float], list[float], list[float]]:
         """Return names, positions, velocities and efforts. The last three are empty if no joint has any."""
         free = self.free.values()
-        # With followers there are always positions, as in stock.
+        # With followers there are always positions, like in stock.
         positioned = bool(self.followers) or any(each.position is not None for each in free)
         positions = [self._position(name) for name in self.names] if positioned else []
         moving = any(each.velocity is not None for each in free)
@@ -212,11 +212,11 @@ class JointStates:
 
 
 def limits(joint: Joint, smallest: bool = True) -> tuple[float, float]:
-    """Return how far a joint goes, in radians or metres.
+    """Return a joint's range, in radians or metres.
 
     Args:
         joint: of a type in `MOVING`.
-        smallest: whether the limits of a safety_controller count, too.
+        smallest: whether the limits of a safety_controller also apply.
     """
     if joint.type == "continuous" or joint.limit is None:
         return -pi, pi
@@ -229,9 +229,9 @@ def limits(joint: Joint, smallest: bool = True) -> tuple[float, float]:
 
 
 def _followers(leaders: Mapping[str, Mimic], warnings: list[str]) -> dict[str, Mimic]:
-    """Return for each joint that follows another one the free joint that leads them in the end.
+    """Return the leading free joint for each joint that follows another one.
 
-    Of joints that follow each other in a circle, one is free.
+    Among joints that follow each other in a cycle, one is free.
     """
     found: dict[str, Mimic] = {}
     free: set[str] = set()

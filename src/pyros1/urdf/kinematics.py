@@ -1,4 +1,4 @@
-"""Where a robot's links are, from the positions of its joints. Pure."""
+"""The poses of a robot's links, from the positions of its joints. Pure."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from pyros1.tf.rotation import IDENTITY, Transform, chain_normalized
 from pyros1.urdf.model import MOVING, Joint, Robot, UrdfError
 
 FIXED = frozenset({"fixed", "planar"})
-"""Types of joints that are published once, as stock does: of a planar one only its origin is known."""
+"""Types of joints that are published once, like in stock: for planar ones, only the origin is known."""
 
 
 class Edge(NamedTuple):
-    """A link and the one that it hangs on.
+    """A link and its parent.
 
     Attributes:
         joint: the joint between them.
-        place: returns the child's place in the parent at a position of the joint, in radians or metres.
+        place: returns the child's pose in the parent at a position of the joint, in radians or metres.
     """
 
     joint: Joint
@@ -33,12 +33,12 @@ class Kinematics:
         robot: the robot.
 
     Attributes:
-        root: the link on which all others hang.
-        fixed: joint and place of each link that does not move.
+        root: the link at the top of the tree.
+        fixed: joint and pose of each link that does not move.
         moving: by joint, the links that move.
 
     Raises:
-        UrdfError: the links are no tree.
+        UrdfError: the links are not a tree.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -49,7 +49,7 @@ class Kinematics:
         self._followers = _in_order(robot)
 
     def complete(self, positions: dict[str, float]) -> None:
-        """Add the positions of joints that mimic others. Those that are there already stay as they are.
+        """Add the positions of joints that mimic other joints. Existing ones are not changed.
 
         Args:
             positions: joint -> radians or metres.
@@ -60,10 +60,10 @@ class Kinematics:
                 positions[name] = position * multiplier + offset
 
     def transforms(self, positions: Mapping[str, float]) -> dict[str, tuple[str, Transform]]:
-        """Return the places of links: child -> (parent, transform).
+        """Return the poses of links: child -> (parent, transform).
 
         Args:
-            positions: joint -> radians or metres. Links of joints that are not named, and follow none that is, are
+            positions: joint -> radians or metres. Links of joints that are neither named nor follow a named joint are
                 left out, unless they are fixed.
         """
         known = dict(positions)
@@ -76,7 +76,7 @@ class Kinematics:
 
 
 def placing(joint: Joint) -> Callable[[float], Transform]:
-    """Return a function that takes a joint's position, and returns the child's place in the parent.
+    """Return a function that takes a joint's position, and returns the child's pose in the parent.
 
     Args:
         joint: of a type in `MOVING`.
@@ -88,7 +88,7 @@ def placing(joint: Joint) -> Callable[[float], Transform]:
         return lambda position: (x + dx * position, y + dy * position, z + dz * position, qx, qy, qz, qw)
     if not (ax or ay or az):
         return lambda position: (x, y, z, qx, qy, qz, qw)
-    # The product of the origin's rotation and the axis, as quaternions: what the sine is multiplied with.
+    # The product of the origin's rotation and the axis, as quaternions: the factor of the sine.
     sx = qw * ax + qy * az - qz * ay
     sy = qw * ay + qz * ax - qx * az
     sz = qw * az + qx * ay - qy * ax
@@ -99,7 +99,7 @@ def placing(joint: Joint) -> Callable[[float], Transform]:
         s, c = sin(half), cos(half)
         i, j, k, w = sx * s + qx * c, sy * s + qy * c, sz * s + qz * c, sw * s + qw * c
         if w < 0.5 and (max(i, j, k, key=abs) if w > -0.5 else w) < 0.0:
-            return (x, y, z, -i, -j, -k, -w)  # the same rotation, with the sign that a matrix gives: w, or the largest
+            return (x, y, z, -i, -j, -k, -w)  # the same rotation, with the sign from a matrix: w, or the largest
         return (x, y, z, i, j, k, w)
 
     return turned
@@ -131,7 +131,7 @@ def _root(robot: Robot) -> str:
 
 
 def _in_order(robot: Robot) -> list[tuple[str, str, float, float]]:
-    """Return (joint, leader, multiplier, offset) of joints that mimic others, leaders first."""
+    """Return (joint, leader, multiplier, offset) of joints that mimic other joints, leaders first."""
     ordered: dict[str, tuple[str, str, float, float]] = {}
     for joint in robot.joints.values():
         path = []

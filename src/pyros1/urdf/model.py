@@ -1,4 +1,4 @@
-"""What a description of a robot says, as far as its links move: https://wiki.ros.org/urdf/XML. Pure."""
+"""The content of a robot's description, as far as it concerns moving links: https://wiki.ros.org/urdf/XML. Pure."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pyros1.ground.errors import Error
 from pyros1.tf.rotation import IDENTITY, Transform, Vector
 
 MOVING = frozenset({"revolute", "continuous", "prismatic"})
-"""Types of joints that one number moves."""
+"""Types of joints whose position is one number."""
 TYPES = MOVING | {"fixed", "floating", "planar"}
 
 
@@ -16,15 +16,15 @@ MAX_WARNINGS = 50
 
 
 class UrdfError(Error):
-    """A description of a robot cannot be used; the text names the element, and says what to do."""
+    """A description of a robot cannot be used; the text names the element, and suggests a fix."""
 
 
 @dataclass(frozen=True)
 class Limit:
-    """How far a joint goes, in radians or metres.
+    """A joint's range, in radians or metres.
 
     Attributes:
-        lower, upper: the ends.
+        lower, upper: the limits.
         soft_lower, soft_upper: those of its safety_controller; None if it has none.
     """
 
@@ -50,11 +50,11 @@ class Joint:
     Attributes:
         name: its name.
         type: one of `TYPES`.
-        parent, child: the links that it joins.
-        origin: the child's place at position 0, in the parent.
+        parent, child: the links that it connects.
+        origin: the child's pose at position 0, in the parent.
         axis: of length 1, in the child; (0, 0, 0) for a joint that cannot move.
         limit: None if there is none.
-        mimic: whom it follows; None for nobody.
+        mimic: the joint that it follows; None if there is none.
     """
 
     name: str
@@ -73,9 +73,9 @@ class Robot:
 
     Attributes:
         name: its name.
-        links: names of its links, as they are written.
-        joints: by name, as they are written.
-        warnings: what is odd, but can be used.
+        links: names of its links, in the order of the description.
+        joints: by name, in the order of the description.
+        warnings: oddities that do not prevent its use.
     """
 
     name: str
@@ -85,6 +85,6 @@ class Robot:
 
 
 def limit_warnings(warnings: list[str]) -> list[str]:
-    """Return at most `MAX_WARNINGS`, and a word about the others."""
+    """Return at most `MAX_WARNINGS`, and a note about the remaining ones."""
     more = len(warnings) - MAX_WARNINGS
     return [*warnings[:MAX_WARNINGS], f"and {more} more like these"] if more > 0 else warnings

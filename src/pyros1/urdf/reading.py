@@ -1,7 +1,7 @@
 """Reads descriptions of robots (URDF). Pure.
 
-Nothing is fetched from outside the text, and there are no entities (defusedxml). Elements that say nothing about where
-links are, such as visual and transmission, are passed over.
+Nothing is fetched from outside the text, and there are no entities (defusedxml). Elements that do not affect the poses
+of links, such as visual and transmission, are ignored.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from pyros1.tf.rotation import IDENTITY, Transform, Vector, from_angles
 from pyros1.urdf.model import MOVING, TYPES, Joint, Limit, Mimic, Robot, UrdfError, limit_warnings
 
 MAX_LENGTH = 64 << 20
-"""Most characters of a description."""
+"""Maximum number of characters of a description."""
 MAX_JOINTS = 100_000
 _MAX_HINT_NAMES = 1_000
-"""Most names that a misspelt one is compared with."""
+"""Maximum number of names that a misspelt one is compared with."""
 _MAX_HINTS = 5
-"""Most misspelt names that are compared, if each is only worth a warning."""
+"""Maximum number of misspelt names that are compared, if they only cause warnings."""
 _SPACE = "{http://www.ros.org/wiki/xacro}"
 
 
@@ -32,7 +32,7 @@ def read(text: str) -> Robot:
         text: the parameter robot_description.
 
     Raises:
-        UrdfError: it is no URDF, or an element is wrong.
+        UrdfError: it is not URDF, or an element is wrong.
     """
     root = _parse(text)
     links = _links(root)
@@ -179,7 +179,7 @@ def _check_mimics(joints: dict[str, Joint], warnings: list[str]) -> None:
             leader = joints.get(each.mimic.joint)
             if leader is None or leader.type not in MOVING:
                 hint = f": it is {leader.type}" if leader else ""
-                if leader is None and len(warnings) < _MAX_HINTS:  # to compare names takes long
+                if leader is None and len(warnings) < _MAX_HINTS:  # comparing names is slow
                     hint = did_you_mean(each.mimic.joint, list(joints)[:_MAX_HINT_NAMES])
                 warnings.append(
                     f"joint {_quoted(each.name)} mimics {_quoted(each.mimic.joint)}, which is not a movable joint{hint}"

@@ -1,4 +1,4 @@
-"""robot_state_publisher: places of links, from positions of joints (https://wiki.ros.org/robot_state_publisher)."""
+"""robot_state_publisher: poses of links, from positions of joints (https://wiki.ros.org/robot_state_publisher)."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from pyros1.urdf.tf_encoder import Batch
 
 _QUEUE = 100
 _LEAD_TIME = 500_000_000
-"""Nanoseconds by which places of fixed links on /tf are ahead of the time, so that they hold until the next ones."""
+"""Nanoseconds by which poses of fixed links on /tf are ahead of the time, so that they hold until the next ones."""
 _OLD_AGE = 30.0
-"""Seconds after which a message is so old that this is told."""
+"""Age in seconds from which an old message is logged."""
 _MAX_UNKNOWN = 1_000
-"""Most names in a message that are no joints of the robot."""
+"""Maximum number of names in a message that are not joints of the robot."""
 _MAX_JOINT_SETS = 32
-"""Most sets of joints in messages for which the layout of the answer is kept."""
+"""Maximum number of sets of joints in messages for which the layout of the answer is cached."""
 
 
 @dataclass(frozen=True)
@@ -38,9 +38,9 @@ class Settings:
     """The node's parameters.
 
     Attributes:
-        publish_frequency: most messages per second for a joint, at least 1.
-        ignore_timestamp: whether every message counts, also one that is older than the last one or comes too soon.
-        use_tf_static: whether fixed links are published once, on /tf_static; else again and again, on /tf.
+        publish_frequency: maximum number of messages per second for a joint, at least 1.
+        ignore_timestamp: whether every message is used, even one that is older than the last one or comes too soon.
+        use_tf_static: whether fixed links are published once, on /tf_static; otherwise repeatedly, on /tf.
         prefix: of the names of frames; empty for none.
     """
 
@@ -52,7 +52,7 @@ class Settings:
 
 @dataclass(frozen=True)
 class _JointSet:
-    """What messages with the same joints have in common.
+    """The common part of answers to messages with the same joints.
 
     Attributes:
         batch: the answer.
@@ -66,7 +66,7 @@ class _JointSet:
 
 
 class RobotStatePublisher:
-    """Publishes the places of a robot's links until the node ends.
+    """Publishes the poses of a robot's links until the node ends.
 
     Args:
         node: the node, which subscribes to joint_states.
@@ -136,7 +136,7 @@ class RobotStatePublisher:
         if places:
             self._moving.publish(AnyMsg(kind.batch.encode(stamp.secs, stamp.nsecs, places)))
         published.update(dict.fromkeys(names, at))
-        if len(published) > 2 * self._max_joints:  # somebody makes up names
+        if len(published) > 2 * self._max_joints:  # a sender makes up names
             self._published = {}
 
     def _refuse(self, names: Sequence[str], positions: Sequence[float]) -> None:

@@ -1,6 +1,6 @@
 """Transforms encoded as tf2_msgs/TFMessage, many times per second. Pure.
 
-A message of a hundred joints is encoded in a fifth of the time that message objects take: its frames' names are always
+A message with a hundred joints is encoded in a fifth of the time that message objects take: its frame names are always
 the same, so only times and numbers are written.
 """
 
@@ -14,14 +14,14 @@ from pyros1.tf.rotation import Transform
 _STAMP = struct.Struct("<II")
 _NUMBERS = struct.Struct("<7d")
 _SEQ = 4
-"""Bytes of a header before its stamp: the number, which stays 0."""
+"""Bytes of a header before its stamp: the sequence number, which stays 0."""
 
 
 class Batch:
-    """A message with the places of some links.
+    """A message with the poses of some links.
 
     Args:
-        edges: parent, child, and the function that gives the place of the child at a position of the joint.
+        edges: parent, child, and the function that returns the pose of the child at a position of the joint.
     """
 
     def __init__(self, edges: Iterable[tuple[str, str, Callable[[float], Transform]]]) -> None:

@@ -19,13 +19,14 @@ from typing import Any
 from pyros1.ground.errors import Error
 
 _MAX_DEPTH = 50
-"""Most levels of nesting: each takes several nested calls in Python, which limits them."""
+"""Maximum number of levels of nesting: each takes several nested calls in Python, which limits them."""
 _MAX_COPIES = 50_000
-"""Most values that aliases and merge keys may stand for, all together; a long text counts more than once."""
+"""Maximum number of values that aliases and merge keys may stand for, all together; a long text counts more than
+once."""
 _TEXT_UNIT = 100
 """Characters of a text that count as one value, for the limit above."""
 _MAX_INTEGER_DIGITS = 200
-"""Most characters of an integer: no field holds 2^64, and Python is slow with thousands of digits."""
+"""Maximum number of characters of an integer: no field holds 2^64, and Python is slow with thousands of digits."""
 _MAX_QUOTED = 60
 """Characters of a wrong value that an error message quotes."""
 

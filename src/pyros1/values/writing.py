@@ -18,7 +18,7 @@ def dump(value: Any, *, inline: Callable[[Any], bool], ordered: bool = False) ->
 
     Args:
         value: see `pyros1.values.dump_yaml`.
-        inline: returns whether a list or dict is written in brackets; everything inside it is, then, too.
+        inline: returns whether a list or dict is written in brackets; then everything inside it is as well.
         ordered: dicts keep their order; otherwise their keys are sorted.
 
     Raises:

@@ -1,4 +1,4 @@
-"""Services that programs of rosbridge provide, through the server's node."""
+"""Services that rosbridge clients provide, through the server's node."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ Answer = Callable[[Any], Message]
 
 
 class ClientServices:
-    """The services, by full name. Of several clients that provide one, the last to advertise it gets the calls.
+    """The services, by full name. If several clients provide one, the last to advertise it gets the calls.
 
-    So a client that comes back after its connection broke has its service again, although the server may learn only
-    seconds later that the old connection is dead. Callers notice nothing of the change. While the master is slow to
-    answer for one service, clients can provide and end others.
+    So a client that reconnects has its service again, although the server may notice only seconds later that the old
+    connection is dead. Callers do not notice the change. While the master is slow to answer for one service, clients
+    can provide and end other services.
 
     Args:
         node: returns the server's node.
@@ -29,8 +29,8 @@ class ClientServices:
 
     def __init__(self, node: Callable[[], Node]) -> None:
         self._node = node
-        self._lock = threading.Lock()  # of the table of locks
-        self._locks: WeakValueDictionary[str, threading.Lock] = WeakValueDictionary()  # of services that change
+        self._lock = threading.Lock()  # guards the table of locks
+        self._locks: WeakValueDictionary[str, threading.Lock] = WeakValueDictionary()  # of services being changed
         self._services: dict[str, _Service] = {}
 
     def provide(self, name: str, cls: type[Service], answer: Answer) -> Callable[[], None]:
@@ -42,10 +42,10 @@ class ClientServices:
             answer: called with each request, in threads of the node; returns the response.
 
         Returns:
-            A function that provides it no longer, unless another client does by now.
+            A function that stops providing it, unless another client provides it by now.
 
         Raises:
-            NodeError: the server's node itself provides it.
+            NodeError: the server's own node provides it.
         """
         with self._lock_of(name):
             service = self._services.get(name)
@@ -60,12 +60,12 @@ class ClientServices:
         return lambda: self._unprovide(name, answer)
 
     def _lock_of(self, name: str) -> threading.Lock:
-        """Return the lock of a service, which lasts as long as somebody has or awaits it."""
+        """Return the lock of a service, which exists as long as a thread holds it or waits for it."""
         with self._lock:
             return self._locks.setdefault(name, threading.Lock())
 
     def _is_registered(self, name: str, service: _Service) -> bool:
-        """Return whether the master names our node; another node may provide the service meanwhile."""
+        """Return whether the service is registered for our node; another node may have taken it over."""
         try:
             return Graph(self._node().master).service_uri(name) == service.server.uri
         except MasterUnreachableError:

@@ -23,26 +23,26 @@ from pyros1.observe.decoder import Decoder
 from pyros1.web.server.threads import ThreadPool
 
 _MAX_LATCHED = 100
-"""Most publishers of a topic whose latched messages are kept."""
+"""Maximum number of publishers of a topic whose latched messages are kept."""
 MAX_BYTES = 32 << 20
-"""Most bytes of a publisher's messages that wait for slow listeners, and of a topic's latched messages that are kept;
-but one always is."""
+"""Maximum bytes of a publisher's messages that wait for slow listeners, and of a topic's latched messages that are
+kept; but one always is."""
 _LINK_GRACE = 1.0
-"""Seconds after a message within which its link may not be listed yet: within a process it brings the message first."""
+"""Seconds for which a message's link may not be listed yet: within a process, the message arrives first."""
 _MAX_CONCURRENT = 16
-"""Most topics that are subscribed to at the same time; more wait."""
+"""Maximum number of concurrent attempts to subscribe; more wait."""
 _view = numpy_view(np)
 Listener = Callable[["Arrival"], object]
-"""Called with each message, in a thread of the node. It must be quick, and raises nothing."""
+"""Called with each message, in a thread of the node. It must be quick and must not raise."""
 
 
 class Arrival:
-    """A message that has come.
+    """A received message.
 
     Attributes:
         raw: its bytes and its connection's header.
-        time: when it came, in seconds of the node's clock.
-        at: when it came, in seconds of `time.monotonic`.
+        time: when it was received, in seconds of the node's clock.
+        at: when it was received, in seconds of `time.monotonic`.
     """
 
     __slots__ = ("_arrays", "_decoder", "_message", "at", "raw", "time")
@@ -66,7 +66,7 @@ class Arrival:
 
     @property
     def message(self) -> Message:
-        """The decoded message; it is decoded once, whoever asks.
+        """The decoded message; it is decoded only once.
 
         Raises:
             MessageError: the publisher sent no usable definition, or the bytes are not such a message.
@@ -77,17 +77,17 @@ class Arrival:
 
     @property
     def checked_message(self) -> Message:
-        """The decoded message, with all fields that its type has here, of the same types.
+        """The decoded message, checked to have all fields of the type installed here, with the same types.
 
         Raises:
-            MessageError: as `message`; or the type is another one at its publisher, or is not known here.
+            MessageError: as `message`; or the publisher's type differs, or is not known here.
         """
         self._check_fields()
         return self.message
 
     @property
     def arrays(self) -> Message:
-        """The same with numpy arrays of numbers, which take no more memory than their bytes: maps have many cells.
+        """The same with numpy arrays of numbers, which need no more memory than the raw bytes: maps have many cells.
 
         Raises:
             MessageError: as `checked_message`.
@@ -107,7 +107,7 @@ class Arrival:
 def _has_installed_fields(cls: type[Message]) -> bool:
     """Return whether a class has all fields of the class of the same name that is installed here.
 
-    Checksums do not tell: they are the same for a message and an array of such messages.
+    Checksums cannot show that: they are the same for a message and an array of such messages.
     """
     classes = (cls, load_message(cls._type))
     fields, installed = (dict(zip(each.__slots__, each._slot_types, strict=True)) for each in classes)
@@ -118,14 +118,14 @@ def _has_installed_fields(cls: type[Message]) -> bool:
 class Hub:
     """The subscriptions.
 
-    To subscribe may take as long as the master is away. So other threads do it, and nobody waits who does not want to.
+    Subscribing may block for as long as the master is unreachable, so it is done in other threads.
 
     Args:
         subscribe: subscribes to undecoded messages of a topic; returns a subscriber. It may raise Error.
         now: returns the time of the node's clock in seconds.
-        start: runs a function that may wait.
-        wait_for_publishers: waits briefly until the registered publishers of a topic are connected; gets the topic and
-            the subscriber.
+        start: runs a function that may block.
+        wait_for_publishers: waits briefly until the registered publishers of a topic are connected; called with the
+            topic and the subscriber.
     """
 
     def __init__(
@@ -149,18 +149,18 @@ class Hub:
         Args:
             topic: the topic's full name.
             listener: see `Listener`.
-            ready: called once, from any thread, when the topic is subscribed to and its publishers are reached, or when
+            ready: called once, from any thread, when the subscription exists and its publishers are connected, or when
                 that was not possible.
 
-        A topic that is latched has a message already; the listener is called with it at once, in this thread.
+        If a latched message is available, the listener is called with it immediately, in this thread.
 
         Returns:
-            A function that ends this. The listener may be called once more meanwhile.
+            A function that ends this. The listener may still be called once meanwhile.
         """
         with self._lock:
             known = self._feeds.get(topic)
             feed = self._feeds[topic] = known or _Feed(self._now)
-            token, late_listener = feed.add_listener(listener)  # before the first message can come
+            token, late_listener = feed.add_listener(listener)  # before the first message can arrive
         if ready is not None:
             feed.call_when_ready(ready)
         if known is None:
@@ -173,9 +173,9 @@ class Hub:
         try:
             subscriber = self._subscribe(topic, feed.arrived)
             if feed.opened(subscriber):
-                with suppress(Error):  # the master has gone since then
+                with suppress(Error):  # the master became unreachable meanwhile
                     self._wait_for_publishers(topic, subscriber)
-        except Error:  # the node has ended, or the topic's name is not legal
+        except Error:  # the node has shut down, or the topic's name is invalid
             with self._lock:
                 if self._feeds.get(topic) is feed:
                     del self._feeds[topic]
@@ -199,7 +199,7 @@ class Hub:
 
 
 class _LateListener:
-    """A listener that gets the latched messages before those that come meanwhile, in another thread.
+    """A listener that gets the latched messages before those that arrive meanwhile in another thread.
 
     Args:
         listener: the listener.
@@ -219,7 +219,7 @@ class _LateListener:
         self._listener(arrival)
 
     def catch_up(self) -> None:
-        """Call the listener with all that waits; it gets what comes later at once."""
+        """Call the listener with all queued messages; later ones are passed on immediately."""
         while True:
             with self._lock:
                 if not self._waiting:
@@ -234,16 +234,16 @@ class _Feed:
         self._now = now
         self._decoder = Decoder()
         self._lock = threading.Lock()
-        self._latched: dict[str, Arrival] = {}  # by publisher, the newest at the end
+        self._latched: dict[str, Arrival] = {}  # by publisher, the newest last
         self._listeners: dict[object, Listener] = {}
-        self._listeners_snapshot: tuple[Listener, ...] | None = ()  # all of them; None: they have changed
+        self._listeners_snapshot: tuple[Listener, ...] | None = ()  # all listeners; None: they have changed
         self._subscriber: Any = None
         self._largest_size = 0
         self._ended = self._is_ready = False
         self._ready_callbacks: list[Callable[[], object]] = []
 
     def opened(self, subscriber: Any) -> bool:
-        """Take the subscriber, or end it if nobody listens any more; return whether somebody does."""
+        """Store the subscriber, or end it if there are no listeners any more; return whether there are."""
         with self._lock:
             if not self._ended:
                 self._subscriber = subscriber
@@ -253,7 +253,7 @@ class _Feed:
         return False
 
     def call_when_ready(self, ready: Callable[[], object]) -> None:
-        """Call a function once when `set_ready` has been called."""
+        """Call a function once `set_ready` has been called."""
         with self._lock:
             if not self._is_ready:
                 self._ready_callbacks.append(ready)
@@ -261,7 +261,7 @@ class _Feed:
         ready()
 
     def set_ready(self) -> None:
-        """Note that the topic is subscribed to, or cannot be."""
+        """Note that the subscription exists, or has failed."""
         with self._lock:
             self._is_ready = True
             callbacks, self._ready_callbacks = self._ready_callbacks, []
@@ -269,7 +269,7 @@ class _Feed:
             ready()
 
     def end(self) -> None:
-        """Listen no more."""
+        """Stop listening."""
         with self._lock:
             self._ended, self._listeners, self._listeners_snapshot = True, {}, ()
             subscriber, self._subscriber = self._subscriber, None
@@ -278,13 +278,13 @@ class _Feed:
         self.set_ready()
 
     def _limit(self) -> None:
-        """Let fewer messages wait if they are large."""
+        """Reduce the queue if messages are large."""
         max_messages = MAX_BYTES // max(1, self._largest_size)
         if self._subscriber is not None and max_messages < self._subscriber.queue_size:
             self._subscriber.set_queue_size(max(1, max_messages))
 
     def add_listener(self, listener: Listener) -> tuple[object, _LateListener | None]:
-        """Add a listener; return its place, and what lets it catch up with the latched messages, if there are some."""
+        """Add a listener; return its token, and the object to catch up with latched messages, if there are any."""
         token = object()
         with self._lock:
             if self._latched and self._subscriber is not None:
@@ -293,7 +293,7 @@ class _Feed:
                 new = monotonic() - _LINK_GRACE
                 self._latched = {
                     name: each
-                    for name, each in self._latched.items()  # each connection has a header of its own
+                    for name, each in self._latched.items()  # each connection has its own header
                     if any(header is each.raw._connection_header for header in headers)
                     or (name not in names and each.at > new)
                 }
@@ -303,7 +303,7 @@ class _Feed:
             return token, late_listener
 
     def remove_listener(self, token: object) -> bool:
-        """Remove a listener; return whether there are others, or it was not one."""
+        """Remove a listener; return whether others remain, or it was not registered."""
         with self._lock:
             was_listening = self._listeners.pop(token, None) is not None
             self._listeners_snapshot = None

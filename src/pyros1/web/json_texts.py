@@ -1,4 +1,4 @@
-"""JSON from clients, as values that are not nested so deeply that code which calls itself fails on them. Pure."""
+"""JSON from clients, limited in nesting so that recursive code does not fail on it. Pure."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import json
 from typing import Any
 
 MAX_DEPTH = 200
-"""Most levels of arrays and objects. Messages and parameters have a few; XML-RPC takes 100."""
+"""Maximum levels of arrays and objects. Messages and parameters have a few; XML-RPC allows 100."""
 
 
 def loads(text: str | bytes) -> Any:
-    """Return the value of a text.
+    """Return the value of a JSON text.
 
     Raises:
         ValueError: it is not JSON, or is nested too deeply.
     """
     try:
         value = json.loads(text)
-    except RecursionError:  # some versions of Python stop at a depth of their own, others read any
+    except RecursionError:  # some versions of Python have their own limit of depth, others have none
         raise ValueError("nested too deeply") from None
     openings = text.count("[") + text.count("{") if isinstance(text, str) else text.count(b"[") + text.count(b"{")
     if openings > MAX_DEPTH and _is_deep(value):

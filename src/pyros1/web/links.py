@@ -1,4 +1,4 @@
-"""Links to the page, and the note that a running server leaves so that other commands find it."""
+"""Links to the page, and the file that a running server leaves so that other commands find it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def panel_link(link: str, panel: str, settings: Mapping[str, Any]) -> str:
     Args:
         link: the page's link, with its token.
         panel: the panel's name; empty for the first.
-        settings: what the panel shows; see its module in ``page/panels``.
+        settings: settings of the panel; see its module in ``page/panels``.
     """
     if not settings:
         return f"{link}#{panel}" if panel else link
@@ -37,7 +37,7 @@ def layout_link(link: str, name: str, tree: Mapping[str, Any]) -> str:
 
     Args:
         link: the page's link, with its token.
-        name: what the layout is called.
+        name: name of the layout.
         tree: ``{"panel": ..., "settings": {...}}``, or ``{"split": "row" or "column", "sizes": [...], "parts": [...]}``
             of such trees.
     """
@@ -46,15 +46,15 @@ def layout_link(link: str, name: str, tree: Mapping[str, Any]) -> str:
 
 
 def link_file(home: Path, master_uri: str) -> Path:
-    """Return the place of the note about the server for a master, in the folder of ROS's own files."""
+    """Return the path of the file about the server for a master, in the folder of ROS's own files."""
     uri = master_uri.rstrip("/")
     return home / "pyros1" / f"web-{sha256(uri.encode()).hexdigest()[:16]}.json"
 
 
 @contextlib.contextmanager
 def link_published(file: Path, link: str) -> Iterator[None]:
-    """Leave a note while a server runs, which only its user can read, since it has the token."""
-    with contextlib.suppress(OSError):  # then other commands start servers of their own
+    """Keep a file while a server runs, readable only by its user since it contains the token."""
+    with contextlib.suppress(OSError):  # then other commands start their own servers
         file.parent.mkdir(parents=True, exist_ok=True)
         file.unlink(missing_ok=True)
         descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
@@ -70,16 +70,17 @@ def link_published(file: Path, link: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def startup_lock(file: Path) -> Iterator[Callable[[], None]]:
-    """Let one program at a time look for a note and leave its own, so that of those that start together one serves all.
+    """Let one program at a time check for a server and start its own, so that concurrent ones share one server.
 
     Args:
-        file: the note.
+        file: the path from `link_file`.
 
     Yields:
-        A function that ends the turn; it ends with the context in any case. Who has waited for long goes on without.
+        A function that releases the lock early; leaving the context does so as well. After a long wait, the program
+        continues without the lock.
     """
     with contextlib.ExitStack() as stack:
-        with contextlib.suppress(OSError, ImportError):  # a folder that cannot be written; Windows
+        with contextlib.suppress(OSError, ImportError):  # a folder that is not writable; Windows
             import fcntl  # noqa: PLC0415 - Unix only
 
             file.parent.mkdir(parents=True, exist_ok=True)
@@ -96,7 +97,7 @@ def startup_lock(file: Path) -> Iterator[Callable[[], None]]:
 
 
 def running_link(file: Path) -> str | None:
-    """Return the link of the server that left a note, if it still answers."""
+    """Return the link in the file, if its server still answers."""
     try:
         link = json.loads(file.read_text(encoding="utf-8")[:_MAX_BYTES])["link"]
         base = link.partition("?")[0]

@@ -1,4 +1,4 @@
-"""Files of ROS packages by URI: meshes and textures of robots. Nothing outside of packages can be reached."""
+"""Files of ROS packages by URI: meshes and textures of robots. Nothing outside packages can be accessed."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from pyros1.finding.packages import PackageIndex, package_of
 from pyros1.ground.errors import Error
 
 MAX_SIZE = 64 << 20
-"""Bytes of the largest file that is read."""
+"""Maximum size of a file in bytes."""
 _MAX_URI_LENGTH = 2_000
 _INDEX_MAX_AGE = 10.0
-"""Seconds for which an index is believed that a package is not there."""
+"""Seconds for which a package that is missing from an index is assumed not to exist."""
 _FLAGS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # Windows has neither
 
 
 class FileError(Error):
-    """A URI leads to no file that may be read."""
+    """A URI does not lead to a readable file."""
 
 
 class PackageFiles:
     """The files of the packages.
 
     Args:
-        make_index: makes an index of the packages; it is made again when a package is not found, as it may be new, but
-            not all the time: to look for packages takes a while.
+        make_index: creates an index of the packages; repeated when a package is not found, as it may be new, but
+            not too often, since it takes a while.
         max_size: bytes.
-        clock: seconds.
+        clock: returns the time in seconds.
     """
 
     def __init__(
@@ -53,10 +53,10 @@ class PackageFiles:
 
         Args:
             uri: ``package://NAME/PATH``, or ``file:///PATH`` of a file in a package that is found by its name. The path
-                may contain neither ``..`` nor lead out of the package by a link.
+                may not contain ``..``, nor lead out of the package through a link.
 
         Raises:
-            FileError: there is no such file, or it may not be read.
+            FileError: the file does not exist, or may not be read.
         """
         package, parts = _split(uri)
         if not package:
@@ -71,13 +71,13 @@ class PackageFiles:
         path = os.path.realpath(os.path.join(os.sep, *parts))
         try:
             folder, name = package_of(Path(path))
-        except (OSError, RuntimeError):  # links that lead to each other
+        except (OSError, RuntimeError):  # circular links
             raise FileError(f"{uri} cannot be followed") from None
         try:
             found = os.path.realpath(self._folder(name))
         except FileError:
             found = ""
-        # A package that hides another one of its name is as good as not there, and so is a folder beside all packages.
+        # A package shadowed by another of its name counts as missing, and so does a folder outside all packages.
         if not found or os.path.realpath(folder) != found:
             raise FileError(f"{uri} is in no package that is found here")
         return path
@@ -100,7 +100,7 @@ class PackageFiles:
 
     def _read(self, uri: str, path: str) -> bytes:
         try:
-            # Links were resolved before; one that came in the meantime is not followed, and a pipe is not waited for.
+            # Links were resolved before; one created in the meantime is not followed, and a pipe does not block.
             with open(path, "rb", opener=lambda name, flags: os.open(name, flags | _FLAGS)) as file:
                 facts = os.fstat(file.fileno())
                 if not stat.S_ISREG(facts.st_mode):
@@ -123,7 +123,7 @@ def _split(uri: str) -> tuple[str, list[str]]:
     if not (parts.scheme == "package" and parts.netloc) and not (parts.scheme == "file" and not parts.netloc):
         raise FileError("only URIs of the form package://NAME/PATH, and file:///PATH within a package, are read")
     names = [name for name in unquote(parts.path).split("/") if name not in ("", ".")]
-    # A name of a package may become a path in a search for it.
+    # A package name may be used as a path when searching for it.
     if not names or any(name in (".", "..") or set(name) & set("\\\0/:") for name in (parts.netloc, *names)):
         raise FileError("this leads to no file of a package")
     return parts.netloc, names

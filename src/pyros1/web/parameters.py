@@ -1,4 +1,4 @@
-"""The parameters, as far as pages may see them."""
+"""The parameters that pages may see."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ _HIDDEN = object()
 
 
 class Parameters:
-    """The parameters. Of a namespace, only those in it are there that pages may see.
+    """The parameters. A namespace contains only those that pages may see.
 
     Args:
-        master: whose parameters they are.
+        master: the master with the parameters.
         access: what pages may see.
-        check_visible: raises an error that says that pages may not see a name.
+        check_visible: raises an error if pages may not see a name.
     """
 
     def __init__(self, master: MasterClient, access: Access, check_visible: Callable[[str], None]) -> None:
@@ -48,11 +48,11 @@ class Parameters:
             if name == "/":
                 return {}
             self._check_visible(name)
-            return {}  # a namespace that may be seen, with nothing in it that may
+            return {}  # a visible namespace with nothing visible in it
         return value
 
     def has(self, name: str) -> bool:
-        """Return whether a parameter is set that pages may see; a namespace is if something in it is."""
+        """Return whether a visible parameter is set; a namespace is set if something in it is."""
         name = _full(name)
         if not self._access.topics:
             return self._master.has_param(name)
@@ -69,7 +69,7 @@ class Parameters:
         """Set a parameter, or replace all those in a namespace.
 
         Raises:
-            RequestError: pages may not see all that would be set, or replaced.
+            RequestError: pages may not see everything that would be set or replaced.
             MasterUnreachableError: the master does not answer.
         """
         name = _full(name)
@@ -81,7 +81,7 @@ class Parameters:
         """Delete a parameter, or all those in a namespace.
 
         Raises:
-            RequestError: pages may not see all of that.
+            RequestError: pages may not see everything that would be deleted.
             ParameterNotSetError: it is not set.
             MasterUnreachableError: the master does not answer.
         """
@@ -98,7 +98,7 @@ class Parameters:
         return value if self._access.may_see(name or "/") else _HIDDEN
 
     def _check_all(self, name: str, value: Any = _HIDDEN) -> None:
-        """Check that all parameters in a value may be seen; without one, in that which the master has."""
+        """Check that all parameters in a value may be seen; without a value, those in the master's value."""
         if not self._access.topics:
             return
         if value is _HIDDEN:
@@ -106,7 +106,7 @@ class Parameters:
             path = ""
             for part in filter(None, name.split("/")):
                 if not isinstance(known, dict):
-                    self._check_visible(path)  # a value in whose place there would be a namespace
+                    self._check_visible(path)  # a value that a namespace would replace
                     return
                 if part not in known:
                     self._check_visible(name)

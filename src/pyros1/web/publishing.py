@@ -1,4 +1,4 @@
-"""Topics that pages publish on."""
+"""The topics on which pages publish."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from pyros1.node import Node
 from pyros1.web.server.wire import RequestError
 
 _CONNECT_TIMEOUT = 2.0
-"""Seconds that the subscribers of a topic have to connect before its first message."""
+"""Seconds to wait for subscribers to connect before the first message of a topic."""
 IDLE, IDLE_LATCHED = 120.0, 3600.0
-"""Seconds after its last message until a publisher ends. What is latched is for those who come later."""
+"""Seconds without messages after which a publisher ends. Latched messages are kept for later subscribers."""
 MAX_PUBLISHERS = 100
-"""Most topics that are published at the same time; beyond that, the one that was used least recently ends."""
+"""Maximum number of topics published at the same time; beyond that, the least recently used one ends."""
 
 
 class _Key(NamedTuple):
@@ -34,7 +34,7 @@ class Publishing:
     Args:
         node: returns the server's node.
         find: returns the class of a type; it raises MessageError.
-        clock: seconds.
+        clock: returns the time in seconds.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class Publishing:
         self._find = find
         self._clock = clock
         self._lock = threading.Lock()
-        # With the time of the last use; the one that was used least recently is the first.
+        # With the time of the last use; the least recently used one is first.
         self._publishers: dict[_Key, tuple[Any, float]] = {}
 
     def publish(self, topic: str, type_name: str, value: Any, latch: bool = False) -> int:
@@ -56,16 +56,16 @@ class Publishing:
         Args:
             topic: the topic's full name.
             type_name: the type, for example ``std_msgs/Float64``.
-            value: the message as JSON; fields that are not named have their defaults.
-            latch: whether subscribers that come later get it, too.
+            value: the message as JSON; missing fields have their defaults.
+            latch: whether later subscribers get it as well.
 
         Returns:
             The number of subscribers that it was sent to.
 
         Raises:
-            MessageError: no such type, or a value does not fit its field.
+            MessageError: the type does not exist, or a value does not fit its field.
             NodeError: the server publishes the topic with another type.
-            RequestError: other nodes have the topic with another type.
+            RequestError: other nodes use the topic with another type.
         """
         node = self._node()
         cls = self._find(type_name)
@@ -76,10 +76,10 @@ class Publishing:
         return connections
 
     def advertise(self, topic: str, type_name: str) -> None:
-        """Let subscribers connect before the first message, which they would miss else.
+        """Let subscribers connect before the first message, which they would otherwise miss.
 
         Raises:
-            MessageError: no such type.
+            MessageError: the type does not exist.
             NodeError: the server publishes the topic with another type.
         """
         self._publisher(self._node(), topic, self._find(type_name), False)
@@ -96,7 +96,7 @@ class Publishing:
                 others.append(next(each for each in self._publishers if each not in others))
             removed = [self._publishers.pop(each) for each in others]
         _unregister_all(removed)
-        node.master.ping()  # to advertise would wait for a master that is away
+        node.master.ping()  # advertising would wait for an unreachable master
         _check_type(node, topic, cls._type)
         try:
             publisher = node.advertise(topic, cls, latch=latch)
@@ -105,20 +105,20 @@ class Publishing:
         with self._lock:
             existing, _ = self._publishers.setdefault(key, (publisher, self._clock()))
         if existing is not publisher:
-            publisher.unregister()  # another page was quicker
+            publisher.unregister()  # another page was faster
             return existing
-        # All of them: else only the quickest would get the first message.
+        # All of them: otherwise only the fastest would get the first message.
         publisher.wait_for_subscribers(len(Graph(node.master).state().subscribers.get(topic, ())), _CONNECT_TIMEOUT)
         return publisher
 
     def end(self, topic: str) -> None:
-        """Publish a topic no more."""
+        """Stop publishing on a topic."""
         with self._lock:
             removed = [self._publishers.pop(key) for key in list(self._publishers) if key.topic == topic]
         _unregister_all(removed)
 
     def clean_up(self) -> None:
-        """End those that have not been used for a while."""
+        """End publishers that have not been used for a while."""
         now = self._clock()
         with self._lock:
             idle = {key: now - used for key, (_, used) in self._publishers.items()}
@@ -127,14 +127,14 @@ class Publishing:
         _unregister_all(removed)
 
     def close(self) -> None:
-        """End all."""
+        """End all publishers."""
         with self._lock:
             removed, self._publishers = list(self._publishers.values()), {}
         _unregister_all(removed)
 
 
 def _check_type(node: Node, topic: str, kind: str) -> None:
-    """Refuse a type that those who have the topic do not take: the master would tell everybody of it."""
+    """Reject a type that differs from that of the topic's other nodes: registering it would affect all of them."""
     graph = Graph(node.master)
     state = graph.state()
     others = {*state.publishers.get(topic, ()), *state.subscribers.get(topic, ())} - {node.name}

@@ -1,4 +1,4 @@
-"""What the views need of the robot: the server's node, questions to the master, messages, and the log."""
+"""Access to the robot for the views: the server's node, requests to the master, messages, and the log."""
 
 from __future__ import annotations
 
@@ -29,27 +29,27 @@ from pyros1.web.transforms.console import Console
 from pyros1.web.types import Types
 
 RETRY_DELAY = 1.0
-"""Seconds between two looks for a master."""
+"""Seconds between checks for a master."""
 _TOPICS_AGE = 0.5
-"""Seconds for which the master's list of topics is believed."""
+"""Seconds for which the master's list of topics is cached."""
 _SMALL_QUEUE, _MEDIUM_QUEUE, _LARGE_QUEUE = 10, 100, 2_000
-"""Most messages that wait for slow views: of types for pictures and clouds, of unknown types, and of others."""
+"""Maximum number of messages queued for slow views: of pictures and clouds, of unknown types, and of other types."""
 _CONNECT_TIMEOUT = 0.5
-"""Seconds in which publishers that are there have to be reached; who waits for that waits no longer."""
+"""Maximum seconds to wait until existing publishers are connected."""
 _CALLER = "/pyros1_web"
 
 
 class Robot:
-    """The robot. It waits for a master for as long as there is none, and goes on when it comes back.
+    """The robot. It waits until a master is running, and continues when the master comes back.
 
     Args:
-        master_uri: the master.
+        master_uri: URI of the master.
         access: what pages may see and do.
-        make_node: makes the server's node; it raises MasterUnreachableError at once if no master answers.
+        make_node: creates the server's node; it raises MasterUnreachableError immediately if no master answers.
 
     Attributes:
-        movers: which view publishes joint states on a topic: of several pages, the first.
-        when_killed: called, from any thread, when someone else has told the server's node to end.
+        movers: the view that publishes joint states, by topic: the first of several pages.
+        when_killed: called, from any thread, when the server's node was shut down by another program.
     """
 
     def __init__(self, master_uri: str, access: Access, make_node: Callable[[], Node]) -> None:
@@ -77,7 +77,7 @@ class Robot:
         self._thread = threading.Thread(target=self._start, name="web: looks for the master", daemon=True)
 
     def start(self) -> None:
-        """Look for the master, in a thread."""
+        """Start looking for the master, in a thread."""
         self._thread.start()
 
     @property
@@ -85,14 +85,14 @@ class Robot:
         """The server's node.
 
         Raises:
-            RequestError: there is none yet, or it has been told to end; the text says why.
+            RequestError: it does not exist yet, or has been shut down; the text says why.
         """
         if self._node is None or self.problem:
             raise RequestError(self.problem)
         return self._node
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait for the server's node; return whether it is there.
+        """Wait for the server's node; return whether it exists.
 
         Args:
             timeout: seconds; None for no limit.
@@ -108,25 +108,25 @@ class Robot:
         self.check_running()
         try:
             name = self.full_name(topic)
-        except InvalidNameError:  # of another node's topic; no messages come
+        except InvalidNameError:  # of another node's topic; no messages arrive
             name = FullName(topic)
         self.check_visible(name)
         return self._hub.listen(name, listener, ready)
 
     def full_name(self, name: str) -> FullName:
-        """Return the full name of a client's name, with the server's remappings applied once.
+        """Return the full form of a name from a client, with the server's remappings applied once.
 
         Raises:
-            InvalidNameError: the name is not legal.
+            InvalidNameError: the name is invalid.
             RequestError: there is no master yet.
         """
         return FullName(self.node.resolve(name))
 
     def type_of(self, topic: str, expected: str = "") -> str:
-        """Return the type of a topic; ``*`` if nobody has told it.
+        """Return the type of a topic; ``*`` if it is unknown.
 
-        What the master said some moments ago counts only if it is a type, and the one that is wanted: else a program
-        would not know a topic that another one has just begun.
+        The master's cached answer counts only if it is a type, and the expected one: else a client would not know a
+        topic that another one has just advertised.
 
         Args:
             topic: its full name.
@@ -149,10 +149,10 @@ class Robot:
         return ""
 
     def check_running(self) -> None:
-        """Check that the server goes on.
+        """Check that the server is still running.
 
         Raises:
-            RequestError: it ends.
+            RequestError: it is shutting down.
         """
         if self._closed.is_set():
             raise RequestError("the server is shutting down")
@@ -167,19 +167,19 @@ class Robot:
             raise RequestError(f"{name} is not among those that this server shows (--topics)")
 
     def clean_up(self) -> None:
-        """End what has not been used for a while. To be called now and then."""
+        """Close what has not been used for a while. Call this periodically."""
         self.publishing.clean_up()
 
     def close(self) -> None:
-        """End all, also what waits for a master that is away. Again does no harm."""
+        """Close everything, including what waits for an unreachable master. It may be called repeatedly."""
         self._closed.set()
         self.master.close()
         if self._node is not None:
-            self._node.shutdown()  # first: threads may wait in it
+            self._node.shutdown()  # first: threads may be waiting in it
         if self._thread.is_alive():
             self._thread.join(5)
         if self._node is not None:
-            self._node.shutdown()  # it may have come meanwhile
+            self._node.shutdown()  # it may have been created meanwhile
         self.bags.close()
         self._hub.close()
         self.publishing.close()
@@ -199,7 +199,7 @@ class Robot:
                 self._closed.wait(RETRY_DELAY)
                 continue
             try:
-                with suppress(NodeError):  # it has ended while the master was away
+                with suppress(NodeError):  # it was shut down while the master was unreachable
                     self.console.start(node)
             except OSError as error:  # such as that no more files can be opened
                 self.problem = f"the server's node cannot start: {error}"
@@ -213,7 +213,7 @@ class Robot:
             return
 
     def _subscribe(self, topic: str, callback: Callable[[AnyMsg], object]) -> Any:
-        # Bounded: a view that is slow must not hold back the robot's publishers.
+        # Bounded: a slow view must not delay the robot's publishers.
         return self.node.subscribe(topic, AnyMsg, callback, queue_size=self._queue_size(topic))
 
     def _node_shut_down(self) -> None:
@@ -237,7 +237,7 @@ class Robot:
 
 
 class _CachedGraph(Graph):
-    """Asks for topics once a second at most, however many curves look for theirs."""
+    """Caches the list of topics briefly, however many curves look for theirs."""
 
     def __init__(self, master: MasterClient) -> None:
         super().__init__(master)

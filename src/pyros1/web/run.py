@@ -1,4 +1,4 @@
-"""Runs the server until it is told to end."""
+"""Runs the server until it is told to exit."""
 
 from __future__ import annotations
 
@@ -12,24 +12,24 @@ from pyros1.web.server.access import Access
 from pyros1.web.server.server import WebServer
 
 _SHUTDOWN_TIMEOUT = 10.0
-"""Seconds that the end may take."""
+"""Maximum seconds for the shutdown."""
 
 
 def run_server(robot: Robot, access: Access, host: str, port: int, started: Callable[[int], object]) -> bool:
-    """Run until SIGINT or SIGTERM, which only the main thread gets, or until somebody tells the server's node to end.
+    """Run until SIGINT or SIGTERM, which only the main thread gets, or until the server's node is told to shut down.
 
     Args:
-        robot: what the pages are about; it is started here, and closed at the end.
-        access: who may come in.
+        robot: the robot that pages view; it is started here, and closed at the end.
+        access: the access rules.
         host: name or address of the interface.
-        port: 0 for any.
-        started: called with the port when pages can come.
+        port: 0 for any free port.
+        started: called with the port when pages can connect.
 
     Returns:
-        Whether somebody told the node to end.
+        Whether the node was told to shut down.
 
     Raises:
-        OSError: the port cannot be had.
+        OSError: the port is not available.
     """
     try:
         return asyncio.run(_serve(robot, access, host, port, started))
@@ -50,7 +50,7 @@ async def _serve(robot: Robot, access: Access, host: str, port: int, started: Ca
     def killed() -> None:
         nonlocal was_killed
         was_killed = True
-        with contextlib.suppress(RuntimeError):  # it has ended already
+        with contextlib.suppress(RuntimeError):  # it has already ended
             loop.call_soon_threadsafe(ended.set)
 
     robot.when_killed = killed

@@ -1,4 +1,4 @@
-"""Calls of services, which may take long: each connection has its own, and they end with it."""
+"""Service calls, which may take long: each connection has its own, and they end with it."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from pyros1.node import Node
 from pyros1.web.server.wire import RequestError
 
 MAX_CONCURRENT_CALLS = 16
-"""Most calls of a connection that run at the same time."""
+"""Maximum number of concurrent calls of a connection."""
 
 
 class ServiceExchanges:
-    """The calls of one connection."""
+    """The service calls of one connection."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()

@@ -1,6 +1,6 @@
-"""The system as the master and the nodes describe it: who exists, who is connected to whom, and how much flows.
+"""The system as described by the master and the nodes: what exists, how it is connected, and the traffic.
 
-Nothing is subscribed to for that: nodes count what they send over each connection (``getBusStats``,
+This needs no subscriptions: nodes count what they send over each connection (``getBusStats``,
 https://wiki.ros.org/ROS/Slave_API).
 """
 
@@ -21,17 +21,17 @@ from pyros1.ground.terminal_text import untrusted
 from pyros1.web.transforms.rates import Rate, Track
 
 NODE_TIMEOUT = 1.0
-"""Seconds that a node has to describe itself."""
+"""Timeout of requests to a node in seconds."""
 _MAX_CONNECTIONS = 100_000
-"""Most connections of a node that are counted."""
+"""Maximum number of connections of a node that are counted."""
 
 
 _LENGTH = 4
-"""Bytes that say how long a message is, which nodes count, too."""
+"""Bytes of a message's length prefix, which nodes count as well."""
 
 
 class Flow(NamedTuple):
-    """What a node has sent on a connection since it was made: messages, and their bytes."""
+    """The messages that a node has sent since a connection was made, and their bytes."""
 
     topic: str
     number: Any
@@ -46,11 +46,11 @@ class _NodeReport(NamedTuple):
 
 
 class System:
-    """Describes the system, again and again.
+    """Describes the system repeatedly.
 
     Args:
-        graph: questions to the master.
-        clock: seconds, for rates.
+        graph: requests to the master.
+        clock: returns the time in seconds, for rates.
     """
 
     def __init__(self, graph: Graph, clock: Callable[[], float] = monotonic) -> None:
@@ -67,16 +67,16 @@ class System:
         """Return a description, for JSON.
 
         Args:
-            max_age: seconds; a description that is younger is good enough.
+            max_age: seconds; a younger description is reused.
 
         Returns:
             - nodes: name -> URI; silent: names of those that do not answer
             - topics: name -> type, publishers, subscribers, and hz and bytes per second: null while
-              they are not known yet, missing if nobody counts
+              they are not known yet, missing if no node counts them
             - services: name -> nodes
             - edges: topic, publisher, subscriber, messages per second or null
-            - missing: topic, publisher, subscriber, where a connection should be, and was not at the last look either:
-              new nodes need a moment
+            - missing: topic, publisher, subscriber, for connections that should exist, but were missing at the
+              last two checks, as new nodes need a moment
 
         Raises:
             MasterUnreachableError: the master does not answer.
@@ -84,7 +84,7 @@ class System:
         latest = self._latest
         if not self._lock.acquire(blocking=latest is None):
             assert latest is not None
-            return latest  # others ask already, and that may take a while
+            return latest  # another thread is asking already, which may take a while
         try:
             if self._latest is None or self._clock() - self._described_at >= max_age:
                 self._latest = self._collect()
@@ -155,11 +155,11 @@ def _bus_stats(node: NodeApi) -> Any:
     try:
         return node.bus_stats()
     except Error:
-        return None  # roslisp, rosserial and others do not have it
+        return None  # roslisp, rosserial and others do not support it
 
 
 def flows(stats: Any) -> list[Flow]:
-    """Read the publications in what ``getBusStats`` returned; what is not as it should be is left out."""
+    """Read the publications in the result of ``getBusStats``; malformed ones are left out."""
     found: list[Flow] = []
     publications = stats[0] if isinstance(stats, list) and stats else None
     for entry in publications if isinstance(publications, list) else ():
@@ -168,7 +168,7 @@ def flows(stats: Any) -> list[Flow]:
                 for connection in connections[:_MAX_CONNECTIONS]:
                     match connection:
                         case [number, int() | float() as size, int() | float() as count, *_] if (
-                            isfinite(size) and isfinite(count)  # floats are numbers that are too large for XML-RPC
+                            isfinite(size) and isfinite(count)  # numbers too large for XML-RPC are sent as floats
                         ):
                             bodies = max(0, int(size) - _LENGTH * int(count))
                             found.append(Flow(untrusted(topic), number, int(count), bodies))
@@ -176,7 +176,7 @@ def flows(stats: Any) -> list[Flow]:
 
 
 _Tracks = dict[tuple[str, Any], Track]
-"""Topic and number of a connection -> what was counted on it."""
+"""Topic and number of a connection -> its counts."""
 
 
 def _update_tracks(previous: _Tracks, report: _NodeReport) -> _Tracks:
@@ -189,7 +189,7 @@ def _update_tracks(previous: _Tracks, report: _NodeReport) -> _Tracks:
 
 
 def _rates(tracks: _Tracks) -> dict[str, dict[Any, Rate | None]]:
-    """Return topic -> connection -> rate, None for one that is not known yet."""
+    """Return topic -> connection -> rate, None while unknown."""
     found: dict[str, dict[Any, Rate | None]] = {}
     for (topic, number), track in tracks.items():
         found.setdefault(topic, {})[number] = track.rate()
@@ -200,7 +200,7 @@ _Rates = dict[str, dict[str, dict[Any, "Rate | None"]]]
 
 
 def _flow(topic: str, rates: _Rates) -> dict[str, float | None]:
-    """Return what flows on a topic: each of its subscribers gets all messages of a publisher, so one counts."""
+    """Return the traffic of a topic: each subscriber gets all messages of a publisher, so only one is counted."""
     of_publishers = [node_rates[topic].values() for node_rates in rates.values() if node_rates.get(topic)]
     if not of_publishers:
         return {}
@@ -227,10 +227,10 @@ def _edges(reports: dict[str, _NodeReport], reported: Mapping[str, set[Edge]], r
 def _match_rates(
     connections: list[Connection], by_number: Mapping[Any, Rate | None]
 ) -> Iterable[tuple[Connection, Rate | None]]:
-    """Yield connections of a topic with their rates. Some nodes number them alike in both tables, others do not."""
+    """Yield connections of a topic with their rates. Not all nodes use the same numbers in both tables."""
     if {str(connection.id) for connection in connections} == {str(number) for number in by_number}:
         by_text = {str(number): rate for number, rate in by_number.items()}
         return [(connection, by_text[str(connection.id)]) for connection in connections]
     if len(connections) == len(by_number):
         return zip(connections, by_number.values(), strict=True)
-    return []  # one has come or gone between the two questions
+    return []  # one was added or removed between the two requests

@@ -1,4 +1,4 @@
-"""Types of messages that are not installed here: their publishers send the definitions."""
+"""Message types that are not installed here: their publishers send the definitions."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ if TYPE_CHECKING:
 
 _MESSAGE_TIMEOUT = 2.0
 _PACKAGES_MAX_AGE = 5.0
-"""Seconds for which a list of packages is believed."""
+"""Seconds for which a list of packages is cached."""
 _MAX_LEARNED = 1_000
 
 
 class Types:
-    """Finds classes of messages.
+    """Finds message classes.
 
     Args:
         listen: see `pyros1.web.robot.Robot.listen`.
-        timeout: seconds in which a message has to come.
+        timeout: seconds to wait for a message.
     """
 
     def __init__(
@@ -42,15 +42,15 @@ class Types:
         self._packages_listed_at = float("-inf")
 
     def packages(self) -> list[str]:
-        """Return the names of the packages with definitions that are installed, as they were some seconds ago."""
-        with self._lock:  # to look takes a while, and pages ask with each key
+        """Return the names of installed packages with definitions, cached for some seconds."""
+        with self._lock:  # this takes a while, and pages ask on each keystroke
             if monotonic() - self._packages_listed_at >= _PACKAGES_MAX_AGE:
                 self._packages = generated.finder().library.packages()
                 self._packages_listed_at = monotonic()
             return self._packages
 
     def find(self, name: str) -> type[Message]:
-        """Return the class of a type that is installed, or was learned.
+        """Return the class of a type that is installed or was learned.
 
         Raises:
             UnknownTypeError: it is neither.
@@ -62,11 +62,11 @@ class Types:
     def find_on(self, topic: str, name: str) -> type[Message]:
         """Return the class of a type; learn it from a message of a topic if it is not installed.
 
-        It is learned each time, since another publisher may have another definition. If no message comes soon, what was
-        learned before counts.
+        It is learned each time, since another publisher may have another definition. If no message arrives soon, the
+        last learned definition is used.
 
         Raises:
-            UnknownTypeError: it is not installed, no message of the topic comes soon, and none has come before.
+            UnknownTypeError: it is not installed, no message arrives soon, and none has arrived before.
             DefinitionError: its definition is wrong.
             MessageError: the publisher's definition cannot be used.
             RequestError: there is no master yet, or pages may not see the topic.

@@ -17,7 +17,7 @@ DATA0, DATAN = 0, 1
 SMALLEST_SIZE, LARGEST_SIZE = 64, 65507
 MAX_BLOCKS = 0xFFFF
 MAX_BYTES = 1 << 30
-"""Most blocks of a message that is accepted from a peer."""
+"""Maximum number of blocks of a message that is accepted from a peer."""
 _HEAD = struct.Struct("<IBBH")
 _SIZE = struct.Struct("<I")
 
@@ -53,7 +53,7 @@ class Assembler:
         connection: the connection's number; datagrams with another one are ignored.
 
     Attributes:
-        lost: messages that were begun and not completed.
+        lost: messages that were started but not completed.
     """
 
     def __init__(self, connection: int) -> None:

@@ -15,7 +15,7 @@ import struct
 from pyros1.ground.errors import ProtocolError
 
 MAX_MESSAGE_SIZE = 1_000_000_000
-"""Largest frame accepted, in bytes: the limit that roscpp has too."""
+"""Largest frame accepted, in bytes: the same limit as roscpp."""
 
 _unpack_size = struct.Struct("<I").unpack_from
 _TRUSTED_GROWTH = 1 << 20
@@ -29,8 +29,8 @@ class FrameBuffer:
     """Receive buffer of one link.
 
     Args:
-        capacity: most bytes received in one go while frames are small. An idle link needs less: the buffer begins
-            small and grows when it is filled.
+        capacity: maximum number of bytes received in one go while frames are small. An idle link needs less: the
+            buffer begins small and grows when it is filled.
         limit: largest accepted frame body in bytes.
         first: bytes that arrived together with the connection header.
 
@@ -125,7 +125,8 @@ class FrameBuffer:
         return data
 
     def take_bodies(self, frames: list[tuple[int, int]]) -> list[bytes]:
-        """Return the bodies of complete frames, each by itself; no position stays valid. There must be at least one."""
+        """Return the bodies of complete frames, as separate objects; no position stays valid. There must be at least
+        one."""
         bodies = [bytes(self.view[start:stop]) for start, stop in frames]
         self._taken(frames)
         return bodies

@@ -1,4 +1,4 @@
-"""Who may talk to whom: the rules of the TCPROS connection headers, for topics and services.
+"""Which programs may connect to each other: the rules of the TCPROS connection headers, for topics and services.
 
 A connecting side sends a header; the accepting side answers with its own, or with the single field ``error`` and
 closes. Rules (https://wiki.ros.org/ROS/TCPROS):

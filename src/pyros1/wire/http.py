@@ -34,8 +34,8 @@ class HttpLimits(NamedTuple):
     """Limits on what a peer may send.
 
     Attributes:
-        head: most bytes of a first line with all header fields.
-        body: most bytes of a body.
+        head: maximum bytes of a first line with all header fields.
+        body: maximum bytes of a body.
     """
 
     head: int = 16 * 1024
@@ -101,12 +101,12 @@ class _Parser(Generic[MessageT]):
 
     @property
     def buffered(self) -> int:
-        """Number of bytes held for an incomplete message."""
+        """Number of bytes kept for an incomplete message."""
         return len(self._buffer) + len(self._chunks)
 
     @property
     def in_message(self) -> bool:
-        """Whether a message has begun and is not complete."""
+        """Whether a message has started and is not complete."""
         return bool(self._buffer) or self._state is not _State.HEAD
 
     def feed(self, data: bytes | bytearray | memoryview) -> None:
@@ -264,7 +264,7 @@ class _Parser(Generic[MessageT]):
         return None
 
     def _line(self, limit: int) -> bytes | None:
-        """Take a line without its end, None if it is not complete."""
+        """Return the next line without its line break, None if it is not complete."""
         end = self._buffer.find(b"\n")
         if (end if end >= 0 else len(self._buffer)) > limit:
             raise HttpError("an HTTP line that is too long")
@@ -283,7 +283,7 @@ class _Parser(Generic[MessageT]):
         if self._expected:
             self._state = _State.CHUNK
         else:
-            self._expected = self._limits.head  # most bytes of the trailer
+            self._expected = self._limits.head  # maximum bytes of the trailer
             self._state = _State.TRAILER
 
     def _chunk(self) -> None:
@@ -346,10 +346,10 @@ class ResponseParser(_Parser[Response]):
         return _State.UNTIL_EOF
 
     def eof(self) -> Response | None:
-        """Take note that the peer has closed its side.
+        """Record that the peer has closed its side.
 
         Returns:
-            The answer that ends with the connection, None if none had begun.
+            The answer that ends with the connection, None if none had started.
 
         Raises:
             HttpError: an answer was cut off.

@@ -7,10 +7,10 @@ messages and for services, shared memory for large messages. Pure.
 * On that socket follow headers and frames as over TCP. The publisher's header has one field more, ``token``, and comes
   with a descriptor of another socket, the *control socket*.
 * Services need no question: beside the port of ``rosrpc://host:port`` a provider listens on a Unix socket whose name is
-  made of the key and that URI. Whoever finds none there takes TCP. The first request may come with the client's header.
-* A large message's body is in a *block* of shared memory; its frame is a reference, which begins with the token. Over
-  the control socket come the blocks, each before the first reference to it, and go the numbers of the references that
-  the subscriber has done with: until then the publisher leaves the block as it is.
+  made of the key and that URI. A client that finds none there uses TCP. The first request may come with the client's
+header. * A large message's body is in a *block* of shared memory; its frame is a reference, which begins with the
+  token. Over the control socket come the blocks, each before the first reference to it, and go the numbers of the
+  references that the subscriber no longer needs: until then the publisher leaves the block as it is.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from pyros1.ground.errors import ProtocolError, SettingError
 PROTOCOL = "PYROS1-LOCAL"
 TOKEN_SIZE = 16
 MAX_RECORD = 4096
-"""Most bytes of a record on the control socket."""
+"""Maximum number of bytes of a record on the control socket."""
 
 _REFERENCE = struct.Struct(f"<{TOKEN_SIZE}sQIIQQQ")
 _BLOCK = struct.Struct("<IQ")
@@ -73,7 +73,7 @@ def decode_reference(token: bytes, body: bytes) -> Reference | None:
 
 
 def encode_block(number: int, size: int) -> bytes:
-    """Return the record that comes with a block's descriptor; or, of size 0, says that the block is used no more."""
+    """Return the record that comes with a block's descriptor; or, of size 0, says that the block is no longer used."""
     return _BLOCK.pack(number, size)
 
 
@@ -95,7 +95,7 @@ def encode_release(number: int) -> bytes:
 
 
 def decode_releases(record: bytes) -> Iterable[int]:
-    """Return the numbers of the references that are given back; what is incomplete is left out."""
+    """Return the numbers of the references that are given back; an incomplete one is left out."""
     return (number for (number,) in _NUMBER.iter_unpack(record[: len(record) // _NUMBER.size * _NUMBER.size]))
 
 
@@ -105,12 +105,12 @@ def offer(key: str) -> list[Any]:
 
 
 def is_offered(protocols: list[Any], key: str) -> bool:
-    """Tell whether a subscriber that can share memory with programs of that key has offered to do so."""
+    """Return whether a subscriber that can share memory with programs of that key has offered to do so."""
     return bool(key) and [PROTOCOL, key] in protocols
 
 
 def is_local_enabled(setting: str) -> bool:
-    """Tell whether PYROS1_TRANSPORTS has the local transport.
+    """Return whether PYROS1_TRANSPORTS has the local transport.
 
     Args:
         setting: such as ``local,tcp``; empty: the usual ones.

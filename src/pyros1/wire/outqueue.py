@@ -1,6 +1,6 @@
 """Frames that wait for a slow link: bounded, oldest dropped whole, never a torn frame.
 
-States of a frame: *waiting* (may still be dropped), *begun* (some of its bytes are on the wire: must be finished) and
+States of a frame: *waiting* (may still be dropped), *begun* (partly sent: must be finished) and
 gone. At most one frame is begun. The limit counts waiting frames only.
 
 A signal handler that raises may end any of these methods at any point. So the bytes sent are noted in `sent_bytes`
@@ -49,7 +49,7 @@ class OutQueue:
     """Queue of the frames of one link that the socket did not take at once.
 
     Args:
-        limit: most frames that may wait, None or 0 for no limit.
+        limit: maximum number of frames that may wait, None or 0 for no limit.
 
     Attributes:
         dropped: number of frames dropped so far.

@@ -30,7 +30,7 @@ def encode_failure(reason: str) -> bytes:
 
 
 def decode_response_head(head: bytes | bytearray, limit: int = MAX_MESSAGE_SIZE) -> tuple[bool, int]:
-    """Return (ok, length of the body) from a response, of which at least RESPONSE_HEAD_SIZE bytes are there.
+    """Return (ok, length of the body) from a response, of which at least RESPONSE_HEAD_SIZE bytes have arrived.
 
     Raises:
         ProtocolError: the body would be larger than ``limit`` bytes.

@@ -14,7 +14,7 @@ struct                  dict with str keys
 nil                     None (read only: ROS has no null)
 ======================  =======================================
 
-What a peer sends is parsed by defusedxml's expat parser with document types forbidden, so that there are no entities
+Received bytes are parsed by defusedxml's expat parser with document types forbidden, so that there are no entities
 to expand. A table says which elements each element may hold. Depth and number of values are limited. Plain messages,
 nearly all of them, take the short cut of ``xmlrpc_scan``, with the same result.
 """
@@ -33,7 +33,7 @@ MAX_DEPTH: Final = 100
 """Deepest nesting of arrays and structs, read or written."""
 
 MAX_VALUES: Final = 1_000_000
-"""Most values (elements of any kind) in one body that is read."""
+"""Maximum number of values (elements of any kind) in one body that is read."""
 
 _HEAD: Final = "<?xml version='1.0'?>\n"
 _MIN_INT: Final = -(2**31)
@@ -51,7 +51,7 @@ class PreparedList(list[Any]):
 
 
 class PreparedDict(dict[str, Any]):
-    """The same for a dict."""
+    """A dict that is sent often, like the list above."""
 
     __slots__ = ("text",)
 
@@ -407,6 +407,6 @@ def loads_response(body: bytes) -> Any:
     text = value.get("faultString") if isinstance(value, dict) else None
     if code is None or text is None:
         raise ProtocolError("not an XML-RPC message: a fault without faultCode and faultString")
-    if not isinstance(code, int):  # there are servers that send words
+    if not isinstance(code, int):  # some servers send words
         code, text = 0, f"{code}: {text}"
     raise XmlRpcFault(code, str(text))

@@ -31,7 +31,7 @@ _MEMBER: Final = re.compile(
     <value>[ \t\n]*<(string|int|i4|double|boolean)>([^<&]*)</\2>[ \t\n]*</value>[ \t\n]*</member>""",
     re.VERBOSE,
 )
-"""What most of a big struct consists of; `_TOKEN` would match it too."""
+"""The main content of big structs; `_TOKEN` would match it as well."""
 _HEAD: Final = r"(?:<\?xml[ ]version=['\"]1\.0['\"](?:[ ]encoding=['\"](?i:utf-8)['\"])?[ ]?\?>)?[ \t\n]*"
 _CALL: Final = re.compile(_HEAD + r"<methodCall>[ \t\n]*<methodName>([^<&]*)</methodName>[ \t\n]*<params>")
 _CALL_END: Final = re.compile(r"[ \t\n]*</params>[ \t\n]*</methodCall>[ \t\n]*\Z")
@@ -143,7 +143,7 @@ def scan_call(body: bytes, convert: Converters, max_depth: int, max_values: int)
     Args:
         convert: type element -> conversion of its text.
         max_depth: deepest nesting.
-        max_values: most values.
+        max_values: maximum number of values.
     """
     try:
         text = _decode(body)

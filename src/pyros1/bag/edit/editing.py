@@ -171,7 +171,7 @@ def split(
         count: number of messages after which a new part begins.
         cipher: encrypts the new bags.
         repeat_latched: whether each part begins with the last message of each latched connection, at its first time.
-        progress: called with the number of bytes that are done, before compression.
+        progress: called with the number of bytes processed so far, before compression.
 
     Returns:
         The paths of the parts.
@@ -210,7 +210,7 @@ def split(
 
 @contextmanager
 def _part(path: str, compression: str, cipher: Cipher | None) -> Iterator[BagWriter]:
-    """Give a new bag, which gets its name when it is complete, and is removed after an error."""
+    """Yield a new bag, which gets its final name when it is complete, and is removed after an error."""
     writer = BagWriter(f"{path}.tmp", compression, cipher=cipher)
     try:
         yield writer

@@ -16,7 +16,7 @@ from pyros1.ground.terminal_text import one_line
 from pyros1.msgs import load_message
 
 Migration = tuple[Class, Class | None, list[Missing]]
-"""An outdated type: its class, its present class or None, and the missing rules."""
+"""An outdated type: its class, its current class or None, and the missing rules."""
 
 
 def make_migrator(rules: Iterable[str]) -> Migrator:
@@ -88,7 +88,7 @@ class Migrated:
 
         Args:
             path: the file.
-            progress: called with the number of bytes of the old bag that are done.
+            progress: called with the number of bytes of the old bag processed so far.
 
         Raises:
             BagError: a bag cannot be read or written, or a message cannot be converted.

@@ -1,6 +1,6 @@
-"""Converts messages of old bags to present definitions (L139, L140), by rule files, or without rules where possible.
+"""Converts messages of old bags to current definitions (L139, L140), by rule files, or without rules where possible.
 
-A rule file (.bmr) is a Python program that the user names: it is executed, as stock does. It holds subclasses of
+A rule file (.bmr) is a Python program that the user names: it is executed, as in stock. It holds subclasses of
 `MessageUpdateRule`, each of which converts messages of one old definition to a newer one.
 """
 
@@ -54,7 +54,7 @@ class MessageUpdateRule:
         raise NotImplementedError(f"{self.location}: the rule for {self.old_type} has no update()")
 
     def get_new_class(self, name: str) -> Class:
-        """Return the class of a type that the new definition uses, or is.
+        """Return the class of the new definition, or of a type that it uses.
 
         Args:
             name: with its package, or without the definition's own.
@@ -65,7 +65,7 @@ class MessageUpdateRule:
         return self._used_by(self.new_class, name)
 
     def get_old_class(self, name: str) -> Class:
-        """Return the class of a type that the old definition uses; see `get_new_class`."""
+        """Return the class of the old definition, or of a type that it uses; see `get_new_class`."""
         return self._used_by(self.old_class, name)
 
     def _used_by(self, cls: Class, name: str) -> Class:
@@ -92,7 +92,7 @@ class Migrator:
     """Converts messages by rules.
 
     Args:
-        load: returns the present class of a type; raises MessageError if there is none.
+        load: returns the current class of a type; raises MessageError if there is none.
     """
 
     def __init__(self, load: Callable[[str], Class]) -> None:
@@ -120,7 +120,7 @@ class Migrator:
             raise BagError(path, f"the rules cannot be used: {type(error).__name__}: {error}") from error
 
     def target(self, old: Class) -> Class | None:
-        """Return the present class for an old one, by rules if the type was renamed; None if there is none."""
+        """Return the current class for an old one, by rules if the type was renamed; None if there is none."""
         cls, steps = old, 0
         while (rule := self.rules.get(_key(cls))) is not None and steps < _MAX_STEPS:
             cls, steps = rule.new_class, steps + 1

@@ -20,7 +20,7 @@ class ReindexResult:
 
     Attributes:
         messages: number of messages in the new bag.
-        lost: number of complete messages that are not: their connection is missing, or their time is invalid.
+        lost: number of complete messages that are missing there: they have no connection, or an invalid time.
         damages: places in the old bag that could not be read.
     """
 

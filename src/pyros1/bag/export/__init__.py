@@ -1,1 +1,1 @@
-"""Converts bags to files for other programs: pictures, videos, MCAP, ROS 2 bags; and the last two to bags."""
+"""Converts bags to pictures, videos, MCAP files and ROS 2 bags, and the last two to bags."""

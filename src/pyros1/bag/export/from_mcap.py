@@ -43,7 +43,7 @@ def import_ros1(
             if progress is not None:
                 progress(reader.position)
         for channel in reader.channels.values():
-            done.number(channel)  # also those without messages
+            done.number(channel)  # including those without messages
         result = done.result
         result.messages, result.topics = writer.messages, len({each.topic for each in writer.connections.values()})
         if result.skipped and not result.topics:

@@ -75,7 +75,7 @@ class _Import:
             number, convert = numbers[connection.id]
             try:
                 body = convert(data)
-            except Exception as error:  # as above
+            except Exception as error:  # see above
                 where = f"message on {connection.topic} at {time / 1e9:.6f} ({connection.msgtype})"
                 raise BagError(str(self._reader.paths[0]), f"{where} cannot be converted: {error}") from error
             self._writer.write(number, time, body)

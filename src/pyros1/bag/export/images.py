@@ -40,7 +40,7 @@ def pixels(message: Any, *, mosaic: bool = False) -> Pixels:
 
     Returns:
         An array of shape (height, width) with the raw numbers, or (height, width, 3 or 4) with red, green, blue and
-        opacity.
+        alpha.
 
     Raises:
         MessageError: the encoding is unknown, or the message is shorter than its size says.
@@ -70,7 +70,7 @@ def to_8_bits(image: Pixels) -> Pixels:
         return (image >> 8).astype(np.uint8)
     finite = np.isfinite(image)
     low, high = (float(image[finite].min()), float(image[finite].max())) if finite.any() else (0.0, 0.0)
-    with np.errstate(all="ignore"):  # the difference of the largest numbers is none
+    with np.errstate(all="ignore"):  # the difference of the largest numbers overflows
         scaled = np.zeros(image.shape) if high <= low else (np.where(finite, image, low) - low) * (255.0 / (high - low))
         return np.rint(scaled).astype(np.uint8)
 

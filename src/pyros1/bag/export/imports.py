@@ -28,7 +28,7 @@ def import_bag(
         target: the new bag; replaced if it exists.
         compression: ``none``, ``bz2`` or ``lz4``.
         is_selected: returns whether to import a topic.
-        progress: called with the number of bytes done.
+        progress: called with the number of bytes processed so far.
 
     Raises:
         BagError: the source cannot be read or converted.
@@ -37,7 +37,7 @@ def import_bag(
     path = Path(source)
     if not path.exists():
         raise FileNotFoundError(2, "No such file or directory", str(path))
-    if path.is_fifo():  # to open it would block for ever
+    if path.is_fifo():  # opening it would block forever
         raise BagError(str(path), "this is a pipe; bags can only be read from files")
     if path.is_dir() and not (path / "metadata.yaml").exists():
         raise BagError(str(path), "this is not a ROS 2 bag: the folder has no metadata.yaml")
@@ -53,7 +53,7 @@ def import_bag(
                 return import_ros1(reader, target, compression=compression, is_selected=is_selected, progress=progress)
     for file in sorted(path.glob("*.mcap")) if path.is_dir() else [path] if path.suffix == ".mcap" else []:
         with McapReader(file) as reader:
-            reader.check()  # since rosbags does not check what it reads
+            reader.check()  # since rosbags does not check its input
     from pyros1.bag.export.from_ros2 import import_ros2  # noqa: PLC0415 - rosbags is slow to load, and not always needed
 
     return import_ros2(path, target, compression=compression, is_selected=is_selected, progress=progress)

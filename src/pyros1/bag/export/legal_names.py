@@ -1,4 +1,4 @@
-"""Names that ROS 2 allows, for types that it does not know; readers of ROS 2 refuse other names.
+"""Names that ROS 2 allows, for types that it does not know; readers of ROS 2 refuse all others.
 
 The rules are those of ROS 2's interface definitions
 (https://docs.ros.org/en/jazzy/Concepts/Basic/About-Interfaces.html): packages and fields are in lower case with single
@@ -53,7 +53,7 @@ class LegalNames:
         return legal
 
     def types(self, types: Typesdict) -> Typesdict:
-        """Return types with names that ROS 2 allows, also for their fields and constants."""
+        """Return types with names that ROS 2 allows, including those of their fields and constants."""
         # Legal names come first, since they do not change.
         for name in sorted(types, key=lambda name: not _is_legal(name)):
             self.type(name)

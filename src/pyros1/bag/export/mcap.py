@@ -111,7 +111,7 @@ class Cursor:
         return self._at < len(self._data)
 
     def take(self, size: int) -> memoryview:
-        """Take some bytes.
+        """Read some bytes.
 
         Raises:
             RecordError: there are too few bytes; the same holds for the other methods.
@@ -123,20 +123,20 @@ class Cursor:
         return self._data[begin:end]
 
     def number(self, form: struct.Struct) -> int:
-        """Take a number."""
+        """Read a number."""
         value: int = form.unpack(self.take(form.size))[0]
         return value
 
     def block(self) -> memoryview:
-        """Take bytes that have their length in front."""
+        """Read bytes that are preceded by their length."""
         return self.take(self.number(U32))
 
     def text(self) -> str:
-        """Take a string; bytes that are not UTF-8 become surrogate escapes."""
+        """Read a string; bytes that are not UTF-8 become surrogate escapes."""
         return bytes(self.block()).decode("utf-8", "surrogateescape")
 
     def mapping(self) -> dict[str, str]:
-        """Take a map of strings."""
+        """Read a map of strings."""
         inner = Cursor(self.block())
         found = {}
         while inner:
@@ -186,7 +186,7 @@ def check_index(index: Sequence[ChunkIndex], chunks: Mapping[int, ChunkIndex], l
     Args:
         index: the entries of the index.
         chunks: offset -> correct entry of the chunk there.
-        limit: most bytes of chunks that overlap in time, since a reader has all of them in memory.
+        limit: maximum number of bytes of chunks that overlap in time, since a reader has all of them in memory.
     """
     changes = []
     for declared in index:
@@ -219,7 +219,7 @@ def pack_text(text: str) -> bytes:
 
 
 def pack_block(data: bytes) -> bytes:
-    """Return bytes with their length in front."""
+    """Return bytes preceded by their length."""
     return U32.pack(len(data)) + data
 
 

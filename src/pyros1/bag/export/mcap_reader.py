@@ -110,7 +110,7 @@ class McapReader:
         """
         chunks: dict[int, ChunkIndex] = {}
         index: list[ChunkIndex] = []
-        summary: set[int] = set()  # where it may begin
+        summary: set[int] = set()  # possible positions of its start
         while True:
             offset = self.position
             op, content = self._next()

@@ -41,7 +41,7 @@ CHUNK_THRESHOLD = 1 << 20
 """Size in bytes above which a chunk is closed."""
 
 MAX_ID = (1 << 16) - 1
-"""Most channels and types: their numbers have 16 bits."""
+"""Maximum number of channels and types: their ids have 16 bits."""
 _PROFILE = "ros1"
 _LATCHING = {"1": "true", "0": "false"}
 _NOT_IN_METADATA = ("type", "message_definition")
@@ -114,7 +114,7 @@ class Ros1McapWriter:
             self._flush()
 
     def close(self) -> None:
-        """Write what is left, and the summary.
+        """Write the remaining data and the summary.
 
         Raises:
             OSError: the file cannot be written.
@@ -127,7 +127,7 @@ class Ros1McapWriter:
             self._file.close()
 
     def abort(self) -> None:
-        """Close the file as it is."""
+        """Close the file in its current state."""
         self._file.close()
 
     def _add(self, connection: Connection) -> int:

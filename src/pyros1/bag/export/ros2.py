@@ -45,7 +45,7 @@ class Ros2Writer:
         names: the names of types and fields.
 
     Raises:
-        OSError: the folder cannot be made.
+        OSError: the folder cannot be created.
     """
 
     def __init__(self, path: str | os.PathLike[str], storage: str = "sqlite3", distribution: str = "jazzy") -> None:
@@ -77,11 +77,11 @@ class Ros2Writer:
         except (TypesysError, SerdeError, WriterError, KeyError, UnicodeDecodeError) as error:
             where = f"message on {connection.topic} at {stored.time / 1e9:.6f} ({connection.type})"
             raise BagError(str(self.path), f"{where} cannot be converted: {error}") from error
-        except sqlite3.Error as error:  # its errors for a full disk and the like
+        except sqlite3.Error as error:  # its errors for a full disk and similar problems
             raise OSError(errno.EIO, str(error), str(self.path)) from error
 
     def close(self) -> None:
-        """Write what is left, and the metadata.
+        """Write the remaining data and the metadata.
 
         Raises:
             OSError: the file cannot be written.
@@ -92,7 +92,7 @@ class Ros2Writer:
             raise OSError(errno.EIO, str(error), str(self.path)) from error
 
     def abort(self) -> None:
-        """Close the files as they are."""
+        """Close the files in their current state."""
         self._writer.abort()
 
     def _add(self, connection: Connection) -> tuple[Ros2Connection, Convert]:
@@ -113,7 +113,7 @@ class Ros2Writer:
         try:
             return convert(stored.data)
         except SerdeError:
-            # It may have bytes behind its end, which do not matter.
+            # It may have extra bytes at its end, which do not matter.
             connection, data = stored.connection, stored.data
             try:
                 cls = self._classes.get(connection.type, connection.md5sum, connection.definition)
@@ -148,7 +148,7 @@ class McapWriter(Ros2Writer):
         super().__init__(self._file.with_name(f"{self._file.name}.parts"), "mcap", distribution)
 
     def close(self) -> None:
-        """Write what is left."""
+        """Write the remaining data."""
         super().close()
         (content,) = self.path.glob("*.mcap")
         os.replace(content, self._file)

@@ -54,7 +54,7 @@ def empty_store() -> Typestore:
 
 
 def adopt(target: Typestore, source: Typestore, name: str) -> None:
-    """Copy a type and the types that it uses from one store to another, unless they are there.
+    """Copy a type and the types that it uses from one store to another, unless they exist there.
 
     Raises:
         KeyError: a type is missing in the source.
@@ -88,7 +88,7 @@ def converter(source: Typestore, target: Typestore, name: str, target_name: str,
     Args:
         source: the store with `name`.
         target: the store with `target_name`.
-        to_ros2: whether to convert from ROS 1 to ROS 2, not back.
+        to_ros2: whether to convert from ROS 1 to ROS 2; otherwise back.
     """
     cache: dict[str, object] = {}
 

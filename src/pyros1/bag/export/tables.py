@@ -47,7 +47,7 @@ class Table:
         emit_row(emit, str(time), self._values(message))
 
     def _fields(self, cls: type[Message]) -> list[tuple[str, str, bool]]:
-        """Return (name, type of the elements, whether it is an array) of the fields that are shown."""
+        """Return (name, type of the elements, whether it is an array) of the fields that are printed."""
         found = self._slots.get(cls)
         if found is None:
             found = self._slots[cls] = []

@@ -1,4 +1,4 @@
-"""Videos from sensor_msgs/Image and CompressedImage; each frame is shown as long as in the bag."""
+"""Videos from sensor_msgs/Image and CompressedImage; each frame is displayed for as long as in the bag."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class VideoWriter:
             video.write(image, time)
 
     def close(self) -> None:
-        """Write what is left, and close the files.
+        """Write the remaining data, and close the files.
 
         Raises:
             OSError: the file cannot be written.
@@ -69,14 +69,14 @@ class VideoWriter:
                 video.finish()
 
     def abort(self) -> None:
-        """Close the files as they are."""
+        """Close the files in their current state."""
         for video in self._videos.values():
             with suppress(self._av.error.FFmpegError):
                 video.container.close()
 
     @contextmanager
     def _own_errors(self, topic: str) -> Iterator[None]:
-        """Turn PyAV's errors into those of open and write."""
+        """Convert PyAV's errors to those of open and write."""
         try:
             yield
         except self._av.error.FFmpegError as error:

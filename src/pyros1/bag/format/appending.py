@@ -15,7 +15,7 @@ def append(
 ) -> BagWriter:
     """Return a writer that adds chunks to a bag. An encrypted bag stays encrypted.
 
-    Until it is closed the bag has no index, as with a new one.
+    Until it is closed, the bag has no index, like a new one.
 
     Args:
         target, compression, chunk_threshold: as for `BagWriter`.

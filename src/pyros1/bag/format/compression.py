@@ -11,7 +11,7 @@ from pyros1.bag.format.records import LimitError, RecordError
 COMPRESSIONS = ("none", "bz2", "lz4")
 
 MAX_CHUNK = 1 << 31
-"""Largest content of a chunk that is written, in bytes."""
+"""Maximum size in bytes of the content of a chunk that is written."""
 
 
 def check_size(size: int, limit: int) -> None:
@@ -64,8 +64,8 @@ def decompress(compression: str, data: bytes, size: int, limit: int, *, partial:
         compression: the compression in the chunk's header.
         data: the stored bytes.
         size: size of the content in the chunk's header, in bytes.
-        limit: most bytes of content.
-        partial: whether the chunk may be cut off or damaged: then what can be read is returned.
+        limit: maximum number of bytes of content.
+        partial: whether the chunk may be cut off or damaged: then the readable part is returned.
 
     Raises:
         RecordError: the compression is unknown, the content is larger than the limit, or the bytes are damaged.
@@ -90,7 +90,7 @@ def _unpack(compression: str, data: bytes, size: int, partial: bool) -> bytes:
         unpacker = _lz4().LZ4FrameDecompressor()
     content = BytesIO()  # grows in place, and returns its bytes without a copy
     remaining = size
-    step = _SMALL if partial else _PIECE_SIZE  # so that what comes before a damaged part is not lost with it
+    step = _SMALL if partial else _PIECE_SIZE  # so that the data before a damaged part is not lost with it
     view = memoryview(data)
     try:
         for start in range(0, len(data), step):

@@ -78,7 +78,7 @@ class Messages:
         """Return the messages in order of time; with the same time, in their present order.
 
         Args:
-            ranks: connection id -> its rank: messages of the same time are then in the order of their ranks first.
+            ranks: connection id -> its rank: messages of the same time are then sorted by their ranks first.
         """
         times = self.times
         ordered = times if ranks is None else sorted(times)
@@ -110,7 +110,7 @@ class Messages:
         return transformed
 
 
-# Nearly all headers of messages have one of these two forms: that of Python's writers, and the sorted one of C++.
+# Nearly all message headers have one of these two forms: that of Python writers, and the sorted one of C++.
 _CONN_FIRST = (b"\x09\0\0\0conn=", b"\x04\0\0\0op=\x02\x0d\0\0\0time=")
 _OP_FIRST_FORM = struct.Struct("<I17sI9sIII")
 _CONN_FIRST_FORM = struct.Struct("<I9sI17sIII")
@@ -165,7 +165,7 @@ def read_content(data: bytes, *, partial: bool = False) -> tuple[Messages, dict[
         try:
             fields, start, stop = split_record(data, position)
             op = op_of(fields)
-            following = stop  # from here on the record's lengths are trusted, whatever else is wrong in it
+            following = stop  # from here on the record's lengths are trusted, even if other parts of it are wrong
             if op == OP_MESSAGE:
                 messages.add(u32(fields, "conn"), time_of(fields), position, start, stop)
             elif op == OP_CONNECTION:

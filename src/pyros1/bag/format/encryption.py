@@ -51,11 +51,11 @@ class Cipher:
         self._make_cipher: Callable[[bytes], Any] = lambda vector: ciphers.Cipher(algorithm, ciphers.modes.CBC(vector))
 
     def encrypt(self, data: bytes) -> bytes:
-        """Return bytes encrypted, with the initial vector in front."""
+        """Return bytes encrypted, preceded by the initialization vector."""
         return b"".join(self.encrypt_parts([data]))
 
     def encrypt_parts(self, parts: Iterable[Buffer]) -> list[bytes]:
-        """Yield the bytes in some parts, encrypted, in small parts."""
+        """Yield the encrypted bytes of some parts, in small parts."""
         vector = os.urandom(_BLOCK)
         encryptor = self._make_cipher(vector).encryptor()
         output, size = [vector], 0
@@ -69,7 +69,7 @@ class Cipher:
         """Return bytes decrypted.
 
         Args:
-            partial: whether they may be cut off: then what can be decrypted is returned.
+            partial: whether they may be cut off: then the part that can be decrypted is returned.
 
         Raises:
             RecordError: they were not encrypted with this key, or are damaged.
@@ -101,7 +101,7 @@ def new_cipher(user: str = _DEFAULT_USER) -> Cipher:
 
     Args:
         user: name, address or fingerprint of the gpg key that encrypts it; ``*``: the first key whose secret key gpg
-            has, too.
+            also has.
 
     Raises:
         KeyUnavailableError: gpg has no such key, or a program or package is not installed.
@@ -114,7 +114,7 @@ def new_cipher(user: str = _DEFAULT_USER) -> Cipher:
 
 
 def _own_fingerprint() -> tuple[str, str]:
-    """Return the fingerprint of the user's first key, and the name in it."""
+    """Return the fingerprint of the user's first key, and its user name."""
     fingerprint = ""
     for line in gpg("--batch", "--with-colons", "--list-secret-keys").decode(errors="replace").splitlines():
         fields = line.split(":")

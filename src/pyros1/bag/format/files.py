@@ -81,7 +81,7 @@ class Chunk:
         start: earliest time in it, in nanoseconds.
         end: latest time in it.
         counts: connection id -> number of messages.
-        loose: size in bytes of messages that are outside of chunks; 0: it is a chunk.
+        loose: size in bytes of messages that are outside of chunks; 0 for a chunk.
         whole: whether it is complete; if not, only a part of it can be read.
     """
 
@@ -113,14 +113,14 @@ class ChunkHeader:
         """Return the number of stored bytes to read: less than `stored` if the two lengths contradict each other.
 
         Args:
-            limit: largest content that is read.
+            limit: maximum size of the content.
         """
         size = min(self.size, limit)
         return min(self.stored, max(size + size // 32, _TRUSTED_SIZE))
 
 
 def name_of(target: str | os.PathLike[str] | IO[bytes]) -> str:
-    """Return a path as text; of an open file its name, for messages."""
+    """Return a path as text, or the name of an open file, for messages."""
     if isinstance(target, (str, os.PathLike)):
         return os.fspath(target)
     return str(getattr(target, "name", "<file object>"))
@@ -131,8 +131,8 @@ class BagFile:
 
     Args:
         source: path of the file, or an open binary file, which stays open when this is closed.
-        limit: largest content of a chunk, and message outside of chunks, that is read, in bytes; None: that of
-            the environment (`pyros1.bag.limits.chunk_limit`).
+        limit: maximum size in bytes of the content of a chunk, and of a message outside of chunks; None: that of the
+            environment (`pyros1.bag.limits.chunk_limit`).
 
     Attributes:
         limit: the limit in bytes.
@@ -141,7 +141,7 @@ class BagFile:
         header: the fields of the bag header.
         begin: offset of the first record after the bag header.
         cipher: decrypts the bag; None if it is not encrypted, or still locked.
-        bytes_read: number of bytes read so far; those read twice count twice.
+        bytes_read: number of bytes read so far; bytes read twice count twice.
 
     Raises:
         NotABagError: the file is not a bag.
@@ -157,10 +157,10 @@ class BagFile:
         if self._is_ours and stat.S_ISFIFO(os.stat(self.path).st_mode):
             raise NotABagError(
                 self.path, "this is a pipe; bags can only be read from files"
-            )  # to open it would block for ever
+            )  # opening it would block forever
         file: Any = FileIO(self.path, "rb") if self._is_ours else source
         self._file = file
-        self._place = threading.RLock()  # of the file: threads may read one bag at once
+        self._place = threading.RLock()  # guards the file: threads may read one bag concurrently
         try:
             self.size: int = file.seek(0, os.SEEK_END)
             self.version, behind = self._version()
@@ -175,7 +175,7 @@ class BagFile:
         try:
             return u64(self.header, "index_pos")
         except RecordError:
-            return 0  # as good as a bag without an index: all else of it can be read
+            return 0  # equivalent to a bag without an index: the rest of it can be read
 
     @property
     def encrypted(self) -> str:
@@ -200,7 +200,7 @@ class BagFile:
         """Return bytes of an unlocked bag, decrypted if they are encrypted.
 
         Args:
-            partial: whether they may be cut off: then what can be decrypted is returned.
+            partial: whether they may be cut off: then the part that can be decrypted is returned.
 
         Raises:
             RecordError: they are damaged.
@@ -230,7 +230,7 @@ class BagFile:
         return parts[0] if len(parts) == 1 else b"".join(parts)
 
     def prefetch(self, positions: Iterable[int]) -> None:
-        """Let the system fetch the records at some offsets, many at a time, before they are read one by one."""
+        """Make the system fetch the records at some offsets, many at a time, before they are read one by one."""
         if self._is_ours and hasattr(os, "posix_fadvise"):
             number = self._file.fileno()
             os.posix_fadvise(number, 0, 0, os.POSIX_FADV_RANDOM)  # not the bytes around them
@@ -240,7 +240,7 @@ class BagFile:
             os.posix_fadvise(number, 0, 0, os.POSIX_FADV_NORMAL)
 
     def record(self, position: int) -> tuple[Fields, int, int]:
-        """Return the record at an offset: its fields, the offset of its data, and their length by its header.
+        """Return the record at an offset: its fields, the offset of its data, and their length from its header.
 
         Raises:
             RecordError: there is no record, or its header is cut off.
@@ -300,7 +300,7 @@ class BagFile:
             yield connection, position
 
     def _block(self, position: int) -> tuple[bytes, int]:
-        """Return bytes that have their length in front, decrypted, and the offset behind them."""
+        """Return bytes that are preceded by their length, decrypted, and the offset behind them."""
         head = self.read(position, U32.size)
         size = U32.unpack(head)[0] if len(head) == U32.size else 0
         start = position + U32.size

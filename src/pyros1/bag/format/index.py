@@ -54,7 +54,7 @@ def read_index(file: BagFile) -> tuple[dict[int, Connection], list[Chunk]]:
 
 
 def check_old(file: BagFile, damages: Iterable[Damage]) -> None:
-    """Raise UnindexedError if a bag of version 1.2 is not complete, judging by the damages that were found in it."""
+    """Raise UnindexedError if a bag of version 1.2 is not complete, judging by the damage found in it."""
     if file.header and file.index_pos == 0:
         raise UnindexedError(file.path, _NOT_CLOSED)
     if file.index_pos > file.size:

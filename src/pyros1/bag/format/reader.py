@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from pyros1.bag.format.writer import BagWriter
 
 MAX_OPEN = 256 << 20
-"""Most bytes of chunks that are in memory at a time, for chunks that overlap in time."""
+"""Maximum number of bytes of chunks in memory at a time, for chunks that overlap in time."""
 
 
 class RawMessage(NamedTuple):
@@ -47,7 +47,7 @@ class RawMessage(NamedTuple):
 
 
 class PlacedMessage(NamedTuple):
-    """A stored message, and where it is.
+    """A stored message and its place.
 
     Attributes:
         connection, time, data: as in `RawMessage`.
@@ -79,12 +79,12 @@ class BagReader:
 
     Args:
         source: path of the file, or an open binary file, which stays open when this is closed.
-        unindexed: whether to read bags without a valid index, too: they are scanned first, as those of version 1.2
+        unindexed: whether to also read bags without a valid index: they are scanned first, as those of version 1.2
             always are.
         progress: called with the offset in bytes while the file is scanned.
-        chunk_limit: largest content of a chunk that is read, in bytes. None means the value of the environment variable
+        chunk_limit: maximum size in bytes of the content of a chunk. None means the value of the environment variable
             ``PYROS1_BAG_CHUNK_LIMIT``, in MiB, or else 256 MiB. For the memory needed, see `pyros1.bag.limits`.
-        written: what has been written so far into a bag that is not yet closed, in place of the index.
+        written: the data written so far into a bag that is not yet closed, instead of the index.
 
     Attributes:
         connections: connections by id.
@@ -114,7 +114,7 @@ class BagReader:
         self.damages: list[Damage] = []
         self.scanned = False
         self._old: OldConnections | None = None
-        self._positions: list[int] = []  # of the chunks in the index, sorted
+        self._positions: list[int] = []  # those of the chunks in the index, sorted
         try:
             if written is not None:
                 self.file.cipher = written.cipher
@@ -427,7 +427,7 @@ class _ChunkCache:
         cached = self._cache.get(chunk.pos)
         if cached is not None:
             if self._memory_size > MAX_OPEN // 2:
-                self._cache[chunk.pos] = self._cache.pop(chunk.pos)  # as the last one
+                self._cache[chunk.pos] = self._cache.pop(chunk.pos)  # as the most recently used one
             return cached
         content, found = self._reader.content(chunk)
         cached = self._cache[chunk.pos] = content, self._select(found)

@@ -18,7 +18,7 @@ from typing import NamedTuple
 MAGIC_20 = b"#ROSBAG V2.0\n"
 
 FIRST_LINE = re.compile(rb"#ROS[^\n]{0,32}? V(\d)\.(\d)\r?\n")
-"""The first line, in all versions; recorders before 2.0 wrote another word in it."""
+"""The first line, in all versions; recorders before 2.0 wrote a different word in it."""
 
 OP_DEFINITION = 0x01
 OP_MESSAGE = 0x02
@@ -32,7 +32,7 @@ BAG_HEADER_SIZE = 4096
 """Size in bytes of the bag header's fields and padding together; tools rewrite it in place, so all must agree."""
 
 MAX_HEADER = 1 << 24
-"""Longest record header that is accepted, in bytes; in version 1.2 it may hold a message definition."""
+"""Maximum size of a record header in bytes; in version 1.2 it may hold a message definition."""
 
 RECORD_OVERHEAD = 46
 """Number of bytes of a message's record without the message."""
@@ -41,10 +41,10 @@ MESSAGE_BEGINS = (b"\x04\0\0\0op=\x02\x09\0\0\0conn=", b"\x0d\0\0\0time=")
 """Bytes before and after the connection in the headers of messages that pyros1 writes."""
 
 MAX_CONNECTIONS = 1 << 16
-"""Most connections that are accepted. Each may take a thousand times as much memory as space in a compressed chunk."""
+"""Maximum number of connections. Each may take a thousand times as much memory as space in a compressed chunk."""
 
 _MAX_FIELDS = 4096
-"""Most fields of a header that are accepted. Small ones take twenty times their size in memory."""
+"""Maximum number of fields of a header. Small ones take twenty times their size in memory."""
 
 NS = 1_000_000_000
 MAX_TIME = (1 << 32) * NS - 1
@@ -217,7 +217,7 @@ def make_bag_header(
     """Return the bag header's record; index_pos 0 means that the bag is not closed.
 
     Args:
-        more: more fields, for an encrypted bag.
+        more: additional fields, for an encrypted bag.
 
     Raises:
         RecordError: they are too long.

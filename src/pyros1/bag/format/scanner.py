@@ -32,11 +32,11 @@ _LOOSE_SIZE = 1 << 20
 """Number of bytes of messages outside of chunks that are read at a time."""
 
 _SEARCH = 1 << 20
-"""Number of bytes that are searched at a time, and at first, since the next record may be near."""
+"""Number of bytes searched at a time, and in the first step, since the next record may be near."""
 _FIRST_SEARCH = 1 << 12
 
 _MAX_READ_FACTOR = 64
-"""Most times, on average, that the file's bytes are read: wrong lengths might each ask for the whole rest."""
+"""Maximum number of times, on average, that the file's bytes are read: each wrong length might claim the whole rest."""
 MIN_READ_BUDGET = 64 << 20
 
 _TRUSTED_SIZE = 1 << 16
@@ -80,7 +80,7 @@ class Scanner:
 
     Args:
         file: the bag.
-        progress: called with the offset in bytes, now and then.
+        progress: called occasionally with the offset in bytes.
 
     Attributes:
         connections: connections found so far, by id.
@@ -155,7 +155,7 @@ class Scanner:
             self._file.record(data + length)
 
     def _end_section(self) -> int:
-        """Read the end section of an encrypted bag, which has another form; return the offset behind it."""
+        """Read the end section of an encrypted bag, which has a different form; return the offset behind it."""
         for connection, _ in self._file.end_connections():
             self._define(connection)
         return self._file.size
@@ -248,7 +248,7 @@ class Scanner:
         self._is_credible(data, length)
         content = file.read(position, max(self._loose_size, data + length - position))
         messages, defined, used = self._split_loose(content)
-        # The size of a piece depends on how full of messages the earlier ones were.
+        # The size of a piece depends on the number of messages in the earlier ones.
         self._loose_size = _LOOSE_SIZE if 2 * used > len(content) else max(_FIRST_SEARCH, self._loose_size // 4)
         if not used:
             return None, self._damaged(position, "the message is cut off")

@@ -31,7 +31,7 @@ _BEGINS = re.compile(rb"...\0...\0(?:callerid|def|latching|md5|nsec|op|sec|topic
 """Pattern of the beginning of a message or definition record: two lengths below 16 MiB and the name of a field."""
 
 MAX_BEGIN_LENGTH = 17
-"""Most bytes that the pattern matches."""
+"""Maximum number of bytes that the pattern matches."""
 
 
 class OldConnections:
@@ -47,7 +47,7 @@ class OldConnections:
         self._definitions: dict[tuple[bytes, bytes], bytes] = {}
 
     def define(self, fields: Fields) -> None:
-        """Take a definition record."""
+        """Add a definition record."""
         definition = fields.get("def", b"")
         if len(self._definitions) >= MAX_CONNECTIONS:
             raise RecordError(f"the bag has more than {MAX_CONNECTIONS} definitions")

@@ -44,7 +44,7 @@ _ENTRY = struct.Struct("<III")
 _COUNT = struct.Struct("<II")
 
 _LARGE = 256 * 1024
-"""Size in bytes of a message that ends its chunk, if that is not compressed."""
+"""Size in bytes of a message that closes its chunk, unless that is compressed."""
 
 Entries = dict[int, bytes | bytearray]
 """Connection id -> data of its index record: time and offset in the content of each message, sorted by time.
@@ -55,7 +55,7 @@ Stock's readers do a binary search in it.
 
 @dataclass(frozen=True)
 class ExistingBag:
-    """What is in a bag to which a writer appends.
+    """The content of a bag to which a writer appends.
 
     Attributes:
         connections: its connections by id.
@@ -80,12 +80,13 @@ class BagWriter:
         compression: ``none``, ``bz2`` or ``lz4``.
         chunk_threshold: bytes, uncompressed, beyond which a chunk is closed.
         cipher: encrypts the bag; None for a plain bag.
-        existing: what is in the file already, which is kept; None for a new bag. See `pyros1.bag.format.appending`.
+        existing: the existing content of the file, which is kept; None for a new bag. See
+            `pyros1.bag.format.appending`.
 
     Attributes:
-        path: path of the file; of an open file its name.
+        path: path of the file, or the name of an open file.
         connections: the added connections, by id.
-        messages: number of messages written, with those that were in the file before.
+        messages: number of messages written, including those that were already in the file.
 
     Raises:
         OSError: the file cannot be created, or the disk is full; then no file is left.
@@ -149,7 +150,7 @@ class BagWriter:
 
     @property
     def pending(self) -> bool:
-        """Whether the open chunk, which a crash would lose, holds anything."""
+        """Whether the open chunk, which a crash would lose, holds any data."""
         return bool(self._content)
 
     def add_connection(self, topic: str, header: Mapping[str, bytes], conn: int | None = None) -> int:
@@ -171,7 +172,7 @@ class BagWriter:
         """Add a connection, with its header unchanged.
 
         Args:
-            in_chunk: whether to write it into the open chunk, too; False if it is in a copied chunk.
+            in_chunk: whether to also write it into the open chunk; False if it is in a copied chunk.
         """
         number = self._next if conn is None else conn
         self._next = max(self._next, number + 1)
@@ -240,10 +241,10 @@ class BagWriter:
         return content, len(content), self._size, self._index, len(self._infos), self.messages
 
     def _undo(self, state_before: tuple[Any, ...], conn: int | None = None) -> None:
-        """Take back a message or chunk in the middle of which a signal handler raised: Ctrl-C ends most recordings."""
+        """Undo a message or chunk that an exception from a signal handler interrupted: Ctrl-C ends most recordings."""
         content, length, size, index, chunks, messages = state_before
         if len(self._infos) > chunks:
-            return  # it had been written
+            return  # it was already written
         self._cut(size)
         places = index.get(conn, ())
         if places and places[-1][1] == length:
@@ -257,7 +258,7 @@ class BagWriter:
         self._size = size
 
     def _put_content(self, parts: Sequence[Buffer]) -> None:
-        """Write a chunk with the messages of the index, then empty that; the content is in parts, and not copied."""
+        """Write a chunk with the messages of the index, then clear it; the content is in parts, and not copied."""
         entries = self._pop_entries()
         size = sum(map(len, parts))
         stored = compress(self.compression, parts)
@@ -318,7 +319,7 @@ class BagWriter:
             self.abort()
 
     def abort(self) -> None:
-        """Close the file as it is, without index."""
+        """Close the file in its current state, without index."""
         self._closed = True
         if self._is_ours:
             self._file.close()
@@ -346,7 +347,7 @@ class BagWriter:
 
     def _append(self, data: Buffer) -> None:
         if not self._is_ours:
-            self._file.seek(self._size)  # who reads a file object moves its position
+            self._file.seek(self._size)  # readers of a file object move its position
         self._put(data)
         self._size += len(data)
 
@@ -367,7 +368,7 @@ def _time(entries: bytes | bytearray, position: int) -> int:
 
 
 def _entries(messages: Messages) -> Entries:
-    """Return the index entries of a chunk's messages, of which there may be very many."""
+    """Return the index entries of a chunk's messages, which may be very many."""
     entries: dict[int, bytearray] = {}
     ordered = messages.by_time()
     pack = _ENTRY.pack

@@ -6,7 +6,7 @@ NS = 1_000_000_000
 
 
 class Timeline:
-    """Bag time, which runs `rate` times as fast as wall time unless it is held.
+    """Bag time, which runs `rate` times as fast as wall time unless it is stopped.
 
     Args:
         rate: factor of the speed.
@@ -37,11 +37,11 @@ class Timeline:
         return self._bag + round((wall - self._wall) * self._rate * NS)
 
     def wall_at(self, bag: int) -> float:
-        """Return the wall time, in seconds, of a bag time, unless that is held."""
+        """Return the wall time, in seconds, of a bag time, assuming that bag time is not stopped."""
         return self._wall + (bag - self._bag) / (self._rate * NS)
 
     def set_held(self, wall: float, is_held: bool) -> None:
-        """Hold bag time, or let it continue."""
+        """Stop bag time, or let it continue."""
         if is_held != self.is_held:
             bag = self.bag_at(wall)
             self.is_held = is_held
@@ -61,7 +61,7 @@ class Ticker:
         """Wall time of the next tick."""
 
     def tick(self, now: float) -> None:
-        """Take note of a tick. Missed ticks are skipped; the others keep the rhythm."""
+        """Register a tick. Missed ticks are skipped; the rest keep the rhythm."""
         self.due += self._period
         if self.due <= now:
             self.due = now + self._period

@@ -30,7 +30,7 @@ class Control:
         self._lock = threading.Lock()
         self._wake_receiver, self._wake_sender = (
             socket.socketpair()
-        )  # what a signal handler may use, and Windows can wait for
+        )  # signal handlers may use sockets, and Windows can wait for them
         self._wake_sender.setblocking(False)
         self._wake_receiver.setblocking(False)
         self._keys = -1
@@ -63,13 +63,13 @@ class Control:
             self.wake()
 
     def end(self) -> None:
-        """End playing soon. Takes no lock."""
+        """Request the end of playing. Acquires no lock."""
         self.ended = True
         self.wake()
 
     def wake(self) -> None:
         """End a `wait`."""
-        with contextlib.suppress(OSError):  # it has been rung often enough, or is closed
+        with contextlib.suppress(OSError):  # it is already full, or closed
             self._wake_sender.send(b"!")
 
     def wait(self, seconds: float) -> None:

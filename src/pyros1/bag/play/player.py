@@ -26,7 +26,7 @@ _STATUS_PERIOD = 0.1
 _POLL_PERIOD = 0.05
 _DRAIN_TIMEOUT = 5.0
 _OWN_TYPES = ("rosgraph_msgs/Log", "rosgraph_msgs/Clock")
-"""Types of topics that the node itself publishes; their publishers accept encoded messages, too."""
+"""Types of topics that the node itself publishes; their publishers accept encoded messages as well."""
 
 
 @dataclass(frozen=True)
@@ -156,7 +156,7 @@ class Player:
         return self._timeline.bag_at(perf_counter())
 
     def follow(self, stamp: int) -> None:
-        """Take a stamp of the topic that controls the pace, in nanoseconds."""
+        """Set the newest stamp of the topic that controls the pace, in nanoseconds."""
         self.rate_stamp = stamp
         self._control.wake()
 
@@ -165,7 +165,7 @@ class Player:
         return sum({item.name: item.dropped for item in self._publishers.values()}.values())
 
     def wait_until_sent(self) -> bool:
-        """Wait until slow subscribers have taken all their messages; one that takes nothing for 5 s is given up.
+        """Wait until slow subscribers have received all their messages; give up on one that receives nothing for 5 s.
 
         Returns:
             Whether they have all messages; False also if the user ends the wait.
@@ -180,14 +180,14 @@ class Player:
             self._control.wait(_POLL_PERIOD)
 
     def close(self) -> None:
-        """End the publishers; without this, they end with the node."""
+        """Close the publishers; otherwise they are closed with the node."""
         for publisher in (*self._publishers.values(), self._clock):
             publisher.unregister()
 
     # Playing ----------------------------------------------------------------------------------------------------------
 
     def read_ahead(self) -> None:
-        """Begin to read, so that playing can begin without a wait. `run` does it if it was not done.
+        """Begin to read, so that playing can begin without a delay. `run` does this if necessary.
 
         Raises:
             BagError: a chunk of a bag cannot be read.
@@ -317,7 +317,7 @@ class Player:
             self._publish_clock(time)
         if now >= self._status_ticker.due:
             self._status_ticker.tick(now)
-            self._control.wait(0)  # keys, if messages come too fast for other waits
+            self._control.wait(0)  # for keys, if messages come too fast for any other wait
             if self._on_status is not None:
                 state = "PAUSED" if self._control.paused else "DELAYED" if self._timeline.is_held else "RUNNING"
                 self._on_status(Status(state, time / NS, (time - self._begin) / NS, self._length / NS))

@@ -14,13 +14,12 @@ from pyros1.bag.format.records import Connection
 from pyros1.bag.play.static import is_static_transforms
 
 MAX_AHEAD_BYTES = 32 << 20
-"""Most bytes that are read ahead, without the last batch."""
+"""Maximum number of bytes read ahead, not counting the last batch."""
 _BATCH = 1 << 20
 _BATCH_MESSAGES = 500
 _OVERHEAD = 1500
-"""Bytes that a message counts in addition to its own: more than it takes, as the garbage collector visits all
-messages.
-"""
+"""Bytes counted for a message in addition to its data: more than it takes, as the garbage collector visits all
+messages."""
 _STATIC_CHUNKS = 20
 """Number of chunks at the beginning of a bag that are read for static transforms."""
 
@@ -166,7 +165,7 @@ def _last_messages_before(reader: BagReader, ids: set[int], time: int) -> Iterat
 
 
 class ReadAhead:
-    """Takes messages from an iterator before they are needed. Also a context manager that ends its thread.
+    """Fetches messages from an iterator before they are needed. Also a context manager that ends its thread.
 
     Args:
         messages: the iterator; only the thread uses it.

@@ -25,7 +25,7 @@ def is_static_transforms(connection: Connection) -> bool:
 
 
 class StaticTransforms:
-    """Publishes static transforms, always with all earlier ones; of each child frame the last one.
+    """Publishes static transforms, always together with all earlier ones; only the last one of each child frame.
 
     Args:
         send: publishes a message.

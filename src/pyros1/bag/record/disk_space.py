@@ -19,7 +19,7 @@ class SpaceGuard:
     Args:
         folder: a folder on the disk.
         minimum: number of bytes that must stay free.
-        warn: called with a text while less than five times as much is free.
+        warn: called with a text while less than five times that is free.
     """
 
     def __init__(self, folder: str, minimum: int, warn: Callable[[str], object]) -> None:

@@ -30,13 +30,13 @@ _DISK_FULL_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def claim(path: str) -> str:
-    """Make sure that no other recording writes into a file, and keep what a killed recording has left there.
+    """Make sure that no other recording writes into a file, and keep a file left there by a killed recording.
 
     Args:
         path: path with the suffix ``.active``.
 
     Returns:
-        The new name of the file that was left; empty if there was none.
+        The new name of that file; empty if there was none.
 
     Raises:
         BagError: another recording writes into it.
@@ -124,7 +124,7 @@ class RecordFile(Generic[_K]):
         chunk_threshold: size in bytes above which a chunk is closed.
 
     Attributes:
-        rescued: the new name of a file that a killed recording had left under this name; mostly empty.
+        rescued: the new name of a file that a killed recording had left under this name; usually empty.
 
     Raises:
         BagError: another recording writes into it.
@@ -163,7 +163,7 @@ class RecordFile(Generic[_K]):
         Args:
             key: key of its connection.
             topic: its topic, for the first message of a connection.
-            header: its publisher's connection header, for the same.
+            header: its publisher's connection header, likewise.
             stamp: receive time in nanoseconds.
             data: its bytes.
 
@@ -181,7 +181,7 @@ class RecordFile(Generic[_K]):
         self._writer.write(conn, stamp, data)
 
     def tick(self) -> None:
-        """Write to the disk what is due; call this often.
+        """Flush and sync data when due; call this often.
 
         Raises:
             OSError: the file cannot be written.
@@ -199,7 +199,7 @@ class RecordFile(Generic[_K]):
         return {self._keys[conn]: count for conn, count in self._writer.lost.items()}
 
     def discard(self) -> None:
-        """Remove the file, in which nothing was written."""
+        """Remove the file, to which nothing was written."""
         self._disk_sync.close()
         self._writer.abort()
         with contextlib.suppress(OSError):
@@ -215,7 +215,7 @@ class RecordFile(Generic[_K]):
         try:
             self._writer.close()
         except OSError as error:
-            # A full disk cost the last chunk; the bag is still complete, unless not even its index fits.
+            # A full disk cost the last chunk; the bag is still valid, unless not even its index fits.
             if error.errno not in _DISK_FULL_ERRORS or not self._has_index():
                 raise
         os.replace(self.path + SUFFIX, self.path)
@@ -241,7 +241,7 @@ class _DiskSync:
         self._thread.start()
 
     def request(self) -> None:
-        """Begin to sync now, unless that is under way."""
+        """Begin to sync now, unless a sync is under way."""
         self._sync_requested.set()
 
     def close(self) -> None:

@@ -17,7 +17,7 @@ _CLOCK_WARN_DELAY = 2.0
 
 
 class StopSignal:
-    """The end of the command: by a signal, with the node, or by itself. Replaces the node's signal handlers.
+    """The end of the command: by a signal, with the node, or on its own. Replaces the node's signal handlers.
 
     Args:
         node: the node with which it ends.
@@ -29,7 +29,7 @@ class StopSignal:
         node.on_shutdown(self.stop)
 
     def stop(self) -> None:
-        """Cause the end."""
+        """Request the end."""
         self._stops.put(None)
 
     def wait(self, seconds: float) -> bool:
@@ -67,7 +67,7 @@ def follow(
                 for name in search.new_topics():
                     subscribe(name)
             except NodeShutdownError:
-                return  # the node was told to shut down
+                return  # the node was asked to shut down
             report()
         if stop_signal.wait(_POLL_PERIOD):
             return

@@ -21,7 +21,7 @@ class RecordOptions:
         max_size: largest size of a file in bytes; 0: no limit.
         max_duration: longest duration of a file in seconds; 0: no limit.
         max_splits: number of files to keep; the oldest are removed; 0: all.
-        buffer_size: most bytes that may wait for the disk; 0: no limit.
+        buffer_size: maximum number of bytes waiting for the disk; 0: no limit.
         chunk_size: size of a chunk in bytes.
         compression: ``none``, ``bz2`` or ``lz4``.
         limit: number of messages of each topic; 0: no limit.
@@ -51,7 +51,7 @@ class Topic:
         messages: number of messages received so far.
         bytes: their size in bytes.
         dropped: number of those not written because the buffer or the disk was full.
-        after_limit: number of those not written because they came after the end.
+        after_limit: number of those not written because they arrived after the end.
         subscriber: the subscriber that receives them.
     """
 
@@ -98,12 +98,12 @@ class Sources:
         if found is not None:
             return found[1]
         if len(self._by_object) > 1000:
-            self._by_object.clear()  # links come and go
+            self._by_object.clear()  # connections come and go
         key = frozenset(header.items())
         source = self._by_content.get(key)
         if source is None:
             source = self._by_content[key] = Source(self._topic, header, header.get("latching") == "1")
-        self._by_object[id(header)] = (header, source)  # which keeps the object, so that its id is not used again
+        self._by_object[id(header)] = (header, source)  # which keeps the object alive, so that its id is not reused
         return source
 
 

@@ -78,7 +78,7 @@ class Selection:
         return [] if self.regex else list(self.topics)
 
     def wants(self, topic: str, of_node: Collection[str] = ()) -> bool:
-        """Return whether to record a topic that was found.
+        """Return whether to record a discovered topic.
 
         Args:
             of_node: the topics that `node` subscribes to.

@@ -12,7 +12,7 @@ _S = TypeVar("_S")
 OVERHEAD = 250
 """Bytes of memory that a waiting message takes in addition to its own size."""
 _BATCH_BYTES = 4 << 20
-"""Number of bytes that are taken out at a time; they are in memory in addition to the limit."""
+"""Number of bytes removed at a time; they are in memory in addition to the limit."""
 _WAKE_BYTES = 1 << 20
 """Number of bytes that wake the writer early."""
 
@@ -21,10 +21,10 @@ class RecordQueue(Generic[_S]):
     """Messages that were received and not written yet.
 
     Args:
-        limit: most bytes of memory; 0: no limit.
-        on_put: called with the source of each message that is taken, and its size in bytes, before it can be taken out:
-            who counts there has counted all when the queue is closed.
-        on_drop: called with the source of each dropped message, in the thread that puts a newer one.
+        limit: maximum number of bytes of memory; 0: no limit.
+        on_put: called with the source of each accepted message, and its size in bytes, before it can be removed: so a
+            counter there is complete when the queue is closed.
+        on_drop: called with the source of each dropped message, in the thread that adds a newer one.
     """
 
     def __init__(self, limit: int, on_put: Callable[[_S, int], object], on_drop: Callable[[_S], object]) -> None:
@@ -65,7 +65,7 @@ class RecordQueue(Generic[_S]):
             self._on_drop(source)
 
     def take(self, timeout: float) -> list[tuple[_S, int, bytes]]:
-        """Take out some of the oldest messages.
+        """Remove and return some of the oldest messages.
 
         Args:
             timeout: seconds for messages to gather, unless there are many already.
@@ -85,7 +85,7 @@ class RecordQueue(Generic[_S]):
         return batch
 
     def close(self) -> list[tuple[_S, int, bytes]]:
-        """Accept no more messages, and return all that wait."""
+        """Accept no more messages, and return all waiting ones."""
         with self._lock:
             self._closed = True
             batch = list(self._entries)

@@ -37,7 +37,7 @@ class Events:
         opened: called with the name of a file.
         closing: called with the name of a file.
         warning: called with a text.
-        ended: called when the recording has ended by itself: at a limit, or because of an error.
+        ended: called when the recording has ended on its own: at a limit, or because of an error.
     """
 
     opened: Callable[[str], object] = lambda path: None
@@ -92,10 +92,10 @@ class Recorder:
         self._finished: deque[str] = deque()
         self._number = 0
         self._file_started_at = self._now()
-        self._retry_split_at = 0.0  # of the monotonic clock: when to try to begin the next file
+        self._retry_split_at = 0.0  # time on the monotonic clock to retry beginning the next file
         self._warned: dict[str, float] = {}
         self._stop_event = threading.Event()
-        self._unwritten_messages: list[tuple[Source, int, bytes]] = []  # of a batch that could not be finished
+        self._unwritten_messages: list[tuple[Source, int, bytes]] = []  # the rest of a batch that could not be finished
         self._limit_reached = False  # a topic has reached the limit
         self._has_dropped = False  # messages were dropped
         folder = os.path.dirname(options.names.name(0, time.time())) or "."
@@ -145,10 +145,10 @@ class Recorder:
 
     def _count_dropped(self, source: Source) -> None:
         source.topic.dropped += 1
-        self._has_dropped = True  # the writing thread reports it: this one has messages to receive
+        self._has_dropped = True  # the writing thread reports it: this one must receive messages
 
     def _warn(self, text: str) -> None:
-        """Report a warning that every message may cause, but less often."""
+        """Report a warning that every message may cause, at a limited rate."""
         now, kind = time.monotonic(), text[:20]
         if now - self._warned.get(kind, -_WARN_PERIOD) >= _WARN_PERIOD:
             self._warned[kind] = now
@@ -179,7 +179,7 @@ class Recorder:
     def _run(self) -> None:
         try:
             self._write_all()
-        except Exception as error:  # noqa: BLE001 - whatever it is, the file must be closed
+        except Exception as error:  # noqa: BLE001 - after any error, the file must be closed
             self.error = error
         for source, _, _ in chain(self._unwritten_messages, self._queue.close()):
             if self.error is None:
@@ -253,11 +253,11 @@ class Recorder:
         return True
 
     def _split(self) -> bool:
-        """Begin the next file. Return False, and go on with this one, if the process can open no more files now."""
+        """Begin the next file. Return False, and continue with this one, if the process can open no more files now."""
         file = self._file
         assert file is not None
         try:
-            next_file = self._open(self._number + 1)  # first: what comes meanwhile must not find no file
+            next_file = self._open(self._number + 1)  # first: messages that arrive meanwhile need a file
         except OSError as error:
             if error.errno not in (errno.EMFILE, errno.ENFILE):
                 raise

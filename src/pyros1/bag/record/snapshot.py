@@ -21,7 +21,7 @@ Entry = tuple[int, Source, bytes]
 
 
 class MessageRing:
-    """The last messages of one topic; of each latching publisher at least one is kept.
+    """The last messages of one topic; at least one of each latching publisher is kept.
 
     Args:
         duration: nanoseconds to keep; 0: no limit.
@@ -150,7 +150,7 @@ class Snapshots:
             if not (latched_entries or entries):
                 return "", 0
             entries.sort(key=itemgetter(0))
-            # Old ones get the time of the beginning: a bag that began with them would be mostly empty.
+            # Old ones get the time of the beginning: a bag that began at their time would be mostly empty.
             begin = entries[0][0] if entries else now
             self._space.check()
             options = self._options

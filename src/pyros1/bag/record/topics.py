@@ -13,8 +13,7 @@ from pyros1.node import Node
 class TopicSearch:
     """Search of the master for topics to record.
 
-    Topics have the names that they were asked for by, or that the master has; remappings apply when they are
-    subscribed to, as in stock.
+    Topics have the requested names, or those from the master; remappings apply at subscription, as in stock.
 
     Args:
         node: the recorder's node.

@@ -18,7 +18,7 @@ from pyros1.ground.terminal_text import lines, one_line
 
 _LOWEST = "info"
 _SIMULATED = 100_000_000
-"""Times before this, in 1973, are those of a simulation."""
+"""Times before this (in 1973) are taken as simulated time."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -46,7 +46,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 
 class Filter:
-    """Which messages are shown.
+    """Selects the messages to print.
 
     Args:
         options: values of the command's options.
@@ -65,7 +65,7 @@ class Filter:
         self._not = [_compiled("--exclude", text) for text in options.excluded or ()]
 
     def matches(self, message: Any) -> bool:
-        """Return whether to show a rosgraph_msgs/Log message."""
+        """Return whether to print a rosgraph_msgs/Log message."""
         return bool(
             message.level >= self._lowest
             and (not self._nodes or any(pattern.search(message.name) for pattern in self._nodes))
@@ -113,8 +113,8 @@ def _clock(seconds: int, nanoseconds: int) -> str:
 
 
 def _earlier_logs_hint() -> str:
-    """Return what to say about messages from before: no topic has them."""
-    from pyros1.launch.running.logs import log_folder  # noqa: PLC0415 - for people only
+    """Return a hint at where earlier messages are, which no topic provides."""
+    from pyros1.launch.running.logs import log_folder  # noqa: PLC0415 - only needed on terminals
 
     file = log_folder(os.environ) / "latest" / "rosout.log"
     more = f"; earlier ones are in {file}" if file.exists() else "; pyros1 web keeps earlier ones while it is running"

@@ -17,7 +17,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if args:
         raise UsageError(f"{invocation.program} does not take arguments")
 
-    from pyros1.cli.commands.launch import VERB as LAUNCH  # noqa: PLC0415 - after the command line proved right
+    from pyros1.cli.commands.launch import VERB as LAUNCH  # noqa: PLC0415 - once the command line is valid
     from pyros1.cli.shared.launching import launch, print_exception  # noqa: PLC0415
     from pyros1.ground.errors import Error  # noqa: PLC0415
     from pyros1.launch.plan import Plan  # noqa: PLC0415

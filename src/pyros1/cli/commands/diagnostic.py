@@ -29,7 +29,7 @@ _WIDTH = 69
 _POLL_PERIOD = 0.2
 _AGGREGATED, _RAW = "/diagnostics_agg", "/diagnostics"
 _GATHER_TIMEOUT = 2.0
-"""Seconds to wait for all nodes: most send once a second."""
+"""Seconds to wait for all nodes: most publish once a second."""
 _TYPE = "diagnostic_msgs/DiagnosticArray"
 
 
@@ -66,7 +66,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    from pyros1.cli.shared.argparsing import add_parts, make_parser  # noqa: PLC0415 - completion does without
+    from pyros1.cli.shared.argparsing import add_parts, make_parser  # noqa: PLC0415 - not needed for completion
 
     parser = make_parser(invocation, verb)
     add_parts(parser, invocation, *verb.options)
@@ -117,9 +117,9 @@ COMMAND = Command(
 
 
 def _topic(invocation: Invocation, named: str) -> tuple[str, int]:
-    """Return the topic to read and how many nodes send parts of one picture there.
+    """Return the topic to read and the number of nodes whose messages together are the state of the robot.
 
-    If none is named and nothing aggregates diagnostics, as on many robots, they are read where they come from.
+    If none is named and nothing aggregates diagnostics, as on many robots, the topic of the nodes themselves is read.
     """
     topic = invocation.resolve(named or _AGGREGATED)
     raw = invocation.resolve(_RAW)
@@ -133,7 +133,7 @@ def _topic(invocation: Invocation, named: str) -> tuple[str, int]:
 
 
 def _gather(message: Any, arrived: queue.SimpleQueue[Message], sources: int) -> None:
-    """Add what other nodes send to the first message, until all were heard; who is silent is not waited for long."""
+    """Add the statuses of other nodes to the first message, until all nodes have sent some or a timeout expires."""
     statuses = {status.name: status for status in message.status}
     senders = {message._connection_header.get("callerid")}
     deadline = monotonic() + _GATHER_TIMEOUT
@@ -170,12 +170,12 @@ def _local_time(message: Any) -> datetime:
 
 
 def selected(statuses: Sequence[Any], lowest: int = 1, pattern: re.Pattern[str] | None = None) -> list[Any]:
-    """Return the statuses to show, worst first.
+    """Return the statuses to print, worst first.
 
     Args:
         statuses: diagnostic_msgs/DiagnosticStatus of one message. A status whose name, followed by a slash, begins
-            another one's name only sums up others and is left out.
-        lowest: the lowest level to show.
+            another's name only summarizes others and is left out.
+        lowest: the lowest level to print.
         pattern: a regular expression that must match somewhere in the name.
     """
     parents = {status.name.rpartition("/")[0] for status in statuses}
@@ -188,12 +188,12 @@ def selected(statuses: Sequence[Any], lowest: int = 1, pattern: re.Pattern[str] 
 
 
 def status_lines(message: Any, statuses: Sequence[Any], *, detail: bool = False, colour: bool = False) -> Iterator[str]:
-    """Yield the lines that show statuses.
+    """Yield the lines of text for statuses.
 
     Args:
         message: the diagnostic_msgs/DiagnosticArray that contains them.
         statuses: the result of `selected`.
-        detail: also show time, hardware and values.
+        detail: also print time, hardware and values.
         colour: use escape sequences.
     """
     for status in statuses:

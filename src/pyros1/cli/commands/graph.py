@@ -97,13 +97,13 @@ class Picture:
     """The state of the system at one moment.
 
     Args:
-        graph: questions to the system. All are asked in the constructor.
+        graph: queries to the system. All are made in the constructor.
 
     Attributes:
         nodes, services: names, sorted.
         edges: connections that the nodes report.
-        missing: connections that follow from the registrations, but which their ends do not report.
-        unknown: connections that follow from the registrations, with an end that did not answer.
+        missing: connections expected from the registrations that their nodes do not report.
+        unknown: connections expected from the registrations, with a node that did not answer.
         unreachable: nodes that did not answer.
     """
 

@@ -20,8 +20,8 @@ _MAX_WIDTH = 100
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """List the steps or pages, show one, or check a step's exercise. Return 1 if something is missing."""
-    from pyros1.guide.text import steps  # noqa: PLC0415 - help needs none of it
+    """List the steps or pages, print one, or check a step's exercise. Return 1 if something is missing."""
+    from pyros1.guide.text import steps  # noqa: PLC0415 - not needed for help
 
     if args[:1] == ["howto"]:
         return _howto(args[1:])
@@ -58,7 +58,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 
 def _howto(names: list[str]) -> int:
-    """List the how-to pages, or show one."""
+    """List the how-to pages, or print one."""
     from pyros1.guide.text import pages  # noqa: PLC0415
 
     known = pages()

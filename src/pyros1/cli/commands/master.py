@@ -28,7 +28,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         raise UsageError(f"unrecognized args: {' '.join(args)}")
 
     from pyros1.ground.interrupts import install_handler  # noqa: PLC0415
-    from pyros1.launch.running.core import LOG_LEVELS, Core  # noqa: PLC0415 - after the command line proved right
+    from pyros1.launch.running.core import LOG_LEVELS, Core  # noqa: PLC0415 - once the command line is valid
     from pyros1.launch.running.logs import log_folder  # noqa: PLC0415
     from pyros1.net.allowlist import make_allowlist  # noqa: PLC0415
     from pyros1.net.hosts import host_from_environment, make_uri, master_uri, parse_uri  # noqa: PLC0415
@@ -45,7 +45,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     ended: SimpleQueue[str] = SimpleQueue()  # safe in signal handlers
     restore = install_handler(
         lambda *_: ended.put("signal")
-    )  # before it answers, since clients may then end it at once
+    )  # before it answers, since clients may then end it immediately
     try:
         port = options.port or parse_uri(master_uri(os.environ, special))[1]
         address = host_from_environment(environ, special)
@@ -66,7 +66,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         try:
             while True:
                 with suppress(Empty):
-                    ended.get(timeout=POLL_INTERVAL)  # a signal that comes just before a wait does not end it
+                    ended.get(timeout=POLL_INTERVAL)  # a signal that arrives just before a wait does not end it
                     break
         finally:
             core.stop_master()

@@ -36,7 +36,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         )
     except Error as error:
         say(f"Unknown {'message' if args[0] == 'msg' else 'service'} class: {error}")
-        return 0 if options.silent else 1  # completion must not disturb
+        return 0 if options.silent else 1  # completion must not print errors
     text = "\n".join(options.prefix + line for line in text.split("\n"))
     print(text if options.no_hyphens else f'"{text}"')
     return 0
@@ -87,7 +87,7 @@ def load(mode: str, name: str) -> Any:
         Error: the type is unknown.
     """
     if "/" not in name:
-        from pyros1.cli.shared.definitions import MESSAGES, SERVICES, find  # noqa: PLC0415 - shells ask with full names
+        from pyros1.cli.shared.definitions import MESSAGES, SERVICES, find  # noqa: PLC0415 - shells pass full names
 
         names, _ = find(MESSAGES if mode == "msg" else SERVICES, name)
         name = names[0] if names else name

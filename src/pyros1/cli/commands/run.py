@@ -165,7 +165,7 @@ def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
 
 
 def _print_usage(invocation: Invocation) -> int:
-    from pyros1.cli.help import Parser  # noqa: PLC0415 - only who asks needs it
+    from pyros1.cli.help import Parser  # noqa: PLC0415 - only needed for help
 
     parser = Parser(_VERB, invocation)
     print(parser.get_usage() + parser.format_epilog(parser.formatter), end="")

@@ -32,7 +32,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 
 def _test(options: Any, words: list[str]) -> int:
-    # What runs tests is imported after the command line proved right.
+    # The test runner is imported only once the command line is valid.
     from pyros1.cli.shared.launching import print_exception  # noqa: PLC0415
     from pyros1.finding.packages import package_of  # noqa: PLC0415
     from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415
@@ -111,7 +111,7 @@ def _run(run: TestRun, path: Path, text: bool) -> int:
         print("WARNING: overall test result is not accurate when --text is enabled")
     else:
         print()
-        # Coloured in files and pipes, too, as stock's.
+        # Coloured in files and pipes as well, like stock's output.
         print(terminal_text.coloured_lines(summary(run.runs, run.results)), file=data_stream())
     print(f"rostest log file is in {log}")
     if run.stopped or run.runs.errors or run.runs.failures:

@@ -48,7 +48,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         try:
             lines = [package_version(index.find(options.package))]
         except PackageNotFoundError:
-            print(f"Cannot locate [{options.package}]")  # where the stock tool prints it, too
+            print(f"Cannot locate [{options.package}]")  # the stock tool prints it there as well
             hint = did_you_mean(options.package, index.paths())
             if hint:
                 print(f"{invocation.program}: unknown package {options.package}{hint}", file=sys.stderr)

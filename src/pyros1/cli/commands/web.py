@@ -42,13 +42,13 @@ _ONE_NAME = {
     "launches": ("node", "node"),
     "turtles": ("node", "node"),
 }
-"""Panels that take one name: the setting that gets it, and what it is."""
+"""Panels that accept one name -> the setting for it, and what it names."""
 _PICTURE = "image"
-"""The topic that image_view shows, before it is remapped."""
+"""The topic that image_view displays, before remapping."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Serve the page until a signal comes; or open a panel of a server that runs."""
+    """Serve the page until a signal arrives, or open a panel of a running server."""
     if options.port is not None and not 0 <= options.port <= 65535:
         raise UsageError(f"the port must be from 0 to 65535, not {options.port}")
     if options.most_pages is not None and not 1 <= options.most_pages <= _MAX_PAGES_LIMIT:
@@ -62,7 +62,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if options.standalone:
         args = [*_panel_of(options.standalone), *args]
     panel, settings = _panel_and_settings(invocation, options, args)
-    from pyros1.launch.running.logs import ros_home  # noqa: PLC0415 - after the command line proved right
+    from pyros1.launch.running.logs import ros_home  # noqa: PLC0415 - once the command line is valid
     from pyros1.net.connectivity import is_loopback  # noqa: PLC0415
     from pyros1.net.hosts import master_uri  # noqa: PLC0415
     from pyros1.web.bags.granted_files import GrantedFiles  # noqa: PLC0415
@@ -78,7 +78,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         if opens_panel and known:
             if options.files:
                 try:
-                    granted.add(options.files)  # in turn: others may add theirs
+                    granted.add(options.files)  # under the lock: other processes may add files as well
                 except OSError as error:
                     raise CommandError(
                         f"cannot let the server open the bag: {error.filename}: {error.strerror}"
@@ -108,23 +108,23 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
                 raise
             _serve(
                 invocation, options, uri, granted, started, 0
-            )  # another master's page has the usual port, or another program
+            )  # the default port is in use, for example by another master's page
     return 0
 
 
 class _PortTakenError(CommandError):
-    """The page cannot have its port."""
+    """The page cannot listen on its port."""
 
 
 def _save_graph(invocation: Invocation, file: str) -> int:
-    """Do as ``rxgraph -o FILE``: no page, but a file, of the kind that its name says."""
+    """Write a file, like ``rxgraph -o FILE``, instead of serving a page. The file's name determines its format."""
     from pyros1.cli.running import run_command  # noqa: PLC0415
 
     return run_command("graph", ["--svg" if file.endswith(".svg") else "--dot", file, *invocation.remapping_args])
 
 
 def _open_in_running_server(invocation: Invocation, link: str, uri: str) -> int:
-    """Open a panel of a server that runs. In a launch file, then stay, as a window would: the node may be required."""
+    """Open a panel of a running server. In a launch file, keep running, like a window: the node may be required."""
     print(f"the robot at {uri} in a browser: {link}", flush=True)
     _show(link)
     if "__name" in invocation.special:
@@ -256,7 +256,7 @@ def _plot(invocation: Invocation, options: Any, words: list[str]) -> dict[str, A
 
 
 def _scene(invocation: Invocation, options: Any, words: list[str]) -> dict[str, Any]:
-    """Return the settings of the scene: those of a file of rviz, if one is named, or of rviz's usual one."""
+    """Return the settings of the scene: those of the rviz file, if one is named, or of rviz's default file."""
     if len(words) > 1 or (words and options.display_config):
         raise UsageError("the panel scene takes one rviz file")
     named = words[0] if words else options.display_config
@@ -278,7 +278,7 @@ def _scene(invocation: Invocation, options: Any, words: list[str]) -> dict[str, 
             named = ""
         if named:
             raise CommandError(lines[0])
-        for line in lines:  # of the usual file only what is wrong is said: the scene begins without it
+        for line in lines:  # problems of the default file are only reported: the scene opens without it
             print(line, file=sys.stderr)
     for key, frame in (("fixed", options.fixed_frame), ("target", options.target_frame)):
         if frame:
@@ -288,7 +288,7 @@ def _scene(invocation: Invocation, options: Any, words: list[str]) -> dict[str, 
 
 _SETTINGS: Mapping[str, Callable[[Invocation, Any, list[str]], dict[str, Any]]]
 _SETTINGS = {"bag": _bag, "plot": _plot, "scene": _scene}
-"""Panels that take several words or options of their own."""
+"""Panels that accept several words or have their own options."""
 
 
 COMMAND = Command(
@@ -363,7 +363,7 @@ COMMAND = Command(
         Option("-f", "--fixed-frame", metavar="FRAME", help="scene: the fixed frame"),
         Option("--target-frame", metavar="FRAME", help="scene: the frame that the view follows"),
         Option("-d", "--display-config", metavar="FILE", help="scene: a configuration file of rviz"),
-        # rqt and its plugins take these; the page has nothing to clear or discover
+        # rqt and its plugins accept these; the page has nothing to clear or discover
         Flag("--clear-config", dest="clear_config", hidden=True),
         Flag("--force-discover", dest="force_discover", hidden=True),
         Option("--output", hidden=True),  # rxgraph's
@@ -390,7 +390,7 @@ COMMAND = Command(
         run=run,
     ),
     group="look",
-    also={name: (name,) for name in PROGRAMS if name not in ("image_view", "rqt_gui")},  # those are in packages only
+    also={name: (name,) for name in PROGRAMS if name not in ("image_view", "rqt_gui")},  # these are in packages only
 )
 
 

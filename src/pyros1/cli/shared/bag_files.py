@@ -1,4 +1,4 @@
-"""Bags that the command line names: a page opens for them only if they are bags."""
+"""Checks of bags that the command line names, before a page opens for them."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from pyros1.ground.terminal_text import one_line
 
 
 def check_bag(word: str) -> None:
-    """Check that a file begins as a bag does. Bags that were not closed pass.
+    """Check that a file begins like a bag. Bags that were not closed pass.
 
     Args:
         word: its path, as the user wrote it.
 
     Raises:
-        CommandError: there is no such file, it cannot be read, or is no bag.
+        CommandError: there is no such file, it cannot be read, or is not a bag.
     """
     try:
         BagFile(word).close()

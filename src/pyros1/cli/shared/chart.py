@@ -16,7 +16,7 @@ _AXIS = 11  # columns left of the chart
 
 
 class Canvas:
-    """A field of dots.
+    """A grid of dots.
 
     Args:
         columns, rows: size in characters.

@@ -1,4 +1,4 @@
-"""Curves as commands take them, in the words of rqt_plot and of the page's plot."""
+"""Curves in command arguments, in the syntax of rqt_plot and of the page's plot."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ def curves_of(invocation: Invocation, word: str) -> list[str]:
 
 
 def fields_of_messages(invocation: Invocation, curves: Iterable[str]) -> list[str]:
-    """Return curves, for a message with several fields those of its numbers, as rqt_plot: ``/pose`` has ``/pose/x`` ...
+    """Return curves. As in rqt_plot, a message with several fields yields its numbers: ``/pose`` yields ``/pose/x`` ...
 
-    Topics that the master does not know, and all if it does not answer, stay as they are.
+    Topics that the master does not know stay as they are, and so do all topics if it does not answer.
 
     Args:
         invocation: the command's call.
@@ -51,7 +51,7 @@ def fields_of_messages(invocation: Invocation, curves: Iterable[str]) -> list[st
 
 
 def _numbers_in(graph: Graph, curve: str) -> list[str]:
-    from pyros1.msgs import load_message  # noqa: PLC0415 - only a topic that is there needs it
+    from pyros1.msgs import load_message  # noqa: PLC0415 - only needed for known topics
 
     found = None if split_expression(curve) else graph.find_topic(curve)
     if found is None:
@@ -60,7 +60,7 @@ def _numbers_in(graph: Graph, curve: str) -> list[str]:
     try:
         kind = FieldPath(rest).type_in(load_message(kind))
         cls = load_message(kind)
-    except Error:  # it is no message, or nothing known: the page says why it cannot be drawn
+    except Error:  # not a message, or an unknown type: the page reports why it cannot be drawn
         return [curve]
     if len(cls.__slots__) == 1:  # the page draws it as it is
         return [curve]

@@ -47,8 +47,8 @@ SERVICES = Kind("srv", "service", "service_type")
 
 @cache
 def library() -> Library:
-    """Return all definitions. A command reads its environment once."""
-    from pyros1.finding.library import Library  # noqa: PLC0415 - help does without
+    """Return all definitions. The environment is read only once."""
+    from pyros1.finding.library import Library  # noqa: PLC0415 - not needed for help
 
     return Library(os.environ)
 
@@ -66,7 +66,7 @@ def find(kind: Kind, name: str) -> tuple[list[str], bool]:
 
 
 def similar_names(kind: Kind, name: str) -> str:
-    """Return a hint at the type that may have been meant."""
+    """Return a hint at the type that was probably meant."""
     full_names = [full for package in library().packages() for full in kind.names(library(), package)]
     return did_you_mean(name, full_names if "/" in name else {full.partition("/")[2] for full in full_names})
 

@@ -10,7 +10,7 @@ from pyros1.ground.errors import Error
 from pyros1.values import load_yaml
 
 MAX_DOCUMENT = 64 << 20
-"""Largest number of characters of one document."""
+"""Maximum number of characters in a document."""
 
 
 class DocumentTooLongError(Error):
@@ -51,7 +51,7 @@ def documents(lines: Iterable[str], where: str | None = None) -> Iterator[Any]:
 
 
 class Record(dict[str, Any]):
-    """Return a document from a line of JSON."""
+    """A document from a line of JSON."""
 
 
 def _json_line(line: str) -> Record | None:

@@ -1,4 +1,4 @@
-"""Expressions of ``--filter`` and ``bag filter``: what they may use beside the message."""
+"""Expressions of ``--filter`` and ``bag filter``: what they may use besides the message."""
 
 from __future__ import annotations
 

@@ -96,7 +96,7 @@ class Plot:
     def __call__(self, message: Message, value: Any, kind: str | None, write: Write) -> None:
         now = self._now()
         seconds = not self._recorded and kind is None and getattr(message, "_has_header", False)
-        stamp = message.header.stamp if seconds else now  # type: ignore[attr-defined] # _has_header says that it is there
+        stamp = message.header.stamp if seconds else now  # type: ignore[attr-defined] # _has_header has checked it
         ns = stamp.to_nsec() - (now.to_nsec() if self._offset else 0)
         with BufferedOutput(write, lines) as out:
             if not self._header_done:
@@ -111,7 +111,7 @@ class Plot:
         includes = [(n, t) for n, t in zip(message.__slots__, message._slot_types, strict=True) if self._is_included(t)]
         return [
             (n, t) for n, t in includes if not isinstance(getattr(message, n), bytes)
-        ]  # as stock: no raw data in rows
+        ]  # like stock: no raw data in rows
 
     def _names(self, value: Any, kind: str | None, prefix: str) -> Iterator[str]:
         if isinstance(value, Message):

@@ -1,4 +1,4 @@
-"""What ``launch``, ``core`` and ``test`` share: running a plan, and printing its errors."""
+"""Shared code of ``launch``, ``core`` and ``test``: running a plan, and printing its errors."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def launch(plan: Plan, values: Any, resources: Resources, *, title: str) -> int:
     if level not in LOG_LEVELS:
         print(f"WARNING: --master-logger-level: unknown level {level!r}", file=sys.stderr)
         level = "info"
-    # As stock: with both options, the output goes to log files.
+    # Like stock: with both options, the output goes to log files.
     screen = False if values.force_log else True if values.force_screen else None
     options = Options(
         core=values.core,

@@ -30,14 +30,14 @@ _VARIABLES = {"allow": "PYROS1_ALLOW", "bind": "PYROS1_BIND", "ports": "PYROS1_P
 
 
 def with_options(environ: Mapping[str, str], options: Any) -> Mapping[str, str]:
-    """Return the environment, with what the options say in the place of its variables.
+    """Return the environment, with the values of given options in place of its variables.
 
     Args:
         environ: environment variables.
         options: values of the options above.
 
     Raises:
-        UsageError: one of them is empty: a script's variable that is not set must not let everybody in.
+        UsageError: an option is empty: an unset variable in a script must not allow every client.
     """
     given = {variable: getattr(options, name, None) for name, variable in _VARIABLES.items()}
     for variable, value in given.items():

@@ -10,7 +10,7 @@ _PERIOD = 0.2
 
 
 class Progress:
-    """Shows what part of some bytes is done, and how long the rest may take.
+    """Shows the fraction of bytes that are processed, and an estimate of the remaining time.
 
     Args:
         name: the name to show.

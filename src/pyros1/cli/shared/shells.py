@@ -1,4 +1,4 @@
-"""What ``setup`` and ``unsetup`` share: the calling shell, and the code for bash, zsh, fish and plain sh.
+"""Shared code of ``setup`` and ``unsetup``: the calling shell, and the code for bash, zsh, fish and plain sh.
 
 The code saves functions and completions of the same names and restores them. Plain sh cannot print a function's text,
 so there they are lost. Commands that start programs must not be functions: a shell runs a function in the background
@@ -25,7 +25,7 @@ from pyros1.finding.python_modules import DROP_IN_START
 
 @dataclass(frozen=True)
 class Names:
-    """Return the names to complete: programs and functions."""
+    """The names to complete: programs and functions."""
 
     programs: list[str]
 

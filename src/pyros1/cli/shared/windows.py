@@ -1,7 +1,7 @@
-"""The programs with windows of stock ROS, and what their words are for ``pyros1 web``. Pure.
+"""The GUI programs of stock ROS, and their command lines translated for ``pyros1 web``. Pure.
 
-Options that only say how a window looks or loads have no meaning for a page and are left out. What somebody would
-miss is told in one line.
+Options that only affect how a window looks or loads have no meaning for a page and are left out. For an option that a
+user would miss, one line is printed.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from pyros1.cli.failures import UsageError
 _LAYOUTS = "the page cannot read rqt perspectives; its Layouts button saves and shares layouts"
 _NO_EMBEDDING = "a page cannot control another window or be embedded in one; this option has no effect"
 _NO_NOTE = ""
-"""An option that changes nothing that a page has."""
+"""The note for an option that has no effect on a page."""
 
 
 class Meaning(NamedTuple):
-    """What an option of a stock program is for ``pyros1 web``.
+    """The equivalent of a stock program's option in ``pyros1 web``.
 
     Attributes:
         word: the option of ``pyros1 web``; empty if it has none.
@@ -88,11 +88,11 @@ _RVIZ: Mapping[str, Meaning] = {
 
 
 class Program(NamedTuple):
-    """A program with a window.
+    """A GUI program.
 
     Attributes:
-        words: what opens its panel, after ``pyros1 web``.
-        options: its options that ``pyros1 web`` does not have, or has in another meaning.
+        words: the words after ``pyros1 web`` that open its panel.
+        options: its options that ``pyros1 web`` does not have, or has with another meaning.
     """
 
     words: tuple[str, ...]
@@ -122,10 +122,10 @@ PROGRAMS: Mapping[str, Program] = {
     "rxgraph": Program(("graph",), {"-o": Meaning("--output", value=True)}),
     "rxplot": Program(("plot",), _RXPLOT),
 }
-"""Stock's names of programs with windows. ``pyros1 setup`` gives them all, and `PACKAGED` are in packages of ours."""
+"""Stock's GUI programs by name. ``pyros1 setup`` provides all; those in `PACKAGED` are in packages of ours."""
 
 PARTS: Mapping[str, tuple[str, str]] = {"reconfigure": ("params", "reconfigure"), "publisher": ("topics", "publish")}
-"""Parts of panels, as rqt has them alone: the panel, and the setting that gets the name of a node or topic, or ""."""
+"""Parts of panels that are plugins in rqt: the panel, and the setting for the name of a node or topic, or ""."""
 
 PACKAGED: Mapping[str, tuple[str, ...]] = {
     **{name: (name,) for name in PROGRAMS if name.startswith("rqt_")},
@@ -134,7 +134,7 @@ PACKAGED: Mapping[str, tuple[str, ...]] = {
 }
 """Package -> its programs of `PROGRAMS`."""
 DEFAULT_RVIZ_FILE = "~/.rviz/default.rviz"
-"""What rviz shows if no file is named."""
+"""The file that rviz opens if none is named."""
 _TRANSPORTS = frozenset({"raw", "compressed"})
 
 
@@ -151,14 +151,14 @@ class Call(NamedTuple):
 
 
 def call_of(program: str, words: Sequence[str]) -> Call:
-    """Return what a stock program's words are for ``pyros1 web``.
+    """Return the call of ``pyros1 web`` for a stock program's command line.
 
     Args:
         program: one of `PROGRAMS`.
         words: the words after its name, without remappings.
 
     Raises:
-        UsageError: an option has no value, or has one and takes none.
+        UsageError: an option lacks a value, or has one but accepts none.
     """
     known = PROGRAMS[program]
     result = [*known.words]
@@ -185,7 +185,7 @@ def call_of(program: str, words: Sequence[str]) -> Call:
 
 
 def first_argument(words: Sequence[str], valued: Collection[str]) -> int:
-    """Return the place of the first word that is no option and no option's value; the number of words if there is none.
+    """Return the index of the first word that is no option and no option's value; the number of words if all are.
 
     Args:
         words: a command line.
@@ -198,7 +198,7 @@ def first_argument(words: Sequence[str], valued: Collection[str]) -> int:
 
 
 def picture_topic(words: Sequence[str], remapped: str, transport: str) -> list[str]:
-    """Return the topic that image_view shows, as words: one, or none if nothing names it.
+    """Return the topic that image_view displays, as a list: empty if nothing names it.
 
     Args:
         words: its words without options: the transport, or a topic, or both.
@@ -213,7 +213,7 @@ def picture_topic(words: Sequence[str], remapped: str, transport: str) -> list[s
 
 
 def has_display(environ: Mapping[str, str], platform: str) -> bool:
-    """Return whether a browser can have a window here: without one, Linux would take a browser for terminals.
+    """Return whether a browser can open a window: without one, Linux would start a browser for terminals.
 
     Args:
         environ: environment variables.

@@ -1,8 +1,8 @@
-# Offers the modules of stock ROS 1 by pyros1 to a program, without costing it anything before it imports one.
+# Offers pyros1's modules under the names of stock ROS 1 to a program, at no cost until it imports one.
 #
 # `pyros1 run`, `launch`, `test` and `setup` put this folder on PYTHONPATH, where sitecustomize.py imports this module;
-# `pyros1 rospy enable` writes a .pth file that does. It must work, and do no harm, in any Python: also in one without
-# pyros1, and in Python 2.
+# `pyros1 rospy enable` writes a .pth file that does. It must work, and do no harm, in any Python, including one without
+# pyros1, and Python 2.
 import gc
 import os
 import sys
@@ -19,18 +19,18 @@ MODULES = os.path.join(os.path.dirname(HERE), "modules")
 
 
 class Waiting(object):
-    """Stands at the end of sys.meta_path until something is imported that is nowhere else."""
+    """Stays at the end of sys.meta_path until a module is imported that no other finder finds."""
 
     busy = None  # the thread that imports the real finder
 
     def find_spec(self, name, path=None, target=None):
         if path is not None or name in getattr(sys, "stdlib_module_names", ()) or name.startswith("pyros1"):
             return None
-        # Python holds the import lock now, for which other threads may wait in the middle of an import of what we
-        # import.
+        # Python holds the import lock now. Other threads may be waiting for it while they import the same modules as
+        # we do.
         try:
             _imp.release_lock()
-        except RuntimeError:  # a program asks, not the import system
+        except RuntimeError:  # called by a program, not by the import system
             real = self.real()
         else:
             try:
@@ -42,20 +42,20 @@ class Waiting(object):
         hint_at_missing(name)
         return None
 
-    def find_module(self, name, path=None):  # Python 2 asks this one
+    def find_module(self, name, path=None):  # Python 2 calls this one
         if path is None:
             hint_at_missing(name)
 
     def real(self):
-        """Put the real finder in this one's place; return None if this Python has no pyros1."""
+        """Replace this finder by the real one; return None if this Python has no pyros1."""
         if self.busy == get_ident():
-            return None  # the import below asks for a module that is nowhere
+            return None  # the import below needs a module that does not exist
         self.busy = get_ident()
         collects = gc.isenabled()
-        gc.disable()  # as pyros1.ground.loading does
+        gc.disable()  # like pyros1.ground.loading
         try:
             from pyros1.drop_in.finder import install
-        except (ImportError, SyntaxError):  # it has none, or is too old to read it
+        except (ImportError, SyntaxError):  # it has no pyros1, or is too old for it
             return None
         finally:
             self.busy = None
@@ -67,10 +67,10 @@ class Waiting(object):
 
 
 class Folders(object):
-    """Stands before Python's own finder, which takes any folder for a package if there is no other of its name.
+    """Precedes Python's own finder, which takes any folder for a package if no other package has its name.
 
-    In the source folder of a workspace lie folders like std_msgs, whose messages would then not be found. The lowest
-    modules must be ours, too, if there is a real genpy, but no rospy.
+    The source folder of a workspace contains folders like std_msgs, whose messages would then not be found. The basic
+    modules must be ours as well if a real genpy is installed, but no rospy.
     """
 
     def find_spec(self, name, path=None, target=None):
@@ -87,12 +87,12 @@ class Folders(object):
 
 
 def is_module(spec):
-    """Tell whether what Python has found is more than a folder."""
+    """Return whether what Python has found is more than a folder."""
     return spec is not None and spec.has_location
 
 
 def hint_at_missing(name):
-    """Say what to do if a program imports one of the modules on a Python that has no pyros1."""
+    """Print what to do if a program imports one of the modules on a Python that has no pyros1."""
     if name in ("rospy", "roslib") and os.path.isdir(os.path.join(MODULES, name)):
         ours = os.environ.get("PYROS1_PYTHON", "")
         what = "Python 2" if sys.version_info[0] == 2 else sys.executable
@@ -133,7 +133,7 @@ PYTHON2_SYNTAX += ("invalid decimal literal", "leading zeros in decimal")
 
 
 def is_python2(error):
-    """Tell whether an error is one that programs written for Python 2 meet."""
+    """Return whether an error is typical of programs written for Python 2."""
     text = str(error)
     if isinstance(error, SyntaxError):
         return text.startswith(PYTHON2_SYNTAX)
@@ -163,7 +163,7 @@ OLDER += tuple(
 
 
 def since(error):
-    """Return what to write for a thing that older Pythons and libraries had, or None."""
+    """Return what to use in place of something that only older Pythons and libraries had, or None."""
     if not isinstance(error, (AttributeError, ImportError, TypeError)):
         return None
     text = str(error)
@@ -177,7 +177,7 @@ PYTHON2 = (
 
 
 def reason_for(error):
-    """Return what is to be said of an error that old programs meet, or an empty text."""
+    """Return a hint about an error that is typical of old programs, or an empty text."""
     if is_python2(error):
         return PYTHON2
     advice = since(error)
@@ -185,10 +185,10 @@ def reason_for(error):
 
 
 def take_over(name):
-    """Import a module in the place of the one of that name in this folder.
+    """Import a module in place of the one of the same name in this folder.
 
-    The folder has modules of the names that programs import first. They are only met if another sitecustomize stands
-    before ours on PYTHONPATH, so that nothing has offered our modules yet.
+    The folder has modules with the names that programs import first. They are only found if another sitecustomize
+    precedes ours on PYTHONPATH, so that our modules have not been offered yet.
     """
     sys.path[:] = [each for each in sys.path if os.path.abspath(each or ".") != HERE]
     install()
@@ -197,7 +197,7 @@ def take_over(name):
 
 
 def install():
-    """Offer the modules in this process, unless the environment says stock's."""
+    """Offer the modules in this process, unless the environment selects stock's."""
     wanted = os.environ.get("PYROS1_ROSPY", "")
     if wanted == "stock" or any(type(each).__name__ in ("Waiting", "Finder") for each in sys.meta_path):
         return

@@ -1,5 +1,5 @@
-# Python imports this when a program starts whose PYTHONPATH has this folder, as pyros1 run, launch and setup make it.
-# It must work, and do no harm, in any Python: also in one without pyros1, and in Python 2.
+# Python imports this when a program starts whose PYTHONPATH contains this folder, as set by pyros1 run, launch and
+# setup. It must work, and do no harm, in any Python, including one without pyros1, and Python 2.
 import os
 import sys
 
@@ -16,12 +16,12 @@ def _others():
     except ImportError:
         pass
     if this is not None:
-        sys.modules.setdefault("sitecustomize", this)  # Python wants to see it there
+        sys.modules.setdefault("sitecustomize", this)  # Python expects it there
 
 
 import pyros1_modules  # noqa: E402
 
 try:
     _others()
-finally:  # Python reports an error in theirs, and goes on
+finally:  # Python reports an error in theirs, and continues
     pyros1_modules.install()

@@ -187,7 +187,7 @@ _SIZE_CHECKED: Mapping[type, Mapping[str, Callable[..., Any]]] = {
 
 
 def _map(limit: int, function: Callable[..., Any], *iterables: Iterable[Any]) -> list[Any]:
-    """Return the result of map() as a list, so that it is within the limits, too."""
+    """Return the result of map() as a list, so that it is within the limits as well."""
     results: list[Any] = []
     total = 0
     for arguments in zip(*iterables):  # noqa: B905 - as map() does it, up to the shortest

@@ -1,8 +1,9 @@
 """Interpreter of expressions: the allowed subset of Python's syntax, and its meaning.
 
 A text is parsed to Python's syntax tree, checked to contain only harmless nodes, and interpreted node by node; nothing
-is compiled or executed. Attributes that begin with ``_`` (but for some of messages) and assignments are not accessible,
-and sizes and loops are limited, so that an expression can neither reach into the interpreter nor keep it busy for long.
+is compiled or executed. Attributes that begin with ``_`` (except for some of messages) and assignments are not
+accessible, and sizes and loops are limited, so that an expression can neither reach into the interpreter nor keep it
+busy for long.
 
 Subclasses of `Interpreter` define the nodes, names, attributes and functions for their users.
 """
@@ -104,7 +105,7 @@ class Interpreter:
     """Largest `size` of a computed value."""
 
     max_work: ClassVar[int] = MAX_WORK
-    """Most work of an expression, see `limits`."""
+    """Maximum work of an expression, see `limits`."""
 
     def __init__(self, text: str) -> None:
         self._work = 0
@@ -286,7 +287,7 @@ class Interpreter:
     def _lambda(self, node: ast.Lambda, names: Mapping[str, Any]) -> Any:
         return Lambda(self.value, node, names)
 
-    # A generator expression is evaluated at once, so that its result is within the limits, too.
+    # A generator expression is evaluated at once, so that its result is within the limits as well.
     def _listcomp(self, node: ast.ListComp | ast.GeneratorExp, names: Mapping[str, Any]) -> Any:
         return self._comprehension(node.generators, names, lambda inner: self.value(node.elt, inner))
 
@@ -408,7 +409,7 @@ class Interpreter:
         return self._checked(function(*arguments, **keywords))
 
     def _key(self, function: Callable[..., Any]) -> Callable[[Any], Any]:
-        """What is called for each item that is sorted: its values are kept until all are there, so all are bounded."""
+        """Function that is called for each sorted item: its values are kept until all are there, so all are bounded."""
         total = 0
 
         def key(item: Any) -> Any:

@@ -8,16 +8,16 @@ from typing import Any
 from pyros1.ground.errors import Error
 
 MAX_TEXT = 10_000
-"""Most characters of an expression."""
+"""Maximum number of characters of an expression."""
 
 MAX_ITEMS = 10_000
-"""Most characters or items of a computed value, with those of nested values."""
+"""Maximum number of characters or items of a computed value, with those of nested values."""
 
 MAX_BITS = 4096
-"""Most bits of a computed integer."""
+"""Maximum number of bits of a computed integer."""
 
 MAX_WORK = 10_000_000
-"""Most work of an expression. Operations and functions count one for each item that they visit, or for eight
+"""Maximum work of an expression. Operations and functions count one for each item that they visit, or for eight
 characters of a string; in addition, each evaluation of a node counts `STEP`."""
 
 STEP = 6
@@ -29,7 +29,7 @@ CALL = 30
 TOO_EXPENSIVE = "the expression takes too much work; use fewer fields or items"
 TOO_LARGE = "the result is too large; use fewer fields, items or characters"
 MAX_SAME_HASH = 100
-"""Most keys of a set or dictionary with the same hash, such as the multiples of 2**61 - 1."""
+"""Maximum number of keys of a set or dictionary with the same hash, such as the multiples of 2**61 - 1."""
 
 _FIXED_SIZE = frozenset({bool, float, type(None)})
 SCALARS = _FIXED_SIZE | {int}

@@ -15,7 +15,7 @@ _STAR_WIDTH = re.compile(r"[%)][#0 +-]*\*|\.\*")
 
 
 def _invert(value: Any) -> Any:
-    return ~int(value) if isinstance(value, bool) else ~value  # Python will remove the one of booleans
+    return ~int(value) if isinstance(value, bool) else ~value  # Python will remove ``~`` for booleans
 
 
 BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
@@ -83,7 +83,7 @@ def _require_bits(op: ast.operator, left: Any, right: Any) -> None:
 
 def _require_items(sequence: Any, count: Any, limit: int) -> None:
     if isinstance(sequence, str | bytes | bytearray | list | tuple) and not isinstance(count, float):
-        with contextlib.suppress(TypeError):  # numpy's integers count, too
+        with contextlib.suppress(TypeError):  # including numpy's integers
             require(size(sequence, limit) * operator.index(count), limit)
 
 

@@ -1,1 +1,1 @@
-"""Python nodes as forks of processes that have imported pyros1 already."""
+"""Starts Python nodes by forking processes that have already imported pyros1."""

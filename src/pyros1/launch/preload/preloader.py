@@ -1,8 +1,8 @@
-"""Python nodes of a launch as forks of processes that have imported pyros1 already: ``pyros1 launch --preload``.
+"""Starts Python nodes by forking processes that have already imported pyros1: ``pyros1 launch --preload``.
 
-A node can be one if its script's first line names the interpreter of this launcher, and nothing else starts it. Nodes
-share a server if their environments agree in all that an interpreter, or what the server imports, looks at when it
-starts (`KEPT_VARIABLES`); a server is started with its first node. The program's code is in `server`.
+A node can be forked if its script's first line names this launcher's interpreter, and no other program starts it. Nodes
+share a server if their environments agree in all variables that an interpreter, or the modules that the server imports,
+read at startup (`KEPT_VARIABLES`); a server is started with its first node. The program's code is in `server`.
 """
 
 from __future__ import annotations
@@ -33,22 +33,22 @@ KEPT_VARIABLES = (
     "PATH",
     "HOME",
 )
-"""Beginnings of the names of variables in which the environments of a server and its nodes must agree."""
-# The launcher's folder is no place for modules: one of its files may be called like one of Python's.
+"""Prefixes of the variables that must be the same in the environments of a server and its nodes."""
+# No modules are imported from the launcher's folder: its files may have the names of Python's modules.
 _START = (
     "import sys; '' in sys.path and sys.path.remove(''); from pyros1.launch.preload.server import main; exec(*main({}))"
 )
 REPLY_TIMEOUT = 30.0
-"""Seconds that a server has to start, and to fork."""
+"""Timeout in seconds for a server to start, and to fork."""
 _LONGEST_LINE = 200
 
 
 class Forked:
-    """A process that a server has forked, with what a launcher needs of `subprocess.Popen`; it waits for `begin`.
+    """A process forked by a server, with the part of `subprocess.Popen` that a launcher needs; it waits for `begin`.
 
     Args:
         pid: its process id.
-        link: the socket over which the server tells its exit code.
+        link: the socket over which the server reports its exit code.
     """
 
     def __init__(self, pid: int, link: socket.socket) -> None:
@@ -56,25 +56,25 @@ class Forked:
         self._link = link
 
     def begin(self) -> None:
-        """Let it run its program. If this process is killed before, it ends."""
-        with contextlib.suppress(OSError):  # it was killed meanwhile, which `wait` tells
+        """Let it run its program. If this process is killed first, it ends."""
+        with contextlib.suppress(OSError):  # it has been killed, which `wait` reports
             self._link.sendall(b"+")
         self._link.settimeout(None)
 
     def wait(self) -> int:
-        """Wait until it has ended; return its exit code, negative for a signal. One call only."""
+        """Wait until it has ended; return its exit code, negative for a signal. Call it only once."""
         with self._link as link:
             data = b""
             with contextlib.suppress(OSError):
                 data = link.recv(NUMBER.size)
         if len(data) == NUMBER.size:
             return int(NUMBER.unpack(data)[0])
-        while _is_running(self.pid):  # the server was killed: nobody else can wait for the process
+        while _is_running(self.pid):  # the server was killed: no other process can wait for this one
             time.sleep(0.1)
         return -signal.SIGKILL
 
     def send_signal(self, number: int) -> None:
-        """Send it a signal, if it runs."""
+        """Send it a signal, if it is running."""
         with contextlib.suppress(ProcessLookupError):
             os.kill(self.pid, number)
 
@@ -84,7 +84,7 @@ class Forked:
 
 
 def _is_running(pid: int) -> bool:
-    """Return whether a process runs that is not a child of this one. Zombies, which process 1 may leave, do not."""
+    """Return whether a process that is not our child is running. Zombies, which process 1 may leave, do not count."""
     try:
         os.kill(pid, 0)
     except ProcessLookupError:
@@ -93,7 +93,7 @@ def _is_running(pid: int) -> bool:
         pass
     try:
         return Path(f"/proc/{pid}/stat").read_text(errors="replace").rpartition(")")[2].split()[0] not in "ZX"
-    except OSError:  # this system has no such files; or it has just ended, which the next look tells
+    except OSError:  # this system has no such files; or it has just ended, which the next check finds
         return True
 
 
@@ -119,7 +119,7 @@ class _Server:
     def fork(
         self, script: str, words: Sequence[str], environ: Mapping[str, str], folder: str, out: int, err: int
     ) -> Forked:
-        """Fork a program. It waits for `Forked.begin`: one that comes too late must not run beside its substitute.
+        """Fork a program. It waits for `Forked.begin`: a late process must not run beside its substitute.
 
         Raises:
             OSError: the server does not answer.
@@ -134,7 +134,7 @@ class _Server:
             link.sendall(LENGTH.pack(len(text)) + text)
             data = link.recv(NUMBER.size)
             pid = NUMBER.unpack(data)[0] if len(data) == NUMBER.size else 0
-            if pid <= 0:  # it was killed at once
+            if pid <= 0:  # it was killed immediately
                 raise ConnectionError("the process that forks nodes has exited, or cannot fork")
         except BaseException:
             link.close()
@@ -152,10 +152,10 @@ class _Server:
 
 
 class Preloader:
-    """Starts Python nodes by forks.
+    """Starts Python nodes by forking.
 
     Args:
-        environ: the launcher's environment; servers have it, with the kept variables of their nodes.
+        environ: the launcher's environment; servers get it, with the kept variables of their nodes.
     """
 
     def __init__(self, environ: Mapping[str, str]) -> None:
@@ -172,10 +172,11 @@ class Preloader:
             out, err: descriptors of its standard output and standard error.
 
         Returns:
-            The process; None if it must be started in the usual way, as all are if this one has no standard output.
+            The process; None if it must be started in the usual way; this is always so if the launcher has no standard
+            output.
         """
         script = script_of(words, environ)
-        closed = None in (sys.__stdin__, sys.__stdout__, sys.__stderr__)  # then a server has no such files either
+        closed = None in (sys.__stdin__, sys.__stdout__, sys.__stderr__)  # then a server has no such descriptors either
         if script is None or closed or not os.path.isdir(folder):
             return None
         kept_variables = {name: value for name, value in environ.items() if name.startswith(KEPT_VARIABLES)}
@@ -192,7 +193,7 @@ class Preloader:
             return None
 
     def close(self) -> None:
-        """End the servers, when no process is left."""
+        """End the servers. Call this when no process is left."""
         for server in self._servers.values():
             server.close()
         self._servers.clear()

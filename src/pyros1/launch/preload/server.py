@@ -1,11 +1,11 @@
-"""A process that has imported pyros1 once, and becomes a Python program for each request, by a fork.
+"""A process that has imported pyros1 once, and forks for each request to become a Python program.
 
-Fifty nodes import the same modules fifty times, which is most of what they do until they are registered. The launcher
-starts this program with ``--preload``; see `preloader`, its other side. It has one thread, and the modules that it
-imports begin none and keep nothing of the environment but what `preloader.KEPT` names, so a forked program is like
-one that was started: with its own session, folder, environment, arguments, output and ``__main__``.
+Fifty nodes import the same modules fifty times, which takes most of their time until they are registered. The launcher
+starts this program with ``--preload``; see `preloader`, its other side. It has one thread. The modules that it imports
+start none, and store only those environment variables that `preloader.KEPT_VARIABLES` names. So a forked program
+behaves as if started normally: with its own session, folder, environment, arguments, output and ``__main__``.
 
-It must be the last frame below the program: `become` returns what the program's own top level is.
+It must be the last frame below the program: `become` returns the code to run at the top level.
 """
 
 from __future__ import annotations
@@ -42,11 +42,11 @@ _OUR_MODULES = os.path.join("pyros1", "drop_in", "modules")
 
 
 class Request:
-    """What to become.
+    """A request to become a program.
 
     Args:
-        descriptors: of the socket to the launcher, from which a JSON text comes with the script's path, its words,
-            environment and folder; of the standard output and the standard error.
+        descriptors: those of the socket to the launcher, which sends a JSON text with the script's path, its words,
+            environment and folder; of the standard output; and of the standard error.
 
     Raises:
         OSError, ValueError: the launcher has ended, or there was no room for all descriptors.
@@ -64,7 +64,7 @@ class Request:
 
 
 def preload() -> None:
-    """Import what most nodes import. Our rospy and its siblings only if they are this interpreter's."""
+    """Import what most nodes import; our rospy and its siblings only if this interpreter would find them."""
     import pyros1.node.node  # noqa: F401, PLC0415
     from pyros1.msgs import load_message  # noqa: PLC0415
 
@@ -84,7 +84,7 @@ def serve(control: socket.socket) -> Request | None:
     """Answer requests until the launcher has ended.
 
     Returns:
-        In a forked process, what it is to become; None in this one.
+        In a forked process, the program to become; None in this one.
     """
     children: dict[int, socket.socket] = {}
     wake_receiver, wake_sender = socket.socketpair()
@@ -108,7 +108,7 @@ def serve(control: socket.socket) -> Request | None:
         try:
             request = Request(descriptors)
             child = os.fork()
-        except (OSError, ValueError):  # the launcher notices, and starts this one in the usual way
+        except (OSError, ValueError):  # the launcher notices, and starts this program in the usual way
             for descriptor in descriptors:
                 os.close(descriptor)
             continue
@@ -125,7 +125,7 @@ def serve(control: socket.socket) -> Request | None:
 
 
 def await_start(link: socket.socket) -> None:
-    """Be a process that signals reach, tell the launcher so, and end if it does not want it any more."""
+    """Make this process able to receive signals, report this to the launcher, and exit if it is no longer wanted."""
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
     signal.signal(signal.SIGINT, signal.default_int_handler)
     os.setsid()
@@ -138,7 +138,7 @@ def await_start(link: socket.socket) -> None:
 
 
 def read_text(link: int) -> bytes:
-    """Return a text that comes with its length in front.
+    """Return a text that is preceded by its length.
 
     Raises:
         ConnectionError: the launcher ended in the middle.
@@ -153,7 +153,7 @@ def read_text(link: int) -> bytes:
 
 
 def reap_children(children: dict[int, socket.socket]) -> None:
-    """Take note of programs that have ended, and tell the launcher how."""
+    """Collect programs that have ended, and report their exit codes to the launcher."""
     for child in list(children):
         pid, status = os.waitpid(child, os.WNOHANG)
         if pid:
@@ -169,7 +169,7 @@ def send_number(link: socket.socket, number: int) -> None:
 
 
 def become(request: Request) -> tuple[Any, dict[str, Any]]:
-    """Make this process what a new interpreter is that was told to run a script.
+    """Make this process look like a new interpreter that was started with a script.
 
     Returns:
         The script's code, and the namespace of its ``__main__``.
@@ -186,7 +186,7 @@ def become(request: Request) -> tuple[Any, dict[str, Any]]:
     time.tzset()
     sys.argv = [request.script, *request.words]
     sys.orig_argv = [sys.executable, *sys.argv]
-    if not getattr(sys.flags, "safe_path", False):  # of Python 3.11
+    if not getattr(sys.flags, "safe_path", False):  # new in Python 3.11
         sys.path.insert(0, os.path.dirname(os.path.realpath(request.script)))
     stdout: Any = sys.stdout
     stdout.reconfigure(line_buffering=os.isatty(1))
@@ -212,15 +212,15 @@ def hide_launcher_frames(script: str) -> None:
 
 
 def main(descriptor: int) -> tuple[Any, dict[str, Any]]:
-    """Serve; return a program's code and namespace in a process that was forked for it.
+    """Serve; in a process forked for a program, return its code and namespace.
 
     Args:
-        descriptor: of the socket to the launcher.
+        descriptor: descriptor of the socket to the launcher.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     preload()
     gc.collect()
-    gc.freeze()  # so that collections in the programs do not copy what all of them share
+    gc.freeze()  # so that garbage collections in the programs do not copy shared memory
     request = serve(socket.socket(fileno=descriptor))
     if request is None:
         sys.exit()

@@ -1,4 +1,4 @@
-"""The ``wait-for`` attribute: what must exist before a node starts."""
+"""The ``wait-for`` attribute: conditions for the start of a node."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def parse_conditions(text: str, namespace: str, name: str) -> list[Condition]:
         name: the node's base name, for private names.
 
     Raises:
-        LaunchError: a word has no such form.
+        LaunchError: a word does not have this form.
     """
     found = []
     for word in text.split():

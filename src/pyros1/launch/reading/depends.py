@@ -1,4 +1,4 @@
-"""Which packages launch files need, and which of these their package does not declare (L174, L175)."""
+"""Packages that launch files need, and those of them that are not declared (L174, L175)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _DECLARING = ("depend", "exec_depend", "run_depend")
 
 @dataclass
 class FileNeeds:
-    """What one launch file needs.
+    """The packages and nodes that one launch file needs.
 
     Attributes:
         file: its path as written.

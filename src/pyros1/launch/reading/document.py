@@ -61,7 +61,7 @@ class _TreeBuilder:
         self._entities = 0
         self.parser = DefusedXMLParser(forbid_dtd=False, forbid_entities=False, forbid_external=True)
         expat = self.parser.parser
-        # The facade's own handlers build an element tree without line numbers; only its refusals are wanted here.
+        # The facade's own handlers build an element tree without line numbers; only its security checks are used here.
         expat.DefaultHandlerExpand = None
         expat.CommentHandler = None
         expat.ProcessingInstructionHandler = None

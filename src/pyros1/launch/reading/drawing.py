@@ -12,7 +12,7 @@ from pyros1.launch.plan import NodePlan, Plan
 def tree(plan: Plan) -> str:
     """Return files and nodes as an indented tree, in the order of the files.
 
-    The content of a file, with the nodes of all its includes, is shown only at its first place.
+    The content of a file, with the nodes of all its includes, appears only at its first occurrence.
     """
     visited: set[str] = set()
     return "\n".join(line for top in _top_files(plan) for line in _branch(plan, top, "", visited))

@@ -79,7 +79,7 @@ def load_plan(
         The plan.
 
     Raises:
-        LaunchError: a file cannot be used. The text has the file, the line and the chain of includes.
+        LaunchError: a file cannot be used. The text contains the file, the line and the chain of includes.
     """
     loader = _Loader(resources, only_args, problems, plan or Plan())
     for file in files:

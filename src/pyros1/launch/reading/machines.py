@@ -46,7 +46,7 @@ def read_machine(element: Element, attribute: Callable[[str], str | None], plan:
 
 
 def _meaning(machine: MachinePlan) -> tuple[Any, ...]:
-    """Return the settings in a form that can be compared. Raise LaunchError if one is wrong."""
+    """Return the settings in a comparable form. Raise LaunchError if one is wrong."""
     settings = dict(machine.settings)
     default = settings.get("default", "").lower() or "false"
     if default not in ("true", "false", "never"):

@@ -1,4 +1,4 @@
-"""The ``on-death`` attribute: what is done when a node has ended, so that its last command does not stay."""
+"""The ``on-death`` attribute: an action when a node has ended, so that its last command does not stay in effect."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ USAGE = "use pub TOPIC TYPE VALUE, or run PACKAGE PROGRAM ARGUMENTS"
 
 @dataclass(frozen=True)
 class OnDeath:
-    """What is done when a node has ended.
+    """The action to take when a node has ended.
 
     Attributes:
         kind: ``pub``: a message is published; ``run``: a program of a package is run.
@@ -35,7 +35,7 @@ def parse_on_death(text: str, namespace: str, name: str, remappings: Iterable[tu
         text: the attribute.
         namespace: namespace of relative names.
         name: the node's base name, for private names.
-        remappings: those of the node, which hold for the topic, too.
+        remappings: the node's remappings, which apply to the topic as well.
 
     Raises:
         LaunchError: it is neither of the two forms, or its quotes do not match.

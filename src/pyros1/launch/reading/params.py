@@ -129,7 +129,7 @@ class ParamReader:
         except YamlError as error:
             line = first_line if error.line is None else first_line + error.line - 1
             raise LaunchError(f"error loading <rosparam> tag: {_without_location(error)}", where, line) from error
-        if value is None:  # nothing, or what says so, sets nothing
+        if value is None:  # an empty text or null sets nothing
             return
         if needs_dict and not isinstance(value, dict):
             raise LaunchError("error loading <rosparam> tag: 'param' attribute must be set for non-dictionary values")

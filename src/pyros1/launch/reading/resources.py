@@ -35,7 +35,7 @@ class PackageFinder(Protocol):
 
 
 MAX_FILE_SIZE = 64 << 20
-"""Most bytes of a file, or of a command's output: a master takes no larger parameter."""
+"""Maximum number of bytes of a file, or of a command's output: a master accepts no larger parameter."""
 
 
 def _read_bytes(path: str) -> bytes:
@@ -44,7 +44,7 @@ def _read_bytes(path: str) -> bytes:
 
 
 def read_bounded(stream: IO[bytes], name: str) -> bytes:
-    """Return what a stream has, which may never end.
+    """Return the content of a stream, which may be endless.
 
     Raises:
         LaunchError: it has more than `MAX_FILE_SIZE` bytes.
@@ -68,7 +68,7 @@ class Resources:
         environ: environment variables.
         read_bytes: returns a file's content; raises OSError, or LaunchError if it is too large.
         run_command: runs a command given as words, returns its standard output; raises LaunchError.
-        unique: returns text that makes ``$(anon x)`` unique; called once per identifier.
+        unique: returns a text that makes ``$(anon x)`` unique; called once per identifier.
         stdin: returns the content of standard input, for ``-``.
     """
 
@@ -103,7 +103,7 @@ class Resources:
         return self.read_text(path)
 
     def near_file(self, path: str) -> str:
-        """Return a hint at a file next to `path` with a similar name, empty if none is similar."""
+        """Return a hint about a file next to `path` with a similar name, empty if there is none."""
         try:
             return did_you_mean(os.path.basename(path), os.listdir(os.path.dirname(path) or "."))
         except OSError:

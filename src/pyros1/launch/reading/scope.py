@@ -1,4 +1,4 @@
-"""What is in effect at a place in a launch file: namespace, arguments, remappings, environment, private parameters."""
+"""The settings in effect at a place in a launch file: namespace, arguments, remappings, environment and so on."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Scope:
     """The scope of a tag. Groups and includes get copies, so that their changes stay inside (X60, X61).
 
     Attributes:
-        resources: the outer world.
+        resources: access to files, packages and the environment.
         file: the current file.
         included: whether the file was included by another one.
         namespace: the namespace, with a slash at the end.
@@ -114,7 +114,7 @@ class Scope:
         """Apply an ``<env>`` tag (X68).
 
         Raises:
-            LaunchError: an attribute is missing, or not possible in an environment.
+            LaunchError: an attribute is missing, or cannot be stored in an environment.
         """
         if not name or value is None:
             raise LaunchError("<env> tag is missing required name/value attributes")

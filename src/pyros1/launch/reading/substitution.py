@@ -15,8 +15,8 @@ from pyros1.ground.suggest import did_you_mean
 from pyros1.launch.reading.convert import convert_value
 
 MAX_GROWTH = 1 << 18
-"""Most characters that substitutions add to a text: an argument that holds another one ten times, which holds another
-one ten times and so on, would fill any memory. A program's argument has at most half of that."""
+"""Maximum number of characters that substitutions add to a text: an argument that contains another one ten times, which
+contains another one ten times and so on, would fill any memory. A program's argument has at most half of that."""
 
 _COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg")
 
@@ -51,7 +51,7 @@ def substitute(text: str, source: Substituter) -> str:
 
     Args:
         text: an attribute's value, or YAML text with ``subst_value``.
-        source: where values come from.
+        source: provides the values.
 
     Returns:
         The text without substitutions.

@@ -44,7 +44,7 @@ def run_command(words: list[str]) -> str:
     Raises:
         LaunchError: the command cannot be run, or fails.
     """
-    # Rarely needed when only a question is asked.
+    # Rarely needed by mere queries.
     import subprocess  # noqa: PLC0415
 
     from pyros1.launch.reading.xacro_tool import xacro_words  # noqa: PLC0415

@@ -40,7 +40,7 @@ def xacro_words(words: list[str]) -> list[str]:
 
 
 def missing_input(words: list[str]) -> str:
-    """Return the file that a command line of xacro names, if it is not there. Empty if it is, or is not known."""
+    """Return the file that a command line of xacro names, if it does not exist. Empty if it exists or is not known."""
     names, value = [], False
     for word in words:
         if not value and not word.startswith("-") and ":=" not in word:

@@ -120,7 +120,7 @@ class _Agent:
             reader.start()
         code = node.wait()
         for reader in readers:
-            reader.join(1.0)  # its last output comes first, unless a child keeps the pipe open
+            reader.join(1.0)  # its last output is sent first, unless a child keeps the pipe open
         self.send(event="ended", label=label, code=code)
 
     def _signal(self, label: str, number: int) -> None:

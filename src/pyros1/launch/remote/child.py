@@ -39,7 +39,7 @@ _ALL_ENDED = "all processes on machine have died"
 
 
 class Parent:
-    """The launcher that has started this one.
+    """The launcher that started this one.
 
     A thread reports events to it in order. If the parent does not answer, reporting stops.
 
@@ -274,7 +274,7 @@ class Child:
 
 
 def end_with_stdin(stop: Callable[[str], None]) -> None:
-    """End when the ssh connection does: this closes our standard input, and may be the only sign of it.
+    """End with the ssh connection: its end closes our standard input, which may be the only sign of it.
 
     Nodes get an empty standard input, so that none of them consumes the end of ours.
     """

@@ -3,7 +3,7 @@
 One connection per machine runs the program in `agent` there, and brings back the output of nodes and how they end. When
 it breaks, the agent ends the nodes: at once if the connection is closed, after 30 seconds of silence if the network
 fails. The launcher tries to reconnect after 1, 2, 4, ... 30 seconds, and then starts nodes with ``respawn`` again;
-`pyros1 node start` starts others.
+`pyros1 node start` starts the rest.
 
 The other machine needs a ``python3``, and pyros1 or stock ROS to find nodes, but no launcher. It does not have to reach
 this launcher, but its nodes have to reach the master and the other nodes.
@@ -52,8 +52,8 @@ _Factory = Callable[[ProcessSpec, Callable[[Process], object], "Warden | None", 
 def ssh_words(machine: MachinePlan, environ: Mapping[str, str]) -> list[str]:
     """Return the command that connects to a machine and runs the agent there.
 
-    The settings of the ``<machine>`` tag have priority over the user's ssh configuration. Without an ``env-loader``
-    the usual one is used if the machine has it.
+    The settings of the ``<machine>`` tag have priority over the user's ssh configuration. Without an ``env-loader`` the
+    default one is used if it exists on the machine.
     """
     settings = dict(machine.settings)
     connect_timeout = math.ceil(_timeout(settings))

@@ -14,9 +14,9 @@ from pyros1.launch.running.process import Process
 from pyros1.launch.running.usage import UNKNOWN, Usage
 
 _LOST = 255
-_KILL = 9  # SIGKILL of the machine there, which this one may lack
+_KILL = 9  # SIGKILL on the other machine; this one may lack it
 START_TIMEOUT = 10.0
-"""Timeout in seconds for the other machine's answer that a node was started."""
+"""Timeout in seconds for the other machine to confirm the start of a node."""
 
 
 class Machine(Protocol):
@@ -35,7 +35,7 @@ class RemoteProcess(Process):
     """A process on another machine."""
 
     def attach(self, machine: Machine, node: NodePlan, run_id: str) -> None:
-        """Take the machine to run on, and what to run."""
+        """Set the machine to run on, and the program to run."""
         self._machine, self._node, self._run_id = machine, node, run_id
         self.machine = machine.plan.name
         self._answer: dict[str, Any] | None = None
@@ -43,7 +43,7 @@ class RemoteProcess(Process):
         self._announce: Callable[[Process], object] = lambda process: None
         self._pid = 0
         self._running = False
-        self._given_up = False  # the answer to its start came too late
+        self._given_up = False  # the confirmation of its start came too late
 
     @property
     def pid(self) -> int:
@@ -52,19 +52,19 @@ class RemoteProcess(Process):
 
     @property
     def alive(self) -> bool:
-        """Whether it runs, as far as known here."""
+        """Whether it is running, as far as known here."""
         return self._running
 
     @property
     def gone(self) -> bool:
-        """Whether it does not run. The agent ends the rest of its process group."""
+        """Whether it is not running. The agent ends the rest of its process group."""
         return not self._running
 
     def start(self, announce: Callable[[Process], object] = lambda process: None) -> None:
         """Start it, or start it again.
 
         Args:
-            announce: called with this object when it runs.
+            announce: called with this object when it is running.
 
         Raises:
             OSError: the process cannot be started, or the machine cannot be reached.
@@ -116,12 +116,12 @@ class RemoteProcess(Process):
             if self._running:
                 self._exited(int(message.get("code", 0)))
         elif self._given_up:
-            if event == "started":  # too late: it is unknown here now
+            if event == "started":  # too late: it is no longer known here
                 self._machine.send({"do": "signal", "label": self.spec.label, "number": _KILL})
         else:
             self._pid = int(message.get("pid", 0))
             self._running = event == "started"
-            if self._running:  # in this thread, so that its output and its end come after it
+            if self._running:  # in this thread, so that its output and its exit are reported later
                 self.exit_code = None
                 self.spawn_count += 1
                 self.started = time.monotonic()

@@ -1,8 +1,8 @@
 """The launcher's XML-RPC API (X92), for tools such as roswtf; ``status`` and ``control`` are our own.
 
-Everybody may ask. ``control`` stops and starts what the launch file describes, as it describes it, so it never runs
-anything else; and only those may use it who could also send signals to the processes (`callers`). They alone are told
-the environment of a process, which often holds secrets.
+Any client may query the launch. ``control`` stops and starts nodes exactly as the launch file describes them, so it
+never runs anything else; it is restricted to callers that could also send signals to the processes (`callers`). Only
+they can read the environment of a process, which often contains secrets.
 """
 
 from __future__ import annotations
@@ -29,14 +29,14 @@ Triple = list[Any]
 
 
 class LaunchServer:
-    """Answers questions about a launch.
+    """Answers queries about a launch.
 
     Args:
         supervisor: supervisor of the launch's processes.
         address: addresses to listen on and to advertise.
-        title: what is launched, for people: names of files.
+        title: readable title of the launch: names of files.
         refuse: returns why a caller may not control the launch; empty if it may.
-        allowlist: decides who may connect; None lets everybody in.
+        allowlist: decides which hosts may connect; None admits all.
     """
 
     def __init__(

@@ -1,7 +1,7 @@
-"""Who calls a launch: a launch does what it is told only by those who could also send its processes signals.
+"""Checks the callers of a launch: it obeys only callers that could also send signals to its processes.
 
-These are programs on the same machine, of the same user or of root. Linux tells the user of the other end of a local
-connection; elsewhere the machine has to do.
+These are programs on the same machine, of the same user or of root. Linux reveals the user at the other end of a local
+connection; on other systems only the machine is checked.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _ROOT = 0
 
 
 def refusal_reason(connection: socket.socket) -> str:
-    """Return why a caller may not control what runs here; empty if it may.
+    """Return why a caller may not control the processes here; empty if it may.
 
     Args:
         connection: an accepted TCP connection.
@@ -33,7 +33,7 @@ def refusal_reason(connection: socket.socket) -> str:
 
 
 def refusal(remote: Address, local: Address, proc: Path = Path("/proc")) -> str:
-    """Return why a caller may not control what runs here; empty if it may.
+    """Return why a caller may not control the processes here; empty if it may.
 
     Args:
         remote: address and port of its end of the connection.
@@ -59,14 +59,14 @@ def _socket_user(tables: list[str], remote: Address, local: Address) -> int | No
         for line in table.splitlines()[1:]:
             words = line.split()
             if len(words) < 8 or not words[1].endswith(ports[0]) or not words[2].endswith(ports[1]):
-                continue  # quick: there may be thousands
+                continue  # fast, since there may be thousands
             if (_parse(words[1]), _parse(words[2])) == endpoints:
                 return int(words[7])
     return None
 
 
 def _parse(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
-    """Return the address of an end as the tables write it: words of 32 bits in the machine's order in hex, a port."""
+    """Parse an endpoint in the tables: an address of 32-bit words in the machine's byte order in hex, and a port."""
     address = text.partition(":")[0]
     words = [int(address[start : start + 8], 16).to_bytes(4, sys.byteorder) for start in range(0, len(address), 8)]
     return _unwrapped(ipaddress.ip_address(b"".join(words)))
@@ -75,7 +75,7 @@ def _parse(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
 def _unwrapped(
     address: str | ipaddress.IPv4Address | ipaddress.IPv6Address,
 ) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
-    """Return an address without its zone; one of IPv4 also if IPv6 wraps it."""
+    """Return an address without its zone; an IPv4 address that is mapped to IPv6 as IPv4."""
     parsed = ipaddress.ip_address(address.partition("%")[0]) if isinstance(address, str) else address
     return getattr(parsed, "ipv4_mapped", None) or parsed
 

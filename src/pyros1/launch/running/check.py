@@ -1,4 +1,4 @@
-"""What a plan needs but this machine lacks."""
+"""Finds requirements of a plan that this machine does not meet."""
 
 from __future__ import annotations
 
@@ -44,8 +44,8 @@ def is_remote(plan: Plan, node: NodePlan) -> bool:
 def missing_parts(plan: Plan, packages: PackageFinder, environ: Mapping[str, str]) -> Iterator[LaunchError]:
     """Yield an error for each missing machine, package and program that a node needs.
 
-    Other machines are not searched. Nodes that wait for each other are errors, too: none of them would start; and so
-    are parameters that the master cannot get.
+    Other machines are not searched. Nodes that wait for each other are errors as well, since none of them would start;
+    so are parameters that cannot be sent to the master.
     """
     yield from unsendable(plan.params)
     yield from unknown_machines(plan)
@@ -71,13 +71,13 @@ def missing_parts(plan: Plan, packages: PackageFinder, environ: Mapping[str, str
 
 
 def unrunnable_python(plan: Plan, packages: PackageFinder, environ: Mapping[str, str]) -> Iterator[LaunchError]:
-    """Yield an error for each syntax error and missing import of the nodes in Python that run on this machine.
+    """Yield an error for each syntax error and missing import of the Python nodes that run on this machine.
 
     Stock does not look into programs. Nothing of them is executed here.
     """
     nodes: dict[Path, NodePlan] = {}
     for node in [*plan.nodes, *plan.tests]:
-        with suppress(LaunchError, PackageNotFoundError):  # `missing_parts` has it
+        with suppress(LaunchError, PackageNotFoundError):  # reported by `missing_parts`
             if not is_remote(plan, node) and not any("python" in os.path.basename(word) for word in node.prefix):
                 nodes.setdefault(locate(node.package, node.type, packages), node)
     for problem in python_problems({file: {**environ, **node.env} for file, node in nodes.items()}):
@@ -85,7 +85,7 @@ def unrunnable_python(plan: Plan, packages: PackageFinder, environ: Mapping[str,
 
 
 def check_on_death(node: NodePlan) -> None:
-    """Check that what a node's ``on-death`` publishes can be published; when it is needed it would be too late.
+    """Check that a node's ``on-death`` message can be published, since it would be too late when it is needed.
 
     Raises:
         LaunchError: the type is unknown, or the values do not fit.
@@ -116,7 +116,7 @@ def unsendable(params: Mapping[str, Any]) -> Iterator[LaunchError]:
 
 
 def endless_waits(plan: Plan) -> Iterator[LaunchError]:
-    """Yield an error for each node that waits for itself, also through other nodes."""
+    """Yield an error for each node that waits for itself, directly or through other nodes."""
     waits = {
         node.full_name: [condition.name for condition in node.wait_for if condition.kind == "node"]
         for node in plan.nodes
@@ -143,7 +143,7 @@ def _cycle(start: str, waits: Mapping[str, list[str]]) -> list[str]:
 
 
 def near_executable(node: NodePlan, packages: PackageFinder) -> str:
-    """Return a hint at a misspelt package or type, empty if nothing is similar."""
+    """Return a hint about a misspelt package or type, empty if nothing is similar."""
     try:
         return did_you_mean(node.type, packages.executables(node.package))
     except PackageNotFoundError:

@@ -55,7 +55,7 @@ class Console:
         """Set the terminal's title."""
         if self._title and self._out.isatty():
             with self._lock:
-                out = getattr(self._out, "under", self._out)  # a command's stream cleans what is written
+                out = getattr(self._out, "under", self._out)  # a command's stream escapes its output
                 out.write(f"\033]2;{text}\007")
                 out.flush()
 

@@ -1,8 +1,8 @@
 """Access to running launches: list their processes, and stop, start or restart one.
 
-Every launch publishes its address in a parameter below ``/roslaunch/uris`` (X81). Stock launches do, too; they tell how
-their processes are, but cannot be told anything. What a launch answers may come from anybody, so its shape is checked
-and its size is bounded.
+Every launch publishes its address in a parameter below ``/roslaunch/uris`` (X81). Stock launches do so as well; they
+report the state of their processes, but cannot be controlled. The answers may come from any program, so their structure
+is checked and their size is bounded.
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ STATES = ("running", "waiting", "stopping", "stopped", "finished", "died", "ende
 _TIMEOUT = 5.0
 _MAX_PROCESSES = 2_000
 _MAX_QUERIED = 200
-"""Processes of a stock launch that are asked for one by one."""
+"""Maximum number of processes of a stock launch that are queried one by one."""
 _MAX_TEXT_LENGTH = 1_000
-"""Most characters of a text."""
+"""Maximum number of characters of a text."""
 _STOCK = "this is a stock roslaunch, which reports the state of its nodes, but cannot stop or start them"
 
 
@@ -37,14 +37,14 @@ class Status:
         label: its name in the launch.
         node: the node's full name.
         state: ``running``, ``waiting`` (for its respawn), ``stopping``, ``stopped`` (by the
-            user), ``finished``, ``died``, or ``ended`` (nobody knows how).
+            user), ``finished``, ``died``, or ``ended`` (with an unknown result).
         pid: process id, 0 if it never ran.
         starts: how often it was started.
-        uptime: seconds since the last start, negative if it does not run or this is unknown.
+        uptime: seconds since the last start, negative if it is not running or this is unknown.
         cpu: CPU time used so far in seconds, negative if unknown.
         memory: resident memory in bytes, negative if unknown.
         machine: name of its machine, empty for the machine of its launch.
-        exit_code: exit code, None while it runs, or if it is unknown.
+        exit_code: exit code, None while it is running or if unknown.
         required: whether its launch ends when it ends.
         respawn: whether it is started again whenever it ends.
         log: path of its log files without ``.log``, empty for none.
@@ -70,10 +70,10 @@ class Report:
     """A launch and its processes at one moment.
 
     Attributes:
-        title: names of its files, or what else it is.
+        title: names of its files, or another description.
         pid: its process id.
         uptime: seconds since it began, negative if unknown.
-        expected: how many of its nodes wait for what they need before their first start.
+        expected: number of nodes that are waiting for their first start.
         refusal: why we may not stop and start its processes; empty if we may.
         processes: its processes, in the order of their start.
     """
@@ -105,10 +105,10 @@ class Launch:
         return unpack(self._client.call(method, *params), f"the launch at {self.uri}, called with {method},")
 
     def report(self) -> Report:
-        """Return how it is.
+        """Return its state.
 
         Raises:
-            Error: the launch does not answer, or not as a launch does.
+            Error: the launch does not answer, or its answer is malformed.
         """
         try:
             answer = self._call("status")
@@ -157,7 +157,7 @@ class Launch:
         return Report(title or "a stock roslaunch", pid, age(pid) if pid_here else -1.0, 0, _STOCK, processes)
 
     def info(self, label: str) -> Mapping[str, Any]:
-        """Return what else is known of a process: ``args``, ``cwd`` and more, as the launch gives it.
+        """Return further facts about a process: ``args``, ``cwd`` and more, as reported by the launch.
 
         Raises:
             UnreachableError: the launch does not answer.
@@ -166,18 +166,18 @@ class Launch:
         try:
             info = self._call("process_info", label)
         except (XmlRpcFault, MasterError, ProtocolError):
-            return {}  # stock does not know the dead, and fails for the master
+            return {}  # stock does not know dead processes, and fails for the master
         return info if isinstance(info, dict) else {}
 
     def request(self, verb: str, node: str) -> None:
-        """Tell the launch to stop, start or restart a node. Return before this is done.
+        """Tell the launch to stop, start or restart a node. Do not wait until it is done.
 
         Args:
             verb: ``stop``, ``start`` or ``restart``.
             node: the node's full name, or its label.
 
         Raises:
-            Error: the launch cannot do that, or will not.
+            Error: the launch cannot do that, or refuses.
         """
         try:
             self._call("control", verb, node)
@@ -210,13 +210,13 @@ def _status(entry: Mapping[str, Any]) -> Status:
 
 
 def stock_status(label: str, starts: int, active: bool, info: Mapping[str, Any]) -> Status:
-    """Return how a process of a stock launch is.
+    """Return the status of a process of a stock launch.
 
     Args:
         label: its name in the launch.
         starts: how often it was started.
-        active: whether it runs or may run again.
-        info: what the launch answers to ``process_info``; empty if nothing.
+        active: whether it is running or may run again.
+        info: the launch's answer to ``process_info``; empty if none.
     """
     args = info.get("args")
     words = [word for word in args if isinstance(word, str)] if isinstance(args, list) else []
@@ -262,7 +262,7 @@ def _number(value: Any, default: Any) -> Any:
 
 
 def launch_uris(master: MasterClient) -> dict[str, str]:
-    """Return the URIs of the launches of a system by the names of their parameters; some may be gone.
+    """Return the URIs of the launches of a system by the names of their parameters; some launches may have ended.
 
     Args:
         master: the system's master.

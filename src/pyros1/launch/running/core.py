@@ -30,7 +30,7 @@ MAX_LINE_LENGTH = 100_000
 ROSVERSION = "1.16.0\n"
 ROSDISTRO = "noetic\n"
 _REST_S = 0.2
-"""Seconds between the end of the rosout node and the next one: other nodes of its name must not keep the core busy."""
+"""Seconds before an ended rosout node is restarted: other nodes of its name must not keep the core busy."""
 CORE_PARAMS = {"/rosdistro": ROSDISTRO, "/rosversion": ROSVERSION}
 """Parameters that a core sets in addition to /run_id. The newlines are part of the values, as in stock."""
 
@@ -45,10 +45,10 @@ class Core:
         log_folder: folder of master.log and rosout.log.
         environ: this process's environment.
         on_shutdown: called with the reason when a client tells the master to shut down.
-        notify_timeout: seconds to wait for a node to answer to a notification, None for the default.
+        notify_timeout: seconds to wait for a node to answer a notification, None for the default.
         log_level: lowest level in master.log: debug (with each call of the master), info, warn, error or fatal.
-        allowlist: decides who may connect to the master; None lets everybody in.
-        core_journal: the journal, and what is continued; None: neither.
+        allowlist: decides which hosts may connect to the master; None admits all.
+        core_journal: the journal, with the state to continue; None for no journal.
     """
 
     def __init__(
@@ -118,17 +118,17 @@ class Core:
     def start_rosout(self, warn: Callable[[str], object] = lambda text: None) -> None:
         """Start the rosout node in a thread, so that the launch does not wait for its imports.
 
-        If somebody ends it, as ``rosnode kill`` does, it is started again.
+        If another program ends it, like ``rosnode kill``, it is started again.
 
         Args:
-            warn: called with a line for the user when that happens, in another thread.
+            warn: called in another thread with a line for the user when that happens.
         """
         self._on_rosout = warn
         self._starting = threading.Thread(target=self._start_rosout, name="start rosout", daemon=True)
         self._starting.start()
 
     def await_rosout(self) -> None:
-        """Wait until the rosout node runs.
+        """Wait until the rosout node is running.
 
         Raises:
             Error: it could not be started.
@@ -194,7 +194,7 @@ class Core:
             self._rosout = None
 
     def stop_master(self, *, keep: bool = False) -> None:
-        """End the master. With ``keep`` the next one can continue what it knew."""
+        """End the master. With ``keep`` the next one can continue with its state."""
         self._master.stop(keep=keep)
         self._screen.close()
         self._log_thread.close()

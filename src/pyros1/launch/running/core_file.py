@@ -1,4 +1,4 @@
-"""What a core starts and sets in addition to the master. A user's ``roscore.xml`` may change it (X94)."""
+"""Nodes and parameters that a core adds to the master. A user's ``roscore.xml`` may change them (X94)."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _ROSOUT = ("rosout", "rosout")
 
 @dataclass(frozen=True)
 class CoreFile:
-    """What is started and set with a master.
+    """The nodes and parameters that come with a master.
 
     Attributes:
         rosout: whether to start the rosout node.
@@ -44,12 +44,12 @@ def read_core_file(environ: Mapping[str, str], packages: PackageFinder) -> CoreF
     folder = environ.get("ROS_ETC_DIR")
     if not folder or not (path := Path(folder, "roscore.xml")).is_file():
         return CoreFile()
-    from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415 - few have such a file
+    from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415 - few users have such a file
     from pyros1.launch.reading.resources import Resources  # noqa: PLC0415
     from pyros1.launch.reading.world import run_command  # noqa: PLC0415
 
     def run(words: list[str]) -> str:
-        if words[0] == "rosversion":  # the default file has it, and stock ROS may be missing
+        if words[0] == "rosversion":  # it is in the default file, and stock ROS may be missing
             return ROSDISTRO if "-d" in words else ROSVERSION
         return run_command(words)
 

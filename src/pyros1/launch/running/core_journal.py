@@ -1,4 +1,4 @@
-"""The journal of a core: what an earlier core left that was killed, and what this one keeps for the next."""
+"""The journal of a core: state left by an earlier core that was killed, and state saved for the next one."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 
 class CoreJournal:
-    """What a core goes on with.
+    """The state with which a core continues.
 
     Args:
         environ: environment variables; ROS_HOME is used.
-        port: port of the master. Each host, port and user has a journal of its own.
-        console: told what is continued, and what is not and why.
+        port: port of the master. Each host, port and user has a separate journal.
+        console: prints what is continued, and what is not and why.
     """
 
     def __init__(self, environ: Mapping[str, str], port: int, console: Console) -> None:
@@ -67,26 +67,26 @@ class CoreJournal:
         return value if isinstance(value, str) else None
 
     def report(self, reachable: int, unreachable: list[str]) -> None:
-        """Say which nodes are there. Called on the master's thread."""
+        """Print which nodes are running. Called on the master's thread."""
         unreachable = [
             name for name in unreachable if name != "/rosout"
-        ]  # that was in the earlier core, and this one has its own
+        ]  # it was part of the earlier core, and this one has its own
         if not reachable and not unreachable:
-            return  # it had parameters only
+            return  # it had only parameters
         text = f"continued with {reachable} {'node' if reachable == 1 else 'nodes'} of the earlier master"
         if unreachable:
             text += f"; gone meanwhile: {', '.join(unreachable[:20])}{' ...' if len(unreachable) > 20 else ''}"
         self._console.line(text)
 
     def drop(self) -> None:
-        """This core does not start: what was found is left for the next."""
+        """Leave the journal for the next core, since this one does not start."""
         if self.journal is not None:
             self.journal.close(remove=False)
             self.journal = None
 
 
 def set_aside_journal(environ: Mapping[str, str], port: int, console: Console) -> None:
-    """Set aside what an earlier core left: a master without a journal runs now, and none may go on behind its back.
+    """Set aside an earlier core's journal: a master without a journal is running, so the saved state is outdated.
 
     Args:
         environ, port, console: as for `CoreJournal`.

@@ -28,10 +28,10 @@ def make_run_folder(environ: Mapping[str, str], run_id: str) -> Path:
 
     Args:
         environ: environment variables.
-        run_id: name of the folder. It comes from the master, where anybody can set it.
+        run_id: name of the folder. It comes from the master, where any client can set it.
 
     Raises:
-        LaunchError: the name would lead to another place.
+        LaunchError: the name would lead outside the log folder.
         OSError: the folder cannot be created.
     """
     if "/" in run_id or run_id.startswith(".") or "\0" in run_id or not run_id:

@@ -25,7 +25,7 @@ class Options:
         notify_timeout: seconds that a master started here waits for a node to answer.
         prefix: write the node's name before each line on the screen.
         master_log_level: lowest level in the log of a master started here: debug, info, warn, error or fatal.
-        keep_running: continue when no process is left, as a core always does.
+        keep_running: continue when no process is left, like a core.
         preload: start Python nodes as forks of a process that has imported pyros1.
         journal: a core keeps a journal, and continues a core that was killed.
     """

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pyros1.launch.running.warden import Warden
 
 KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
-"""The signal that nobody can ignore."""
+"""The signal that no process can ignore."""
 
 
 @dataclass
@@ -31,7 +31,7 @@ class Process:
 
     Args:
         spec: what to start.
-        on_exit: called with this object by the watching thread when it has ended.
+        on_exit: called by the watching thread, with this object, when it has ended.
         warden: ends it if this process is killed.
         screen: writes its output to the screen with its name; None lets it write directly.
         preloader: starts it if it is a Python program that can be forked.
@@ -73,17 +73,17 @@ class Process:
 
     @property
     def alive(self) -> bool:
-        """Whether it runs."""
+        """Whether it is running."""
         return self._popen is not None and not self._ended.is_set()
 
     @property
     def gone(self) -> bool:
-        """Whether neither it nor any other process of its groups, former ones included, runs."""
+        """Whether no process of its groups, including former ones, is running."""
         return not self.alive and not self._groups()
 
     def _groups(self) -> set[int]:
         """Return the process groups of former runs that still have members."""
-        with self._lock:  # a run that ends right now adds to them
+        with self._lock:  # a run that is just ending adds to them
             known = set(self._leftover_groups)
         ended = {pid for pid in known if not is_leaderless(pid)}
         with self._lock:
@@ -104,7 +104,7 @@ class Process:
             self.warden.expect(spec.words[-1])
         with self._outputs() as (out, err):
             self._popen = self._spawn(out, err)
-            if self.warden is not None:  # first, since whoever is notified may kill us at once
+            if self.warden is not None:  # first, since the recipients may kill us at once
                 on_death_command = spec.on_death
                 words = (
                     None
@@ -113,7 +113,7 @@ class Process:
                 )
                 self.warden.watch(self._popen.pid, words)
             if not isinstance(self._popen, subprocess.Popen):
-                self._popen.begin()  # its command line does not name it to the warden
+                self._popen.begin()  # the warden cannot recognise it by its command line
             announce(self)
         self._ended = threading.Event()
         self.exit_code = None
@@ -127,7 +127,7 @@ class Process:
 
     @contextlib.contextmanager
     def _outputs(self) -> Iterator[tuple[int | None, int | None]]:
-        """Yield the files for its standard output and error, None for our own. A screen reads them afterwards."""
+        """Yield the files for its standard output and error, None for our own. A screen reads them later."""
         spec = self.spec
         with contextlib.ExitStack() as files:
             if not spec.to_screen and spec.log_base is not None:

@@ -21,9 +21,9 @@ class ProcessSpec:
         respawn: start it again whenever it ends.
         respawn_delay: seconds to wait before that.
         required: the launch ends when it ends.
-        ends_launch: the launch ends when it ends, which is not reported: it is a test, or the answer to the end of a
+        ends_launch: the launch ends when it ends, without a report: it is a test, or the ``on-death`` action of a
             required process.
-        on_death: a process to start when this one has ended by itself; None for none.
+        on_death: a process to start when this one has ended on its own; None for none.
         package: the node's package.
     """
 

@@ -1,4 +1,4 @@
-"""What keeps nodes in Python from starting: syntax of another Python, and imports that are not installed."""
+"""Finds what keeps Python nodes from starting: syntax of another Python version, and missing imports."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _PYTHON2 = (
     "invalid decimal literal",
     "leading zeros in decimal",
 )
-"""How errors of syntax begin that Python 3 finds in programs for Python 2."""
+"""Beginnings of the syntax errors that Python 3 reports for Python 2 programs."""
 _CONVERT = "it looks like a program for Python 2: pip install fissix && fissix -w {} does most of the conversion"
 _TOO_DEEP = "its expressions or blocks are nested too deeply for Python"
 _OURS = "pyros1"
@@ -66,11 +66,11 @@ class Problem(NamedTuple):
 
 
 def python_problems(files: Mapping[Path, Mapping[str, str]]) -> Iterator[Problem]:
-    """Yield what keeps programs from running. They are not executed: their Pythons are only asked for modules.
+    """Yield the problems that keep programs from running. They are not executed: their Pythons only look up modules.
 
     Args:
-        files: executables, each with its environment variables; those that are not in Python, and pyros1's own, are
-            left out.
+        files: executables, each with its environment variables; programs not written in Python, and pyros1's own, are
+            skipped.
     """
     groups: dict[tuple[str, ...], dict[Path, list[Import]]] = {}
     for file, environ in files.items():
@@ -98,14 +98,14 @@ def python_problems(files: Mapping[Path, Mapping[str, str]]) -> Iterator[Problem
 def imports(source: bytes, name: str = "?") -> list[Import]:
     """Return the modules of other packages that a program imports whenever it runs, each once.
 
-    Imports in functions, and those whose failure a ``try`` catches, may be left out on purpose.
+    Imports in functions, and those whose failure a ``try`` catches, may be missing intentionally.
 
     Args:
         source: the program.
         name: its file, for errors.
 
     Raises:
-        SyntaxError, ValueError: it is not in Python 3.
+        SyntaxError, ValueError: it is not valid Python 3.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -155,7 +155,7 @@ def _asks_for_name(test: ast.expr) -> bool:
 
 
 def _python_of(file: Path, environ: Mapping[str, str]) -> tuple[str, ...]:
-    """Return the words that start the Python of a program; none if it is another program, or Python 2 runs it."""
+    """Return the words that start the Python of a program; none if it is not in Python, or runs in Python 2."""
     if is_own(file):
         return ()
     try:
@@ -171,7 +171,7 @@ def _python_of(file: Path, environ: Mapping[str, str]) -> tuple[str, ...]:
 
 
 def _cure(module: str, environ: Mapping[str, str]) -> str:
-    """Return what to do if a Python lacks pyros1, and so a module that pyros1 offers; empty for any other module."""
+    """Return a hint for a Python that lacks pyros1 and thus a module of it; empty for any other module."""
     if module != _OURS and not os.path.isdir(os.path.join(MODULES, module)):
         try:
             PackageIndex(environ).find(module)
@@ -199,11 +199,11 @@ def _missing(python: list[str], files: Mapping[Path, list[Import]], environ: Map
         done = subprocess.run(
             [*python, "-c", _SEARCH],
             env=around,
-            input=json.dumps([*modules, ("", _OURS)]).encode(),  # they may be too many for an argument
+            input=json.dumps([*modules, ("", _OURS)]).encode(),  # there may be too many for an argument
             capture_output=True,
             timeout=_TIMEOUT,
             check=True,
         )
         return {(folder, module) for folder, module in json.loads(done.stdout.splitlines()[-1])}
     except (OSError, subprocess.SubprocessError, ValueError, IndexError):
-        return set()  # that this Python cannot be started is said elsewhere
+        return set()  # reported elsewhere: this Python cannot be started

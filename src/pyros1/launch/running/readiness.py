@@ -1,4 +1,4 @@
-"""``wait-for``: nodes that start when a topic, a service, a parameter or another node exists."""
+"""``wait-for``: starts nodes when a topic, a service, a parameter or another node exists."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ class ConditionWatcher:
         Args:
             conditions: what must exist.
             timeout: seconds from now, 0 for no limit.
-            on_ready: called when all conditions hold.
-            on_timeout: called after the timeout with the conditions that do not hold.
+            on_ready: called when all conditions are met.
+            on_timeout: called after the timeout with the unmet conditions.
         """
         deadline = time.monotonic() + timeout if timeout > 0 else float("inf")
         with self._lock:
@@ -63,7 +63,7 @@ class ConditionWatcher:
             self._thread.start()
 
     def close(self) -> None:
-        """Forget all waiting nodes. Nothing is called afterwards."""
+        """Remove all waiting nodes. Nothing is called afterwards."""
         self._closed.set()
         if self._thread.is_alive():
             self._thread.join()
@@ -87,7 +87,7 @@ class ConditionWatcher:
             self._closed.wait(_POLL_PERIOD)
 
     def _unmet(self, conditions: set[Condition]) -> set[Condition]:
-        """Return the conditions that do not hold; all if the master does not answer."""
+        """Return the unmet conditions; all if the master does not answer."""
         if not conditions:
             return set()
         params = [condition for condition in conditions if condition.kind == "param"]

@@ -1,7 +1,7 @@
 """The output of nodes on the screen, with the name of the node before each line.
 
 If the launcher writes to a terminal, the nodes get a pseudo terminal, so that they write line by line and in colour, as
-they would directly. The output is read to its end, including a last line without a line end.
+if run directly. The output is read to its end, including a last line without a line end.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class Screen:
             reading, writing = os.openpty() if stream.isatty() and hasattr(os, "openpty") else os.pipe()
             pipes.append(writing)
             arguments = (reading, stream, self.tag(spec.node, stream))
-            # A daemon, since children of an ended node may keep its output open for ever.
+            # A daemon, since children of an ended node may keep its output open forever.
             readers.append(
                 threading.Thread(target=self._read, args=arguments, name=f"screen {spec.label}", daemon=True)
             )
@@ -69,7 +69,7 @@ class Screen:
         while True:
             try:
                 data = os.read(reading, _CHUNK)
-            except OSError:  # a pseudo terminal whose other end is closed raises this
+            except OSError:  # raised by a pseudo terminal whose other end is closed
                 data = b""
             *lines, partial_line = (partial_line + data).replace(b"\r\n", b"\n").split(b"\n")
             if not data and partial_line:

@@ -106,7 +106,7 @@ class Session:
     _server: LaunchServer | None = None
     _starter: Starter | None = None
     _log: TextIO | None = None
-    _stopped: bool = False  # not an Event: a signal handler must not take locks
+    _stopped: bool = False  # not an Event: a signal handler must not acquire locks
 
     def __post_init__(self) -> None:
         self._address: LocalAddress = host_from_environment(self.environ, {})
@@ -127,7 +127,7 @@ class Session:
     def _master_uri(self) -> str:
         port = self.options.port
         if port is None and not self.environ.get("ROS_MASTER_URI") and self._address.bind not in WILDCARDS:
-            port = parse_uri(DEFAULT_MASTER_URI)[1]  # a master that listens at one address is reached only there
+            port = parse_uri(DEFAULT_MASTER_URI)[1]  # a master that listens on one address can be reached only there
         if port is not None:
             return make_uri(self._address.advertised, port)
         return master_uri(self.environ, {})

@@ -12,7 +12,7 @@ _FIRST_LINE = 256
 _BOM = b"\xef\xbb\xbf"
 
 
-def script_problem(file: Path, environ: Mapping[str, str]) -> str:  # noqa: PLR0911 - one per trouble
+def script_problem(file: Path, environ: Mapping[str, str]) -> str:  # noqa: PLR0911 - one per problem
     """Return why a script cannot be started and what to do. Empty if no error is found, or it is not a script.
 
     Args:
@@ -77,7 +77,7 @@ def _missing_on_path(name: str, environ: Mapping[str, str]) -> str:
 
 
 def _instead(name: str, environ: Mapping[str, str]) -> str:
-    """Return a hint at an interpreter that exists."""
+    """Return a hint about an interpreter that exists."""
     if name.startswith("python") and name != "python3" and not _missing_on_path("python3", environ):
         return ": write #!/usr/bin/env python3 if it is a program for Python 3"
     return ": correct the line, or install the program"

@@ -1,4 +1,4 @@
-"""Starts planned nodes: here, on other machines, and as soon as what they wait for exists."""
+"""Starts planned nodes: here, on other machines, and when their ``wait-for`` conditions are met."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from pyros1.launch.remote.over_ssh import Machine
     from pyros1.launch.running.readiness import ConditionWatcher
 
-# Modules that only some launches need are imported there, since no node starts before the imports are done.
+# Modules that only some launches need are imported where they are used: no node starts before the imports are done.
 
 
 def _location(node: NodePlan) -> str:
@@ -41,7 +41,7 @@ def _location(node: NodePlan) -> str:
 
 @dataclass
 class Run:
-    """What all nodes of one launch share.
+    """Data shared by all nodes of one launch.
 
     Attributes:
         master_uri: the master's URI.
@@ -69,7 +69,7 @@ class Starter:
         environ: this process's environment.
         console: prints lines for the user.
         supervisor: supervises the processes.
-        run: what all nodes share.
+        run: data shared by all nodes.
     """
 
     plan: Plan
@@ -84,7 +84,7 @@ class Starter:
 
     @contextlib.contextmanager
     def environment_copied(self) -> Iterator[None]:
-        """Start many nodes with a copy of the environment: os.environ would decode each value for each node."""
+        """Use a copy of the environment to start many nodes: os.environ would decode each value for each node."""
         original, self.environ = self.environ, dict(self.environ)
         try:
             yield
@@ -121,7 +121,7 @@ class Starter:
         self.supervisor.do(lambda: self.supervisor.resume(processes))
 
     def start(self, node: NodePlan) -> None:
-        """Start a node, or let it wait for what it needs. Errors are printed on the console."""
+        """Start a node, or let it wait for its conditions. Errors are printed on the console."""
         self.run.counter += 1
         label = f"{node.full_name.lstrip('/')}-{self.run.counter}"
         if not node.wait_for:
@@ -300,7 +300,7 @@ class Starter:
             self._condition_watcher = None
 
     def close(self) -> None:
-        """Disconnect from the other machines, when no process is left."""
+        """Disconnect from the other machines. Call this when no process is left."""
         for machine in self._machines.values():
             machine.close()
         self._machines.clear()

@@ -1,8 +1,8 @@
 """Supervises a set of processes as their specs describe, and ends them in order (X87-X90).
 
 One queue carries all events: a process ended, a signal arrived, a client shut down the master, a user stops a node. The
-thread in `run` sleeps until an event or a timer, and looks for signals meanwhile (`pyros1.net.signal_safe`). Nothing
-else polls, except for the rest of an ended node's process group, which only its parent could wait for.
+thread in `run` sleeps until an event or a timer, and checks for signals meanwhile (`pyros1.net.signal_safe`). Nothing
+else polls, except for the rest of an ended node's process group, for which only its parent could wait.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
     from pyros1.launch.preload.preloader import Preloader
 
 _SIGKILL_TIMEOUT = 2.0
-_NO_SIGINT_TIMEOUT = 2.0  # seconds that processes have for ending by themselves where they cannot be sent SIGINT
+_NO_SIGINT_TIMEOUT = 2.0  # seconds for processes to exit on systems where they cannot be sent SIGINT
 _REMAINS_POLL = 0.05
 Event = tuple[Literal["exit", "stop", "hurry", "do"], "_Exit | str | Callable[[], object] | None"]
 
 
 class _Exit(NamedTuple):
-    """The end of a run of a process; it may run again when the event's turn comes."""
+    """The end of a run of a process; it may be running again when the event is handled."""
 
     process: Process
     run: int
@@ -48,7 +48,7 @@ class Supervisor:
         keep_running: continue when no process is left, as a core does.
         guarded: let a `Warden` end the processes if this process is killed.
         screen: writes the processes' output to the screen; None lets them write directly.
-        preloader: starts Python programs by forks; None starts all in the usual way.
+        preloader: starts Python programs by forking; None starts all in the usual way.
 
     Attributes:
         required_failed: whether a required process ended with an error.
@@ -81,7 +81,7 @@ class Supervisor:
         # A SimpleQueue is safe in signal handlers, whatever the main thread was doing.
         self._events: queue.SimpleQueue[Event] = queue.SimpleQueue()
         self._timers: dict[str, tuple[float, Callable[[], object]]] = {}
-        self._rerun_on_death: set[str] = set()  # labels of running answers that are to run once more
+        self._rerun_on_death: set[str] = set()  # labels of running on-death processes that are to run again
         self._processes: dict[str, Process] = {}
         self._dead: dict[str, Process] = {}
         self.required_failed = False
@@ -91,7 +91,7 @@ class Supervisor:
 
     @property
     def active(self) -> list[Process]:
-        """The processes that run or may run again, in the order of their start."""
+        """The processes that are running or may run again, in the order of their start."""
         return list(self._processes.values())
 
     @property
@@ -144,7 +144,7 @@ class Supervisor:
         self._events.put(("do", action))
 
     def run(self) -> str:
-        """Watch until told to stop, a required process ended, or no process is left. Return the reason."""
+        """Watch until asked to stop, a required process ended, or no process is left. Return the reason."""
         while True:
             if not self._processes and not self.keep_running and not self.expected:
                 return "all processes on machine have died, roslaunch will exit"
@@ -181,14 +181,14 @@ class Supervisor:
                 action()
 
     def after(self, seconds: float, reason: str) -> None:
-        """End everything after some seconds, with a reason, unless it has ended before."""
+        """End everything after some seconds, with a reason, unless it has already ended."""
         self._schedule("", seconds, lambda: self._events.put(("stop", reason)))
 
     def _schedule(self, key: str, seconds: float, action: Callable[[], object]) -> None:
         self._timers[key] = (time.monotonic() + seconds, action)
 
     def _died(self, process: Process) -> bool:
-        """Print what happened and act on it. Return whether everything has to end."""
+        """Report the exit and act on it. Return whether everything has to end."""
         spec = process.spec
         if self.on_death is not None:
             self.on_death(process)
@@ -218,22 +218,22 @@ class Supervisor:
             line = "=" * 80
             self._console.plain_error(f"{line}\nREQUIRED process [{spec.label}] has died!")
             self._console.plain_error(f"Initiating shutdown!\n{line}")
-            if is_on_death_running:  # its end is that of everything
+            if is_on_death_running:  # everything ends with it
                 self._schedule(
                     " on-death", ON_DEATH_TIMEOUT, lambda: self._events.put(("stop", "required process died"))
                 )
             return not is_on_death_running
-        if spec.label in self._rerun_on_death:  # it answers the end of another one, which has ended again meanwhile
+        if spec.label in self._rerun_on_death:  # an on-death process, whose node has died again meanwhile
             self._rerun_on_death.discard(spec.label)
             self._dead.pop(spec.label, None)
             self.start(spec)
         return False
 
     def _run_on_death(self, spec: ProcessSpec, command: ProcessSpec) -> bool:
-        """Start what answers the end of a process; return whether it runs.
+        """Start the on-death process of a process; return whether it is running.
 
-        If it still runs for an earlier end it goes on, or a node that dies again and again would never be answered. It
-        runs once more when it has ended, or after ANSWER_LIMIT.
+        If it is still running for an earlier exit, it continues, or it might never finish for a node that keeps dying.
+        It runs again when it has ended, or after ON_DEATH_TIMEOUT.
         """
         self._console.line(f"[{spec.label}] on-death: {' '.join(command.words)}")
         running = self._processes.get(command.label)
@@ -281,7 +281,7 @@ class Supervisor:
             if process.restart_due and not process.is_stopped:
                 self._restart(process)
 
-    # What users ask for while it runs --------------------------------------------------------------------------------
+    # User requests while it runs --------------------------------------------------------------------------------------
 
     def find(self, name: str) -> Process:
         """Return the process of a node, or with a label.
@@ -300,7 +300,7 @@ class Supervisor:
         self._end_one(process)
 
     def end_node(self, process: Process) -> None:
-        """End a process as if it ended by itself: it starts again if it respawns. Call it in the thread of `run`."""
+        """End a process as if it ended on its own: it starts again if it respawns. Call it in the thread of `run`."""
         process.is_stopped = process.restarting = False
         self._end_one(process)
 
@@ -334,7 +334,7 @@ class Supervisor:
         self._schedule(process.spec.label, seconds, lambda: self._end_one(process, stage + 1))
 
     def _finish_stop(self, process: Process) -> None:
-        """Handle the end of a process that was told to end. After its children, too, start it again if requested."""
+        """Handle the end of a process that was asked to end. Once its children have ended, restart it if requested."""
         if not process.gone and process.spec.label in self._timers:
             self._schedule(f"{process.spec.label} remains", _REMAINS_POLL, lambda: self._finish_stop(process))
             return
@@ -394,7 +394,7 @@ def install_signals(
 
     Args:
         stop: called with the name of the first signal.
-        stop_waiting: called for each later signal that a person may have sent, see `InterruptCounter`.
+        stop_waiting: called for each later signal that a user may have sent, see `InterruptCounter`.
 
     Returns:
         A function that removes the handlers.

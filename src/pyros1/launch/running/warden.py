@@ -1,8 +1,8 @@
 """Ends the nodes of a launcher that was killed.
 
 A small separate process reads the list of process groups from a pipe. The system closes the pipe when the launcher
-ends, for any reason. The warden then ends the remaining groups as the launcher would have done, and runs what answers
-the end of these nodes (``on-death``): nobody has told them to end.
+ends, for any reason. The warden then ends the remaining groups as the launcher would have done, and runs the
+``on-death`` commands of these nodes, since they were not ended by request.
 
 The program is run by its path and imports nothing of pyros1, so it starts quickly. It works on every POSIX system. A
 node that the launcher had started but not yet reported is found by its ``__log`` argument, on Linux only.
@@ -24,9 +24,9 @@ GROUPS = hasattr(os, "killpg")
 _POLL_PERIOD = 0.05
 _SIGKILL_TIMEOUT = 2.0
 RELEASE_TIMEOUT = 5.0
-"""Seconds that the warden may take to end when no process is left."""
+"""Timeout in seconds for the warden to exit when no process is left."""
 ON_DEATH_TIMEOUT = 10.0
-"""Seconds that the answer to the end of a node may take before everything ends."""
+"""Maximum duration in seconds of an ``on-death`` command before everything ends."""
 
 OnDeathCommand = tuple[list[str], dict[str, str], str]
 """A command, its environment and its working directory."""
@@ -42,8 +42,8 @@ class Warden:
 
     def __init__(self, sigint_timeout: float = 15.0, sigterm_timeout: float = 2.0) -> None:
         words = [sys.executable, "-I", "-S", __file__, str(sigint_timeout), str(sigterm_timeout)]
-        self._lock = threading.Lock()  # a line that has no room in the pipe goes in pieces
-        # In a new session, it does not get the Ctrl-C or hang-up that ends the launcher.
+        self._lock = threading.Lock()  # a line that does not fit into the pipe is written in pieces
+        # In a new session, it does not receive the Ctrl-C or hang-up that ends the launcher.
         self._process = subprocess.Popen(
             words, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
         )
@@ -58,14 +58,14 @@ class Warden:
         self._send("expect", word)
 
     def watch(self, pid: int, on_death: OnDeathCommand | None = None) -> None:
-        """Report that the announced process runs, and leads a new process group.
+        """Report that the announced process is running, and leads a new process group.
 
         Args:
             pid: its id.
-            on_death: what to run after its end if the launcher is killed.
+            on_death: command to run after its end if the launcher is killed.
         """
         if on_death is not None:
-            import json  # noqa: PLC0415 - the warden starts without
+            import json  # noqa: PLC0415 - the warden starts faster without it
 
             self._send("answer", json.dumps([pid, *on_death]))
         self._send("watch", str(pid))
@@ -78,7 +78,7 @@ class Warden:
         pipe = self._process.stdin
         if pipe is not None:
             line = f"{verb} {argument}\n".encode(errors="surrogateescape")
-            # The warden was killed, and the launcher still ends its nodes itself; or is over: a node outlived SIGKILL.
+            # The warden was killed (the launcher still ends its nodes itself) or has exited: a node outlived SIGKILL.
             with self._lock, contextlib.suppress(OSError, ValueError):
                 while line:
                     line = line[os.write(pipe.fileno(), line) :]
@@ -90,7 +90,7 @@ class Warden:
             self._process.stdin.close()
         try:
             self._process.wait(RELEASE_TIMEOUT)
-        except subprocess.TimeoutExpired:  # it was stopped, or has no processor; and nothing more to do
+        except subprocess.TimeoutExpired:  # it was stopped, or gets no CPU time; it has nothing more to do
             self._process.kill()
             self._process.wait()
 
@@ -98,7 +98,7 @@ class Warden:
 def groups_alive(groups: set[int]) -> set[int]:
     """Return the process groups that still have a member.
 
-    Zombies, which wait for process 1 to collect them, do not count where the system reports them.
+    Zombies, which wait for process 1 to collect them, do not count if the system reports them.
     """
     existing = set()
     for group in groups if GROUPS else ():
@@ -165,7 +165,7 @@ def processes_with(word: str) -> set[int]:
 
 
 def run_commands(on_death_commands: list[OnDeathCommand]) -> None:
-    """Run commands side by side, for ANSWER_LIMIT at most."""
+    """Run commands in parallel, for ON_DEATH_TIMEOUT at most."""
     started = []
     for words, env, cwd in on_death_commands:
         with contextlib.suppress(OSError):
@@ -178,7 +178,7 @@ def run_commands(on_death_commands: list[OnDeathCommand]) -> None:
 
 
 def main() -> None:
-    """Read until the launcher has ended, then end what it has left."""
+    """Read until the launcher has ended, then end the remaining processes."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
     running: set[int] = set()
@@ -190,7 +190,7 @@ def main() -> None:
         if verb == "expect":
             expected = argument
         elif verb == "answer":
-            import json  # noqa: PLC0415 - few nodes have one
+            import json  # noqa: PLC0415 - few nodes have such a command
 
             pid, *on_death = json.loads(argument)
             on_death_commands[pid] = on_death

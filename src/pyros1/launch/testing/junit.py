@@ -35,7 +35,7 @@ class Results:
 
     Attributes:
         cases: all test cases, in order.
-        unreadable: why the file with them could not be read, which is then the only case; or empty.
+        unreadable: why the file could not be read, which is then the only case; or empty.
     """
 
     cases: list[Case] = field(default_factory=list)
@@ -125,7 +125,7 @@ def results_text(name: str, results: Results, out: str, err: str) -> str:
 
 
 def printable(text: str) -> str:
-    """Return a text without characters that XML cannot hold."""
+    """Return a text without characters that XML cannot represent."""
     return _NOT_XML.sub("\ufffd", text)
 
 

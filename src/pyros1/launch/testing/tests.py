@@ -80,11 +80,11 @@ class TestRun:
         clear: delete all its parameters before each test.
 
     Attributes:
-        runs: a case for each test: whether it ran.
+        runs: a case for each test, with whether it ran.
         results: results of the tests.
         out: stdout during the tests.
         err: stderr during the tests.
-        stopped: whether it was told to stop.
+        stopped: whether it was asked to stop.
     """
 
     __test__ = False  # not one of pytest's
@@ -105,7 +105,7 @@ class TestRun:
     _session: Session | None = None
 
     def stop(self, reason: str = "") -> None:
-        """End the running test, and run no other. Callable from signal handlers."""
+        """End the running test, and run no more. Callable from signal handlers."""
         self.stopped = True
         if self._session is not None:
             self._session.stop(reason)

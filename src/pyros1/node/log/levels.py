@@ -8,7 +8,7 @@ NAMES = {level: name for name, level in LEVELS.items()}
 
 
 def level_from_name(name: str) -> int:
-    """Return the level called ``name``, in upper or lower case; ``warning`` and ``critical`` are accepted, too.
+    """Return the level called ``name``, in upper or lower case; ``warning`` and ``critical`` are accepted as well.
 
     Raises:
         ValueError: there is no such level.

@@ -1,6 +1,6 @@
 """The loggers of a node: ``node.log``.
 
-The module `logging` is not used: to import it costs as much as the rest of a small node, and it has other levels.
+The module `logging` is not used: importing it costs as much as the rest of a small node, and it has other levels.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from pyros1.node.log.levels import DEBUG, ERROR, FATAL, INFO, NAMES, WARN
 from pyros1.node.log.sink import ALL_DESTINATIONS, NO_TERMINAL, Destinations, LogSink, Record
 
 _MAX_SITES = 10_000
-"""Most places in the program whose last time of logging is remembered, for ``throttle`` and ``once``."""
+"""Maximum number of places in the program whose last logging time is remembered, for ``throttle`` and ``once``."""
 
 
 class Log:
     """A logger of a node: ``node.log``.
 
     Arguments are filled in as in C's printf: ``log.info("x is %.3f", x)``. ``throttle=seconds`` logs at most that often
-    from this place in the program; ``once=True`` only the first time. A signal handler may log, too.
+    from this place in the program; ``once=True`` only the first time. Signal handlers may log as well.
     """
 
     def __init__(self, sink: LogSink, name: str = "rosout", level: int = INFO) -> None:
@@ -57,7 +57,7 @@ class Log:
         self._log(INFO, text, args, throttle, once)
 
     def note(self, text: object) -> None:
-        """Log information to the log file and /rosout only, because the program shows it in its own way."""
+        """Log information to the log file and /rosout only, because the program displays it in its own way."""
         if self.level <= INFO:
             frame = sys._getframe(1)
             self._emit(INFO, str(text), frame.f_code, frame.f_lineno, _by_program(frame), to_terminal=False)
@@ -74,7 +74,7 @@ class Log:
     """Log something that may be wrong: the name of `warn` in Python's own logging."""
 
     def fatal(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
-        """Log an error after which the node cannot go on."""
+        """Log an error after which the node cannot continue."""
         self._log(FATAL, text, args, throttle, once)
 
     def exception(self, text: object, *args: object, error: BaseException | None = None) -> None:
@@ -82,8 +82,8 @@ class Log:
 
         Args:
             text: what went wrong.
-            args: filled in, as for the other levels. An exception that the text has no place for counts as ``error``.
-            error: the exception; None: the one that is being handled.
+            args: filled in, as for the other levels. An exception without a placeholder counts as ``error``.
+            error: the exception; None: the one being handled.
         """
         if error is None:
             error = sys.exc_info()[1]
@@ -95,14 +95,14 @@ class Log:
         self._log(ERROR, terminal_text.lines(_format(text, args) + trace), (), None, False)
 
     def peer(self, level: int, text: str, *args: object, max_texts: int = MAX_TEXTS, link: Hashable = None) -> None:
-        """Log what another process did. Repeated texts are counted: ``... (repeated 37 times)``.
+        """Log an event caused by another process. Repeated texts are counted: ``... (repeated 37 times)``.
 
         Args:
             level: 1, 2, 4, 8 or 16.
             text: the message, with %s in place of the arguments.
-            args: arguments, each shown in one line without control characters.
-            max_texts: most different texts from this place in the program in one period.
-            link: what the texts are about, if that limit holds for each such link.
+            args: arguments, each printed on one line without control characters.
+            max_texts: maximum number of different texts from this place in the program in one period.
+            link: the link that the texts are about, if the limit applies to each link separately.
         """
         sink = self._sink
         if level < sink.levels[self.name]:
@@ -118,7 +118,7 @@ class Log:
         sink.repeats.log((code.co_filename, line, link), shown_text, emit, max_texts)
 
     def internal(self, error: BaseException) -> None:
-        """Log an error of pyros1 itself, which should not be."""
+        """Log an internal error of pyros1."""
         self.peer(ERROR, terminal_text.lines(f"internal error (please report it)\n{format_traceback(error)}"))
 
     def log_record(
@@ -132,7 +132,7 @@ class Log:
         name: str | None = None,
         destinations: Destinations = ALL_DESTINATIONS,
     ) -> None:
-        """Log a message of another logging system, such as Python's, which has filtered and formatted it.
+        """Log a message that another logging system, such as Python's, has filtered and formatted.
 
         Args:
             level: 1, 2, 4, 8 or 16.
@@ -148,7 +148,7 @@ class Log:
         sink.emit(record, simulated, destinations)
 
     def use_levels(self, levels: MutableMapping[str, int]) -> None:
-        """Keep the levels of the node's loggers elsewhere.
+        """Delegate the levels of the node's loggers to another object.
 
         Args:
             levels: lowest level that is logged, 1, 2, 4, 8 or 16, by logger. The services ~get_loggers and
@@ -157,10 +157,10 @@ class Log:
         self._sink.levels = levels
 
     def explain_with(self, explain: Callable[[BaseException], str]) -> None:
-        """Add a word to the errors that `exception` logs.
+        """Add an explanation to the errors that `exception` logs.
 
         Args:
-            explain: returns the text that is put behind the traceback; empty if there is nothing to say.
+            explain: returns the text that is appended to the traceback; empty if there is none.
         """
         self._sink.explain = explain
 
@@ -203,7 +203,7 @@ def _by_program(frame: FrameType) -> bool:
 
 
 def _format(text: object, args: tuple[object, ...]) -> str:
-    """Return the text with its arguments filled in, or with a remark if they do not fit."""
+    """Return the text with its arguments filled in, or with a note if they do not fit."""
     message = str(text)
     if not args:
         return message
@@ -216,8 +216,8 @@ def _format(text: object, args: tuple[object, ...]) -> str:
 def format_traceback(error: BaseException) -> str:
     """Return an exception's traceback as text."""
     try:
-        from traceback import format_exception  # noqa: PLC0415 - it takes as long to load as much of a node
+        from traceback import format_exception  # noqa: PLC0415 - loading it takes as long as loading much of a node
 
         return "".join(format_exception(type(error), error, error.__traceback__)).rstrip()
-    except Exception:  # noqa: BLE001 - it cannot be loaded when no more files can be opened
+    except Exception:  # noqa: BLE001 - loading fails when no more files can be opened
         return f"{type(error).__name__}: {error}"

@@ -1,6 +1,6 @@
 """The rosout node, which collects the log messages of all nodes (https://wiki.ros.org/rosout; L21).
 
-It subscribes to /rosout, publishes every message again on /rosout_agg, and writes it to a file.
+It subscribes to /rosout, republishes every message on /rosout_agg, and writes it to a file.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ class RosoutAggregator:
 
     Args:
         node: the node that it runs in, usually called ``rosout``.
-        log_file: path of the file; None, or ROSOUT_DISABLE_FILE_LOGGING set, for none. It is rotated at 100 MB and ten
-            older files are kept.
+        log_file: path of the file; no file if it is None or ROSOUT_DISABLE_FILE_LOGGING is set. It is rotated at 100 MB
+            and ten older files are kept.
     """
 
     def __init__(self, node: Node, log_file: str | None) -> None:

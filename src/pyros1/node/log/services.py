@@ -1,4 +1,4 @@
-"""A node's log as seen by others: the topic /rosout and the services ~get_loggers and ~set_logger_level (O18)."""
+"""A node's log as seen by other nodes: the topic /rosout and the services ~get_loggers and ~set_logger_level (O18)."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def offer_log(
     rosout: bool,
     strict: bool,
 ) -> None:
-    """Publish a node's log and offer services that show and set its levels, as far as the master allows it.
+    """Publish a node's log and offer services that return and set its levels, as far as the master allows it.
 
     Args:
         log, sink: the node's log and its sink.
@@ -37,8 +37,8 @@ def offer_log(
         topics, services: the node's topics and services.
         resolve: returns the full name that a name stands for in the node.
         rosout: whether to publish the log.
-        strict: whether a node that the master refuses ends; else it goes without these services, as with stock's rospy
-            in nodes whose name has a blank.
+        strict: whether a node that the master refuses ends; otherwise it runs without these services, like stock
+            rospy nodes whose name contains a space.
 
     Raises:
         MasterError: the master refuses the node.

@@ -1,8 +1,8 @@
 """The sink of a node's log messages: the terminal in rosconsole's format, the log file and /rosout.
 
-What the program logs is written before the call returns, and so is on the screen if the program crashes in the next
-line. Log messages of pyros1 itself are written by separate threads: a terminal that is held, a full pipe or a
-disk must not keep the node from registering, receiving and serving. All threads but the loop wait a moment until
+What the program logs is written before the call returns, so it is on the screen even if the program crashes in the
+next line. Log messages of pyros1 itself are written by separate threads: a paused terminal, a full pipe or a slow
+disk must not keep the node from registering, receiving and serving. All threads except the loop wait briefly until
 they are written, so that the lines are normally in order.
 
 Implements https://wiki.ros.org/rospy/Overview/Logging and https://wiki.ros.org/rosconsole (ROSCONSOLE_FORMAT).
@@ -33,7 +33,7 @@ MAX_FILE_SIZE = 50_000_000
 BACKUPS = 4
 _COLOURS = {DEBUG: "\x1b[32m", WARN: "\x1b[33m", ERROR: "\x1b[31m", FATAL: "\x1b[31m"}
 _TOKEN = re.compile(r"\$\{(\w+)(?::([^}]*))?\}")
-_FILE_NAMES = {**NAMES, WARN: "WARNING", FATAL: "CRITICAL"}  # stock's files have Python's names
+_FILE_NAMES = {**NAMES, WARN: "WARNING", FATAL: "CRITICAL"}  # stock's log files use Python's level names
 _MAX_PENDING = 100
 
 
@@ -44,10 +44,10 @@ class Record(NamedTuple):
         level: 1, 2, 4, 8 or 16, as rosgraph_msgs/Log.
         text: the message, with its arguments filled in.
         logger: name of the logger, ``rosout`` or below it.
-        file, line, function: where it was logged; the file without its folder.
+        file, line, function: where it was logged; the file name without its folder.
         wall: seconds since the epoch.
         stamp: the node's time (simulated, if it runs on simulated time).
-        path: of the file.
+        path: the file's full path.
     """
 
     level: int
@@ -74,7 +74,7 @@ NO_TERMINAL = Destinations(terminal=False)
 
 
 class _ThreadState(threading.local):
-    """State of a thread that is in a sink.
+    """State of a thread that is writing to a sink.
 
     Attributes:
         writing: whether it is writing a record.
@@ -92,9 +92,9 @@ class LogSink:
     Args:
         node_name: full name.
         environ: environment variables; ROSCONSOLE_FORMAT is used.
-        file_path: the log file, created with its folder at the first line; None for no file.
+        file_path: the log file, created with its folder when the first line is written; None for no file.
         now: returns (time, whether it is simulated).
-        schedule: ``schedule(seconds, function, argument)`` calls a function some seconds later; None: counts of
+        schedule: ``schedule(seconds, function, argument)`` calls a function after a delay; None: counts of
             repeated messages are written at the end.
     """
 
@@ -127,41 +127,41 @@ class LogSink:
         self._pid = os.getpid()
 
     def reset_after_fork(self) -> None:
-        """Prepare for a forked process, in which locks may be held by threads that do not exist there."""
+        """Prepare for use in a forked process, where locks may be held by threads that do not exist there."""
         if os.getpid() != self._pid:
             if self._file is not None:
                 self._inherited_file, self._file = (
                     self._file,
                     self._file.reopened(),
-                )  # it has a lock, too, for which closing would wait
+                )  # it has a lock as well, on which closing would block
             self._make_locks()
 
     def emit(
         self, record: Record, simulated: bool, destinations: Destinations = ALL_DESTINATIONS, by_program: bool = True
     ) -> None:
-        """Write a record. An error of one of them (a full disk, a closed pipe) does not stop the node.
+        """Write a record. An error of a destination (a full disk, a closed pipe) does not stop the node.
 
         Args:
             record: what was logged.
             simulated: whether its stamp is simulated time.
             destinations: where to write it.
-            by_program: whether the program logs it, not pyros1: then the call waits until it is written.
+            by_program: whether the program, not pyros1, logs it: the call then waits until it is written.
 
-        A signal handler may log on top of this function: its record is written when the function goes on.
+        A signal handler may log on top of this function: its record is written when the function continues.
         """
         self.reset_after_fork()
         state = self._thread_state
         state.waiting.append((record, simulated, destinations, by_program))
         if state.writing:
             return
-        for _ in range(_MAX_PENDING):  # a limit: writing may cause new records, and must not go on for ever
+        for _ in range(_MAX_PENDING):  # a limit: writing may cause new records, and must not continue forever
             if not state.waiting:
                 return
             try:
                 state.writing = True
                 self._write(*state.waiting.popleft())
             finally:
-                state.writing = False  # then check again: a handler may have seen it still true
+                state.writing = False  # then check again: a handler may have seen it while it was still true
 
     def _write(self, record: Record, simulated: bool, destinations: Destinations, by_program: bool) -> None:
         on_loop = isinstance(threading.current_thread(), LoopThread)
@@ -179,7 +179,7 @@ class LogSink:
         if destinations.rosout and self.publish is not None:
             try:
                 self.publish(record)
-            except Exception as error:  # noqa: BLE001 - such as that no more files can be opened
+            except Exception as error:  # noqa: BLE001 - for example when no more files can be opened
                 self._terminal_thread.write(
                     "stderr", terminal_text.lines(f"WARNING: cannot publish a log message on /rosout: {error}\n")
                 )
@@ -241,14 +241,14 @@ class LogSink:
                 self._file.write(text)
 
     def close(self) -> None:
-        """Write what is left, for at most a second or two, and close the log file."""
+        """Write the remaining records, for at most a second or two, and close the log file."""
         self.reset_after_fork()
         self.repeats.close()
         self._terminal_thread.close()
         self._file_thread.close()
-        # A signal handler may run on top of this thread's own writing, which goes on only afterwards.
+        # A signal handler may run on top of this thread's own writing, which continues only afterwards.
         if not self._lock.acquire(timeout=0.0 if self._thread_state.writing else 1.0):
-            return  # another thread waits for the disk
+            return  # another thread is waiting for the disk
         try:
             if self._file is not None:
                 self._file.close()

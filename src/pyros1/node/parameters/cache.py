@@ -1,16 +1,16 @@
 """Local copies of parameters, and which of them are up to date.
 
-The master tells a node what others set, in order, but not what the node sets itself (M54). So if the node and another
-one change a parameter at the same time, the node cannot know which change was the last. The copy is then in *doubt*:
-the next read fetches it again. This is possible
+The master notifies a node of changes by other nodes, in order, but not of the node's own changes (M54). So if the node
+and another node change a parameter at the same time, the node cannot know which change was the last. The copy is then
+in *doubt*: the next read fetches it again. This can happen
 
-* if a change by others, or a second one by the node, comes while a change by the node is under way;
-* if others change what the node has changed: their change may be older, and late;
-* if anything changes while a value is fetched of which the node has changed a part.
+* if another node's change, or a second one by the node, comes while a change by the node is under way;
+* if another node changes what the node has changed: its change may be older, and late;
+* if anything changes while a value is fetched, part of which the node has changed.
 
-So every copy ends with the master's value, and a value that only one side changes costs no call.
+So every copy finally has the master's value, and a value that only one side changes costs no call.
 
-Methods that change something are called in one strand (``strand.py``); the others in any thread.
+Methods that change something are called in one strand (``strand.py``), the other methods in any thread.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from typing import Any, Final
 MISSING: Final = object()
 """Returned for a copy that does not exist, or is in doubt."""
 _MAX_CHANGES = 1000
-"""Most changes that are remembered while a value is fetched."""
+"""Maximum number of changes remembered while a value is fetched."""
 
 
 class Fetch:
@@ -28,8 +28,8 @@ class Fetch:
 
     Attributes:
         key: the parameter's full name.
-        changes: the changes by others meanwhile.
-        is_stale: whether the node has changed it meanwhile, too, or there were too many changes.
+        changes: the changes by other nodes meanwhile.
+        is_stale: whether the node itself has changed it meanwhile, or there were too many changes.
     """
 
     def __init__(self, key: str) -> None:
@@ -45,7 +45,7 @@ class ParameterCache:
         self._values: dict[str, Any] = {}
         self._versions: dict[str, int] = {}  # number of changes of each value
         self._stale: dict[str, None] = {}
-        self._set_here: dict[str, None] = {}  # names that the node has set and of which copies exist
+        self._set_here: dict[str, None] = {}  # names that the node has set and that have copies
         self._fetches: dict[Fetch, None] = {}
 
     def get(self, key: str) -> Any:
@@ -61,10 +61,10 @@ class ParameterCache:
         return self._versions.copy()
 
     def knows(self, key: str) -> bool:
-        """Return whether a change of that name concerns a copy, or a value that is being fetched."""
+        """Return whether a change of that name affects a copy, or a value that is being fetched."""
         return any(_related(name, key) for name in self.names() + [fetch.key for fetch in list(self._fetches)])
 
-    # In the strand, but for `begin` -----------------------------------------------------------------------------------
+    # In the strand, except `begin` ------------------------------------------------------------------------------------
 
     def begin(self, key: str) -> Fetch:
         """Note that a value will be fetched; `keep` or `abort_fetch` must follow."""
@@ -89,7 +89,7 @@ class ParameterCache:
             self._stale[key] = None
 
     def set_remotely(self, key: str, value: Any) -> None:
-        """Take a change from the master."""
+        """Apply a change from the master."""
         for fetch in list(self._fetches):
             if _related(fetch.key, key):
                 fetch.changes.append((key, value))
@@ -103,10 +103,10 @@ class ParameterCache:
                 self._stale[name] = None
 
     def set_locally(self, key: str, value: Any, before: dict[str, int]) -> None:
-        """Take a change that the node has made itself.
+        """Apply a change made by the node itself.
 
         Args:
-            before: the `versions` when the call of the master began.
+            before: the `versions` when the call to the master began.
         """
         for fetch in list(self._fetches):
             fetch.is_stale = fetch.is_stale or _related(fetch.key, key)
@@ -126,7 +126,7 @@ class ParameterCache:
             self._count(name)
 
     def drop(self, key: str) -> None:
-        """Forget a copy."""
+        """Remove a copy."""
         for copies in (self._values, self._versions, self._stale):
             copies.pop(key, None)
         for name in list(self._set_here):
@@ -143,7 +143,7 @@ class ParameterCache:
         self._versions[name] = self._versions.get(name, 0) + 1
 
     def _change(self, name: str, key: str, value: Any) -> None:
-        """Change one copy; a change below or above its name concerns it too (M53)."""
+        """Change one copy; a change below or above its name affects it as well (M53)."""
         name_path, key_path = _path(name), _path(key)
         if len(key_path) >= len(name_path):
             self._values[name] = _with_value(self._values[name], key_path[len(name_path) :], value)

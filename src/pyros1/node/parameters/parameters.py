@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pyros1.net.master_client import MasterClient
 
 _TRIES = 3
-"""Most times that a value is fetched if it changes meanwhile."""
+"""Maximum number of times a value is fetched if it keeps changing meanwhile."""
 
 
 class Parameters:
@@ -31,7 +31,7 @@ class Parameters:
         api: URI of the node's slave API, to which the master sends changes.
         remappings: of the command line, as written; `search` follows them.
         later: calls a function soon, on another thread.
-        notify: calls a function of the program with news, elsewhere than where changes are received.
+        notify: calls a function of the program with a change, in another thread than the one that receives changes.
     """
 
     def __init__(
@@ -81,7 +81,7 @@ class Parameters:
             raise SerializationError(
                 f"parameter [{key}]: {error}. A parameter is a bool, number, str, bytes, list or dict of them"
             ) from None
-        self._strand.do(self._cache.set_locally, key, value, before)  # the master tells all nodes but this one (M54)
+        self._strand.do(self._cache.set_locally, key, value, before)  # the master notifies only other nodes (M54)
 
     def set(self, name: str, value: Any) -> None:
         """Set a parameter; a dict replaces the whole namespace of that name."""
@@ -125,18 +125,18 @@ class Parameters:
         value = self._cache.get(key)
         if (
             value is MISSING or self._strand.jobs
-        ):  # in a signal handler, changes may wait until the interrupted function goes on
+        ):  # in a signal handler, changes may wait until the interrupted function continues
             value = self._fetch(key)
         return default if value == {} else value
 
     def _fetch(self, key: str) -> Any:
-        """Ask the master for a value and its updates, and keep it."""
+        """Request a value and its updates from the master, and cache the value."""
         value: Any = None
         for _ in range(_TRIES):
             fetch = self._cache.begin(key)
             try:
                 value = self._master.subscribe_param(self._api(), key)
-            except MasterMethodError:  # the master would report no changes: fetched each time, and not kept
+            except MasterMethodError:  # the master would report no changes: fetched each time, and not cached
                 self._strand.do(self._cache.abort_fetch, fetch)
                 try:
                     return self._master.get_param(key)
@@ -169,17 +169,17 @@ class Parameters:
         return self._cache.names()
 
     def update(self, key: str, value: Any) -> bool:
-        """Take a change from the master (S09); return whether a copy is kept of that parameter."""
+        """Apply a change from the master (S09); return whether that parameter has a copy."""
         known = self._cache.knows(key)
         if known:
             self._strand.do(self._cache.set_remotely, key, value)
-            name = key.rstrip("/") or "/"  # as masters send it, it ends in a slash
+            name = key.rstrip("/") or "/"  # masters send it with a trailing slash
             for watcher in self._watchers:
                 self._strand.do(self._notify, partial(watcher, name), value)
         return known
 
     def on_update(self, callback: Callable[[str, Any], object]) -> None:
-        """Call a function with full name and new value of each change that the master sends for the local copies.
+        """Call a function with the full name and new value at each change that the master sends for the local copies.
 
         The value of a parameter that was deleted is an empty dict.
 

@@ -48,13 +48,13 @@ def plain_value(text: str) -> int | float | str | None:
 
 
 def argument_warnings(arguments: Arguments) -> list[str]:
-    """Return a warning for each malformed remapping, and for what looks like a misspelt private parameter, such as
+    """Return a warning for each malformed remapping, and for each apparent misspelt private parameter, such as
     ``_rate=10``."""
     malformed = [f"invalid remapping argument {word!r}: use name:=newname" for word in arguments.malformed]
     suspects = [word for word in arguments.rest if word.startswith("_")]
     if not suspects:
         return malformed
-    from pyros1.ground.suggest import argument_hint  # noqa: PLC0415 - only who misspells needs it
+    from pyros1.ground.suggest import argument_hint  # noqa: PLC0415 - needed only for misspelt parameters
 
     return malformed + [hint for hint in map(argument_hint, suspects) if hint]
 
@@ -71,7 +71,7 @@ def set_private(
         timeout: seconds that the master may take.
 
     Returns:
-        /use_sim_time, and the tree of all private parameters, which the node needs at its start; an Error in place of
+        /use_sim_time and the tree of all private parameters, which the node needs at startup; an Error in place of
         each that is not set.
     """
     settings: list[tuple[str, tuple[Any, ...]]] = [
@@ -84,7 +84,7 @@ def set_private(
 
 
 def leftover_warning(node_name: str, tree: Any, assignments: Mapping[str, str]) -> list[str]:
-    """Return a line on the private parameters that were set before a node started; an empty text if none were.
+    """Return a line about the private parameters that were set before a node started; an empty text if none were.
 
     Args:
         node_name: full name.

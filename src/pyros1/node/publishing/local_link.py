@@ -1,8 +1,8 @@
 """Links within one process: the publisher hands a copy of its message to the subscription; nothing is encoded.
 
-The copy rule: `publish` copies the message once for all subscribers of the process; the copy shares what cannot change:
+The copy rule: `publish` copies the message once for all subscribers of the process; the copy shares immutable values:
 strings and the bytes of uint8 arrays. So a publisher may change its message at once, and images cost nothing. The
-subscribers of a process share one copy, as callbacks of one node do in rospy and roscpp: they should not change it.
+subscribers of a process share one copy, like callbacks of one node in rospy and roscpp: they should not change it.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ if TYPE_CHECKING:
     from pyros1.wire.outqueue import Frame
 
 _MIN_MESSAGE_SIZE = 256
-"""Bytes that count at least for a message."""
+"""Minimum number of bytes counted for a message."""
 
 
 class LocalLink:
-    """Both ends of a link within a process. The methods that take messages are called in the topic's strand.
+    """Both ends of a link within a process. The methods that accept messages are called in the topic's strand.
 
     Args:
         strand: the topic's strand.
@@ -35,11 +35,11 @@ class LocalLink:
         uri: the publisher's slave API.
         header: the subscriber's connection header.
         answer: the publisher's connection header.
-        queue_size: the publisher's: most messages that wait here; None: publishers `wait` while the subscriber is
-            behind; 0: no limit.
-        inbox_bytes: bytes of messages that may wait here even if they are more than ``queue_size``, as in the sockets
-            of other links: for a subscriber without a limit.
-        on_closed: two functions, for the publication and the subscription, each called once when the link has ended.
+        queue_size: the publisher's: maximum number of messages that wait here; None: publishers `wait` while the
+            subscriber is behind; 0: no limit.
+        inbox_bytes: bytes of messages that may wait here even beyond ``queue_size``, as in the sockets of other links:
+            for a subscriber without a limit.
+        on_closed: two functions, for the publication and the subscription, each called once after the link has ended.
     """
 
     transport = "INTRAPROCESS"
@@ -77,12 +77,12 @@ class LocalLink:
 
     @property
     def dropped(self) -> int:
-        """0: the subscription counts the messages that it drops because it is too slow."""
+        """Always 0: the subscription counts the messages that it drops because it is too slow."""
         return 0
 
     @property
     def waiting(self) -> int:
-        """0: messages are handed over at once."""
+        """Always 0: messages are handed over at once."""
         return 0
 
     @property
@@ -94,7 +94,7 @@ class LocalLink:
         """Hand over a copy of a message.
 
         Args:
-            direct: whether its publisher calls this; otherwise a thread may that works in the strand for others.
+            direct: whether its publisher's thread calls this, not another thread that works in the strand for it.
         """
         if self._open:
             self.messages += 1
@@ -149,10 +149,10 @@ class LocalLink:
             closed(self)
 
     def finish(self, deadline: float) -> None:
-        """End the link after all published messages; none wait on this side."""
+        """End the link after all published messages; none are queued on this side."""
         self._strand.do(self.close)
 
 
 def on_loop() -> bool:
-    """Return whether this is a loop's thread, which greets and does jobs for others: no callback may hold it up."""
+    """Return whether this is a loop's thread, which does greetings and other jobs: no callback may block it."""
     return isinstance(current_thread(), LoopThread)

@@ -1,4 +1,4 @@
-"""Peers of a publisher: word of subscribers that come and go, and messages for only one of them."""
+"""Peers of a publisher: notification of subscribers that come and go, and messages for only one of them."""
 
 from __future__ import annotations
 
@@ -42,10 +42,10 @@ PeerCallback = Callable[[Peer], object]
 
 
 class Watch:
-    """Calls functions when subscribers come and go, one call after the other, in a thread of their own.
+    """Calls functions when subscribers come and go, one call after the other, in a separate thread.
 
     Args:
-        publication: what is watched.
+        publication: the publication to watch.
         joined, left: called with a `Peer`.
         log: for functions that raise.
     """
@@ -57,15 +57,15 @@ class Watch:
         self._known_links: tuple[Link, ...] = ()
         self._notifier = Notifier(f"subscribers of {publication.topic}", log, max_pending=None)
         publication.on_change.append(self._update)
-        publication.context.loop.call_soon(self._update)  # for those that are here
+        publication.context.loop.call_soon(self._update)  # for those already connected
 
     def close(self) -> None:
-        """Tell no more."""
+        """Stop the calls."""
         self._publication.on_change.remove(self._update)
         self._notifier.close()
 
     def _update(self) -> None:
-        """Compare the links with those known. On the loop."""
+        """Compare the links with the known ones. On the loop."""
         links, known = self._publication.links, self._known_links
         self._known_links = links
         new = [(self._on_joined, link) for link in links if link not in known]

@@ -1,8 +1,8 @@
 """Blocks of shared memory into which a publisher writes large messages, once for all subscribers of its machine.
 
 A block is a file without a name (``memfd_create``): no other user can open it, and the system frees it when the last
-program that has it ends, however it ends. It is not written again before all subscribers have given it back; a block of
-a subscriber that left with messages in its hands is never used again.
+program that has it ends, for whatever reason. It is not written again before all subscribers have released it; a block
+of a subscriber that left while using messages is never used again.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from pyros1.wire.outqueue import Frame, frame_size
 
 MAX_BLOCKS = 32
 MAX_BYTES = 512 << 20
-"""Most bytes of all blocks of a topic."""
+"""Maximum total size of all blocks of a topic, in bytes."""
 MAX_FREE_BLOCKS = 4
-"""Most free blocks that are kept."""
-_ALIGNMENT = 64  # of a message's large array, for those who calculate with it
+"""Maximum number of free blocks kept."""
+_ALIGNMENT = 64  # alignment of a message's large array, for computations with it
 _LENGTH = 4
 _read_count = struct.Struct("<I").unpack_from
 
@@ -49,7 +49,7 @@ class Block:
         self.size = size
         fd = os.memfd_create("pyros1", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
         try:
-            os.posix_fallocate(fd, 0, size)  # an error now, in place of a signal that kills when it is written
+            os.posix_fallocate(fd, 0, size)  # an error now instead of a fatal signal when it is written
             # A reader of a file that shrinks would be killed by the system.
             fcntl.fcntl(fd, fcntl.F_ADD_SEALS, fcntl.F_SEAL_SHRINK | fcntl.F_SEAL_GROW | fcntl.F_SEAL_SEAL)
             self.memory = mmap.mmap(fd, size)
@@ -62,7 +62,7 @@ class Block:
             os.close(fd)
 
     def close(self) -> None:
-        """Use the block no more. Subscribers keep what they have of it."""
+        """Stop using the block. Subscribers keep their mappings of it."""
         descriptor, self.fd = self.fd, -1
         if descriptor >= 0:
             os.close(descriptor)
@@ -70,7 +70,7 @@ class Block:
 
 
 class Placement(NamedTuple):
-    """Where a message is; `offset`, `size`, `begin` and `array` as in `pyros1.wire.local.Reference`."""
+    """The place of a message; `offset`, `size`, `begin` and `array` as in `pyros1.wire.local.Reference`."""
 
     block: Block
     offset: int
@@ -93,7 +93,7 @@ class Pool:
 
     @property
     def is_ours(self) -> bool:
-        """Whether this is the process that made it. One that was forked would use the same blocks and numbers, too."""
+        """Whether this is the process that created it. A forked process would use the same blocks and numbers."""
         return os.getpid() == self._process
 
     def place(self, frame: Frame, in_use: Set[int]) -> Placement | None:
@@ -104,7 +104,7 @@ class Pool:
             in_use: numbers of the blocks that subscribers have.
 
         Returns:
-            Where it is; None if there is no room, so that it must be sent in another way.
+            Its place; None if there is no room, so that it must be sent in another way.
         """
         size = frame_size(frame) - _LENGTH
         begin = array = 0
@@ -122,7 +122,7 @@ class Pool:
         return Placement(block, offset, size, begin, array)
 
     def retire(self, numbers: Set[int]) -> None:
-        """Never use some blocks again, since a subscriber has left with messages in them."""
+        """Retire some blocks for good, since a subscriber has left while using messages in them."""
         for number in numbers:
             block = self.blocks.pop(number, None)
             if block is not None:
@@ -137,7 +137,7 @@ class Pool:
         fitting = [block for block in free if block.size >= size]
         best = min(fitting, key=lambda block: block.size, default=None)
         free_blocks = len(free) - MAX_FREE_BLOCKS
-        for block in free:  # those that are too small first: the messages have grown
+        for block in free:  # blocks that are too small first: the messages have grown
             if free_blocks <= 0:
                 break
             if block is not best:
@@ -146,7 +146,7 @@ class Pool:
         return best or self._allocate(size)
 
     def _allocate(self, size: int) -> Block | None:
-        step = 1 << max(16, size.bit_length() - 3)  # so that messages of somewhat different sizes fit, too
+        step = 1 << max(16, size.bit_length() - 3)  # so that messages of slightly different sizes fit as well
         size = -(-size // step) * step
         if len(self.blocks) >= MAX_BLOCKS or size + sum(b.size for b in self.blocks.values()) > MAX_BYTES:
             return None

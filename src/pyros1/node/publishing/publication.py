@@ -24,14 +24,14 @@ if TYPE_CHECKING:
 _LENGTH = 4
 _U32 = struct.Struct("<I")
 SEQUENCE = 1 << 32
-"""Sequence numbers that there are; a kHz has used them up after 50 days."""
+"""Number of sequence numbers; at 1 kHz they are used up after 50 days."""
 MIN_SHARED_SIZE = 1 << 16
-"""Bytes from which a message is shared with subscribers of this machine; smaller ones are as fast through a socket."""
+"""Size in bytes from which messages are shared with subscribers on this machine; smaller ones are as fast by socket."""
 CLOSE_TIMEOUT = 1.0
-"""Seconds that subscribers have to take the last messages of a publisher that ends."""
+"""Seconds that subscribers have to receive the last messages of a closing publisher."""
 POLL_DELAY = 0.0001
 MAX_STRAND_WAIT = 1.0
-"""Most seconds that a publisher without a queue waits for the strand, whose worker a signal handler may delay."""
+"""Maximum seconds that a publisher without a queue waits for the strand, whose worker a signal handler may delay."""
 
 
 class Publication(PublisherLinks):
@@ -48,7 +48,7 @@ class Publication(PublisherLinks):
         headers: Mapping[str, str],
     ) -> None:
         super().__init__(context, topic, message_class, type_, queue_size, latch, headers)
-        # Codecs are made when they are first used: here, not in a signal handler in the middle of an import.
+        # Codecs are created on first use: here, not in a signal handler in the middle of an import.
         message_class()
         self._encode = message_class._encode_frame
         self.handles = 0
@@ -56,7 +56,7 @@ class Publication(PublisherLinks):
         self.publish: Callable[[Any], None] = self._publish_numbered if message_class._has_header else self._publish
         """Send a message to all links; see Publisher.publish."""
 
-    # The strand is entered here and not by `Strand.do`, since every message comes this way.
+    # The strand is entered here and not by `Strand.do`, since this is the path of every message.
 
     def _publish(self, message: Any) -> None:  # noqa: PLR0912 - a call costs as much as ten lines
         if not (self.links or self.latch):
@@ -70,12 +70,12 @@ class Publication(PublisherLinks):
             strand.post(self._send, *_snapshot(*self._prepare(message)))
         else:
             # Encoded in the strand, so that messages of a signal handler come after this one: a robot that the handler
-            # stops must not be set going again by this message.
+            # stops must not be started again by this message.
             strand.worker = thread_id
             try:
                 if (
                     strand.jobs and not strand.run_pending()
-                ):  # some of them may be this thread's: this one comes after them
+                ):  # some of them may be from this thread: this one comes after them
                     strand.jobs.append((self._send, _snapshot(*self._prepare(message))))
                 elif self._local and not (self._remote or self.latch):
                     try:
@@ -121,7 +121,7 @@ class Publication(PublisherLinks):
             try:
                 if (
                     strand.jobs and not strand.run_pending()
-                ):  # some of them may be this thread's: this one comes after them
+                ):  # some of them may be from this thread: this one comes after them
                     strand.jobs.append((self._send_numbered, (message, *_snapshot(*self._prepare(message)))))
                 else:
                     message.header.seq = next(self._seq)
@@ -151,9 +151,9 @@ class Publication(PublisherLinks):
         return SerializationError(f"{self.topic}: {error}")
 
     def _send(self, frame: Frame | None, copy: Any, source: object = None) -> None:
-        """Give a message to all links and keep it, if latched. In the strand.
+        """Give a message to all links and keep it if latched. In the strand.
 
-        New links may have come since it was prepared.
+        New links may have been added since it was prepared.
         """
         if frame is None and (self._remote or self.latch):
             frame = copy.__class__._encode_frame(copy)
@@ -168,7 +168,7 @@ class Publication(PublisherLinks):
                 receiver.send(frame)
 
     def _send_frame(self, frame: Frame) -> None:
-        """Give an encoded message to all links; a large one is written once for those that share memory."""
+        """Give an encoded message to all links; a large one is written once for links that share memory."""
         place = None
         if self._shared and self._pool is not None and frame_size(frame) > MIN_SHARED_SIZE and self._pool.is_ours:
             for shared in self._shared:
@@ -192,11 +192,11 @@ class Publication(PublisherLinks):
         self._send(frame, copy)
 
     def _wait_for_links(self) -> None:
-        """Wait until all links have sent the published messages, as rospy does without a queue size."""
+        """Wait until all links have sent the published messages, like rospy without a queue size."""
         strand, deadline = self.strand, perf_counter() + MAX_STRAND_WAIT
         while strand.jobs and perf_counter() < deadline:  # this thread's message may be among them
             if strand.is_mine:
-                return  # in a signal handler: the interrupted function goes on afterwards
+                return  # in a signal handler: the interrupted function continues afterwards
             strand.work()
             if not strand.free:
                 time.sleep(POLL_DELAY)
@@ -207,7 +207,7 @@ class Publication(PublisherLinks):
     def _warn_after_shutdown(self, message: Any) -> None:
         """Log that the node has ended. As in rospy, this is not an error: a loop may have called `ok` just before.
 
-        It is logged once, unless a signal has ended the node.
+        It is logged once, and not at all if a signal has ended the node.
         """
         context = self.context
         if context.warn_publish_after_shutdown:
@@ -237,11 +237,11 @@ class Publication(PublisherLinks):
         self.strand.do(link.send, frame_copy(frame))
 
     def forget(self, source: object) -> None:
-        """Forget a source's latched message."""
+        """Discard a source's latched message."""
         self.strand.do(self._latched.pop, source, None)
 
     def close(self, deadline: float | None = None) -> None:
-        """End all links; waiting messages are sent first, as far as subscribers take them in time.
+        """End all links; waiting messages are sent first, as far as subscribers receive them in time.
 
         Args:
             deadline: the deadline, as `perf_counter` time; None: in CLOSE_TIMEOUT seconds.
@@ -251,14 +251,14 @@ class Publication(PublisherLinks):
             deadline = perf_counter() + CLOSE_TIMEOUT
         self.strand.do(self._refuse_links)
         while not (self._closed or self.strand.is_mine) and perf_counter() < deadline:
-            time.sleep(POLL_DELAY)  # the thread that works there does it
+            time.sleep(POLL_DELAY)  # the thread that works in the strand does it
         if self._closed:
             self._finish(deadline)
-        else:  # that thread is stuck, or interrupted by this call, which a signal handler makes
+        else:  # that thread is stuck, or interrupted by this call, made in a signal handler
             self.strand.do(self._finish, deadline)
 
     def _refuse_links(self) -> None:
-        """Take no more links. In the strand, so those that come at the same time are there before, with a greeting."""
+        """Accept no more links. In the strand, so that links added at the same time come first, with a greeting."""
         self._closed = True
         self._latched.clear()
 
@@ -270,12 +270,12 @@ class Publication(PublisherLinks):
 
 
 def _sequence_numbers() -> Iterator[int]:
-    """Return the sequence numbers of headers: from 1, as rospy (T22), and after the last one from 0, as roscpp."""
+    """Return the sequence numbers of headers: from 1, like rospy (T22), and after the last one from 0, like roscpp."""
     return itertools.chain(range(1, SEQUENCE), itertools.chain.from_iterable(itertools.repeat(range(SEQUENCE))))
 
 
 def _snapshot(frame: Frame | None, copy: Any) -> tuple[Frame | None, Any]:
-    """Return a message that may wait: without memory that its owner could change meanwhile."""
+    """Return a message that can be queued: without memory that its owner could change meanwhile."""
     return None if frame is None else frame_copy(frame), copy
 
 

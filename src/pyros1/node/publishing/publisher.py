@@ -52,7 +52,7 @@ class Publisher(Generic[_M]):
         """Publish a message. Returns at once; a slow subscriber loses the oldest messages beyond ``queue_size``.
 
         Any thread or signal handler may call it. If a handler has interrupted `publish` on this topic, its message
-        comes next; if `publish` had not quite begun, its message comes first.
+        comes next; if `publish` had only just been called, its message comes first.
 
         Args:
             args: one message, or the values of all its fields in order.
@@ -98,7 +98,7 @@ class Publisher(Generic[_M]):
         only field."""
         publication = self._publication
         name, md5sum = message._type, message._md5sum
-        if isinstance(message, AnyMsg):  # a received one carries its type
+        if isinstance(message, AnyMsg):  # a received message carries its type
             header = message._connection_header or {}
             name, md5sum = header.get("type", ANY), header.get("md5sum", ANY)
         if isinstance(message, AnyMsg) and md5sum in (ANY, publication.type.md5sum):
@@ -106,7 +106,7 @@ class Publisher(Generic[_M]):
         elif isinstance(message, Message) and md5sum == publication.type.md5sum:
             publication.publish(message)
         elif not self._raw and md5sum == publication.type.md5sum:
-            # Messages of other generators have the same fields, but other methods to encode them.
+            # Messages of other generators have the same fields but different encoding methods.
             publication.publish(self.type._copy(message))  # type: ignore[attr-defined]
         elif not self._raw and self._is_only_field(md5sum):
             publication.publish(self.type(message))  # type: ignore[call-arg]
@@ -128,12 +128,12 @@ class Publisher(Generic[_M]):
 
     @property
     def dropped(self) -> int:
-        """Number of messages that slow subscribers have lost, of all that are still connected."""
+        """Number of messages lost by the slow ones among the connected subscribers."""
         return sum(link.dropped for link in self._publication.links)
 
     @property
     def waiting(self) -> int:
-        """Number of messages that slow subscribers have not taken yet, all together."""
+        """Total number of messages that slow subscribers have not received yet."""
         return sum(link.waiting for link in self._publication.links)
 
     @property
@@ -143,9 +143,9 @@ class Publisher(Generic[_M]):
         return self._publication.links
 
     def watch(self, joined: PeerCallback = lambda _: None, left: PeerCallback = lambda _: None) -> Watch:
-        """Call functions when subscribers come, those that are here included, and when they go.
+        """Call functions when subscribers come, including those already connected, and when they go.
 
-        The calls are made one after the other, in a thread of their own.
+        The calls are made one after the other, in a separate thread.
 
         Args:
             joined: called with a `Peer`, whose ``publish(message)`` sends to that subscriber only.

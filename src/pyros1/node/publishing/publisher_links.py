@@ -1,4 +1,4 @@
-"""The links of a publication to its subscribers: how they come, what they are told, and how they go."""
+"""The links of a publication to its subscribers: how they are added, greeted and removed."""
 
 from __future__ import annotations
 
@@ -51,16 +51,17 @@ class Link(Protocol):
 
 
 class PublisherLinks:
-    """The part of a publication that has links.
+    """The part of a publication that manages links.
 
     Args:
         context: the node.
         topic: full name.
-        message_class: class of the messages; with AnyMsg, ``type_`` gives their real type.
+        message_class: class of the messages; for AnyMsg, ``type_`` gives their real type.
         type_: type name, md5 sum and definition that are sent to subscribers.
-        queue_size: most waiting messages per slow subscriber; 0: no limit; None: publishing waits for subscribers.
+        queue_size: maximum number of waiting messages per slow subscriber; 0: no limit; None: publishing waits for
+            subscribers.
         latch: keep the last message and give it to every new subscriber.
-        headers: more fields of the connection header.
+        headers: extra fields of the connection header.
     """
 
     def __init__(
@@ -81,14 +82,14 @@ class PublisherLinks:
         self.latch = latch
         self.headers = dict(headers)
         self.links: tuple[Link, ...] = ()
-        self._remote: tuple[Link, ...] = ()  # the links that take frames
-        self._local: tuple[LocalLink, ...] = ()  # the links that take messages
+        self._remote: tuple[Link, ...] = ()  # the links that accept frames
+        self._local: tuple[LocalLink, ...] = ()  # the links that accept messages
         self._shared: tuple[SharedLink, ...] = ()  # those of `_remote` that share memory
         self._pool: Pool | None = None
         self.on_change: list[Callable[[], None]] = []
         self._connections = itertools.count(1)  # over UDP
-        self._latched: dict[object, Frame] = {}  # by source: each has its own, as in roscpp
-        # It guards numbers, latched message and links, so that all of them see one order of messages.
+        self._latched: dict[object, Frame] = {}  # by source: each has its own, like in roscpp
+        # It guards sequence numbers, latched messages and links, so that all links see one order of messages.
         self.strand = Strand(context.loop.call_soon, self._recover)
         self._closed = False
 
@@ -117,7 +118,7 @@ class PublisherLinks:
         self.strand.do(self._add, link)
 
     def _link_shared(self, sock: socket.socket, header: dict[str, str], answer: dict[str, str]) -> None:
-        """Link a subscriber of this machine that shares memory with this process. On the loop."""
+        """Link a subscriber on this machine that shares memory with this process. On the loop."""
         from pyros1.node.publishing import shared_link  # noqa: PLC0415 - needs modules that only Linux has
         from pyros1.node.publishing.pool import Pool  # noqa: PLC0415
 
@@ -156,7 +157,7 @@ class PublisherLinks:
         """Link a subscription of the same process, without a socket.
 
         Args:
-            receiver: takes the messages.
+            receiver: receives the messages.
             uri: URI of this node's slave API.
             header: the connection header that the subscriber would send.
             on_closed: called when the link has ended.
@@ -204,7 +205,7 @@ class PublisherLinks:
     def _remove_now(self, link: Link) -> None:
         self._set_links(tuple(other for other in self.links if other is not link))
         if self._pool is not None and not self._shared:
-            self._pool.close()  # nobody reads it, and it may be much
+            self._pool.close()  # it is never read, and may be large
 
     def _set_links(self, links: tuple[Link, ...]) -> None:
         self.links = links
@@ -212,7 +213,7 @@ class PublisherLinks:
         self._remote = tuple(link for link in links if not isinstance(link, LocalLink))
         self._shared = tuple(link for link in self._remote if link.transport == "LOCAL")  # type: ignore[misc]  # SharedLinks
         if self.on_change:
-            self.context.loop.call_soon(self._changed)  # code of other parts does not belong in the strand
+            self.context.loop.call_soon(self._changed)  # code of other modules must not run in the strand
 
     def _changed(self) -> None:
         for callback in tuple(self.on_change):

@@ -1,8 +1,8 @@
 """A publisher's link to a subscriber on the same machine; see `pyros1.wire.local`.
 
-Small messages go through a Unix socket as over TCP. Of a large one goes a reference; `MAX_REFERENCES` of them at most
-are out at a time, so a slow subscriber keeps few blocks, and further references wait in the link's queue, the oldest of
-which are dropped as always.
+Small messages go through a Unix socket as over TCP. For a large one, a reference is sent; at most `MAX_REFERENCES` are
+outstanding at a time, so a slow subscriber keeps few blocks. Further references wait in the link's queue, which drops
+the oldest as always.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ from pyros1.wire.local import (
 from pyros1.wire.outqueue import Buffer, Frame, OutQueue
 
 MAX_REFERENCES = 8
-"""Most references that a subscriber may have at a time."""
+"""Maximum number of references that a subscriber may have at a time."""
 _MAX_PER_TURN = 64
-"""Most records that are read before other work goes on."""
+"""Maximum number of records read before other work continues."""
 
 
 class _ReferenceFrame(bytes):
     """The frame of a reference.
 
     Attributes:
-        number: of the reference.
+        number: the reference's number.
     """
 
     number: int
@@ -51,7 +51,7 @@ class _Queue(OutQueue):
 
     Args:
         limit: as for OutQueue.
-        outstanding: numbers of the references that are out, or wait here, with their blocks.
+        outstanding: numbers of the references that are sent or wait here, with their blocks.
     """
 
     __slots__ = ("_outstanding",)
@@ -62,7 +62,7 @@ class _Queue(OutQueue):
 
     @property
     def available(self) -> int:
-        """How many references may be sent now."""
+        """The number of references that may be sent now."""
         waiting = sum(frame.__class__ is _ReferenceFrame for frame in self._waiting)
         return MAX_REFERENCES - len(self._outstanding) + waiting
 
@@ -79,7 +79,7 @@ class _Queue(OutQueue):
             self._outstanding.pop(oldest.number, None)
 
     def buffers(self, max_buffers: int = 256) -> list[Buffer]:
-        """Return what may be sent next."""
+        """Return the frames that may be sent next."""
         if not self._outstanding:
             return super().buffers(max_buffers)
         available, parts = self.available, list(self._partial)
@@ -104,7 +104,7 @@ class SharedLink(TcpLink):
         loop, strand, sock, header, queue_size, on_closed: as for TcpLink; the socket is a Unix socket.
         answer: the publisher's connection header, not encoded.
         pool: the topic's blocks.
-        token: with which references begin.
+        token: the first bytes of each reference.
 
     Raises:
         OSError: no further socket can be opened.
@@ -129,7 +129,7 @@ class SharedLink(TcpLink):
         self._control_socket.setblocking(False)
         greeting = encode_header({**answer, "token": token.hex()})
         super().__init__(loop, strand, sock, header, greeting, queue_size, on_closed)
-        self.outstanding: dict[int, int] = {}  # block of each reference that is out or waits
+        self.outstanding: dict[int, int] = {}  # block of each reference that is sent or waits
         self._references = _Queue(queue_size, self.outstanding)
         self._queue = self._references
         self._pool = pool
@@ -137,8 +137,8 @@ class SharedLink(TcpLink):
         self._numbers = count(1)
         self._known_blocks: set[int] = set()  # blocks that the subscriber has
         self._watches_control_socket = False
-        self._is_held_back = False  # references wait until the subscriber gives others back
-        self._sending: tuple[int, int] | None = None  # the reference that is being sent, and `bytes_sent` before
+        self._is_held_back = False  # references wait until the subscriber releases others
+        self._sending: tuple[int, int] | None = None  # the reference that is being sent, and `bytes_sent` before it
 
     def start(self) -> None:
         """Send the greeting, with the subscriber's end of the control socket."""
@@ -159,7 +159,7 @@ class SharedLink(TcpLink):
         """Send a reference to a large message. In the strand.
 
         Returns:
-            Whether that was possible; otherwise the message must be sent whole.
+            Whether that was possible; if not, the message itself must be sent.
         """
         if self._closed:
             return True
@@ -182,7 +182,7 @@ class SharedLink(TcpLink):
         return True
 
     def recover(self) -> None:
-        """Recover as other links do; a reference that has not left counts as given back."""
+        """Recover as other links do; a reference that has not been sent counts as released."""
         if self._sending is not None:
             number, bytes_before = self._sending
             is_partly_sent = self.bytes_sent > bytes_before or (self._in_flight is not None and self._sent > 0)
@@ -192,7 +192,7 @@ class SharedLink(TcpLink):
         super().recover()
 
     def receive_releases(self) -> None:
-        """Take note of the references that the subscriber has done with. In the strand."""
+        """Record the references that the subscriber has released. In the strand."""
         if self._closed:
             return
         for _ in range(_MAX_PER_TURN):
@@ -207,7 +207,7 @@ class SharedLink(TcpLink):
                 return
             for number in decode_releases(record):
                 self.outstanding.pop(number, None)
-            if self._is_held_back:  # what waits for it must go, also if nothing more is published
+            if self._is_held_back:  # waiting references must be sent even if nothing more is published
                 self._is_held_back = False
                 self._loop.call_soon(self._strand.do, self._resume)
 
@@ -219,7 +219,7 @@ class SharedLink(TcpLink):
                 self._known_blocks.discard(number)
             block = placement.block
             if block.fd < 0:
-                return False  # a subscriber has just left with it
+                return False  # a subscriber has just left while using it
             if block.number not in self._known_blocks:
                 socket.send_fds(self._control_socket, [encode_block(block.number, block.size)], [block.fd])
                 self._known_blocks.add(block.number)
@@ -243,7 +243,7 @@ class SharedLink(TcpLink):
     # On the loop ------------------------------------------------------------------------------------------------------
 
     def _watch_control_socket(self) -> None:
-        """Wait for records; for those that have come before, too: the system reports them as well."""
+        """Wait for records, including those that have already arrived: the system reports them as well."""
         if not self._closed:
             self._loop.register(self._control_socket, selectors.EVENT_READ, lambda _: self._control_socket_readable())
 
@@ -263,7 +263,7 @@ class SharedLink(TcpLink):
             self._flush()
 
     def _wait_and_send(self) -> None:
-        """Wait a little until the subscriber takes more, and send."""
+        """Wait a little until the subscriber accepts more, and send."""
         if not self._is_held_back:
             super()._wait_and_send()
             return
@@ -274,7 +274,7 @@ class SharedLink(TcpLink):
         if self._strand.free:
             self._strand.do(self._resume)
         else:
-            time.sleep(POLL_DELAY)  # the thread that works there sends
+            time.sleep(POLL_DELAY)  # the thread that works in the strand sends
 
     def _fail(self) -> None:
         if not self._closed:
@@ -290,7 +290,7 @@ class SharedLink(TcpLink):
 
 
 class WaitingSharedLink(SharedLink, WaitingLink):
-    """A link whose publishers wait until all is sent."""
+    """A link whose publishers wait until everything is sent."""
 
     def start(self) -> None:
         """Send the greeting; no publisher waits for it, or for the latched messages that follow it in this job."""

@@ -3,16 +3,15 @@
 A link works only in the strand of its topic (``strand.py``), so it has no lock. States of a link:
 
 * *idle*: nothing waits. A message is sent at once, by the thread that works in the strand.
-* *coalescing*: messages come faster than every HOT_GAP seconds, MIN_STREAK of them in a row. They gather in the queue
-and
-  are sent together: by the publishing thread after BATCH messages or BATCH_TIME seconds, by the loop's timer if the
-  publisher pauses. A single message never waits.
+* *coalescing*: messages come less than HOT_GAP seconds apart, MIN_STREAK of them in a row. They gather in the queue
+  and are sent together: by the publishing thread after BATCH messages or BATCH_TIME seconds, by the loop's timer if
+  the publisher pauses. A single message never waits.
 * *blocked*: the socket is full. Messages gather in the queue (the oldest are dropped whole); the loop sends when the
-  socket takes more, and a publisher in a tight loop tries as well, because it seldom lets the loop thread run.
+  socket accepts more, and a publisher in a tight loop tries as well, because it seldom lets the loop thread run.
 * *closed*.
 
 The number of bytes sent is stored by ``(self._sent,) = map(send, (frame,))``: unlike with a plain call, no signal
-handler can run between `send` and the assignment. So one that raises (KeyboardInterrupt) tears no frame: see `recover`.
+handler can run between `send` and the assignment. So one that raises (KeyboardInterrupt) cuts no frame: see `recover`.
 """
 
 from __future__ import annotations
@@ -36,11 +35,11 @@ MIN_STREAK = 100
 BATCH = 128
 BATCH_TIME = 100e-6
 MAX_BYTES_PER_TURN = 4 << 20
-"""Most bytes that are sent in one go; the rest is sent in the loop's next round, after the turns of others."""
+"""Maximum number of bytes sent in one go; the rest is sent in the loop's next round, after the other links."""
 FLUSH_DELAY = 0.0005
-"""Seconds after which the loop sends what the publisher has left in the queue."""
+"""Seconds after which the loop sends the messages that the publisher has left in the queue."""
 PEER_CHECK_INTERVAL = 15.0
-"""Seconds between looks whether the subscriber's machine is gone."""
+"""Seconds between checks whether the subscriber's machine is gone."""
 SMALL = 4096
 POLL_DELAY = 0.0001
 
@@ -54,7 +53,7 @@ class TcpLink:
         sock: connected socket, after the handshake; owned by the link from now on.
         header: the subscriber's connection header.
         greeting: the publisher's connection header, encoded; it is sent first, see `start`.
-        queue_size: most waiting messages; 0 or None for no limit.
+        queue_size: maximum number of waiting messages; 0 or None for no limit.
         on_closed: called once when the link has ended.
 
     Attributes:
@@ -87,13 +86,13 @@ class TcpLink:
         self._is_idle = True
         self._is_blocked = False
         self._closed = False
-        self._timer_set = False  # the loop's timer is set
-        self._is_writable = False  # the socket takes more
-        self._in_event = False  # the loop is in `_on_event`
+        self._timer_set = False  # whether the loop's timer is set
+        self._is_writable = False  # whether the socket accepts more
+        self._in_event = False  # whether the loop is in `_on_event`
         self._streak = 0
         self._last = 0.0
         self._in_flight: Frame | None = None  # a frame that is being sent without the queue
-        self._sent = 0  # bytes of it that were sent
+        self._sent = 0  # number of its bytes that were sent
         sock.setblocking(False)
         self.address = _address_text(sock)
         self._greeting = greeting
@@ -115,7 +114,7 @@ class TcpLink:
 
     @property
     def waiting(self) -> int:
-        """Number of messages that the subscriber has not taken yet."""
+        """Number of messages that the subscriber has not received yet."""
         return len(self._queue)
 
     @property
@@ -170,7 +169,7 @@ class TcpLink:
         self._queue_rest()
 
     def _queue_rest(self) -> None:
-        """Queue the rest of the frame that the socket has not taken whole."""
+        """Queue the rest of a frame that the socket has accepted only partly."""
         frame, sent = self._in_flight, self._sent
         if frame is not None:
             self._is_idle = False
@@ -182,7 +181,7 @@ class TcpLink:
             self._block()
 
     def _flush(self) -> None:
-        """Send from the queue as much as the socket takes, at most a turn."""
+        """Send from the queue as much as the socket accepts, at most one turn."""
         queue, end = self._queue, self.bytes_sent + MAX_BYTES_PER_TURN
         while parts := queue.buffers():
             try:
@@ -211,14 +210,14 @@ class TcpLink:
             self._streak = 0
 
     def recover(self) -> None:
-        """Restore a valid state after a signal handler has raised in the middle of a method, and send what waits."""
+        """Restore a valid state after a signal handler has raised within a method, and send what is queued."""
         if self._closed:
             return
         if self._in_flight is not None and 0 < self._sent < frame_size(self._in_flight):
             self._queue_rest()
         self._in_flight = None
         self._queue.discard_sent()
-        self._timer_set = self._is_blocked = False  # the loop may not have been told yet
+        self._timer_set = self._is_blocked = False  # the loop may not know yet
         self._flush()
 
     def _set_timer(self) -> None:
@@ -227,7 +226,7 @@ class TcpLink:
             self._loop.call_later(FLUSH_DELAY, self._on_flush_timer)
 
     def _on_flush_timer(self) -> None:
-        """Send what the publisher has left in the queue; set the timer again while it is busy. On the loop."""
+        """Send the messages left in the queue; set the timer again while the publisher is busy. On the loop."""
         self._strand.do(self._flush_batch)
 
     def _flush_batch(self) -> None:
@@ -253,7 +252,7 @@ class TcpLink:
             self._peer_check_timer = self._loop.call_later(PEER_CHECK_INTERVAL, self._check_peer)
 
     def _check_peer(self) -> None:
-        """End the link if the subscriber's machine is gone: queues would fill, and publishers without one wait."""
+        """End the link if the subscriber's machine is gone: queues would fill, or publishers would wait."""
         if is_peer_dead(self._sock):
             self.close()
         elif not self._closed:
@@ -268,7 +267,7 @@ class TcpLink:
             self._is_writable = self._in_event = True
             self._strand.do(self._send_more)
             self._in_event = False
-            if self._is_writable or not self._is_blocked:  # left to another thread; or all is sent
+            if self._is_writable or not self._is_blocked:  # left to another thread, or everything is sent
                 self._loop.modify(self._sock, selectors.EVENT_READ, self._on_event)
         if mask & selectors.EVENT_READ and not self._closed:
             try:
@@ -307,7 +306,7 @@ class TcpLink:
         self._strand.do(self._fail)
 
     def finish(self, deadline: float) -> None:
-        """Send what waits, then close: for an orderly end of the publisher.
+        """Send what is queued, then close: for an orderly end of the publisher.
 
         Args:
             deadline: the deadline, as `perf_counter` time; the rest is then dropped.
@@ -316,12 +315,12 @@ class TcpLink:
             if perf_counter() > deadline:
                 self.close()
                 return
-            # In the strand: a thread that works there may have a frame in its hands, or half of it on the wire.
+            # In the strand: a thread that works there may be handling a frame, or have sent half of it.
             self._strand.do(self._close_if_sent)
             if self._closed:
                 return
             self._wait_and_send()
-        # A signal handler ends the node on top of a function that is sending here, which goes on afterwards.
+        # A signal handler ends the node on top of a function that is sending here, which continues afterwards.
         self._strand.do(self._flush_open)
         self._strand.do(self._fail)
 
@@ -333,12 +332,12 @@ class TcpLink:
         """Do nothing: publishers do not wait for this link."""
 
     def _wait_and_send(self) -> None:
-        """Wait a little until the socket takes more, and send."""
+        """Wait a little until the socket accepts more, and send."""
         wait_writable(self._sock)
         if self._strand.free:
             self._strand.do(self._flush_open)
         else:
-            time.sleep(POLL_DELAY)  # the thread that works there sends
+            time.sleep(POLL_DELAY)  # the thread that works in the strand sends
 
     def _flush_open(self) -> None:
         if not self._closed:
@@ -354,7 +353,7 @@ class TcpLink:
 
 
 class WaitingLink(TcpLink):
-    """A link whose publishers wait until all is sent, as in rospy without a queue size."""
+    """A link whose publishers wait until everything is sent, like in rospy without a queue size."""
 
     def wait(self) -> None:
         """Wait until the messages given to `send` so far are sent, or the link is closed. Not in the strand."""
@@ -365,7 +364,7 @@ class WaitingLink(TcpLink):
             while not self._closed and self._num_sent < number:
                 self._wait_and_send()
         finally:
-            if self._queue:  # messages of others, or this thread was interrupted: the loop sends them
+            if self._queue:  # messages of other threads, or this thread was interrupted: the loop sends them
                 self._strand.do(self._leave_to_loop)
 
     @property
@@ -387,7 +386,7 @@ class WaitingLink(TcpLink):
         self._leave_to_loop()
 
     def _block(self) -> None:
-        """Leave the loop asleep, since a publisher waits for the socket."""
+        """Do not wake the loop, since a publisher waits for the socket."""
 
 
 def wait_writable(sock: socket.socket) -> None:
@@ -402,7 +401,7 @@ def wait_writable(sock: socket.socket) -> None:
 
 
 def _address_text(sock: socket.socket) -> str:
-    """Describe a connection in the form that rosnode info reads (S03)."""
+    """Describe a connection in the form that rosnode info parses (S03)."""
     if sock.family == getattr(socket, "AF_UNIX", None):
         return f"LOCAL connection on port 0 to [127.0.0.1:0 on socket {sock.fileno()}]"
     try:

@@ -1,7 +1,7 @@
-"""A publisher's link over UDP, which loses messages rather than wait: UDPROS, as in roscpp.
+"""A publisher's link over UDP, which loses messages instead of waiting: UDPROS, as in roscpp.
 
 A subscriber offers a socket in `requestTopic`; the publisher answers with a connection number and sends. There is no
-connection that could break: a publisher learns only from errors of the system that nobody listens (T57-T62).
+connection that could break: only system errors tell a publisher that nobody is listening (T57-T62).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _LENGTH = 4
 
 
 class UdpLink:
-    """The sending end. A message that the system does not take at once is lost and counted as dropped.
+    """The sending end. A message that the system does not accept at once is lost and counted as dropped.
 
     Args:
         loop: the node's loop, which looks up the subscriber's host.
@@ -83,10 +83,10 @@ class UdpLink:
         """Do nothing: the answer to `requestTopic` takes the place of the greeting."""
 
     def recover(self) -> None:
-        """Do nothing: no message is kept here."""
+        """Do nothing: no message is queued here."""
 
     def wait(self) -> None:
-        """Do nothing: messages that the system does not take are lost."""
+        """Do nothing: messages that the system does not accept are lost."""
 
     @property
     def connected(self) -> bool:
@@ -131,7 +131,7 @@ class UdpLink:
             self._end()
 
     def _send(self, data: bytes) -> bool:
-        """Send a frame's datagrams; return False if nobody listens any more."""
+        """Send a frame's datagrams; return False if nobody is listening any more."""
         sock = self._sock
         if sock is None:
             return False

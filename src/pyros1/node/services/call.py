@@ -31,9 +31,9 @@ if TYPE_CHECKING:
 
 CONNECT_TIMEOUT = 10.0
 SILENCE_TIMEOUT = 5.0
-"""Seconds after which a provider that does not greet, as its node does even while it is busy, is named in the log."""
+"""Seconds after which a provider that does not greet is named in the log; a node greets even while it is busy."""
 POLL_INTERVAL = 0.2
-"""Seconds between checks of a waiting call whether its node is shutting down."""
+"""Seconds between a waiting call's checks whether its node is shutting down."""
 
 
 class Call:
@@ -47,10 +47,10 @@ class Call:
         spin_wait: how to wait for answers; None: as at a first call.
 
     Attributes:
-        data: bytes that have come and were not taken yet.
+        data: bytes that were received but not yet used.
         got_header: whether the provider has answered the header.
         header: that answer.
-        local: whether it is a node of ours, of this machine and user, at the other end of a Unix socket.
+        local: whether it is a pyros1 node of this machine and user, at the other end of a Unix socket.
 
     Raises:
         ServiceUnavailableError: the provider cannot be reached.
@@ -92,7 +92,7 @@ class Call:
         self.got_header = False
 
     def _connect_local(self, uri: str) -> socket.socket | None:
-        """Return a connection over a Unix socket; None if the provider is not one of this machine and user."""
+        """Return a connection over a Unix socket; None if the provider is not on this machine or of another user."""
         self._remaining(POLL_INTERVAL)
         key = self._context.local_key
         if not key:
@@ -122,7 +122,7 @@ class Call:
         return min(maximum, remaining)
 
     def _check_peer(self, error: OSError) -> None:
-        """Raise a ConnectionError if the wait is over since the system has given up the connection, or should have."""
+        """Raise a ConnectionError if the wait ended because the system has given up the connection, or should have."""
         if error.errno == errno.ETIMEDOUT or is_peer_dead(self.sock):
             raise ConnectionError("the provider's machine no longer answers")
 
@@ -168,15 +168,15 @@ class Call:
 
     @property
     def broken(self) -> bool:
-        """Whether the provider has sent something that nobody has asked for: each later call would get the response
-        of the one before."""
+        """Whether the provider has sent something unrequested: each later call would get the response of the
+        previous one."""
         if self.data:
             return True
         if not (self.got_header and DONTWAIT):
             return False
         try:
             return bool(self.sock.recv(1, DONTWAIT | socket.MSG_PEEK))
-        except OSError:  # nothing is there, or the connection is broken, which the call will tell
+        except OSError:  # no data, or the connection is broken, which the call will report
             return False
 
     def response(self) -> tuple[bool, bytes]:
@@ -201,9 +201,9 @@ class Call:
         return ok, data[RESPONSE_HEAD_SIZE:end]
 
     def end(self) -> None:
-        """Let a call under way in another thread fail."""
+        """Make a call under way in another thread fail."""
         with contextlib.suppress(OSError):
-            self.sock.shutdown(socket.SHUT_RDWR)  # wakes a thread that waits for an answer
+            self.sock.shutdown(socket.SHUT_RDWR)  # wakes a thread that is waiting for an answer
 
     def close(self) -> None:
         self.end()

@@ -38,14 +38,14 @@ if TYPE_CHECKING:
 
 PROBE_TIMEOUT = 5.0
 _MAX_WITH_HEADER: Final = 65536
-"""Bytes of a request up to which it is sent with the header: a socket takes both, so a refusal can be read."""
+"""Size in bytes up to which a request is sent with the header: a socket accepts both, so a refusal can be read."""
 
 
 class ServiceClient:
     """Client of a service; made by ``Node.service``. Also a context manager that closes it.
 
     Calling the object calls the service: ``client(a, b)``, ``client(a=1)`` or ``client(request)``. A signal handler may
-    do so, too, on top of a call of its thread: it gets a separate connection.
+    do so as well, on top of a call of its thread: it gets a separate connection.
 
     Attributes:
         name: the service's full name.
@@ -69,7 +69,7 @@ class ServiceClient:
         self._headers = dict(headers)
         self._wire_type = service_type(service_class)
         self._spin_wait = SpinWait()  # of all calls: a series may have a new connection for each
-        # The class is made when it is first used: here, not in a signal handler in the middle of an import.
+        # The class is created on first use: here, not in a signal handler in the middle of an import.
         service_class._request_class()
         _ = service_class._request_class._encode_frame, service_class._response_class._decode
         self._begin()
@@ -133,7 +133,7 @@ class ServiceClient:
                 return self._exchange(self._connect(deadline), data)
             self._busy = True
             try:
-                kept = self._persistent_call  # which `close` may take away meanwhile
+                kept = self._persistent_call  # which `close` may remove meanwhile
                 if kept is None or kept.broken:
                     kept = self._renew(kept, deadline)
                 kept.deadline = deadline
@@ -142,14 +142,14 @@ class ServiceClient:
                 self._busy = False
 
     def _forget_inherited(self) -> None:
-        """In a forked process, forget the connections: they are the other one's."""
+        """In a forked process, drop the connections: they belong to the parent process."""
         if self._pid != os.getpid():
             for other in [*self._under_way, *([self._persistent_call] if self._persistent_call else [])]:
                 other.sock.close()
             self._begin()
 
     def _own_service(self, uri: str | None = None) -> ServiceView | None:
-        """Return the node's own service of that name if its handler could run only in the calling thread.
+        """Return the node's own service of that name if its handler can run only in the calling thread.
 
         Args:
             uri: the URI that the master gave; None if not known yet.
@@ -199,7 +199,7 @@ class ServiceClient:
                 call.send(request)
             elif call.local and len(request) <= _MAX_WITH_HEADER:
                 self._greet(call, request)
-            else:  # stock's providers lose what comes together with the header
+            else:  # stock providers lose data that arrives together with the header
                 self._greet(call)
                 call.send(request)
             ok, body = call.response()
@@ -215,7 +215,7 @@ class ServiceClient:
             self._under_way.discard(call)
             if not complete or call is not self._persistent_call:
                 if call is self._persistent_call:
-                    self._persistent_call = None  # the next call connects anew
+                    self._persistent_call = None  # the next call reconnects
                 call.close()
         return self._read_response(ok, body, call.header)
 
@@ -257,7 +257,7 @@ class ServiceClient:
         kept, self._persistent_call = self._persistent_call, None
         under_way = list(self._under_way)
         for call in under_way:
-            call.end()  # its thread closes it: the descriptor must not become another file's in the middle of a read
+            call.end()  # its thread closes it: the descriptor must not be reused in the middle of a read
         if kept is not None and kept not in under_way:
             kept.close()
 

@@ -6,11 +6,11 @@ States::
       ^   a whole request       │   not persistent
       └─────────────────────────┘   persistent
 
-* *waiting*: on the loop, for a whole request. A client that sends nothing, or one byte at a time, costs no thread. A
-  request must go on once it has begun, and not slower than SLOWEST in the long run; a client that is not persistent
-  must begin it.
-* *answering*: in a worker's thread, until the response is sent. It also waits there, for a moment, for the first
-  request and for the next one of a persistent client: that saves the detour over the loop.
+* *waiting*: on the loop, for a whole request. A client that sends nothing, or one byte at a time, costs no thread. Once
+  begun, a request must make progress, on average not slower than SLOWEST; a client that is not persistent must begin
+  one.
+* *answering*: in a worker's thread, until the response is sent. The worker also waits briefly for the first
+  request, and for the next one of a persistent client: that saves the detour over the loop.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from pyros1.net.loop import Loop, TimerHandle
 
 REQUEST_TIMEOUT = 30.0
-"""Longest pause, in seconds, of a client that sends a request, or takes the response."""
+"""Longest pause, in seconds, of a client that sends a request or receives the response."""
 LINGER_TIME = 0.05
 """Seconds that a worker waits for the next request of a persistent client."""
 
@@ -50,7 +50,7 @@ class ServiceLink:
         first: bytes that came after the header.
         answer: ``answer(data, start, end, header)`` returns the bytes that answer a request; runs in a worker.
         submit: ``submit(job)`` runs a job in a worker, or returns why that is not possible.
-        may_linger: whether a worker that has answered so many requests may wait a moment for more.
+        may_linger: whether a worker that has answered this many requests may wait a moment for more.
         on_closed: called once, with the link and the error, or None.
     """
 
@@ -75,7 +75,7 @@ class ServiceLink:
         self._persistent = is_true(header.get("persistent"))
         self._buffer = FrameBuffer(4096, first=first)
         self._timer: TimerHandle | None = None
-        self._transfer_deadline = TransferDeadline(REQUEST_TIMEOUT)  # while there is a timer
+        self._transfer_deadline = TransferDeadline(REQUEST_TIMEOUT)  # while a timer is set
         self._ending = False
         self._spin_wait = SpinWait()
 
@@ -156,7 +156,7 @@ class ServiceLink:
             self._timer = None
 
     def _submit_requests(self, frames: Frames) -> None:
-        if self._ending:  # bytes after the end are read, too
+        if self._ending:  # bytes after the end are read as well
             self._close(None)
             return
         refusal = self._submit(lambda: self._serve(frames))
@@ -192,10 +192,10 @@ class ServiceLink:
             self._loop.call_soon(self._wait)
 
     def _linger(self) -> Frames:
-        """Return the requests that come within a moment; none if they are not whole by then.
+        """Return the requests that arrive within a moment; none if they are incomplete by then.
 
         Raises:
-            OSError: the client is gone, or this side ends.
+            OSError: the client is gone, or this side is closing.
         """
         try:
             count = self._spin_wait.wait(self._receive)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _PROVIDE = "advertise_service(name, type, handler)"
 MAX_THREADS = 16 * MAX_CALLS
-"""Most calls of all services of a node at the same time."""
+"""Maximum number of concurrent calls of all services of a node."""
 
 
 class Services:
@@ -60,7 +60,7 @@ class Services:
                 self._context, self._workers, name, self._address(), service_class, handler, self._unadvertise, direct
             )
             self._set({**self.servers, name: server})
-        if not direct:  # its clients of this machine find the socket by the service's URI
+        if not direct:  # its clients on this machine find the socket by the service's URI
             self._context.loop.call_soon(self._context.local_name)
         try:
             self._registrar().register("registerService", name, server.uri, self._context.uri)
@@ -93,7 +93,7 @@ class Services:
 
 
 class ServiceMethods:
-    """What a node offers of services; one of its base classes."""
+    """The service functions of a node; one of its base classes."""
 
     resolve: Callable[[str], str]
     master: MasterClient
@@ -107,10 +107,10 @@ class ServiceMethods:
             name: name of the service.
             type: service class, or a type's name such as "std_srvs/SetBool".
             handler: called with the request; returns a response, or the values of its fields as a tuple, list or dict,
-                or the value of its only field. The caller gets the text of an exception. Calls may overlap.
+                or the value of its only field. The text of an exception is sent to the caller. Calls may overlap.
 
         Raises:
-            NodeError: this node provides the service already.
+            NodeError: this node already provides the service.
         """
         checks.check_name(name, _PROVIDE)
         checks.check_callback(handler, _PROVIDE, "handler", type)
@@ -131,7 +131,7 @@ class ServiceMethods:
             type: service class, or a type's name.
             persistent: whether to keep the connection between calls: faster, but bound to this provider. After a
                 broken connection the next call makes a new one.
-            headers: more fields for the connection header.
+            headers: extra fields for the connection header.
         """
         checks.check_name(name, "service(name, type)")
         checks.check_headers(headers)

@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from pyros1.node.services.workers import Workers
 
 MAX_CALLS = 256
-"""Most calls of one service at the same time; more are refused."""
+"""Maximum number of concurrent calls of one service; more are refused."""
 MAX_EARLY_CALLS = 8
-"""Calls of a service under way up to which a thread waits a moment for a new client's first request."""
+"""Number of calls under way up to which a thread waits a moment for a new client's first request."""
 SPIN_WARNING_DELAY = 5.0
-"""Seconds that a call waits for the program to spin before the log says so."""
+"""Seconds that a call waits for the program to spin before this is logged."""
 
 
 def service_type(service_class: type[Service]) -> ServiceType:
@@ -45,7 +45,7 @@ class ServiceServer:
     Attributes:
         name: full name.
         type: the service class.
-        uri: URI with which it is registered.
+        uri: URI under which it is registered.
     """
 
     def __init__(
@@ -115,7 +115,7 @@ class ServiceServer:
         return f"too many calls of services of {self._context.name} at the same time, try again later"
 
     def _may_linger(self, answered: int) -> bool:
-        # Few wait for those who have only connected: that they cost a thread is no way to use up all threads.
+        # Few threads wait for clients that have only connected, so such clients cannot use up all threads.
         return self._under_way < (MAX_CALLS // 2 if answered else MAX_EARLY_CALLS) and not self._closed
 
     def _forget(self, link: ServiceLink, error: Exception | None) -> None:
@@ -199,7 +199,7 @@ class ServiceServer:
             return encode_failure(f"error processing request: {error!r}")
 
     def _convert(self, value: Any) -> Message:
-        """Turn what the handler returned into a response (P19).
+        """Turn the handler's result into a response (P19).
 
         Raises:
             NodeError: it returned None.

@@ -1,4 +1,4 @@
-"""Threads for service calls: one per call under way, reused, and no more than a set number."""
+"""Threads for service calls: one per call under way, reused, up to a fixed number."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Workers:
         self._closed = False
 
     def submit(self, job: Callable[[], None]) -> bool:
-        """Run a job soon; return False if all threads are busy and no more are allowed, or possible."""
+        """Run a job soon; return False if all threads are busy and no more are allowed or possible."""
         with self._changed:
             if self._closed:
                 return False
@@ -41,7 +41,7 @@ class Workers:
             thread = threading.Thread(target=self._run, name=f"{self._name}-{len(self._threads)}", daemon=True)
             try:
                 thread.start()  # with the lock: `close` must not find a thread that cannot be joined yet
-            except RuntimeError:  # the system has no more
+            except RuntimeError:  # the system allows no more threads
                 return False
             self._jobs.append(job)
             self._threads.add(thread)

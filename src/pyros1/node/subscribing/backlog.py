@@ -18,7 +18,7 @@ class Backlog(Generic[S, T]):
     """The newest messages of each source; sources take turns.
 
     Args:
-        limit: most messages to keep of each source.
+        limit: maximum number of messages to keep of each source.
     """
 
     def __init__(self, limit: int) -> None:
@@ -56,5 +56,5 @@ class Backlog(Generic[S, T]):
         items = self._waiting.pop(source)
         item = items.popleft()
         if items:
-            self._waiting[source] = items  # behind the others now
+            self._waiting[source] = items  # behind the other sources now
         return source, item

@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.udp_source import UdpSource
 
 STEP_TIMEOUT = 10.0
-"""Most seconds of each step. A publisher that cannot be reached delays no other."""
+"""Maximum seconds for each step. A publisher that cannot be reached delays no other."""
 SILENCE_TIMEOUT = 4.0
 """Seconds after which a publisher that does not answer is named in the log."""
 MAX_REPORTS = 3
-"""Most different warnings about publishers in a period; others are counted."""
+"""Maximum number of different warnings about publishers in a period; further ones are counted."""
 _RECEIVE_SIZE = 65536
 
 
@@ -50,7 +50,7 @@ class ConnectorOwner(Protocol):
         """Return the connection header that is sent to publishers."""
 
     def link(self, link: TcpSource) -> None:
-        """Take a link over TCP."""
+        """Add a link over TCP."""
 
     def link_local(self, uri: str, publication: Any) -> None:
         """Link to a publication of this process."""
@@ -59,17 +59,17 @@ class ConnectorOwner(Protocol):
         """Return a UDP socket to offer to a publisher."""
 
     def add_local(self, link: UdpSource) -> None:
-        """Take a link that puts messages into an inbox."""
+        """Add a link that puts messages into an inbox."""
 
     def forget(self, uri: str) -> None:
-        """Drop the connector of a publisher, as it has nothing left to do."""
+        """Remove the connector of a publisher, as it has nothing left to do."""
 
 
 class Connector:
     """Keeps a subscription connected to one publisher. All methods run on the loop.
 
     Args:
-        subscription: the subscription that wants the messages.
+        subscription: the subscription that receives the messages.
         uri: the publisher's slave API.
     """
 
@@ -85,10 +85,10 @@ class Connector:
         self._subscription = subscription
         self._context = subscription.context
         self._attempt = 0  # events of older attempts are ignored
-        self._timer: TimerHandle | None = None  # of the rest, or of the current step
+        self._timer: TimerHandle | None = None  # of the pause, or of the current step
         self._silence_timer: TimerHandle | None = None
         self._sock: socket.socket | None = None
-        self._offered: UdpSource | None = None  # or the link
+        self._offered: UdpSource | None = None  # or of the link
         self._unsent = b""  # of our header
         self._control_socket: socket.socket | None = None  # came with the publisher's header, see `pyros1.wire.local`
 
@@ -98,11 +98,11 @@ class Connector:
         return self.dialogue.state is State.GONE
 
     def publisher_listed(self) -> None:
-        """Take note that the master lists the publisher, again or for the first time."""
+        """Note that the master lists the publisher, again or for the first time."""
         self._do(self.dialogue.publisher_listed())
 
     def publisher_unlisted(self) -> None:
-        """Take note that the master no longer lists the publisher."""
+        """Note that the master no longer lists the publisher."""
         self._do(self.dialogue.publisher_unlisted())
 
     def stop(self) -> None:
@@ -110,7 +110,7 @@ class Connector:
         self._do(self.dialogue.stop())
 
     def link_lost(self, reason: str | None) -> None:
-        """Take note that the link has ended: try again soon, if the master still lists the publisher."""
+        """Note that the link has ended: try again soon, if the master still lists the publisher."""
         self._do(self.dialogue.link_lost(reason))
 
     # Actions ----------------------------------------------------------------------------------------------------------
@@ -142,7 +142,7 @@ class Connector:
                 case do.LogMessage(is_error, text, args):
                     if is_error:
                         self._context.log.peer(ERROR, text, *args)
-                    else:  # one cause, such as a launch that was killed, is often that of many
+                    else:  # many often have one cause, such as a killed launch
                         self._context.log.peer(WARN, text, *args, max_texts=MAX_REPORTS)
                 case do.LogHostMessage(error):
                     self._context.warn_unknown_host(self._subscription.topic, self.uri, error)
@@ -215,7 +215,7 @@ class Connector:
         return self.dialogue.linked()
 
     def _protocols(self) -> list[list[Any]]:
-        """Return the wanted protocols, in the order of preference (T62)."""
+        """Return the requested protocols, in the order of preference (T62)."""
         protocols: list[list[Any]] = []
         for transport in self._subscription.hints.transports:
             if transport == "local":
@@ -231,7 +231,7 @@ class Connector:
                     )
                 else:
                     protocols.append(self._offered.offer())
-        # Last, so that a publisher which looks at the first only finds what it knows.
+        # Last, so that a publisher that only looks at the first protocol finds one it knows.
         if self._context.local_key and self.dialogue.local and "local" in self._subscription.hints.transports:
             protocols.append(offer(self._context.local_key))
         return protocols
@@ -254,7 +254,7 @@ class Connector:
     # Connecting and greeting ------------------------------------------------------------------------------------------
 
     def _connect_local(self, name: str) -> None:
-        if not self._context.local_key:  # nobody has asked for it
+        if not self._context.local_key:  # nobody has requested it
             self._do(self.dialogue.local_connect_failed())
             return
         try:
@@ -307,9 +307,9 @@ class Connector:
             self._close_control_socket()
             try:
                 self._control_socket = socket.socket(fileno=descriptor)
-                self._control_socket.set_inheritable(False)  # as all sockets that Python makes; those that come are not
+                self._control_socket.set_inheritable(False)  # like sockets created by Python; received ones are not
             except OSError:
-                os.close(descriptor)  # it is no socket
+                os.close(descriptor)  # it is not a socket
         return data
 
     def _close_control_socket(self) -> None:

@@ -1,4 +1,4 @@
-"""Deadlines of subscriptions: word of messages that do not come."""
+"""Deadlines of subscriptions: notification of messages that do not come."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class Missed(NamedTuple):
-    """Word that no message came in time.
+    """Notification that no message came in time.
 
     Attributes:
         topic: full name.
@@ -37,14 +37,14 @@ class Missed(NamedTuple):
 
 
 class Deadline:
-    """Calls a function when no message has come for a while: once, and again after the next message.
+    """Calls a function when no message has come for a while: once per gap.
 
-    It takes the place of the callback and notes when a message comes: nothing else is done for each. The time is that
-    of the node, so nothing is missed while a simulation stands still.
+    It replaces the callback and records when a message comes; nothing else is done for each message. It uses the node's
+    time, so nothing is missed while a simulation is paused.
 
     Args:
-        seconds: how long no message may come.
-        callback: gets the messages.
+        seconds: maximum time without a message.
+        callback: receives the messages.
         on_missed: called with a `Missed`.
         context: the node.
         clock: its clock.
@@ -70,26 +70,26 @@ class Deadline:
         self._subscription: Subscription | None = None
         self._now = clock.seconds if clock.simulated else monotonic
         self._last: float | None = None  # None before the first message and publisher
-        self._reported: float | None = None  # when the gap began that was told last
+        self._reported: float | None = None  # when the last reported gap began
         self._is_watching = self._closed = False
 
     def take(self, message: Any) -> None:
-        """Take a message: the callback of the subscriber."""
+        """Receive a message: the callback of the subscriber."""
         self._last = self._now()
         self._callback(message)
 
     def __repr__(self) -> str:
-        return repr(self._callback)  # in the log, if it raises
+        return repr(self._callback)  # for the log, if it raises
 
     def begin(self, subscription: Subscription) -> None:
-        """Begin to look as soon as a publisher is connected."""
+        """Start checking as soon as a publisher is connected."""
         self._subscription = subscription
         self._notifier = self._notifiers.make(f"deadline of {subscription.topic}")
         subscription.on_change.append(self._links_changed)
         self._links_changed()
 
     def close(self) -> None:
-        """Look and tell no more. Any thread or signal handler may call it."""
+        """Stop checking. Any thread or signal handler may call it."""
         self._closed = True
         if self._notifier is not None:
             self._notifiers.end(self._notifier)
@@ -125,12 +125,12 @@ class Deadline:
             self._clock.on_tick.remove(self._check)
 
     def _check_and_reschedule(self) -> None:
-        """Look now, and when a message will be missed if none comes meanwhile."""
+        """Check now, and again when the deadline ends if no message comes meanwhile."""
         if not self._closed:
             self._context.loop.call_later(self._check(), self._check_and_reschedule)
 
     def _check(self) -> float:
-        """Tell if a message is missed; return the seconds until one may be. On the loop, or in the thread of /clock."""
+        """Report a missed message; return the seconds until the next check. On the loop, or in the thread of /clock."""
         now, last = self._now(), self._last
         if not last or now < last:  # simulated time has only begun, or jumped back
             self._last = now
@@ -146,7 +146,7 @@ class Deadline:
     # Where callbacks run ----------------------------------------------------------------------------------------------
 
     def _call_on_missed(self, last: float, silent: float) -> None:
-        came_meanwhile = self._context.callbacks is not None and self._last != last  # it had come, and waited for spin
+        came_meanwhile = self._context.callbacks is not None and self._last != last  # it had come, but waited for spin
         if self._closed or came_meanwhile or self._subscription is None:
             return
         links = self._subscription.links

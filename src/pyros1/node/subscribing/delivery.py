@@ -1,22 +1,23 @@
 """The delivery of a subscription: it receives from all links, and runs the callbacks or queues them for `spin`.
 
-One thread at a time, of those that the subscriptions of a node share, does this: the *owner*. A thread that brings work
-puts it into a queue and becomes the owner; or goes on if there is one already, which checks the queues before it ends.
+One thread at a time, of those that the subscriptions of a node share, does this: the *owner*. A thread with new work
+puts it into a queue and becomes the owner, unless there is one already, which checks the queues before it ends.
 
-* All messages of one system call are decoded together, while callbacks keep up. A large byte array is received into
-  the object that the callback gets.
-* Sources take turns: a turn is one receive, or TURN seconds of callbacks if others wait; the rest waits for the next
-  turn. New links and other jobs come between the turns. So a source that never pauses does not starve the others.
+* All messages of one system call are decoded together, while callbacks keep up. A large byte array is received
+  directly into the object that is passed to the callback.
+* Sources take turns: a turn is one receive, or TURN seconds of callbacks if other sources wait; the rest waits for the
+  next turn. New links and other jobs come between the turns. So a source that never pauses does not starve the rest.
 * With a bounded queue, callbacks that fall more than FRESH seconds behind get fresh data: the sockets are drained,
   and only the newest `limit` frames of each publisher are decoded and delivered.
 * Without a bound nothing is dropped here: TCP holds the publisher back, whose queue size then decides. (Queues for
   `spin` are always bounded, see UNBOUNDED_LIMIT.)
-* While messages flow on a subscription's only link, the owner waits in its receive, and other work with it.
-* While a subscriber with its own queue (`StreamState`) has too many messages, nothing is received: TCP holds all back.
+* While messages flow on a subscription's only link, the owner waits in its receive, which delays other work.
+* While a subscriber with its own queue (`StreamState`) has too many messages, nothing is received: TCP holds all
+  publishers back.
 * A driver runs all this: threads of the node, or an asyncio loop, which gets its thread back after each round of turns.
 * If all subscribers want it (`in_publisher`), a message of this process is delivered in its publisher's thread, which
-  becomes the owner for that long; unless there is an owner, or earlier messages wait.
-* A message that cannot be decoded, or a callback that raises, is logged; delivery goes on with the next message.
+  becomes the owner meanwhile, unless there is an owner or earlier messages wait.
+* A message that cannot be decoded, or a callback that raises, is logged; delivery continues with the next message.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ class Delivery(DeliveryLoop):
         callbacks: the callback queue of a node that spins, else None.
 
     Attributes:
-        limit: most messages of each publisher that may wait for slow callbacks; None for no limit.
+        limit: maximum number of messages of each publisher that may wait for slow callbacks; None for no limit.
         streams: the subscribers that may hold publishers back; replaced as a whole on changes.
         in_publisher: whether callbacks run in the threads of publishers of this process.
         links: its TCP links, with their driver.
@@ -79,7 +80,7 @@ class Delivery(DeliveryLoop):
     # From other threads -----------------------------------------------------------------------------------------------
 
     def add(self, link: TcpSource) -> None:
-        """Start to receive from a link."""
+        """Start receiving from a link."""
         self._new_links.append(link)
         self._is_disposed = False
         self.wake()
@@ -87,7 +88,7 @@ class Delivery(DeliveryLoop):
             self.close()
 
     def submit(self, job: Callable[[], None], by_callback: bool = False) -> None:
-        """Run a job between messages; or now, if it may, and does, come from a callback: that may wait for it."""
+        """Run a job between messages; or at once, if that is allowed, for a callback, which may wait for it."""
         if by_callback and self._owner == threading.get_ident():
             job()
             return
@@ -95,7 +96,7 @@ class Delivery(DeliveryLoop):
         self.wake()
 
     def wake(self) -> None:
-        """Wake a thread that does the waiting work, unless one is doing it."""
+        """Wake a thread to do the pending work, unless one is doing it."""
         if not self._is_woken and not self._owner_lock.locked():
             self._is_woken = True
             try:
@@ -106,7 +107,7 @@ class Delivery(DeliveryLoop):
 
     @property
     def dropped(self) -> int:
-        """Messages lost because callbacks were too slow, or on the way in datagrams."""
+        """Number of messages lost because callbacks were too slow, or in transit as datagrams."""
         return self._dropped + self.inbox_set.dropped + self._spin_queues.dropped
 
     @property
@@ -118,7 +119,7 @@ class Delivery(DeliveryLoop):
         """Put a message into an inbox. Never waits; one thread at a time for each inbox.
 
         Args:
-            limit: most messages that wait, if the subscribers have set no limit; 0 or None for no limit.
+            limit: maximum number of waiting messages, if the subscribers have set no limit; 0 or None for no limit.
         """
         own = self.limit
         maximum = own if own is not None else limit
@@ -141,9 +142,9 @@ class Delivery(DeliveryLoop):
                 return False
             self._owner = threading.get_ident()
             if self._jobs:
-                if self.links.driver.cooperative:  # they may take sockets from the driver, which only its thread can
+                if self.links.driver.cooperative:  # they may remove sockets, which only the driver's thread can
                     return False
-                self._run_jobs()  # who subscribed before the message was sent gets it
+                self._run_jobs()  # a callback that subscribed before the message was sent gets it
             if self._callbacks is None:
                 self._deliver_item(source, item)
             else:
@@ -161,16 +162,16 @@ class Delivery(DeliveryLoop):
                     self.links.driver.wake(self)
 
     def _drain_inboxes(self) -> None:
-        """Give the streams what waits in inboxes, in place of the driver's loop, which may be busy for long."""
+        """Pass messages in inboxes to the streams, in place of the driver's loop, which may be busy for long."""
         if not self.links.driver.cooperative or self._jobs or not self._owner_lock.acquire(blocking=False):
-            time.sleep(0)  # let the owner take them, in case it only waits for the interpreter's lock
+            time.sleep(0)  # let the owner do it, in case it only waits for the interpreter's lock
             return
         self._owner = threading.get_ident()
         try:
             for _ in range(len(self._ready_inboxes)):
                 if (
                     self.links.driver.cooperative and not self._is_held_back
-                ):  # else a callback has joined: not on this thread
+                ):  # otherwise a callback has been added: not on this thread
                     self._deliver_from_inbox(self._ready_inboxes.pop(0))
         finally:
             self._release_ownership()
@@ -178,7 +179,7 @@ class Delivery(DeliveryLoop):
                 self.links.driver.wake(self)
 
     def open(self, inbox: Inbox[Source, Item]) -> None:
-        """Begin to take messages out of an inbox."""
+        """Start taking messages out of an inbox."""
         self.inbox_set.open(inbox)
 
     def recover(self, inbox: Inbox[Source, Item]) -> None:
@@ -193,11 +194,11 @@ class Delivery(DeliveryLoop):
             self.inbox_set.wait_for_room(inbox, UNBOUNDED_LIMIT, lambda: self._closed)
 
     def stop(self) -> None:
-        """Deliver nothing more; `close` must still be called."""
+        """Stop delivering; `close` must still be called."""
         self._closed = True
 
     def close(self, timeout: float = 5.0, wait: bool = True) -> None:
-        """Close all links; wait at most ``timeout`` seconds for a running callback, or let its thread do it later."""
+        """Close all links; wait at most ``timeout`` seconds for a running callback, or leave the rest to its thread."""
         self._closed = True
         if self._owner == threading.get_ident():
             return  # a callback ends its own subscription: the owner does the rest
@@ -208,7 +209,7 @@ class Delivery(DeliveryLoop):
     # By the owner -----------------------------------------------------------------------------------------------------
 
     def run(self, fd: int | None) -> None:
-        """Become the owner, unless there is one, and do all waiting work.
+        """Become the owner, unless there is one, and do all pending work.
 
         Args:
             fd: descriptor of a link's socket that can be read.
@@ -219,7 +220,7 @@ class Delivery(DeliveryLoop):
         cooperative = self.links.driver.cooperative
         while not self._is_disposed if self._closed else self._has_work:
             if not self._owner_lock.acquire(blocking=False):
-                return  # the owner sees what is there when it has ended
+                return  # the owner checks for it when it has ended
             self._owner = threading.get_ident()
             try:
                 self._work()
@@ -235,7 +236,7 @@ class Delivery(DeliveryLoop):
 
     @property
     def driver(self) -> Driver:
-        """What runs this."""
+        """The driver that runs this."""
         return self.links.driver
 
     def _release_ownership(self) -> None:
@@ -246,9 +247,9 @@ class Delivery(DeliveryLoop):
         cooperative = self.links.driver.cooperative
         while not self._closed and self._has_work:
             self._run_jobs()
-            # One turn for each source in line now: others come after them.
+            # One turn for each source in line now; sources that are added come after them.
             for _ in range(len(self._new_links)):
-                # If callbacks fall behind, `_catch_up` takes the others, too.
+                # If callbacks fall behind, `_catch_up` drains the other sources as well.
                 if self._new_links and (frames := self.links.open(link := self._new_links.pop(0))):
                     self._deliver_received(link, frames)
             for queue, handle in self._queues:

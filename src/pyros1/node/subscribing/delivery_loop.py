@@ -1,4 +1,4 @@
-"""What the owner of a delivery does: it takes messages from links and inboxes, and delivers them, in turns.
+"""The work of a delivery's owner: it takes messages from links and inboxes, and delivers them, in turns.
 
 See `delivery`, whose base this is.
 """
@@ -77,7 +77,7 @@ class DeliveryLoop:
 
     @property
     def _has_work(self) -> object:
-        """Whether work waits."""
+        """Whether work is pending."""
         return (
             self._new_links
             or self._jobs
@@ -134,7 +134,7 @@ class DeliveryLoop:
             flood.pause()
 
     def _receive(self, link: TcpSource, wait: bool = False) -> bool:
-        """Receive once and deliver; return whether there may be more."""
+        """Receive once and deliver; return whether more may be available."""
         frames = self.links.receive(link, wait)
         if self._jobs:  # these frames are older than the next receive: a new subscriber must get them first
             self._run_jobs()
@@ -192,7 +192,7 @@ class DeliveryLoop:
                 return
 
     def _deliver_items(self, link: TcpSource, items: deque[bytes | SplitBody]) -> None:
-        """Deliver items; not all, if others wait and the link's turn is over."""
+        """Deliver items; not all, if other sources wait and the link's turn is over."""
         start = perf_counter()
         while items and not self._closed:
             is_turn_over = perf_counter() > start + MAX_TURN_TIME and (self._has_work or self.links.driver.cooperative)
@@ -202,7 +202,7 @@ class DeliveryLoop:
             self._deliver_item(link, items.popleft())
 
     def _deliver_frames(self, link: TcpSource, data: bytes, frames: list[tuple[int, int]], position: int) -> None:
-        """Deliver the frames from a position on; not all, if others wait and the link's turn is over."""
+        """Deliver the frames from a position on; not all, if other sources wait and the link's turn is over."""
         deliver, batch, start = self._deliver, 1, perf_counter()
         while not self._closed:
             for start, end in frames[position : position + batch]:
@@ -239,7 +239,7 @@ class DeliveryLoop:
             self._rearm(link)
         while not self._closed:
             self._drain_links(backlog)
-            self._run_jobs()  # after taking messages: who subscribed before they were sent gets them
+            self._run_jobs()  # after taking messages: a callback that subscribed before they were sent gets them
             if not backlog:
                 return
             slow_after = perf_counter() + MAX_CALLBACK_TIME
@@ -268,7 +268,7 @@ class DeliveryLoop:
         backlog.dropped = 0
 
     def _deliver_from_inbox(self, inbox: Inbox[Source, Item]) -> None:
-        """Give an inbox its turn. It keeps its place, also if a callback raises what nobody catches."""
+        """Give an inbox its turn. It keeps its place even if a callback raises an exception that is not caught."""
         deliver = self._deliver_item if self._callbacks is None else self._queue_for_spin
         batch, start, now = 1, perf_counter(), 0.0
         while now < start + MAX_TURN_TIME and not self._is_held_back:
@@ -290,12 +290,12 @@ class DeliveryLoop:
         self._ready_inboxes.append(inbox)
 
     def _mark_empty(self, inbox: Inbox[Source, Item]) -> None:
-        ended = not inbox.source.connected  # first: a source may put its last messages, and end, just now
+        ended = not inbox.source.connected  # first: a source may just be adding its last messages and ending
         if self.inbox_set.mark_empty(inbox) and ended:
             self._forget(inbox)
 
     def forget(self, source: Source) -> None:
-        """Forget a source whose inbox has ended. Called by the owner."""
+        """Remove a source whose inbox has ended. Called by the owner."""
         for inbox in [each for each in list(self.inbox_set.inboxes) if each.source is source and not len(each)]:
             self._forget(inbox)
 

@@ -12,12 +12,12 @@ States::
 * REFUSED: the publisher answered with an error, or its type differs. Another attempt would get the same answer, so
   nothing is done until the master announces the publishers again.
 * A publisher in the same process, and one that sends datagrams (UDPROS), are LINKED right after ASKING.
-* A publisher that the master no longer lists is not tried again. An attempt under way goes on: the node may have
+* A publisher that the master no longer lists is not tried again. An attempt under way continues: the node may have
   accepted the connection already, for a publisher that is not announced yet. An open link stays until the publisher
   closes it, so that its last messages are not lost. GONE: the publisher is not listed, there is no link and no attempt.
 
-Each event is a method that returns the actions to take, in order. The driver (`connector`) takes them, and passes on no
-events of an attempt that `Drop` has ended.
+Each event is a method that returns the actions to take, in order. The driver (`connector`) executes them, and
+passes on no events of an attempt that `Drop` has ended.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ MIN_BACKOFF = 0.1
 """Seconds before the second attempt."""
 MAX_BACKOFF = 20.0
 REPORTED_BACKOFF = 3.0
-"""A rest in seconds that is so long that the failures before it are logged: a publisher that has just ended is not."""
+"""Pause in seconds from which the failures before it are logged; a publisher that has just ended is not logged."""
 
 
 class State(Enum):
@@ -117,11 +117,11 @@ class Backoff(NamedTuple):
 
 
 class Drop(NamedTuple):
-    """End the attempt: close its sockets, stop its timers, forget its answers."""
+    """End the attempt: close its sockets, stop its timers, ignore its answers."""
 
 
 class EndDatagrams(NamedTuple):
-    """End the link over UDP, since its publisher has gone."""
+    """End the link over UDP, since its publisher is gone."""
 
 
 class Forget(NamedTuple):
@@ -174,13 +174,13 @@ class Dialogue:
         topic: full name.
         uri: the publisher's slave API.
         requested_type: returns the type that the subscription wants; ``*`` may become a certain type.
-        own_host: the host name or address that the subscriber's node gives as its own.
+        own_host: the host name or address that the subscriber's node announces as its own.
         takes_tcp: whether the subscription accepts messages over TCP.
 
     Attributes:
         state: the current state.
         listed: whether the master lists the publisher.
-        local: whether to offer the local transport: not any more once it has failed.
+        local: whether to offer the local transport; false once it has failed.
     """
 
     def __init__(
@@ -205,7 +205,7 @@ class Dialogue:
         self._announced_again = False  # announced again during an attempt, whose answer may come from the old publisher
         self._reported = ""  # why it refused
         self._connecting: tuple[str, int] | None = None
-        self._silence_reported = False  # logged as one that does not answer
+        self._silence_reported = False  # whether it was logged as not answering
         self._backoff = MIN_BACKOFF
         self._sent: Mapping[str, str] = {}
         self._header = HeaderReader()
@@ -213,7 +213,7 @@ class Dialogue:
     # From the master --------------------------------------------------------------------------------------------------
 
     def publisher_listed(self) -> list[Action]:
-        """Take the event that the master lists the publisher, again or for the first time."""
+        """Handle the event that the master lists the publisher, again or for the first time."""
         # The notices of a publisher that left and of one that came may have been merged.
         self._announced_again = self.state in IN_PROGRESS
         self.listed = True
@@ -226,17 +226,17 @@ class Dialogue:
         return self._request_topic()
 
     def publisher_unlisted(self) -> list[Action]:
-        """Take the event that the master no longer lists the publisher."""
+        """Handle the event that the master no longer lists the publisher."""
         self.listed = False
         if self.state in IN_PROGRESS:
             return []
-        if self.state is State.LINKED:  # no datagram tells that the publisher has gone
+        if self.state is State.LINKED:  # no datagram signals that the publisher is gone
             return [EndDatagrams()] if self._datagrams else []
         self.state = State.GONE
         return [Drop(), Forget()]
 
     def stop(self) -> list[Action]:
-        """Take the event that the subscription has ended. An open link is not touched."""
+        """Handle the event that the subscription has ended. An open link is left alone."""
         self.listed = False
         self.state = State.GONE
         return [Drop()]
@@ -244,16 +244,16 @@ class Dialogue:
     # From the driver --------------------------------------------------------------------------------------------------
 
     def backoff_over(self) -> list[Action]:
-        """Take the event that the rest is over."""
+        """Handle the event that the pause is over."""
         return self._request_topic()
 
     def linked(self) -> list[Action]:
-        """Take the event that the publisher is in this process, and linked."""
+        """Handle the event that the publisher is in this process, and linked."""
         self._succeed()
         return []
 
     def topic_answered(self, value: Any, *, offered: bool = False) -> list[Action]:
-        """Take the event that the publisher's node has answered ``requestTopic``.
+        """Handle the event that the publisher's node has answered ``requestTopic``.
 
         Args:
             value: the answer.
@@ -277,12 +277,12 @@ class Dialogue:
         return self._no_publisher("it does not answer like a node")
 
     def local_connect_failed(self) -> list[Action]:
-        """Take the event that the Unix socket cannot be opened, or leads to a wrong place: TCP remains."""
+        """Handle the event that the Unix socket cannot be opened, or leads to a wrong place: TCP remains."""
         self.local = False
         return self._request_topic()
 
     def connected(self, header: Mapping[str, str]) -> list[Action]:
-        """Take the event that the connection is open.
+        """Handle the event that the connection is open.
 
         Args:
             header: the subscription's connection header.
@@ -293,7 +293,7 @@ class Dialogue:
         return [SendHeader(header)]
 
     def received(self, data: bytes) -> list[Action]:
-        """Take bytes from the connection; no bytes mean its end."""
+        """Handle bytes from the connection; no bytes mean its end."""
         if not data:
             self.local = self.local and not self._via_local
             return self._retry()
@@ -311,7 +311,7 @@ class Dialogue:
         return [*_warning(warning), Link(header, self._header.rest)]
 
     def attempt_failed(self, error: Exception | None = None) -> list[Action]:
-        """Take the event that the publisher could not be reached, or did not answer in time: that may change."""
+        """Handle the event that the publisher could not be reached, or did not answer in time: that may change."""
         if isinstance(error, UnknownHostError) and self.listed:
             return [LogHostMessage(error), *self._retry()]
         if isinstance(error, (ProtocolError, XmlRpcFault)):
@@ -321,7 +321,7 @@ class Dialogue:
         return self._retry()
 
     def publisher_refused(self, reason: str) -> list[Action]:
-        """Take the event that the publisher refused, or does not suit the subscription."""
+        """Handle the event that the publisher refused, or does not match the subscription."""
         report: list[Action] = []
         if self.listed and reason != self._reported:
             self._reported = reason
@@ -332,15 +332,15 @@ class Dialogue:
         return [*report, Drop()]
 
     def publisher_silent(self) -> list[Action]:
-        """Take the event that there is no link after a while, and have it logged, once until there is one: otherwise a
-        subscriber would wait in silence for a stopped process or an unreachable host."""
+        """Handle the event that there is no link after a while: log it once until there is one, as a subscriber would
+        otherwise wait silently for a stopped process or an unreachable host."""
         self._silence_reported = True
         host, port = self._current_address()
         hint = connectivity_hint(host, None, self._own_host)
         return [LogMessage(False, _SILENT, (self._topic, self._uri, f"{host}:{port}", hint))]
 
     def _current_address(self) -> tuple[str, int | str]:
-        """Return host and port of what the dialogue is with: the node's API, or the port of its topics."""
+        """Return host and port of the dialogue's other side: the node's API, or the port of its topics."""
         if self.state is not State.ASKING and self._connecting is not None:
             return self._connecting
         try:
@@ -349,7 +349,7 @@ class Dialogue:
             return (self._uri, "?")
 
     def link_lost(self, reason: str | None) -> list[Action]:
-        """Take the event that the link has ended; without a reason if the publisher closed it."""
+        """Handle the event that the link has ended; without a reason if the publisher closed it."""
         self._backoff = MIN_BACKOFF
         if reason is None:
             return self._retry()
@@ -383,11 +383,11 @@ class Dialogue:
         self._backoff = MIN_BACKOFF
 
     def _no_publisher(self, answer: str) -> list[Action]:
-        """Rest, and tell the answer if it has lasted."""
+        """Pause, and log the answer if it persists."""
         return self._fail(answer, _PORT_TAKEN) if self._backoff >= REPORTED_BACKOFF else self._retry()
 
     def _fail(self, reason: str, hint: str) -> list[Action]:
-        """Rest, and tell why, once until there is a link or news."""
+        """Pause, and log the reason, once until there is a link or news."""
         if not self.listed or self._silence_reported:
             return self._retry()
         self._silence_reported = True

@@ -10,18 +10,18 @@ class Channel(Protocol):
     """A channel, which a driver runs: a subscription's `Delivery`.
 
     Attributes:
-        driver: its present driver, which may change.
+        driver: its current driver, which may change.
     """
 
     @property
     def driver(self) -> Driver: ...
 
     def run(self, fd: int | None) -> None:
-        """Do the waiting work; ``fd`` is a descriptor that can be read."""
+        """Do the pending work; ``fd`` is a descriptor that can be read."""
 
 
 class Driver(Protocol):
-    """A driver, which calls `Channel.run` when work waits.
+    """A driver, which calls `Channel.run` when work is pending.
 
     Attributes:
         cooperative: whether `run` must return after each round of turns.
@@ -37,16 +37,16 @@ class Driver(Protocol):
         """Run a channel when a socket can be read: once, and again after each `rearm`."""
 
     def rearm(self, fd: int) -> None:
-        """Wait again for a socket whose channel was run."""
+        """Watch a socket again after its channel was run."""
 
     def unregister(self, fd: int) -> None:
-        """Forget a socket; call this before closing it."""
+        """Unregister a socket; call this before closing it."""
 
     def wake(self, channel: Channel) -> None:
         """Run a channel soon. Any thread."""
 
     def call(self, function: Callable[[], None], timeout: float) -> None:
-        """Call a function that unregisters sockets, in the thread for that; wait for it at most ``timeout`` seconds."""
+        """Call a function that unregisters sockets, in the right thread; wait for it at most ``timeout`` seconds."""
 
 
 class StreamState(Protocol):
@@ -58,8 +58,8 @@ class StreamState(Protocol):
 
     @property
     def wants_newest(self) -> bool:
-        """Whether messages must be received even while whoever takes them is busy, so that the newest ones wait."""
+        """Whether messages must be received even while their consumer is busy, so that the newest ones are kept."""
 
     @property
     def urgent(self) -> bool:
-        """Whether it waits for a message, so that full queues of others must not hold publishers back."""
+        """Whether it waits for a message, so that full queues of other streams must not hold publishers back."""

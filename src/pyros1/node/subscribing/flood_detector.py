@@ -1,5 +1,5 @@
 """Floods of single messages: a publisher that sends each message separately wakes the receiver for each, which costs
-the publisher more than the sending. So the receiver lets them gather for a moment.
+the publisher more than sending. So the receiver lets them gather for a moment.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ GATHER_TIME = 200e-6
 
 
 class FloodDetector:
-    """Watches one link for floods while its receiver stays with it."""
+    """Watches one link for floods while its receiver serves it."""
 
     def __init__(self, link: TcpSource) -> None:
         self._link = link
@@ -33,7 +33,7 @@ class FloodDetector:
         self._last = perf_counter()
 
     def pause(self) -> None:
-        """Pause after a receive, if a flood of single messages comes."""
+        """Pause after a receive if a flood of single messages is arriving."""
         link, now = self._link, perf_counter()
         count = link.messages - self._messages
         if now - self._last > count * MAX_FLOOD_GAP or link.bytes_received - self._size > MAX_FLOOD_BYTES:

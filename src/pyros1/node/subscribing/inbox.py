@@ -22,7 +22,7 @@ class _Queue(deque[T]):
     """A deque that is equal only to itself, so that `remove` does not find another empty one."""
 
     __eq__ = object.__eq__
-    __hash__ = object.__hash__  # type: ignore[assignment]  # deques have none, since they are equal by what is in them
+    __hash__ = object.__hash__  # type: ignore[assignment]  # deques have none, since they compare by content
 
 
 class Inbox(Generic[S, T]):
@@ -52,8 +52,8 @@ class Inbox(Generic[S, T]):
 
     @property
     def dropped(self) -> int:
-        """Number of messages lost so far, here or before; may be less by one for a moment, but never more."""
-        return self.lost + max(0, self._put - len(self) - self._taken)  # in this order: others put and take meanwhile
+        """Number of messages lost so far, here or before; may briefly be one too low, but never too high."""
+        return self.lost + max(0, self._put - len(self) - self._taken)  # in this order: other threads add and take
 
     def full(self, limit: int) -> bool:
         """Return whether the next message will replace an older one."""
@@ -63,7 +63,7 @@ class Inbox(Generic[S, T]):
         """Add a message. One thread at a time.
 
         Args:
-            limit: most messages that wait, beyond which the oldest are dropped; 0 or None for no limit.
+            limit: maximum number of waiting messages, beyond which the oldest are dropped; 0 or None for no limit.
         """
         if limit != self._limit:
             self._limit = limit
@@ -87,7 +87,7 @@ class Inbox(Generic[S, T]):
                 self._taken -= 1
                 if last:
                     return None
-                with contextlib.suppress(ValueError):  # if another thread takes messages, too
+                with contextlib.suppress(ValueError):  # if another thread takes messages as well
                     self._queues.remove(queue)
 
 
@@ -102,7 +102,7 @@ class InboxSet(Generic[S, T]):
     def __init__(self) -> None:
         self.ready: list[Inbox[S, T]] = []  # short as a rule; see `taking`
         self.inboxes: dict[Inbox[S, T], None] = {}
-        self._dropped = 0  # in inboxes that are forgotten
+        self._dropped = 0  # in removed inboxes
         self._room = Condition()
 
     def __len__(self) -> int:
@@ -114,7 +114,7 @@ class InboxSet(Generic[S, T]):
         return self._dropped + sum(inbox.dropped for inbox in list(self.inboxes))
 
     def open(self, inbox: Inbox[S, T]) -> None:
-        """Begin to take messages out of an inbox, until it is forgotten."""
+        """Start taking messages out of an inbox, until it is removed."""
         self.inboxes[inbox] = None
 
     def mark_ready(self, inbox: Inbox[S, T]) -> None:
@@ -126,7 +126,7 @@ class InboxSet(Generic[S, T]):
     def mark_empty(self, inbox: Inbox[S, T]) -> bool:
         """Note that an inbox was taken out of the line and emptied. Called by the thread that takes messages.
 
-        If a thread has just put a message into it that did not know of this, the inbox goes back into the line.
+        If a thread has just put a message into it without noticing this, the inbox goes back into the line.
 
         Returns:
             Whether it is empty.
@@ -139,9 +139,9 @@ class InboxSet(Generic[S, T]):
         return True
 
     def forget(self, inbox: Inbox[S, T]) -> None:
-        """Take no more from an inbox. Called by the thread that takes messages."""
+        """Stop taking messages from an inbox. Called by the thread that takes them."""
         if inbox in self.inboxes:
-            del self.inboxes[inbox]  # first: what it has lost must not count twice
+            del self.inboxes[inbox]  # first: its lost messages must not count twice
             self._dropped += inbox.dropped
 
     def wait_for_room(self, inbox: Inbox[S, T], maximum: int, ended: Callable[[], bool]) -> None:

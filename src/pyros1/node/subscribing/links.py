@@ -48,7 +48,7 @@ class Links:
         return self._links.get(fd)
 
     def open(self, link: TcpSource) -> list[tuple[int, int]]:
-        """Begin to wait for a new link; return the frames that came together with its header."""
+        """Start waiting for a new link; return the frames that came together with its header."""
         if self.driver.cooperative:
             link.can_wait = False
         self._links[link.fd] = link

@@ -26,19 +26,19 @@ from pyros1.wire.local import (
 )
 
 MAX_BLOCKS = 64
-"""Most blocks that one publisher may show."""
+"""Maximum number of blocks that one publisher may share."""
 MAX_IN_PLACE = 3
-"""Most messages that a program may keep in the publisher's memory; of further ones it gets copies."""
+"""Maximum number of messages that a program may keep in the publisher's memory; further ones are copied."""
 _read_count = struct.Struct("<I").unpack_from
-MAX_UNSENT_RELEASES = 1000  # a publisher has a few references out at a time
+MAX_UNSENT_RELEASES = 1000  # a publisher has only a few outstanding references at a time
 _SEALS = 0x2 | 0x4  # F_SEAL_SHRINK and F_SEAL_GROW
 
 
 class BorrowedBlock:
-    """The right to read a message in the publisher's memory; the end of this object gives it back.
+    """The right to read a message in the publisher's memory; it is released when this object is destroyed.
 
     Args:
-        number: of the reference.
+        number: the reference's number.
         release: called with it.
     """
 
@@ -58,7 +58,7 @@ class SharedBody(SplitBody):
     Args:
         memory: the block.
         reference: where the message is; it has an array.
-        borrowed: held as long as the memory is needed.
+        borrowed: kept as long as the memory is needed.
         in_use: numbers of the messages that the program reads in place.
     """
 
@@ -75,7 +75,7 @@ class SharedBody(SplitBody):
         self._copy = b""
 
     def array(self, *, in_place: bool) -> Any:
-        """Return the array, in place if it is wanted so and not too many are kept already."""
+        """Return the array, in place if requested and not too many are kept already."""
         if self._memory is None:
             return self._copy
         begin, size = self._reference.offset + self._reference.begin, self._reference.array
@@ -112,8 +112,8 @@ class _InPlaceView:
 
 
 def _in_place(memory: mmap.mmap, begin: int, size: int, owner: _InPlaceView) -> memoryview:
-    """Return a read-only view of a part of the memory; with it and all that is made of it, ``owner`` ends."""
-    import ctypes  # noqa: PLC0415 - few read in place
+    """Return a read-only view of a part of the memory; it and all objects made from it keep ``owner`` alive."""
+    import ctypes  # noqa: PLC0415 - few programs read in place
 
     array: Any = (ctypes.c_ubyte * size).from_buffer(memory, begin)
     array.owner = owner
@@ -148,7 +148,7 @@ class SharedSource(TcpSource):
         control_socket.setblocking(False)
         self._blocks: dict[int, mmap.mmap] = {}
         self._in_use: set[int] = set()
-        self._unsent_releases: deque[bytes] = deque()  # what the control socket had no room for
+        self._unsent_releases: deque[bytes] = deque()  # references for which the control socket had no room
         self._process = os.getpid()
 
     def close(self) -> None:
@@ -157,7 +157,7 @@ class SharedSource(TcpSource):
         super().close()
 
     def split(self, count: int) -> list[tuple[int, int]]:
-        """As for TcpSource; if there are references, `items` has all messages.
+        """Like TcpSource's; if there are references, `items` has all messages.
 
         Raises:
             ProtocolError: a frame is too large, or a reference cannot be followed.
@@ -169,7 +169,7 @@ class SharedSource(TcpSource):
         return frames
 
     def _resolve(self, body: bytes) -> bytes | SplitBody:
-        """Return the message that a frame has or refers to."""
+        """Return the message that a frame contains or refers to."""
         reference = decode_reference(self._token, body)
         if reference is None:
             return body
@@ -195,7 +195,7 @@ class SharedSource(TcpSource):
             try:
                 record, descriptors, _, _ = socket.recv_fds(self._control_socket, MAX_RECORD, 4)
             except ConnectionResetError:
-                continue  # the publisher has ended; what it wrote before is still there
+                continue  # the publisher has ended; the data it wrote before is still available
             except OSError as error:
                 raise ProtocolError(f"a block of shared memory was not received: {error.strerror or error}") from None
             try:
@@ -226,14 +226,14 @@ class SharedSource(TcpSource):
             raise ProtocolError(f"a block of shared memory cannot be read: {error}") from None
 
     def _release(self, number: int) -> None:
-        """Give a reference back. Any thread, also within the end of any object, and so within itself."""
+        """Release a reference. Any thread, even while any object is destroyed, and so even within itself."""
         if os.getpid() != self._process:
-            return  # a forked process has a copy of the message; the one that was forked still reads it
+            return  # a forked process has a copy of the message; the original process still reads it
         unsent = self._unsent_releases
         unsent.append(encode_release(number))
-        with contextlib.suppress(IndexError, OSError):  # all are given back; or the publisher is gone
+        with contextlib.suppress(IndexError, OSError):  # all are released, or the publisher is gone
             while True:
-                record = unsent.popleft()  # each is in one hand only
+                record = unsent.popleft()  # each has only one owner
                 try:
                     self._control_socket.send(record)
                 except BlockingIOError:

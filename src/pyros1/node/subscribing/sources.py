@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.tcp_source import TcpSource
 
 UNBOUNDED_LIMIT = 1000
-"""Most messages that wait if neither side set a queue size; beyond that the publisher waits, as with TCP."""
+"""Maximum number of waiting messages if neither side set a queue size; beyond that the publisher waits, as with TCP."""
 Item = bytes | SplitBody | Message | AnyMsg
 """A message that waits: encoded, or handed over by a publisher in this process."""
 
@@ -42,8 +42,8 @@ class Receiver(Protocol):
     """The part of a subscription's `Delivery` that a source with an inbox needs.
 
     Attributes:
-        limit: most messages of each source that may wait; None for no limit of the subscribers'.
-        in_publisher: whether messages are to be delivered by `deliver_now`, if no others of the source wait.
+        limit: maximum number of waiting messages of each source; None if the subscribers have set no limit.
+        in_publisher: whether messages are to be delivered by `deliver_now`, if no other messages of the source wait.
     """
 
     limit: int | None
@@ -53,7 +53,7 @@ class Receiver(Protocol):
         """Deliver a message in the calling thread, or return False; see `Delivery.deliver_now`."""
 
     def open(self, inbox: Inbox[Source, Item]) -> None:
-        """Begin to take messages out of an inbox."""
+        """Start taking messages out of an inbox."""
 
     def push(self, inbox: Inbox[Source, Item], item: Item, limit: int | None) -> None:
         """Put a message into an inbox; see `Delivery.push`."""
@@ -66,7 +66,7 @@ class Receiver(Protocol):
 
 
 class Unfinished(NamedTuple):
-    """Messages that a link had no time to deliver in its turn: frames of ``data`` from ``position`` on, or items."""
+    """Messages that a link could not deliver within its turn: frames of ``data`` from ``position`` on, or items."""
 
     link: TcpSource
     data: bytes

@@ -46,7 +46,7 @@ class SpinQueue(Generic[S, T]):
             Whether one more call of `deliver_next` must be queued.
         """
         self._inbox.put(item, limit)
-        if len(self._calls) >= limit:  # there are no more messages than calls
+        if len(self._calls) >= limit:  # there are never more messages than calls
             return False
         self._calls.append(None)
         return True
@@ -71,8 +71,8 @@ class SpinQueues(Generic[S, T]):
     def __init__(self, deliver: Callable[[S, T], None]) -> None:
         self._deliver = deliver
         self._queues: dict[S, SpinQueue[S, T]] = {}
-        self._ended: list[SpinQueue[S, T]] = []  # of sources that are forgotten: their last messages wait
-        self._dropped = 0  # in queues that are over
+        self._ended: list[SpinQueue[S, T]] = []  # of removed sources: their last messages wait
+        self._dropped = 0  # in removed queues
 
     def __len__(self) -> int:
         return sum(map(len, [*self._queues.values(), *self._ended]))
@@ -86,7 +86,7 @@ class SpinQueues(Generic[S, T]):
         """Add a message. One thread at a time.
 
         Args:
-            limit: most messages that wait of each source; the oldest are dropped.
+            limit: maximum number of waiting messages of each source; the oldest are dropped.
 
         Returns:
             The call to queue for it; None if enough calls are queued.
@@ -97,7 +97,7 @@ class SpinQueues(Generic[S, T]):
         return queue.deliver_next if queue.put(item, limit) else None
 
     def forget(self, source: S) -> None:
-        """Forget a source that has ended. Its waiting messages are still delivered by the calls that are queued."""
+        """Remove a source that has ended. Its waiting messages are still delivered by the queued calls."""
         queue = self._queues.pop(source, None)
         if queue is not None:
             self._ended.append(queue)

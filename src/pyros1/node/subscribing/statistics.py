@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 
 class Limits(NamedTuple):
-    """How many messages a window should have, and how many seconds it may take."""
+    """Limits for the number of messages and the seconds of a window."""
 
     min_messages: int = 10
     max_messages: int = 100
@@ -20,7 +20,7 @@ class Limits(NamedTuple):
 
 
 class Summary(NamedTuple):
-    """Mean, standard deviation and maximum of values; 0 of none."""
+    """Mean, standard deviation and maximum of values; 0 without values."""
 
     mean: float
     deviation: float
@@ -28,11 +28,11 @@ class Summary(NamedTuple):
 
 
 class Report(NamedTuple):
-    """What came in a window.
+    """The messages received in a window.
 
     Attributes:
         start, stop: seconds.
-        messages, lost, size: numbers of messages, of those missing between them, and of bytes.
+        messages, lost, size: numbers of messages, of messages missing between them, and of bytes.
         period: between two messages, in seconds. age: of the stamps on arrival, in seconds.
     """
 
@@ -59,7 +59,7 @@ class Window:
 
     Args:
         now: seconds.
-        limits: the length of the window, at first a second, is doubled or halved to keep them.
+        limits: the length of the window, initially a second, is doubled or halved to stay within them.
     """
 
     def __init__(self, now: float, limits: Limits = Limits()) -> None:  # noqa: B008 - immutable
@@ -76,7 +76,7 @@ class Window:
         self._size = 0
 
     def add(self, now: float, size: int, seq: int | None = None, stamp: float | None = None) -> Report | None:
-        """Take note of a message; return a report if the window is over.
+        """Record a message; return a report if the window is over.
 
         Args:
             now: seconds.

@@ -1,4 +1,4 @@
-"""The handle of a subscription that users hold: its type, its callback, and how its messages are made."""
+"""The user's handle of a subscription: its type, its callback, and how its messages are created."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Decode = Callable[..., Any]
 
 
 def array_view(arrays: str | None) -> View | None:
-    """Return the function that makes the numeric arrays of a subscriber's messages.
+    """Return the function that creates the numeric arrays of a subscriber's messages.
 
     Args:
         arrays: None for bytes, tuples and lists; "memoryview"; "numpy".
@@ -33,7 +33,7 @@ def array_view(arrays: str | None) -> View | None:
     """
     if arrays is None:
         return None
-    from pyros1.msgs.array_views import memoryview_view, numpy_view  # noqa: PLC0415  few ask for them
+    from pyros1.msgs.array_views import memoryview_view, numpy_view  # noqa: PLC0415  few programs use them
 
     if arrays == "memoryview":
         return memoryview_view
@@ -60,9 +60,9 @@ class Subscriber(Generic[_M]):
     Attributes:
         name: the topic's full name.
         type: the message class.
-        queue_size: most messages that may wait for the callback; None for no limit.
+        queue_size: maximum number of messages waiting for the callback; None for no limit.
         decode: makes a message from a part of a buffer.
-        stream: gets the messages undecoded, in place of the callback.
+        stream: receives the messages undecoded, in place of the callback.
     """
 
     def __init__(
@@ -102,7 +102,7 @@ class Subscriber(Generic[_M]):
 
         Args:
             item: a message, encoded or not.
-            exact: whether an encoded one must end with its bytes.
+            exact: whether an encoded message must use all its bytes.
 
         Raises:
             LengthError: it does not, and ``exact`` is true.
@@ -132,17 +132,17 @@ class Subscriber(Generic[_M]):
             text = f"callback of {self.name}: sys.exit() ends a program only from its main thread; call node.shutdown()"
             self._subscription.context.log.exception(text, error=error)
         except Exception as error:
-            if not isinstance(error, KeyboardInterrupt):  # as rospy's exception of a wait that the end cut short is
+            if not isinstance(error, KeyboardInterrupt):  # like rospy's exception for an interrupted wait
                 text = f"bad callback: {self._deadline or self._callback!r} of {self.name}"
                 self._subscription.context.log.exception(text, error=error)
 
     def message(self, source: Source, item: Item) -> _M | None:
-        """Return the message that the stream was given; None, after a word in the log, if it cannot be decoded."""
+        """Return the message that the stream received; None, after logging it, if it cannot be decoded."""
         message: _M | None = self._subscription.message(self, source, item)
         return message
 
     def resume_publishers(self) -> None:
-        """Let messages come again that were held back because the stream had too many. Any thread."""
+        """Resume messages that were held back because the stream had too many. Any thread."""
         self._subscription.delivery.wake()
 
     @property
@@ -162,7 +162,7 @@ class Subscriber(Generic[_M]):
         return self._subscription.delivery.dropped
 
     def set_queue_size(self, size: int) -> None:
-        """Let another number of messages wait for the callback from now on; see ``queue_size``."""
+        """Change the number of messages that may wait for the callback; see ``queue_size``."""
         self.queue_size = size
         self._subscription.limit_changed()
 

@@ -32,7 +32,7 @@ class Stream(StreamState, Protocol):
     """A subscriber's own queue."""
 
     def put(self, source: Source, item: Item) -> None:
-        """Take a message. One thread at a time."""
+        """Accept a message. One thread at a time."""
 
 
 class SubscriberCallback(Protocol):
@@ -41,8 +41,8 @@ class SubscriberCallback(Protocol):
     Attributes:
         direct: whether the callback runs in the thread that receives, even in a node that spins.
         in_publisher: whether it runs in the thread of a publisher of this process.
-        stream: gets the messages undecoded, in place of a callback.
-        made: class of messages that need not be changed for the callback; None: each must be.
+        stream: receives the messages undecoded, in place of a callback.
+        made: class of messages that need not be converted for the callback; None: all must be converted.
     """
 
     made: type[Any] | None
@@ -66,7 +66,7 @@ class Subscription:
     Args:
         context: the node.
         topic: full name.
-        message_class: of the first subscriber; AnyMsg takes every type.
+        message_class: of the first subscriber; AnyMsg accepts every type.
         hints: transports and options for links to publishers.
         driver: receives while all subscribers are streams that drop nothing; None: the node's threads.
     """
@@ -88,7 +88,7 @@ class Subscription:
         self._lock = threading.RLock()  # a signal handler may end the node on top of a method of this object
         self._closed = False
         self._direct: tuple[SubscriberCallback, ...] = ()
-        # Those of both that have received the latched messages, and now get all further messages.
+        # Those of both that have received the latched messages, and now receive all further messages.
         self._active: tuple[SubscriberCallback, ...] = ()
         self._active_direct: tuple[SubscriberCallback, ...] = ()
         self._streams: tuple[Stream, ...] = ()
@@ -154,17 +154,17 @@ class Subscription:
 
     def _set_streams(self, streams: tuple[Stream, ...]) -> None:
         self._streams = self.delivery.streams = streams
-        self.delivery.wake()  # who held publishers back may be gone
+        self.delivery.wake()  # the subscriber that held publishers back may be gone
 
     def limit_changed(self) -> None:
-        """Take the new limit of a subscriber."""
+        """Apply the new limit of a subscriber."""
         with self._lock:
             self._set_limit()
 
     def _set_limit(self) -> None:
-        """Set how many messages may wait: the links are shared, so the largest limit of the subscribers counts.
+        """Set how many messages may wait: the links are shared, so the largest limit of the subscribers applies.
 
-        Streams limit themselves. Messages come in the publisher's thread if all callbacks that would run want that.
+        Streams limit themselves. Messages are delivered in the publisher's thread if all callbacks to be run want that.
         """
         sizes = [subscriber.queue_size for subscriber in self.subscribers]
         no_limit = None in sizes or all(subscriber.stream is not None for subscriber in self.subscribers)
@@ -179,7 +179,7 @@ class Subscription:
         return subscriber_header(self.context.name, self.topic, self.type, self.hints.tcp_nodelay)
 
     def update_publishers(self, uris: list[str], complete: bool = True) -> None:
-        """Take the master's list of publishers. On the loop.
+        """Apply the master's list of publishers. On the loop.
 
         Args:
             uris: slave API URIs.
@@ -202,13 +202,13 @@ class Subscription:
         return uri in self._connectors
 
     def forget(self, uri: str) -> None:
-        """Drop the connector of a publisher, as it has nothing left to do. On the loop."""
+        """Remove the connector of a publisher, as it has nothing left to do. On the loop."""
         connector = self._connectors.get(uri)
         if connector is not None and connector.is_finished:
             del self._connectors[uri]
 
     def link(self, link: TcpSource) -> None:
-        """Take the link of a connector that has reached its publisher. On the loop."""
+        """Add the link of a connector that has reached its publisher. On the loop."""
         if self._closed:
             link.close()
             return
@@ -241,14 +241,14 @@ class Subscription:
         )
 
     def add_local(self, link: InboxSource) -> None:
-        """Take a link that puts messages into an inbox. On the loop."""
+        """Add a link that puts messages into an inbox. On the loop."""
         with self._lock:
             if link.connected:  # not if the publisher has ended meanwhile, on its own thread
                 self._local_links = (*self._local_links, link)
         self._changed()
 
     def _local_closed(self, link: InboxSource) -> None:
-        """Take note that a link that puts messages into an inbox has ended. Any thread."""
+        """Note that a link that puts messages into an inbox has ended. Any thread."""
         with self._lock:
             self._local_links = tuple(other for other in self._local_links if other is not link)
         self.delivery.submit(lambda: self._ended(link))
@@ -288,7 +288,7 @@ class Subscription:
     # Messages, on the reader thread or the one that spins -------------------------------------------------------------
 
     def _on_arrival(self, source: Source, item: Item) -> bool:
-        """Call the subscribers that do not wait for `spin`, in a node that spins; return whether others wait for it."""
+        """Call the subscribers that do not wait for `spin`, in a node that spins; return whether others do."""
         if source.header.get("latching") == "1" and source.connected:
             self._early_latched[id(source)] = (source, item)
         if self._active_direct:
@@ -321,9 +321,9 @@ class Subscription:
             stream.put(source, item)
 
     def _keep_latched(self, source: Source, item: Item) -> tuple[SubscriberCallback, ...]:
-        """Keep a latched message for later subscribers; return the subscribers that get it now."""
+        """Keep a latched message for later subscribers; return the subscribers that receive it now."""
         with self._lock:
-            if source.connected:  # not a message that waited here when its publisher left
+            if source.connected:  # not a message that was still queued when its publisher left
                 self._latched[id(source)] = (source, item)
             return self._active
 
@@ -356,7 +356,7 @@ class Subscription:
             subscriber.call(message)
 
     def message(self, subscriber: SubscriberCallback, source: Source, item: Item) -> Any:
-        """Return the message that a stream was given; None, after a word in the log, if it cannot be decoded."""
+        """Return the message that a stream received; None, after logging it, if it cannot be decoded."""
         try:
             message = subscriber.take(item, exact=True)
         except LengthError as error:
@@ -375,7 +375,7 @@ class Subscription:
         self.context.log.peer(ERROR, "%s from %s: %s (message dropped)", self.topic, who, error)
 
     def _warn_wrong_length(self, source: Source, error: LengthError) -> None:
-        """Say that messages do not end where they should. They are received nevertheless, as in stock."""
+        """Log that messages do not end where they should. They are received nevertheless, like in stock nodes."""
         who = source.header.get("callerid", "?")
         text = "%s from %s: received %s: is its definition different, or does it append a checksum?"
         self.context.log.peer(WARN, text, self.topic, who, error, max_texts=1, link=(self.topic, who))
@@ -413,7 +413,7 @@ class Subscription:
 
 
 def _expect_array(source: Source, message: Any, size: int) -> None:
-    """Tell a link where the array of a large message was in its frame."""
+    """Record for a link where the array of a large message was in its frame."""
     where = layout(type(message))
     if where is not None and isinstance(source, TcpSource):
         array = getattr(message, where.field, None)

@@ -15,9 +15,9 @@ from pyros1.net.timeouts import set_socket_timeouts
 from pyros1.wire.framing import FrameBuffer
 
 MIN_LARGE_FRAME = 1 << 17
-"""Size in bytes from which a frame is received in pieces, its array straight into its final object."""
+"""Size in bytes from which a frame is received in pieces, its array directly into the final object."""
 MAX_RESERVED = 16 << 20
-"""Largest array, in bytes, for which memory is reserved before it arrives, unless one half as large came before."""
+"""Maximum size, in bytes, of an array whose memory is reserved in advance, unless one half as large came before."""
 
 RECEIVE_TIMEOUT = 0.02
 """Seconds that a patient `receive` waits."""
@@ -55,12 +55,12 @@ class TcpSource:
         last_time: time at which the socket was last readable, in `perf_counter` seconds.
         expected: the shape of large frames, from the last one; None: all frames go through the buffer.
         spins: whether a patient `receive` looks for bytes for SPIN_TIME seconds before it sleeps. The system needs
-            25 to 50 us to wake a thread that sleeps; a thread that looks takes a processor meanwhile.
+            25 to 50 us to wake a sleeping thread; a polling thread occupies a processor meanwhile.
     """
 
     transport = "TCPROS"
     items: deque[bytes | SplitBody] | None = None
-    """What came with the last receive, if not all of that is in the buffer; see `SharedSource`."""
+    """The messages of the last receive, if they are not all in the buffer; see `SharedSource`."""
 
     def __init__(self, sock: socket.socket, uri: str, header: dict[str, str], first: bytes) -> None:
         self.sock = sock
@@ -105,7 +105,7 @@ class TcpSource:
         return self.sock.recv_into(self.buffer.writable(), 0, flags)
 
     def _spin_receive(self) -> int | None:
-        """Look again and again for bytes, and return as `receive` does; None after SPIN_TIME seconds without any."""
+        """Poll for bytes, and return like `receive`; None after SPIN_TIME seconds without any."""
         free_space, receive, deadline = self.buffer.writable(), self.sock.recv_into, perf_counter() + SPIN_TIME
         while perf_counter() < deadline:
             try:
@@ -148,7 +148,7 @@ class TcpSource:
     def _receive_large(self, expected: ArrayLayout, flags: int) -> int | SplitBody:
         """Receive a frame of the expected shape; all other bytes go to the buffer.
 
-        The wait for the array is short, like that of any receive: the rest of a slow frame goes to the buffer, too.
+        The wait for the array is short, like that of any receive: the rest of a slow frame also goes to the buffer.
         """
         begin, tail, maximum, has_length_field = expected
         received = self.sock.recv(begin, flags)

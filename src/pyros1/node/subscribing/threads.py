@@ -1,7 +1,7 @@
 """The threads that receive for a node's subscriptions.
 
 All quiet subscriptions share two threads, which wait for messages. A thread that gets one runs the callbacks, and stays
-with that subscription while messages flow, faster than 50 per second; if no thread is left that waits, another one is
+with that subscription while more than 50 messages per second arrive; if no waiting thread is left, another one is
 started. So there are two threads more than busy subscriptions: a node with hundreds of idle links has two, and the
 callbacks of different topics never wait for each other.
 """
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.drivers import Channel
 
 MIN_WAITING_THREADS = 2
-"""Number of threads that wait without a limit."""
+"""Number of threads that wait without a time limit."""
 IDLE_TIMEOUT = 5.0
 """Seconds after which a further thread ends if nothing wakes it."""
 
@@ -58,11 +58,11 @@ class DeliveryThreads:
         self._begin()
 
     def rearm(self, fd: int) -> None:
-        """Wait again for a socket whose channel was run."""
+        """Watch a socket again after its channel was run."""
         self._poller.rearm(fd)
 
     def unregister(self, fd: int) -> None:
-        """Forget a socket; call this before closing it."""
+        """Unregister a socket; call this before closing it."""
         self._channels.pop(fd, None)
         self._poller.unregister(fd)
 
@@ -81,7 +81,7 @@ class DeliveryThreads:
         deadline = perf_counter() + timeout
         with self._lock:
             self._closed = True
-            # A signal handler may end the node on top of the start of a thread, which ends by itself.
+            # A signal handler may end the node while a thread is being started; that thread ends on its own.
             threads = [each for each in self._threads if each.ident and each is not threading.current_thread()]
             if not self._threads:
                 self._poller.close()  # otherwise the last thread does it
@@ -128,13 +128,13 @@ class DeliveryThreads:
                 if no_other_waits:
                     self._keep_one_waiting()
             except RuntimeError as error:
-                # A program whose main thread has ended starts no more threads, since Python 3.12: that is no fault.
+                # Since Python 3.12, a program whose main thread has ended starts no more threads: not an error.
                 if not self._start_failed and threading.main_thread().is_alive():
                     self._start_failed = True
                     self._report(error)
             try:
                 self._run(fd)
-            except BaseException as error:  # noqa: BLE001  a fault of ours; the other subscriptions must go on
+            except BaseException as error:  # noqa: BLE001  a bug in pyros1; the other subscriptions must go on
                 self._report(error)
             finally:
                 with self._lock:
@@ -172,5 +172,5 @@ class DeliveryThreads:
         except IndexError:
             return  # another thread was quicker
         if self._woken:
-            self._poller.wake()  # too many at once for a ring each
+            self._poller.wake()  # too many at once for one wake-up each
         channel.run(None)

@@ -1,6 +1,6 @@
 """The receiving end of a link over UDP: a socket that is offered to a publisher, which then sends to it (T57-T62).
 
-No datagram tells that the publisher has gone: only the master does.
+No datagram signals that the publisher is gone: only the master does.
 """
 
 from __future__ import annotations
@@ -25,23 +25,23 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.sources import Item, Receiver, Source
 
 _MAX_PER_TURN = 256
-"""Most datagrams that are received before the loop does other work."""
+"""Maximum number of datagrams received before the loop does other work."""
 _BUFFER = 4 << 20
-"""Wanted size of the receive buffer in bytes; the system may allow less."""
+"""Requested size of the receive buffer in bytes; the system may allow less."""
 _MAX_SENDERS = 1000
 _LENGTH = 4
 
 
 class UdpSource:
-    """The receiving end: a socket that is offered to a publisher, and a link once that has answered. On the loop.
+    """The receiving end: a socket that is offered to a publisher, and a link once it has answered. On the loop.
 
     Args:
         loop: the node's loop.
-        receiver: takes the messages.
+        receiver: receives the messages.
         header: the subscriber's connection header.
         uri: the publisher's slave API.
         address: address to listen on.
-        allowlist: decides whose datagrams are taken; None takes all.
+        allowlist: decides which hosts' datagrams are accepted; None accepts all.
         size: bytes of the largest datagram.
         on_closed: called once, when the link is gone.
 
@@ -81,7 +81,7 @@ class UdpSource:
         self._inbox: Inbox[Source, Item] = Inbox(self)
         self._assembler = Assembler(0)
         self._allowlist = allowlist
-        self._known: dict[str, bool] = {}  # senders, and whether their datagrams are taken
+        self._known: dict[str, bool] = {}  # senders, and whether their datagrams are accepted
         self._sock = datagram_socket(address.bind, address.ports)
         self._take = self._sock.recv if allowlist is None else self._receive_allowed
         with contextlib.suppress(OSError):
@@ -98,7 +98,7 @@ class UdpSource:
         return ["UDPROS", header, self._host, self._sock.getsockname()[1], self._size]
 
     def begin(self, header: dict[str, str], peer_address: tuple[str, int], connection: int) -> None:
-        """Begin to receive, since the publisher has accepted.
+        """Start receiving, since the publisher has accepted.
 
         Args:
             header: the publisher's connection header.
@@ -132,7 +132,7 @@ class UdpSource:
                 return
 
     def _receive_allowed(self, size: int) -> bytes:
-        """Return a datagram, an empty one in the place of one that is not taken."""
+        """Return a datagram; an empty one in place of a rejected one."""
         datagram, (sender, *_) = self._sock.recvfrom(size)
         accepted = self._known.get(sender)
         if accepted is None:

@@ -1,1 +1,1 @@
-"""Watching other nodes: word of those that die, hang, are replaced or come back."""
+"""Watching other nodes: notification of nodes that die, hang, are replaced or come back."""

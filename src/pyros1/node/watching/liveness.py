@@ -1,13 +1,13 @@
-"""What is known of a watched node, as a state machine. Pure.
+"""The state of a watched node, as a state machine. Pure.
 
 A node is *unseen* until it answers for the first time, then *found*, and *lost* when it
 
-* closed its port: it ended, or was killed (told at once);
-* did not answer for ``limit`` seconds: it hangs, is stopped, or its machine or the way to it is gone;
-* is another process, or the master names another place for it: it was replaced, which is a loss and a find.
+* closed its port: it ended, or was killed (reported at once);
+* did not answer for ``limit`` seconds: it hangs, is stopped, or its machine or the network is down;
+* is another process, or the master gives another address for it: it was replaced, which counts as lost and found.
 
-A lost node that answers again is found. The master's silence, and that it does not know a node (any more), mean nothing
-for a node that answers: a new master does not know stock's nodes.
+A lost node that answers again is found. For a node that answers, it does not matter if the master is silent or
+does not know the node (any more): a new master does not know stock nodes.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ class Sighting(NamedTuple):
     Attributes:
         name: its full name.
         alive: whether it was found, not lost.
-        reason: for people: how it was lost or found.
-        silent: seconds since it answered last; 0 if it was found.
+        reason: how it was lost or found, in words.
+        silent: seconds since its last answer; 0 if it was found.
         uri: of its slave API.
-        pid: its process id; None if it does not tell.
+        pid: its process id; None if it does not report it.
     """
 
     name: str
@@ -48,15 +48,15 @@ class Sighting(NamedTuple):
 
 
 class WatchedNode:
-    """A node that is watched. Times are monotonic, in seconds.
+    """A watched node. Times are monotonic, in seconds.
 
     Args:
         name: its full name.
         limit: seconds without an answer after which it counts as lost.
 
     Attributes:
-        state: what it is now.
-        uri: where to ask for it; empty before the master knew it.
+        state: its current state.
+        uri: of its slave API; empty until the master has given it.
     """
 
     def __init__(self, name: str, limit: float) -> None:
@@ -69,17 +69,17 @@ class WatchedNode:
         self._failing_since: float | None = None
 
     def remaining_time(self, now: float) -> float:
-        """Return the seconds that a question asked now may take."""
+        """Return the seconds that a request sent now may take."""
         if self.state is not State.FOUND or self._failing_since is None:
             return self._limit
         return max(0.0, self._failing_since + self._limit - now)
 
     def is_new(self, pid: int | None) -> bool:
-        """Return whether an answer with that process id comes from a process that has not been found here."""
+        """Return whether an answer with that process id comes from a process that has not been found there yet."""
         return self.state is State.UNSEEN or pid != self._pid
 
     def looked_up(self, uri: str, now: float) -> list[Sighting]:
-        """Take the place that the master names."""
+        """Handle the address that the master gives."""
         if uri == self.uri:
             return []
         news = self._mark_lost(f"replaced by a node of the same name at {uri}", now)
@@ -88,7 +88,7 @@ class WatchedNode:
         return news
 
     def answered(self, pid: int | None, now: float) -> list[Sighting]:
-        """Take an answer of the node at `uri`."""
+        """Handle an answer of the node at `uri`."""
         news: list[Sighting] = []
         if self.state is State.FOUND and pid != self._pid:
             news = self._mark_lost("replaced: another process answers in its place", now)
@@ -102,22 +102,22 @@ class WatchedNode:
         return news
 
     def failed(self, reason: str, asked_at: float, now: float, closed: bool = False) -> list[Sighting]:
-        """Take note that the node at `uri` did not answer.
+        """Handle that the node at `uri` did not answer.
 
         Args:
-            reason: for people.
-            asked_at: when it was asked.
-            closed: whether its machine says that its port is closed.
+            reason: in words.
+            asked_at: when the request was sent.
+            closed: whether its machine reports that the port is closed.
         """
         if self._failing_since is None:
             self._failing_since = asked_at
         if closed:
             return self._mark_lost(f"its port is closed: it has exited ({reason})", now)
-        # A timer may come some microseconds early.
+        # A timer may fire some microseconds early.
         return self._mark_lost(reason, now) if now >= self._failing_since + self._limit - 1e-3 else []
 
     def stalled(self) -> None:
-        """Take note that this process itself stood still, so that the last failure says nothing."""
+        """Handle that this process itself was suspended, so that the last failure means nothing."""
         self._failing_since = None
 
     def _mark_lost(self, reason: str, now: float) -> list[Sighting]:

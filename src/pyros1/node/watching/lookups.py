@@ -1,4 +1,4 @@
-"""Asks the master where nodes are, with one call for all that are wanted at the same time."""
+"""Looks up the addresses of nodes with the master, in one call for all that are requested at the same time."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _TIMEOUT = 3.0
 
 
 class Lookups:
-    """Questions to the master, on the loop. Only one call is under way; what comes meanwhile is asked after it.
+    """Requests to the master, on the loop. Only one call is under way; requests made meanwhile are sent after it.
 
     Args:
         loop: the node's loop.
@@ -36,7 +36,7 @@ class Lookups:
         self._one_by_one = False  # the master has no system.multicall
 
     def ask(self, name: str, callbacks: LookupCallback) -> None:
-        """Call ``callbacks(uri)`` once the master has said where a node is; not if it does not know or answer."""
+        """Call ``callbacks(uri)`` once the master has given a node's address; never if it does not know it."""
         self._requests.setdefault(name, set()).add(callbacks)
         if not self._under_way:
             self._under_way = True
@@ -73,7 +73,7 @@ class Lookups:
 
     @staticmethod
     def _deliver(callbacks: set[LookupCallback], reply: Any) -> None:
-        """Take ``[code, message, uri]``; anything else is no answer."""
+        """Handle ``[code, message, uri]``; anything else is not an answer."""
         if isinstance(reply, list) and len(reply) == 3 and reply[0] == 1 and isinstance(reply[2], str) and reply[2]:
             for each in callbacks:
                 each(reply[2])

@@ -1,4 +1,4 @@
-"""Calls of the program's functions with news, where the node's callbacks run: never on the loop."""
+"""Calls the program's functions with news, where the node's callbacks run: never on the loop."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 MAX_PENDING = 100
-"""Most news that wait for one function."""
+"""Maximum number of news items waiting for one function."""
 
 
 class Log(Protocol):
@@ -25,14 +25,14 @@ class Log(Protocol):
 
 
 class Notifier:
-    """Calls functions one after the other, in the thread that spins, or else in a thread that exists while there is
-    something to tell.
+    """Calls functions one after the other, in the thread that spins, or else in a thread that exists while calls are
+    pending.
 
     Args:
-        what: the news, for the thread's name and the log.
+        what: kind of news, for the thread's name and the log.
         log: for functions that raise.
         callbacks: the callback queue of a node that spins; None for a thread.
-        max_pending: most calls that wait; beyond that the oldest are dropped. None for no limit.
+        max_pending: maximum number of waiting calls; beyond that the oldest are dropped. None for no limit.
     """
 
     def __init__(
@@ -57,7 +57,7 @@ class Notifier:
         if self._callbacks is not None:
             if (
                 self._max_pending is None or len(self._queued) < self._max_pending
-            ):  # else there are no more jobs than queued calls
+            ):  # otherwise there are no more jobs than queued calls
                 self._queued.append(None)
                 self._callbacks.push(self._notify_from_queue)
             return
@@ -102,7 +102,7 @@ class Notifier:
                 raise  # it runs in the program's own thread
             text = f"{self._what}: sys.exit() ends a program only from its main thread; call node.shutdown()"
             self._log.exception(text, error=error)
-        except BaseException as error:  # the program's code: later news are still told
+        except BaseException as error:  # the program's code: later news is still reported
             if self._callbacks is not None and not isinstance(error, Exception):
                 raise
             self._log.exception(f"bad function for {self._what}: {function!r}", error=error)
@@ -121,13 +121,13 @@ class Notifiers:
         self._notifiers: dict[Notifier, None] = {}
 
     def make(self, what: str) -> Notifier:
-        """Return a new one."""
+        """Return a new notifier."""
         notifier = Notifier(what, self._log, self._callbacks)
         self._notifiers[notifier] = None
         return notifier
 
     def end(self, notifier: Notifier) -> None:
-        """Make no more of its calls."""
+        """Stop its calls."""
         notifier.close()
         self._notifiers.pop(notifier, None)
 

@@ -1,4 +1,4 @@
-"""The watch of one node: asks it and the master in turn, on the loop, and tells what changes."""
+"""The watch of one node: polls it and the master in turn, on the loop, and reports changes."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
     from pyros1.node.watching.lookups import Lookups
 
 RETRY = 0.1
-"""Seconds until a node is asked again that could not be reached, but may still be there."""
+"""Seconds until the next request to a node that could not be reached, but may still be running."""
 MIN_STALL = 0.25
-"""Seconds by which a timer comes late if this process stood still: then it says nothing of others."""
+"""Delay of a timer, in seconds, that means that this process was suspended: missing answers then mean nothing."""
 
 
 class Watch:
@@ -28,11 +28,11 @@ class Watch:
 
     Args:
         loop: the node's loop.
-        rpc: makes calls of watched nodes only: others may wait long for a node that hangs.
-        lookups: asks the master.
+        rpc: calls watched nodes only: other calls could wait long for a hanging node.
+        lookups: look up addresses with the master.
         caller_id: full name of the watching node.
         name: full name of the watched one.
-        period: seconds between two questions.
+        period: seconds between requests.
         limit: seconds that an answer may take.
         notify: called on the loop with each `Sighting`.
         on_close: called with this object when it is closed.
@@ -73,16 +73,16 @@ class Watch:
 
     @property
     def state(self) -> State:
-        """What it is now; UNSEEN: it has not answered since the watch began."""
+        """Its current state; UNSEEN: it has not answered since the watch began."""
         return self._node.state
 
     @property
     def alive(self) -> bool:
-        """Whether it is there: found, and not lost."""
+        """Whether it is running: found, and not lost."""
         return self._node.state is State.FOUND
 
     def close(self) -> None:
-        """Watch and tell no more. A callback that is running goes on. Any thread or signal handler may call it."""
+        """Stop watching. A running callback continues. Any thread or signal handler may call it."""
         if not self.closed:
             self.closed = True
             self._on_close(self)
@@ -96,7 +96,7 @@ class Watch:
     # On the loop ------------------------------------------------------------------------------------------------------
 
     def poll(self) -> None:
-        """Ask the master and the node; called once in each period."""
+        """Send requests to the master and the node; called once in each period."""
         if self.closed:
             return
         self._asked_early = False
@@ -104,7 +104,7 @@ class Watch:
         self._ask()
 
     def disconnected(self, uri: str) -> None:
-        """Ask at once, as a node has closed its connection: it may have ended. (Some close each after a while.)"""
+        """Send a request at once, as a node has closed its connection: it may have ended. (Some close idle ones.)"""
         if uri == self._node.uri and not self._asked_early:
             self._asked_early = True
             self._ask()
@@ -115,7 +115,7 @@ class Watch:
         before = self._node.uri
         self._report(self._node.looked_up(uri, monotonic()))
         if uri != before:
-            self._asking = False  # an answer from the old place does not count
+            self._asking = False  # an answer from the old address does not count
             self._ask()
 
     def _ask(self) -> None:
@@ -130,7 +130,7 @@ class Watch:
     def _answered(self, uri: str, asked_at: float, remaining_time: float, reply: Any, error: Error | None) -> None:
         if self.closed or uri != self._node.uri:
             return
-        if error is None or isinstance(error, XmlRpcFault):  # a node without getPid is there, too
+        if error is None or isinstance(error, XmlRpcFault):  # a node without getPid is running as well
             self._handle_alive(uri, asked_at, _pid(reply))
         else:
             self._asking = False
@@ -155,7 +155,7 @@ class Watch:
         if isinstance(name, str) and name != self.name:
             reason = f"{terminal_text.one_line(name)} answers in its place"
             self._report(self._node.failed(reason, asked_at, now, closed=True))
-        elif error is None or isinstance(error, XmlRpcFault):  # stock's roscpp does not tell its name
+        elif error is None or isinstance(error, XmlRpcFault):  # stock roscpp does not report its name
             self._stall_excused = False
             self._report(self._node.answered(pid, now))
         else:
@@ -176,7 +176,7 @@ class Watch:
         for sighting in news:
             self.last = sighting
             if not sighting.alive:
-                self._lookups.ask(self.name, self._looked_up)  # another one may be there already
+                self._lookups.ask(self.name, self._looked_up)  # another node may be running there already
             self._notify(sighting)
 
 
@@ -188,5 +188,5 @@ def _pid(reply: Any) -> int | None:
 
 
 def _is_closed(error: Error) -> bool:
-    """Return whether a machine has said that nobody listens at a port."""
+    """Return whether a machine has reported that nobody listens on a port."""
     return isinstance(error.__cause__, OSError) and error.__cause__.errno == errno.ECONNREFUSED

@@ -1,4 +1,4 @@
-"""The watches of a node, which share their calls of the master and their turns."""
+"""The watches of a node, which share their calls to the master and their turns."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _MAX_PERIOD = 3600.0
 
 
 class Watches:
-    """All watches of a node. Those of the same period have their turns together, so that one call of the master does.
+    """All watches of a node. Those of the same period have their turns together, to share one call to the master.
 
     Args:
         context: the node.
@@ -38,7 +38,7 @@ class Watches:
         self._rpc = RpcCaller(context.loop, on_disconnect=self._disconnected)
         self._lookups = Lookups(context.loop, self._rpc, context.name, master_uri)
         self._watches_by_period: dict[float, tuple[Watch, ...]] = {}  # by period; on the loop
-        self._phase = int.from_bytes(os.urandom(4), "big") * 1e-6  # seconds: nodes have their turns at different times
+        self._phase = int.from_bytes(os.urandom(4), "big") * 1e-6  # in seconds: nodes take turns at different times
         self._closed = False
 
     def start(
@@ -97,7 +97,7 @@ class Watches:
     def _close(self) -> None:
         self._closed = True
         for watch in [watch for watches in self._watches_by_period.values() for watch in watches]:
-            watch.close()  # before their questions are given up, which would look like a loss
+            watch.close()  # before their requests are aborted, which would look like a loss
 
     def _begin(self, watch: Watch) -> None:
         if self._closed:
@@ -109,7 +109,7 @@ class Watches:
         watch.poll()
 
     def _schedule_poll(self, period: float) -> None:
-        # On a grid, so that turns do not drift; each node has its own, or all would ask at the same moment.
+        # On a grid, so that turns do not drift; each node has its own, or all would poll at the same moment.
         self._context.loop.call_later(period - (monotonic() + self._phase) % period, self._poll, period)
 
     def _poll(self, period: float) -> None:

@@ -1,10 +1,10 @@
-"""Rotations and homogeneous matrices, on numpy: the functions of ``tf.transformations`` (https://wiki.ros.org/tf).
+"""Rotations and homogeneous matrices, with numpy: the functions of ``tf.transformations`` (https://wiki.ros.org/tf).
 
 Results are arrays of float64; arguments may be arrays or sequences. A quaternion is [x, y, z, w] (4,), a matrix (4, 4),
-a point or direction (3,), of which further numbers are ignored. Angles are in radians. Undefined results, such as the
+a point or direction (3,), whose further numbers are ignored. Angles are in radians. Undefined results, such as the
 unit vector of a vector of length 0, are nan, and numpy warns.
 
-Euler angles are named by four letters: ``s`` (about static axes) or ``r`` (about axes that rotate, too), and three
+Euler angles are named by four letters: ``s`` (about static axes) or ``r`` (about axes that rotate as well), and three
 axes in the order of rotation. ``sxyz`` is ROS's roll, pitch, yaw; ``rzyx`` is the same in reverse order.
 """
 

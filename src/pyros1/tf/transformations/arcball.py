@@ -1,4 +1,4 @@
-"""Arcball: a sphere on the screen that is turned with the mouse; see `pyros1.tf.transformations`."""
+"""Arcball: a sphere on the screen that is rotated with the mouse; see `pyros1.tf.transformations`."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from pyros1.tf.transformations.vectors import Array, numbers, unit_vector, vecto
 
 
 class Arcball:
-    """A sphere that is turned by dragging points of it (Shoemake's arcball).
+    """A sphere that is rotated by dragging points on it (Shoemake's arcball).
 
     Args:
-        initial: its rotation at first, a quaternion (4,) or a matrix (4, 4); None: none.
+        initial: its initial rotation, a quaternion (4,) or a matrix (4, 4); None: none.
 
     Raises:
         ValueError: ``initial`` has another shape.
@@ -31,26 +31,26 @@ class Arcball:
         self._center = np.zeros(2)
         self._radius = 1.0
         self._axes: list[Array] | None = None
-        self._axis: Array | None = None  # about which the present drag turns; None: any
+        self._axis: Array | None = None  # axis of the current drag; None: any
         self._constrain = False
         self._grabbed = np.array((0.0, 0.0, 1.0))
         self._start = self._last = self._now = _rotation(initial)
 
     def place(self, center: ArrayLike, radius: float) -> None:
-        """Set where the sphere is on the screen: its center (2,) and its radius, in pixels."""
+        """Set the sphere's place on the screen: its center (2,) and its radius, in pixels."""
         self._center = numbers(center, 2).copy()
         self._radius = float(radius)
 
     def setaxes(self, *axes: ArrayLike) -> None:
-        """Set the axes (3,) about which it turns while it is constrained; none: any."""
+        """Set the axes (3,) about which it rotates while it is constrained; none: any."""
         self._axes = [unit_vector(axis) for axis in axes] if axes else None
 
     def setconstrain(self, constrain: bool) -> None:
-        """Say whether it only turns about one of its axes: the one nearest to the point that is dragged."""
+        """Set whether it only rotates about one of its axes: the one nearest to the dragged point."""
         self._constrain = constrain is True
 
     def getconstrain(self) -> bool:
-        """Return whether it only turns about one of its axes."""
+        """Return whether it only rotates about one of its axes."""
         return self._constrain
 
     def down(self, point: ArrayLike) -> None:
@@ -63,7 +63,7 @@ class Arcball:
             self._grabbed = arcball_constrain_to_axis(self._grabbed, self._axis)
 
     def drag(self, point: ArrayLike) -> None:
-        """Go on with a drag to a point of the screen (2,)."""
+        """Continue a drag to a point of the screen (2,)."""
         there = arcball_map_to_sphere(point, self._center, self._radius)
         if self._axis is not None:
             there = arcball_constrain_to_axis(there, self._axis)
@@ -75,7 +75,7 @@ class Arcball:
             self._now = quaternion_multiply(np.append(normal, self._grabbed @ there), self._start)
 
     def next(self, acceleration: float = 0.0) -> None:
-        """Turn on as in the last step, by as much again, and ``acceleration`` times that."""
+        """Continue the last step's rotation by the same angle plus ``acceleration`` times that angle."""
         self._last, self._now = self._now, quaternion_slerp(self._last, self._now, 2.0 + acceleration, 0)
 
     def matrix(self) -> Array:
@@ -84,9 +84,9 @@ class Arcball:
 
 
 def arcball_map_to_sphere(point: ArrayLike, center: ArrayLike, radius: float) -> Array:
-    """Return the point (3,) of the unit sphere that is seen at a point of the screen (2,).
+    """Return the point (3,) of the unit sphere that is visible at a point of the screen (2,).
 
-    Points outside of the sphere give the nearest one of its edge.
+    Points outside the sphere give the nearest point on its edge.
 
     Args:
         center: center of the sphere on the screen (2,), where y goes down.
@@ -114,7 +114,7 @@ def arcball_constrain_to_axis(point: ArrayLike, axis: ArrayLike) -> Array:
 
 
 def arcball_nearest_axis(point: ArrayLike, axes: list[Array]) -> Array:
-    """Return that of several axes (3,) whose plane is nearest to a point (3,); of equals the first."""
+    """Return the axis (3,) out of several whose plane is nearest to a point (3,); the first of equals."""
     p = numbers(point, 3)
     return max(axes, key=lambda axis: float(arcball_constrain_to_axis(p, axis) @ p))
 

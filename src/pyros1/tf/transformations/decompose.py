@@ -24,10 +24,10 @@ def translation_from_matrix(matrix: ArrayLike) -> Array:
 def rotation_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array]:
     """Return angle, direction (3,) and a point (x, y, z, 1) of the axis about which a matrix (4, 4) rotates.
 
-    The point is that of the axis nearest to the origin, even if the matrix moves along the axis.
+    The point is the axis's nearest to the origin, even if the matrix also moves along the axis.
 
     Raises:
-        ValueError: the matrix does something else.
+        ValueError: the matrix is of another kind.
     """
     m = np.asarray(matrix, np.float64)
     point, turn = _fixed_point(m), m[:3, :3]
@@ -39,10 +39,10 @@ def rotation_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array]:
 def reflection_from_matrix(matrix: ArrayLike) -> tuple[Array, Array]:
     """Return a point (x, y, z, 1) and the normal (3,) of the plane at which a matrix (4, 4) reflects.
 
-    The point is that of the plane nearest to the origin.
+    The point is the plane's nearest to the origin.
 
     Raises:
-        ValueError: the matrix does something else.
+        ValueError: the matrix is of another kind.
     """
     m = np.asarray(matrix, np.float64)
     normal = _eigenvector(m[:3, :3], -1.0)
@@ -53,7 +53,7 @@ def scale_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array | None]:
     """Return factor, origin (x, y, z, 1) and direction (3,) of a matrix (4, 4) that scales; direction None: all.
 
     Raises:
-        ValueError: the matrix does something else.
+        ValueError: the matrix is of another kind.
     """
     m = np.asarray(matrix, np.float64)
     origin, trace = _fixed_point(m), float(m[:3, :3].trace())
@@ -66,10 +66,10 @@ def scale_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array | None]:
 def shear_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array, Array]:
     """Return angle, direction (3,), a point (x, y, z, 1) and the plane's normal (3,) of a matrix (4, 4) that shears.
 
-    The point is that of the plane nearest to the origin.
+    The point is the plane's nearest to the origin.
 
     Raises:
-        ValueError: the matrix does something else, or nothing.
+        ValueError: the matrix is of another kind, or the identity.
     """
     m = np.asarray(matrix, np.float64)
     point = _fixed_point(m)
@@ -83,15 +83,15 @@ def shear_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array, Array]:
 def projection_from_matrix(
     matrix: ArrayLike, pseudo: bool = False
 ) -> tuple[Array, Array, Array | None, Array | None, bool]:
-    """Return the arguments from which `projection_matrix` makes a matrix (4, 4).
+    """Return the arguments from which `projection_matrix` creates a matrix (4, 4).
 
     Args:
         matrix: a projection matrix (4, 4).
         pseudo: whether it keeps the depth, which cannot be seen from its elements.
 
     Returns:
-        The plane's point nearest to the origin (x, y, z, 1), its normal (3,), direction (3,) and perspective (3,), of
-        which one is None, and pseudo.
+        The plane's point nearest to the origin (x, y, z, 1), its normal (3,), direction (3,) and perspective (3,) (one
+        of these two is None), and pseudo.
 
     Raises:
         ValueError: it is not a projection.
@@ -133,7 +133,7 @@ def decompose_matrix(matrix: ArrayLike) -> tuple[Array, list[float], list[float]
 
 
 def _eigenvector(matrix: Array, value: float) -> Array:
-    """Return the unit eigenvector (3,) of a matrix (3, 3) for an eigenvalue; of several the last.
+    """Return the unit eigenvector (3,) of a matrix (3, 3) for an eigenvalue; the last if there are several.
 
     Raises:
         ValueError: there is no such vector.
@@ -152,7 +152,7 @@ def _fixed_point(matrix: Array) -> Array:
     Raises:
         ValueError: its last row is not 0, 0, 0, 1, or it contains infinite numbers or nan.
     """
-    if not np.isfinite(matrix).all():  # LAPACK would search forever in some of them
+    if not np.isfinite(matrix).all():  # LAPACK would never return for some of them
         raise ValueError("the matrix contains infinite numbers or nan")
     if not abs(matrix[3] - (0.0, 0.0, 0.0, 1.0)).max() < _TOLERANCE:
         raise ValueError("the last row of the matrix must be 0, 0, 0, 1")

@@ -47,7 +47,7 @@ def scale_matrix(factor: float, origin: ArrayLike | None = None, direction: Arra
 
 
 def reflection_matrix(point: ArrayLike, normal: ArrayLike) -> Array:
-    """Return the matrix (4, 4) that mirrors at the plane through a point (3,), perpendicular to ``normal`` (3,)."""
+    """Return the matrix (4, 4) that reflects at the plane through a point (3,), perpendicular to ``normal`` (3,)."""
     return scale_matrix(-1.0, point, normal)
 
 
@@ -55,7 +55,7 @@ def shear_matrix(angle: float, direction: ArrayLike, point: ArrayLike, normal: A
     """Return the matrix (4, 4) that shears by an angle, in a direction, along the plane through a point.
 
     Args:
-        angle: angle in radians by which perpendiculars of the plane lean.
+        angle: angle in radians by which perpendiculars to the plane are tilted.
         direction: direction in the plane (3,).
         point: a point of the plane (3,).
         normal: the plane's normal (3,).
@@ -83,7 +83,7 @@ def projection_matrix(
         normal: the plane's normal (3,).
         direction: direction of projection (3,); None without ``perspective``: along the normal.
         perspective: the point (3,) through which all rays go.
-        pseudo: whether to keep the depth behind the plane: only a projection along the normal is then left to do.
+        pseudo: whether to keep the depth behind the plane: only a projection along the normal then remains to do.
     """
     n = _unit(normal)
     if perspective is None:
@@ -105,7 +105,7 @@ def clip_matrix(
     """Return the matrix (4, 4) that maps a box, or a frustum seen from the origin, to the cube from -1 to 1.
 
     Raises:
-        ValueError: the box has no volume, or the frustum begins behind the eye.
+        ValueError: the box has no volume, or the frustum begins behind the viewer.
     """
     if left >= right or bottom >= top or near >= far:
         raise ValueError("the bounds must be: left < right, bottom < top, near < far")
@@ -180,13 +180,13 @@ def compose_matrix(
 
 
 def superimposition_matrix(v0: ArrayLike, v1: ArrayLike, scaling: bool = False, usesvd: bool = True) -> Array:
-    """Return the matrix (4, 4) that brings points as near as possible to others, by rotation, translation and scaling.
+    """Return the matrix (4, 4) that best maps points to other points, by rotation, translation and scaling.
 
     Args:
         v0: the points' x, y and z, as three rows (3, n), n at least 3; further rows are ignored.
         v1: the other points (3, n).
-        scaling: whether to scale by a common factor, too.
-        usesvd: ignored; both methods of stock have the same result.
+        scaling: whether to scale by a common factor as well.
+        usesvd: ignored; both of stock's methods give the same result.
 
     Raises:
         ValueError: the rows have different lengths, or there are too few.
@@ -231,7 +231,7 @@ def _unit(direction: ArrayLike) -> Array:
 
 
 def _about(linear: Array, point: ArrayLike | None) -> Array:
-    """Return the matrix (4, 4) that acts about a point (3,) as ``linear`` (3, 3) does about the origin."""
+    """Return the matrix (4, 4) that acts about a point (3,) like ``linear`` (3, 3) about the origin."""
     matrix = np.identity(4)
     matrix[:3, :3] = linear
     if point is not None:

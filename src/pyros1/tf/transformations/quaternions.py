@@ -26,7 +26,7 @@ def quaternion_multiply(quaternion1: ArrayLike, quaternion0: ArrayLike) -> Array
 
 
 def quaternion_conjugate(quaternion: ArrayLike) -> Array:
-    """Return the conjugate (4,) of a quaternion (4,), which is the inverse if that has unit length."""
+    """Return the conjugate (4,) of a quaternion (4,): for unit length, its inverse."""
     return numbers(quaternion, 4) * (-1.0, -1.0, -1.0, 1.0)
 
 
@@ -102,11 +102,11 @@ def quaternion_matrix(quaternion: ArrayLike) -> Array:
 def quaternion_from_matrix(matrix: ArrayLike) -> Array:
     """Return the unit quaternion (4,) of the rotation in a matrix (4, 4).
 
-    Its w is positive or, for rotations by more than 120 degrees, its largest other part.
+    Its w is positive or, for rotations by more than 120 degrees, its largest other component.
     """
     m = np.asarray(matrix, np.float64).tolist()  # see quaternion_multiply
     factor, trace = m[3][3], m[0][0] + m[1][1] + m[2][2]
-    # The products of one part with all, four times as large: a multiple of the quaternion.
+    # The products of one component with all, times four: a multiple of the quaternion.
     if trace > 0.0:
         square = factor + trace
         products = [m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1], square]

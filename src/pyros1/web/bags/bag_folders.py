@@ -1,4 +1,4 @@
-"""The folders whose bags pages may see. A path is followed to its end first, so links lead nowhere else."""
+"""The folders whose bags pages may see. Paths are fully resolved first, so links cannot lead outside."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pyros1.web.server.wire import RequestError
 
 SUFFIXES = (".bag", ".bag.active")
 _MAX_ENTRIES = 20_000
-"""Most entries of a folder that are looked at."""
+"""Maximum number of entries of a folder that are inspected."""
 _MAX_LISTED = 2_000
 
 
@@ -22,8 +22,8 @@ class BagFolders:
     """The folders.
 
     Args:
-        roots: folders, and single files; those that are not there are left out.
-        also_allowed: files that may be added while the shelf is in use.
+        roots: folders, and single files; missing ones are left out.
+        also_allowed: files that may be added later, while this is in use.
     """
 
     def __init__(self, roots: Iterable[str], also_allowed: Container[Path] = ()) -> None:
@@ -36,7 +36,7 @@ class BagFolders:
         """Return the path of a bag.
 
         Raises:
-            RequestError: there is no such file, or pages may not see it.
+            RequestError: the file does not exist, or pages may not see it.
         """
         path = self._resolved(text)
         if path not in self._files and not self._is_inside(path) and path not in self._also_allowed:
@@ -55,7 +55,7 @@ class BagFolders:
         """Return the path of a folder.
 
         Raises:
-            RequestError: there is no such folder, or pages may not see it.
+            RequestError: the folder does not exist, or pages may not see it.
         """
         path = self._resolved(text)
         if not self._is_inside(path):
@@ -68,11 +68,11 @@ class BagFolders:
         """Return what is in a folder.
 
         Args:
-            text: its path; empty for the only folder, or a list of all.
+            text: its path; empty for the only folder, or for a list of all folders.
 
         Returns:
             ``{"folder", "up", "folders": [{"name", "path"}], "files": [{"name", "path", "size", "time"}], "more",
-            "writable"}``. Names that are not UTF-8 are left out; ``up`` is null where one may not go up.
+            "writable"}``. Names that are not UTF-8 are left out; ``up`` is null at the top.
 
         Raises:
             RequestError: as for `folder`.
@@ -115,7 +115,7 @@ class BagFolders:
                 facts = entry.stat()
                 files.append({"name": entry.name, "path": entry.path, "size": facts.st_size, "time": facts.st_mtime})
         except OSError:
-            return  # it has gone, or is not ours to see
+            return  # it was deleted, or cannot be accessed
 
     def _is_inside(self, path: Path) -> bool:
         return any(path == folder or folder in path.parents for folder in self.folders)

@@ -1,8 +1,8 @@
 """Where a bag has messages: counts per column of a timeline, from the index of its chunks. Pure.
 
-The index says of each chunk when it begins and ends, and how many messages of each topic it has. That is good enough
-if a chunk lies in one column or two: no message is shown further than a column away. Of longer chunks the times of
-their messages are asked for, if they are few; else these are spread evenly.
+The index gives the start and end of each chunk, and its number of messages per topic. That is good enough if a chunk
+lies in one or two columns: no message is displayed more than a column away. For longer chunks, the times of their
+messages are requested if they are few; otherwise the messages are spread evenly.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 MAX_EXACT = 500_000
-"""Most messages whose own times are asked for in one look."""
+"""Maximum number of messages whose exact times are requested per call."""
 Times = Callable[[int], Iterable[tuple[int, "NDArray[np.int64]"]]]
-"""Returns, for the number of a chunk, pairs of a row and the times of its messages in nanoseconds."""
+"""Returns pairs of a row and the times of its messages in nanoseconds, for the number of a chunk."""
 
 
 class Density:
@@ -50,16 +50,16 @@ class Density:
         Args:
             begin: time at the left edge, in nanoseconds.
             end: time at the right edge, later than `begin`.
-            columns: their number.
+            columns: number of columns.
             rows: the rows to count.
-            times: asked for times of single messages.
-            max_chunks: most chunks of which it is asked.
+            times: called for the times of single messages.
+            max_chunks: maximum number of chunks for which it is called.
 
         Returns:
-            An array of shape (rows, columns), and whether all messages are at most one column from their place.
+            An array of shape (rows, columns), and whether all messages are at most one column off.
         """
         grid = np.zeros((len(rows), columns + 1), np.float64)
-        grid_row = np.full(int(max(self._row, default=0)) + 2, -1, np.int64)  # the last one is that of the row -1: none
+        grid_row = np.full(int(max(self._row, default=0)) + 2, -1, np.int64)  # the last one is for the row -1: none
         for index, row in enumerate(rows):
             if 0 <= row < len(grid_row) - 1:
                 grid_row[row] = index
@@ -81,7 +81,7 @@ class Density:
         return counted.astype(np.float32), len(exact) == len(wide_chunks)
 
     def _small_enough(self, wide_chunks: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Return those of some chunks whose times are asked for: the small ones, as many as the limit allows."""
+        """Return the chunks whose times are requested: the small ones, as many as the limit allows."""
         order = wide_chunks[np.argsort(self._totals[wide_chunks], kind="stable")]
         return order[np.cumsum(self._totals[order]) <= MAX_EXACT]
 
@@ -93,7 +93,7 @@ class Density:
         last: NDArray[np.int64],
         entries: NDArray[np.int64],
     ) -> None:
-        """Add each entry's messages, an equal share to each of its columns: what begins there, less what ends."""
+        """Add each entry's messages, in equal shares to its columns: what begins there, minus what ends."""
         columns = grid.shape[1] - 1
         from_, to = first[self._chunk[entries]], last[self._chunk[entries]]
         share = self._count[entries] / (to - from_ + 1)

@@ -1,4 +1,4 @@
-"""A curve of any length in bounded memory: spikes stay. Pure."""
+"""A curve of any length in bounded memory, with its spikes preserved. Pure."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from math import isnan
 
 
 class Envelope:
-    """The first, least, greatest and last point of each part of a span of time.
+    """The first, lowest, highest and last point of each part of a time span.
 
     Args:
         begin: where the span begins, in seconds.
         end: where it ends, later than `begin`.
-        parts: into how many equal parts it is divided.
+        parts: number of equal parts into which it is divided.
     """
 
     def __init__(self, begin: float, end: float, parts: int) -> None:
@@ -21,7 +21,7 @@ class Envelope:
         self._parts: dict[int, list[tuple[float, float]]] = {}
 
     def add(self, time: float, value: float) -> None:
-        """Add a point; times outside of the span count as its edges. NaN is neither least nor greatest."""
+        """Add a point; times outside the span count as its edges. NaN is neither lowest nor highest."""
         number = min(self._last, max(0, int((time - self._begin) * self._scale)))
         point = (time, value)
         part = self._parts.get(number)
@@ -35,7 +35,7 @@ class Envelope:
         part[3] = point
 
     def points(self) -> tuple[list[float], list[float]]:
-        """Return the times and the values of the points that are kept, in order of time."""
+        """Return the times and the values of the kept points, in order of time."""
         times: list[float] = []
         values: list[float] = []
         for number in sorted(self._parts):

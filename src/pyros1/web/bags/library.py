@@ -1,4 +1,4 @@
-"""The bags that are open, each once, and what is recorded now."""
+"""The open bags, each opened once, and the current recording."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from pyros1.web.bags.recording import Recording
 
 MAX_OPEN = 16
-"""Most bags that are open at the same time."""
+"""Maximum number of bags open at the same time."""
 MAX_JOBS = 3
-"""Most bags that are read through at the same time, for plots; more wait."""
+"""Maximum number of bags read completely at the same time, for plots; more wait."""
 
 
 _Key = tuple[Path, int, int]
-"""A file: its path, device and number. Another file may take the path of one that is open: a bag is recorded again."""
+"""A file: its path, device and inode. An open file may be replaced at its path when a bag is recorded again."""
 
 
 class _Entry:
@@ -40,8 +40,8 @@ class Library:
         may_see: whether pages may see a topic.
 
     Attributes:
-        jobs: what a thread that reads a whole bag holds.
-        recording: what is recorded now, or was last; None if nothing was.
+        jobs: acquired by a thread while it reads a whole bag.
+        recording: the current or the last recording; None if there was none.
     """
 
     def __init__(self, bag_folders: BagFolders, may_see: Callable[[str], bool]) -> None:
@@ -53,11 +53,11 @@ class Library:
         self._entries: dict[_Key, _Entry] = {}
 
     def open(self, text: str, progress: Callable[[int], object]) -> OpenBag:
-        """Open a bag, or return it if it is open. It stays open until as many calls of `release`.
+        """Open a bag, or return it if it is open. It stays open until `release` is called as many times.
 
         Args:
             text: its path.
-            progress: called with the bytes that are read, while a bag without an index is scanned; it may raise.
+            progress: called with the number of bytes read, while a bag without an index is scanned; it may raise.
 
         Raises:
             RequestError: pages may not see it, or too many bags are open.
@@ -74,7 +74,7 @@ class Library:
         try:
             with entry.opening:
                 if entry.bag is None:
-                    from pyros1.web.bags.open_bag import OpenBag  # noqa: PLC0415 - few pages open bags
+                    from pyros1.web.bags.open_bag import OpenBag  # noqa: PLC0415 - rarely needed
 
                     entry.bag = OpenBag(str(key[0]), self._may_see, progress)
                 return entry.bag
@@ -83,7 +83,7 @@ class Library:
             raise
 
     def borrow(self, text: str) -> OpenBag:
-        """Return a bag that is open; it stays open until `release`.
+        """Return an open bag; it stays open until `release`.
 
         Raises:
             RequestError: it is not open.
@@ -98,20 +98,20 @@ class Library:
             return entry.bag
 
     def release(self, bag: OpenBag) -> None:
-        """Close a bag when all who have opened or borrowed it have released it."""
+        """Release a bag; it is closed when everything that opened or borrowed it has released it."""
         with self._lock:
             key = next((key for key, entry in self._entries.items() if entry.bag is bag), None)
         if key is not None:
             self._release_key(key)
 
     def record(self, begin: Callable[[], Recording]) -> None:
-        """Begin a recording.
+        """Start a recording.
 
         Args:
-            begin: makes it.
+            begin: creates it.
 
         Raises:
-            RequestError: one is running.
+            RequestError: a recording is running.
         """
         with self._lock:
             if self.recording is not None and self.recording.running:
@@ -119,7 +119,7 @@ class Library:
             self.recording = begin()
 
     def close(self) -> None:
-        """End the recording, and close all bags."""
+        """Stop the recording and close all bags."""
         if self.recording is not None:
             self.recording.stop()
         with self._lock:
@@ -132,7 +132,7 @@ class Library:
         path = self.bag_folders.file(text)
         try:
             facts = path.stat()
-        except OSError as error:  # it has just gone
+        except OSError as error:  # it was just deleted
             raise RequestError(f"{untrusted(str(path))}: {error.strerror}") from None
         return path, facts.st_dev, facts.st_ino
 

@@ -1,4 +1,4 @@
-"""An open bag: one reader, whoever looks."""
+"""An open bag: one reader, shared by all pages."""
 
 from __future__ import annotations
 
@@ -25,17 +25,17 @@ from pyros1.web.bags.density import Density
 from pyros1.web.server.wire import RequestError
 
 MAX_TOPICS = 5_000
-"""Most topics of a bag that are shown."""
+"""Maximum number of topics of a bag that are displayed."""
 IMAGES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
 _MAX_CACHED_BYTES = 64 << 20
-"""Most bytes of chunks that are kept, so that a cursor that moves by little reads nothing."""
+"""Maximum bytes of cached chunks, so that small moves of the cursor read nothing."""
 _MAX_CACHED_TIMES = 4_000_000
-"""Most times of messages that are kept, 8 bytes each."""
+"""Maximum number of cached message times, 8 bytes each."""
 _MAX_DAMAGES = 5
 _MAX_CHUNKS_READ = 200
-"""Most chunks whose index is read in one look; that takes up to 0.3 s."""
+"""Maximum number of chunks whose index is read per call; that takes up to 0.3 s."""
 _MAX_CHUNKS_UNPACKED = 20
-"""The same for bags without an index, whose chunks are unpacked for it."""
+"""The same for bags without an index, whose chunks must be unpacked for this."""
 
 
 @dataclass(frozen=True)
@@ -56,20 +56,20 @@ class BagTopic:
 
 
 class OpenBag:
-    """A bag that is open.
+    """An open bag.
 
     Args:
         path: the file.
-        may_see: whether pages may see a topic, by its name with a slash in front.
-        progress: called with bytes read and the file's size, while a bag without an index is scanned; it may raise to
-            end that.
+        may_see: whether pages may see a topic, by its name with a leading slash.
+        progress: called with the bytes read and the file's size, while a bag without an index is scanned; it may raise
+            to stop the scan.
 
     Attributes:
-        bag: what reads it; threads may use it at the same time.
+        bag: its reader; threads may use it at the same time.
         topics: those that pages may see, by name.
 
     Raises:
-        BagError: it cannot be read; the text says why, and what to do.
+        BagError: it cannot be read; the text says why and what to do.
         RequestError: the file cannot be opened.
     """
 
@@ -101,15 +101,15 @@ class OpenBag:
         return (self.end - self.begin) / NS
 
     def nanoseconds(self, seconds: float) -> int:
-        """Return an absolute time from one in seconds since the bag's beginning."""
+        """Return the absolute time of a time in seconds since the bag's beginning."""
         return self.begin + round(seconds * NS)
 
     def seconds(self, time: int) -> float:
-        """Return the reverse of `nanoseconds`."""
+        """Return the inverse of `nanoseconds`."""
         return (time - self.begin) / NS
 
     def facts(self) -> dict[str, Any]:
-        """Return what is in the bag, for the page."""
+        """Return the contents of the bag, for the page."""
         reader = self.bag.reader
         problems = []
         try:
@@ -155,11 +155,11 @@ class OpenBag:
         }
 
     def names(self, wanted: Iterable[str]) -> list[str]:
-        """Return the topics of some names, as recorded. Names that are no topics here are left out."""
+        """Return the topics with the given names, as recorded. Names without a topic are left out."""
         return [topic.name for name in wanted if (topic := self.topic(name)) is not None]
 
     def topic(self, name: str) -> BagTopic | None:
-        """Return a topic by its name, with or without the slash in front; None if there is none."""
+        """Return a topic by its name, with or without the leading slash; None if there is none."""
         other = name[1:] if name.startswith("/") else f"/{name}"
         return self.topics.get(name) or self.topics.get(other)
 
@@ -176,7 +176,7 @@ class OpenBag:
         return self.bag.at(Time.from_nsec(max(0, self.nanoseconds(time))), topics) if topics else {}
 
     def step(self, time: float, topics: Collection[str], forward: bool) -> float | None:
-        """Return the time of the next message of some topics after a time, or of the one before it; None at the end."""
+        """Return the time of the next or previous message of some topics; None if there is none."""
         now = self.nanoseconds(time)
         ids = self.bag.reader.ids(topics)
         if forward:
@@ -246,7 +246,7 @@ class OpenBag:
 
 
 class _CachingReader(BagReader):
-    """Keeps the chunks that were read last, up to a number of bytes."""
+    """Caches the most recently read chunks, up to a number of bytes."""
 
     def __init__(self, *args: Any, **options: Any) -> None:
         self._cache: OrderedDict[int, tuple[bytes, Messages]] = OrderedDict()

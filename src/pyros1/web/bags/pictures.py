@@ -13,14 +13,14 @@ _QUALITY = 80
 
 
 def picture(message: Any, height: int) -> tuple[bytes, int, int]:
-    """Return an image as JPEG, not higher than wanted, and its true width and height.
+    """Return an image as JPEG, limited in height, and its original width and height.
 
     Args:
         message: a sensor_msgs/Image or CompressedImage.
-        height: in pixels.
+        height: maximum height in pixels.
 
     Raises:
-        MessageError: the image is damaged, too large, or its kind is not supported.
+        MessageError: the image is damaged, too large, or its encoding is not supported.
         Error: Pillow is not installed; the text says how to install it.
     """
     pil = extra("PIL.Image", "images")
@@ -35,7 +35,7 @@ def picture(message: Any, height: int) -> tuple[bytes, int, int]:
 
 
 def _raw(pil: Any, message: Any) -> Any:
-    from pyros1.bag.export.images import pixels, to_8_bits  # noqa: PLC0415 - of numpy, for few
+    from pyros1.bag.export.images import pixels, to_8_bits  # noqa: PLC0415 - needs numpy, rarely needed
 
     if message.width * message.height > MAX_PIXELS:
         raise MessageError(f"an image of {message.width} x {message.height} pixels is too large to be shown")
@@ -60,7 +60,7 @@ def _compressed(pil: Any, message: Any, height: int) -> Any:
         raise
     except pil.UnidentifiedImageError:
         raise MessageError("the image cannot be read: its format is not known") from None
-    except Exception as error:  # noqa: BLE001 - Pillow raises many kinds for damaged files
+    except Exception as error:  # noqa: BLE001 - Pillow raises many types of errors for damaged files
         raise MessageError(f"the image cannot be read: {error}") from None
     image.true_size = true
     return image

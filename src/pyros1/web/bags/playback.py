@@ -1,4 +1,4 @@
-"""A bag that is played into the running system, with one player after the other: each seek makes a new one."""
+"""A bag that is played into the running system; each seek creates a new player."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from pyros1.node import Node
 from pyros1.web.bags.open_bag import OpenBag
 
 _CONNECT_TIMEOUT = 0.3
-"""Seconds that subscribers have to connect before the first message."""
+"""Seconds to wait for subscribers to connect before the first message."""
 _MIN_LOOP_SECONDS = 0.1
-"""Seconds from one beginning to the next in a loop, however short the bag is."""
+"""Minimum seconds per iteration of a loop, however short the bag is."""
 _MAX_UNPLAYABLE = 20
 CLOCK_RATE = 100.0
 
@@ -29,11 +29,11 @@ class PlaybackSettings:
     """How to play.
 
     Attributes:
-        rate: factor of the speed.
-        loop: whether to begin again at the end.
-        paused: whether to wait.
+        rate: speed factor.
+        loop: whether to start again at the end.
+        paused: whether playback is paused.
         clock: whether to publish /clock.
-        topics: the topics.
+        topics: the topics to publish.
     """
 
     rate: float = 1.0
@@ -44,14 +44,14 @@ class PlaybackSettings:
 
 
 class Playback:
-    """A bag that is played, in a thread.
+    """A bag that is played in a thread.
 
     Args:
-        node: the node that publishes; it stays as it is.
+        node: the node that publishes; it is not closed here.
         bag: the bag, which must stay open.
-        settings: how.
-        start: where to begin, in seconds since the bag's beginning.
-        changed: called, from the thread, when `status` says something else.
+        settings: how to play.
+        start: where to start, in seconds since the bag's beginning.
+        changed: called, from the thread, when `status` has changed.
     """
 
     def __init__(
@@ -66,7 +66,7 @@ class Playback:
         self._control: Control | None = None
         self._restart = False  # from self._time
         self._closed = False
-        self._waiting = threading.Event()  # rung when there is something to do after the end of the bag
+        self._waiting = threading.Event()  # set when there is something to do after the end of the bag
         self._state = "paused" if settings.paused else "running"
         self._problem = ""
         self._dropped = 0
@@ -75,7 +75,7 @@ class Playback:
         self._thread.start()
 
     def change(self, settings: PlaybackSettings, start: float | None) -> None:
-        """Play in another way from now on, or from another time."""
+        """Change the settings from now on, or continue from another time."""
         with self._lock:
             old, self._settings = self._settings, settings
             if start is not None:
@@ -90,7 +90,7 @@ class Playback:
                 self._waiting.set()
 
     def status(self) -> dict[str, Any]:
-        """Return how it goes; the time is in seconds since the bag's beginning."""
+        """Return the state of playback; the time is in seconds since the bag's beginning."""
         with self._lock:
             unplayable = dict(list(self._unplayable.items())[:_MAX_UNPLAYABLE])
             return {
@@ -102,7 +102,7 @@ class Playback:
             }
 
     def close(self) -> None:
-        """Stop, and wait for the end."""
+        """Stop, and wait for the thread to end."""
         with self._lock:
             self._closed = True
             if self._control is not None:
@@ -119,7 +119,7 @@ class Playback:
                 player = self._play(player)
             except (Error, OSError) as error:
                 player, problem = None, str(error)
-            except Exception as error:  # noqa: BLE001 - a fault of ours, of which the page shall know
+            except Exception as error:  # noqa: BLE001 - a bug here, which the page should report
                 player, problem = None, f"an internal error of this server: {error!r:.500}"
             with self._lock:
                 self._problem = problem
@@ -134,15 +134,15 @@ class Playback:
             if loop:
                 self._waiting.wait(max(0.0, _MIN_LOOP_SECONDS - (monotonic() - began)))
                 continue
-            self._waiting.wait()  # ends with a change, or `close`
+            self._waiting.wait()  # ends on a change, or on `close`
             with self._lock:
                 if not self._restart and not self._closed:
-                    self._time = 0.0  # to go on at the end is to begin again
+                    self._time = 0.0  # resuming at the end means starting again
         if player is not None:
             player.close()
 
     def _play(self, previous: Player | None) -> Player:
-        """Play to the end of the bag, or until something changes. The player before ends when the new one is there."""
+        """Play to the end of the bag, or until something changes. The previous player ends once this one is ready."""
         with self._lock:
             settings, start, self._restart = self._settings, self._time, False
             control = self._control = Control(settings.paused)

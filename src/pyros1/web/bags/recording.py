@@ -1,4 +1,4 @@
-"""A recording that a page began. It goes on without the page, until a page stops it or the server ends."""
+"""A recording started by a page. It continues without the page, until a page stops it or the server exits."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from pyros1.web.server.wire import RequestError
 
 COMPRESSIONS = ("none", "lz4", "bz2")
 _POLL_PERIOD = 1.0
-"""Seconds between two looks for new topics."""
+"""Seconds between checks for new topics."""
 _MAX_TOPICS = 500
 _PREFIX = re.compile(r"[\w+=-][\w.+=-]{0,99}\Z", re.ASCII)
 
@@ -32,15 +32,15 @@ class Recording:
     """A recording.
 
     Args:
-        node: the node that subscribes; it stays as it is.
-        folder: where the file will be.
+        node: the node that subscribes; it is not closed here.
+        folder: where the file is created.
         prefix: the beginning of its name, before the date; may be empty.
-        topics: full names; None: all, also those that appear later.
+        topics: full names; None: all, including those that appear later.
         compression: one of `COMPRESSIONS`.
         may_see: whether a topic may be recorded.
 
     Raises:
-        RequestError: the name or the compression is not good, or the file cannot be made.
+        RequestError: the name or the compression is invalid, or the file cannot be created.
     """
 
     def __init__(
@@ -80,12 +80,12 @@ class Recording:
         self._thread.start()
 
     def stop(self) -> None:
-        """End the recording, and wait until its file is closed."""
+        """Stop the recording, and wait until its file is closed."""
         self._stop_event.set()
         self._thread.join()
 
     def status(self) -> dict[str, Any]:
-        """Return how it goes: with the rates since the last look, of a second at least; null until then."""
+        """Return the state of the recording, with the rates since a call at least a second ago; null until then."""
         with self._lock:
             now = monotonic()
             elapsed = now - self._measured_at
@@ -134,7 +134,7 @@ class Recording:
                         self._recorder.subscribe(name)
                 self._stop_event.wait(_POLL_PERIOD)
         except NodeShutdownError:
-            pass  # the server ends
+            pass  # the server exits
         except Error as error:
             self._warning = str(error)
         for topic in list(self._recorder.topics.values()):
@@ -153,7 +153,7 @@ class Recording:
 
 @dataclass(frozen=True)
 class _FileNamesInFolder(FileNames):
-    """Names of files in a folder."""
+    """File names in a folder."""
 
     folder: Path = Path()
 

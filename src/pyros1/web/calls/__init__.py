@@ -1,7 +1,7 @@
-"""Calls: what a page asks for once. Each is a function in a file of this folder: takes the robot and the arguments.
+"""Calls: single requests of a page. Each is a function in a file of this folder; it gets the robot and the arguments.
 
 A function is found by its name, ``FILE.FUNCTION``: ``topics.publish``. Those in a file's ``CHANGES`` are refused by a
-server that is read-only. Those in `LONG` may take long: they get the page's `ServiceExchanges`, too.
+read-only server. Those in `LONG` may take long; they also get the page's `ServiceExchanges`.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _FILES = frozenset(
     )
 )
 LONG = frozenset({"services.call", "guide.check"})
-"""Calls that may take as long as a service, or a test."""
+"""Calls that may take as long as a service or a test."""
 
 
 def run(robot: Robot, name: str, args: Mapping[str, Any], exchanges: ServiceExchanges | None = None) -> Any:
@@ -42,12 +42,12 @@ def run(robot: Robot, name: str, args: Mapping[str, Any], exchanges: ServiceExch
 
     Args:
         robot: what the call is about.
-        name: of the call.
+        name: name of the call.
         args: its arguments.
-        exchanges: with which calls of services end.
+        exchanges: the service calls of the page, which end with its connection.
 
     Raises:
-        RequestError: there is no such call, it is not allowed, or its arguments are wrong.
+        RequestError: the call does not exist, is not allowed, or has wrong arguments.
         Error: it failed.
     """
     robot.check_running()

@@ -26,7 +26,7 @@ def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def send(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Send a goal. Args: action, value: the goal. Returns its id, and how many servers got it."""
+    """Send a goal. Args: action, value: the goal. Returns its id, and the number of servers that received it."""
     name = text(args, "action")
     robot.check_visible(f"{name}/goal")
     now = robot.node.now()
@@ -42,7 +42,7 @@ def send(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def cancel(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Ask a server to cancel a goal. Args: action, id: empty for all goals. Returns how many servers got it."""
+    """Ask a server to cancel a goal. Args: action, id: empty for all goals. Returns the number of servers reached."""
     topic = f"{text(args, 'action')}/cancel"
     robot.check_visible(topic)
     servers = robot.publishing.publish(topic, "actionlib_msgs/GoalID", {"id": text(args, "id")})

@@ -10,17 +10,17 @@ from pyros1.web.server.wire import RequestError
 from pyros1.web.views.view import number, text
 
 _MAX_TOPICS = 5_000
-_MAX_SECONDS = 4.29e9  # two of them, in nanoseconds, have 64 bits
+_MAX_SECONDS = 4.29e9  # the sum of two of them, in nanoseconds, fits into 64 bits
 
 
 def files(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what is in a folder; see `pyros1.web.bags.bag_folders.BagFolders.listing`. Args: folder."""
+    """Return the contents of a folder; see `pyros1.web.bags.bag_folders.BagFolders.listing`. Args: folder."""
     return robot.bags.bag_folders.listing(text(args, "folder", ""))
 
 
 def step(robot: Robot, args: Mapping[str, Any]) -> float | None:
     """Return the time of the next message. Args: path, time, topics, forward. Times as in `BagCursorView`."""
-    from pyros1.web.views.bag.file import topics  # noqa: PLC0415 - few pages open bags
+    from pyros1.web.views.bag.file import topics  # noqa: PLC0415 - rarely needed
 
     bag = robot.bags.borrow(text(args, "path"))
     try:
@@ -31,7 +31,7 @@ def step(robot: Robot, args: Mapping[str, Any]) -> float | None:
 
 
 def record(robot: Robot, args: Mapping[str, Any]) -> None:
-    """Begin to record. Args: folder, prefix, compression, topics: their names, or null for all."""
+    """Start recording. Args: folder, prefix, compression, topics: their names, or null for all."""
     from pyros1.web.bags.recording import Recording  # noqa: PLC0415
     from pyros1.web.views.bag.file import topics  # noqa: PLC0415
 
@@ -47,7 +47,7 @@ def record(robot: Robot, args: Mapping[str, Any]) -> None:
 
 
 def stop(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """End the recording, and return what it has."""
+    """Stop the recording and return its status."""
     recording = robot.bags.recording
     if recording is None:
         raise RequestError("nothing is being recorded")

@@ -1,4 +1,4 @@
-"""Calls for what ``pyros1 wtf`` finds, about one topic or node. Only the nodes that have to do with it are asked."""
+"""Calls for the findings of ``pyros1 wtf`` about one topic or node. Only the nodes involved are queried."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from pyros1.web.views.view import text
 
 _MAX_ITEMS = 100
 _MAX_NODES = 200
-"""Most nodes that are asked."""
+"""Maximum number of nodes that are queried."""
 _GLOBAL_KINDS = frozenset({"no-clock", "unused-clock"})
-"""Findings that name no topic, but may be why nothing comes."""
+"""Findings that name no topic, but may be the reason why no messages arrive."""
 _NAME = re.compile(r"/[A-Za-z0-9_/]*[A-Za-z0-9_]")
 
 
 def topic(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return what is wrong with a topic and the nodes at its ends, as `Finding.as_json` says it. Args: topic."""
+    """Return the problems of a topic and the nodes at its ends, in the form of `Finding.as_json`. Args: topic."""
     name = text(args, "topic")
     robot.check_visible(name)
     state = robot.graph.state()
@@ -34,10 +34,10 @@ def topic(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def node(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return what is wrong with a node, its topics and services, as `Finding.as_json` says it. Args: node.
+    """Return the problems of a node, its topics and services, in the form of `Finding.as_json`. Args: node.
 
     Raises:
-        RequestError: there is no such node.
+        RequestError: the node does not exist.
     """
     name = text(args, "node")
     state = robot.graph.state()
@@ -59,7 +59,7 @@ def _examine(robot: Robot, name: str, nodes: Iterable[str]) -> list[dict[str, An
 
 
 def findings_about(findings: Iterable[Finding], name: str) -> list[Finding]:
-    """Return those findings that name a topic or node, with those of their items that do."""
+    """Return the findings that name a topic or node, with only the items that do."""
     found = []
     for finding in findings:
         items = finding.items
@@ -72,7 +72,7 @@ def findings_about(findings: Iterable[Finding], name: str) -> list[Finding]:
 
 
 def without_hidden(findings: Iterable[Finding], hidden: Collection[str]) -> list[Finding]:
-    """Return findings without those, and without those items, that name something that pages may not see."""
+    """Return the findings without those, and without items, that name something that pages may not see."""
     found = []
     for finding in findings:
         items = tuple(item for item in finding.items if _names(item).isdisjoint(hidden))

@@ -26,7 +26,7 @@ def value(robot: Robot, args: Mapping[str, Any]) -> Any:
     """Return a message in YAML text as a value for the form. Args: type, part ("request" of a service's type), yaml."""
     cls = _class(robot, args)
     found = from_yaml(cls, load_yaml(text(args, "yaml")))
-    from_json(cls, found, robot.node.now())  # says what does not fit
+    from_json(cls, found, robot.node.now())  # raises an error that says what does not fit
     return for_page(found)
 
 
@@ -40,4 +40,4 @@ def _class(robot: Robot, args: Mapping[str, Any]) -> type[Message]:
 
 CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"yaml": yaml, "value": value}
 CHANGES: frozenset[str] = frozenset()
-"""These change nothing: what is made of the value is asked for elsewhere."""
+"""These change nothing: the value is used by other calls."""

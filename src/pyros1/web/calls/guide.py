@@ -1,4 +1,4 @@
-"""Calls for the guide, the same as ``pyros1 guide`` shows in a terminal."""
+"""Calls for the guide, the same one that ``pyros1 guide`` displays in a terminal."""
 
 from __future__ import annotations
 
@@ -40,10 +40,10 @@ def check(robot: Robot, args: Mapping[str, Any], exchanges: ServiceExchanges) ->
     """Check the exercise of a step, as ``pyros1 guide check`` does. Args: step: its number.
 
     Returns:
-        What is missing, empty if the exercise is done; and the folder that was looked at: the server's.
+        What is missing, empty if the exercise is done; and the folder that was checked: that of the server.
 
     Raises:
-        RequestError: there is no such step, or the pages of this server may see only some topics.
+        RequestError: the step does not exist, or the pages of this server may see only some topics.
         Error: the check failed, for example because there is no master.
     """
     step = args.get("step")

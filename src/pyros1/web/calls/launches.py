@@ -22,7 +22,7 @@ def find(robot: Robot, args: Mapping[str, Any]) -> Launch:
     """Return a launch; the caller must close it. Args: launch: name of its parameter.
 
     Raises:
-        RequestError: no launch has said that it is there.
+        RequestError: no such launch has registered.
     """
     param = text(args, "launch")
     uri = launch_uris(robot.master).get(param)

@@ -14,7 +14,7 @@ _TIMEOUT = 3.0
 
 
 def info(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what is known of a node. Args: node."""
+    """Return what is known about a node. Args: node."""
     name = text(args, "node")
     uri = _uri(robot, name)
     registered = robot.graph.state().of_node(name)
@@ -41,7 +41,7 @@ def info(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def kill(robot: Robot, args: Mapping[str, Any]) -> None:
-    """Tell a node to end, as `rosnode kill` does. Args: node."""
+    """Tell a node to shut down, like `rosnode kill`. Args: node."""
     name = text(args, "node")
     if name == robot.node.name:
         raise RequestError(f"{name} is the node of this page's server; stop pyros1 web where it was started")

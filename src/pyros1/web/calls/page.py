@@ -1,4 +1,4 @@
-"""What the page itself wants to know."""
+"""Information for the page itself."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pyros1.web.robot import Robot
 
 
 def about(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what the page is connected to. Pages ask this again and again."""
+    """Return what the page is connected to. Pages poll this."""
     return {
         "version": pyros1.__version__,
         "master": robot.master_uri,

@@ -20,7 +20,7 @@ def tree(robot: Robot, args: Mapping[str, Any]) -> Any:
 
 
 def get(robot: Robot, args: Mapping[str, Any]) -> str:
-    """Return a parameter, or what pages may see of a namespace, as YAML text. Args: name."""
+    """Return a parameter, or the visible part of a namespace, as YAML text. Args: name."""
     name = text(args, "name")
     found = pretty(robot.parameters.get(name))
     if len(found) > MAX_REQUEST:
@@ -29,7 +29,7 @@ def get(robot: Robot, args: Mapping[str, Any]) -> str:
 
 
 def put(robot: Robot, args: Mapping[str, Any]) -> None:
-    """Set a parameter. Args: name, and yaml: the value as `rosparam set` takes it."""
+    """Set a parameter. Args: name, and yaml: the value as for `rosparam set`."""
     name = text(args, "name")
     robot.parameters.set(name, load_yaml(text(args, "yaml")))
 

@@ -20,7 +20,7 @@ _TIMEOUT = 5.0
 
 
 def update(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Change parameters. Args: node, values: name -> value, types: name -> type. Returns the node's values then."""
+    """Change parameters. Args: node, values: name -> value, types: name -> type. Returns the node's new values."""
     wanted, types = args.get("values"), args.get("types")
     if not isinstance(wanted, dict) or not isinstance(types, dict) or "groups" in wanted:
         raise RequestError("values and types are objects by name")
@@ -34,10 +34,10 @@ def update(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def turn(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Turn groups on and off, which for some means to open and close them.
+    """Turn groups on and off, which opens and closes some of them.
 
-    Args: node, groups: all of them, as objects with name, state, id and parent: nodes in C++ want all. Returns the
-    node's values then.
+    Args: node, groups: all of them, as objects with name, state, id and parent: C++ nodes need all. Returns the
+    node's new values.
     """
     config = Config()
     try:

@@ -12,7 +12,7 @@ from pyros1.web.views.view import text
 
 
 def rviz(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what a file of rviz shows: ``settings`` of the panel, and ``notes``, lines for the user. Args: text."""
+    """Return the contents of an rviz file: ``settings`` of the panel, and ``notes``, lines for the user. Args: text."""
     found = read_rviz(text(args, "text"), lambda name: canonicalize_name(SEP + name))
     return {"settings": found.settings, "notes": found.notes}
 

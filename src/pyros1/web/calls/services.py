@@ -35,7 +35,7 @@ def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def types(robot: Robot, args: Mapping[str, Any]) -> dict[str, str]:
-    """Return types of services; empty for those that do not tell. Args: services: a list of names."""
+    """Return types of services; empty for those that do not answer. Args: services: a list of names."""
     names = args.get("services")
     if not isinstance(names, list) or len(names) > _MAX_TYPES or not all(isinstance(name, str) for name in names):
         raise RequestError(f"services is a list of at most {_MAX_TYPES} names")
@@ -44,7 +44,7 @@ def types(robot: Robot, args: Mapping[str, Any]) -> dict[str, str]:
 
 
 def call(robot: Robot, args: Mapping[str, Any], exchanges: ServiceExchanges) -> dict[str, Any]:
-    """Call a service. Args: service, value, timeout (s). Returns the response as a tree, and the seconds it took."""
+    """Call a service. Args: service, value, timeout (s). Returns the response as a tree, and the time taken."""
     name = text(args, "service")
     robot.check_visible(name)
     cls = load_service(_type(robot, name))

@@ -39,16 +39,16 @@ def publish(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def advertise(robot: Robot, args: Mapping[str, Any]) -> None:
-    """Prepare to publish, so that nobody misses the first message. Args: topic, type."""
+    """Prepare to publish, so that no subscriber misses the first message. Args: topic, type."""
     topic = text(args, "topic")
     robot.check_visible(topic)
     robot.publishing.advertise(topic, text(args, "type"))
 
 
 def types(robot: Robot, args: Mapping[str, Any]) -> list[str]:
-    """Return names of types that are installed here, for a field in which one types. Args: begin: what has been typed.
+    """Return names of installed types, to complete a text field. Args: begin: the text so far.
 
-    Without a package, the packages with messages are returned.
+    If it has no package, the packages with messages are returned.
     """
     begin = text(args, "begin", "")
     package, slash, _ = begin.partition("/")
@@ -60,7 +60,7 @@ def types(robot: Robot, args: Mapping[str, Any]) -> list[str]:
 
 
 def fields(robot: Robot, args: Mapping[str, Any]) -> list[str]:
-    """Return paths of numbers in messages, for a field in which one types. Args: begin: what has been typed."""
+    """Return paths of numbers in messages, to complete a text field. Args: begin: the text so far."""
     begin = text(args, "begin", "")
     found: list[str] = []
     for topic, kind in sorted(robot.graph.topic_types().items()):
@@ -69,7 +69,7 @@ def fields(robot: Robot, args: Mapping[str, Any]) -> list[str]:
         try:
             found += [path for path in numbers(load_message(kind), topic) if path.startswith(begin)]
         except MessageError:
-            continue  # a type that is not installed here, or no type at all
+            continue  # a type that is not installed, or no type at all
         if len(found) >= _MAX_FIELDS:
             break
     return found[:_MAX_FIELDS]

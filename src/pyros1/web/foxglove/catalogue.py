@@ -1,6 +1,6 @@
-"""The channels and services of all viewers: what the master lists, with definitions.
+"""The channels and services of all viewers: those that the master lists, with definitions.
 
-Only the master is asked, so looking costs the robot's nodes nothing. A node is asked once for what the master does not
+Only the master is polled, so this costs the robot's nodes nothing. A node is queried once for what the master does not
 know: the type of a service, and the definition of a message type that is not installed here.
 """
 
@@ -24,15 +24,15 @@ from pyros1.web.foxglove.offers import ANY, Channel, Nodes, Offers, Service, Tab
 from pyros1.web.server.wire import RequestError
 
 _NODE_TIMEOUT = 1.0
-"""Seconds that a node has to answer a question."""
+"""Timeout of a request to a node, in seconds."""
 _MAX_QUESTIONS = 64
-"""Most questions to nodes at the same time."""
+"""Maximum number of concurrent requests to nodes."""
 _RETRY_DELAY = 10.0
-"""Seconds until a question that was not answered is asked again."""
+"""Seconds until a failed request is repeated."""
 _MAX_STALE_IDS = 10_000
 _MAX_NEW_HEADERS = 1_000
 _MAX_PUBLISHERS = 50
-"""Most publishers of a topic whose definitions are kept."""
+"""Maximum number of publishers of a topic whose definitions are kept."""
 
 
 class _Definition(NamedTuple):
@@ -50,9 +50,9 @@ class Catalogue:
     """What the robot offers.
 
     Args:
-        graph: questions to the master.
-        may_see: tells whether viewers may see a topic or service.
-        clock: seconds.
+        graph: requests to the master.
+        may_see: returns whether viewers may see a topic or service.
+        clock: returns the time in seconds.
     """
 
     def __init__(self, graph: Graph, may_see: Callable[[str], bool], clock: Callable[[], float] = monotonic) -> None:
@@ -65,26 +65,26 @@ class Catalogue:
         self._offers = Offers()
         self._ids: dict[Hashable, int] = {}
         self._numbers = count(1)
-        # Definitions that publishers gave, where they are not ours. Of several, the first that is still there counts.
+        # Definitions from publishers, where they differ from ours. The first that is still registered counts.
         self._topic_definitions: dict[str, dict[str, _Definition]] = {}
-        self._unusable: dict[str, tuple[str, str]] = {}  # topic -> publisher, and what is wrong
+        self._unusable: dict[str, tuple[str, str]] = {}  # topic -> publisher -> problem
         self._service_types: dict[str, tuple[list[str], str]] = {}  # nodes and type
         self._open_questions: dict[str, Callable[[], _Answer | str]] = {}
         self._unanswered: dict[str, float] = {}
-        self._failure = ""  # of the last question to the master
+        self._failure = ""  # of the last request to the master
         self._new_headers: deque[tuple[str, dict[str, str]]] = deque(maxlen=_MAX_NEW_HEADERS)
         self._problems: dict[str, str] = {}
 
     def current_offers(self, max_age: float) -> Offers:
-        """Return what there is.
+        """Return the current offers.
 
         Args:
-            max_age: seconds; what was found within them is good enough. 0 waits for what another thread is asking.
+            max_age: seconds; younger results are reused. With 0, wait for the request of another thread.
 
         Raises:
             RequestError: the master does not answer.
         """
-        if self._lock.acquire(blocking=max_age <= 0):  # while one asks, others take what was found last
+        if self._lock.acquire(blocking=max_age <= 0):  # while one thread asks, the others use the last result
             try:
                 if self._new_headers or self._clock() - self._refreshed_at >= max_age:
                     self._refresh()
@@ -95,7 +95,7 @@ class Catalogue:
         return self._offers
 
     def query_nodes(self) -> None:
-        """Ask nodes for definitions that are missing; takes about a second if they do not answer."""
+        """Ask nodes for missing definitions; takes about a second if they do not answer."""
         with self._query_lock:
             with self._lock:
                 questions = dict(islice(self._open_questions.items(), _MAX_QUESTIONS))
@@ -114,7 +114,7 @@ class Catalogue:
                 self._refresh()
 
     def add_header(self, channel: Channel, header: Mapping[str, str]) -> None:
-        """Take a publisher's connection header that says another definition than a channel. Any thread may call it."""
+        """Process a publisher's header whose definition differs from the channel's. Any thread may call it."""
         self._new_headers.append((channel.topic, dict(header)))
 
     def _apply_header(self, topic: str, header: Mapping[str, str]) -> None:
@@ -135,7 +135,7 @@ class Catalogue:
             known[publisher] = definition
 
     def _forget_unregistered(self, nodes: Nodes) -> None:
-        """Forget what publishers have told that have gone: those who took their places may say something else."""
+        """Forget the answers of publishers that are gone: their successors may have different definitions."""
         for topic, definitions in list(self._topic_definitions.items()):
             publishers = nodes.publishers.get(topic)
             if publishers:
@@ -150,7 +150,7 @@ class Catalogue:
                 del self._unusable[topic]
 
     def _conflicting_topics(self) -> dict[str, str]:
-        """Return what is wrong with topics whose publishers tell different definitions, or unusable ones."""
+        """Return the problems of topics whose publishers have different or unusable definitions."""
         found: dict[str, str] = {}
         for topic, definitions in self._topic_definitions.items():
             first = next(iter(definitions.values()))
@@ -229,7 +229,7 @@ class Catalogue:
         return self._ids[key]
 
     def _new_questions(self, channels: Mapping[str, Channel], nodes: Nodes) -> dict[str, Callable[[], _Answer | str]]:
-        """Return the questions that are to be asked of nodes, by topic or service."""
+        """Return the requests to send to nodes, by topic or service."""
         now = self._clock()
         questions: dict[str, Callable[[], _Answer | str]] = {}
         for topic, publishers in nodes.publishers.items():

@@ -1,4 +1,4 @@
-"""Drives a `Machine` over a WebSocket: one task reads, one sends messages, one looks what there is."""
+"""Drives a `Machine` over a WebSocket: one task reads, one sends messages, one checks for new offers."""
 
 from __future__ import annotations
 
@@ -27,20 +27,20 @@ from pyros1.web.server.waiting import MAX_PENDING_SECONDS, Pending, wait_for_eve
 from pyros1.web.service_exchanges import ServiceExchanges
 
 _PERIOD = 1.0
-"""Seconds between two looks at what there is."""
+"""Seconds between checks for new topics and services."""
 _TICK = 0.02
-"""Seconds between two frames with simulated time."""
+"""Seconds between frames with simulated time."""
 _BATCH = 64 << 10
-"""Bytes of messages that are taken from the outbox together."""
+"""Bytes of messages that are taken from the outbox at a time."""
 _MAX_JOBS = 100
-"""Most service calls and files that a viewer may wait for."""
+"""Maximum number of pending service calls and files of a viewer."""
 _MAX_CONCURRENT_JOBS = 4
-"""Most of them that are worked on at the same time."""
+"""Maximum number of them that are processed concurrently."""
 _MAX_UNSENT = 1 << 20
-"""Bytes that the system keeps for a slow connection: what waits there grows old, and nothing newer can overtake it."""
+"""Bytes that the system buffers for a slow connection: data there becomes stale, and nothing newer can overtake it."""
 _MAX_MISMATCHED = 1_000
 REPORT_PERIOD = 2.0
-"""Seconds after which a publisher that sends another definition than its channel's is told of again."""
+"""Seconds after which a publisher whose definition differs from its channel's is reported again."""
 
 
 class Viewer:
@@ -49,9 +49,9 @@ class Viewer:
     Args:
         connection: its WebSocket.
         shared: what all viewers share.
-        pushes: runs what takes a moment, such as publishing.
-        calls: runs what takes as long as the master likes.
-        services: runs calls of services.
+        pushes: runs short work, such as publishing.
+        calls: runs work that depends on the master.
+        services: runs service calls.
     """
 
     def __init__(
@@ -66,7 +66,7 @@ class Viewer:
         self._exchanges = ServiceExchanges()
         self._loop = asyncio.get_running_loop()
         self._machine = Machine(self._robot.access.read_only)
-        self._machine_lock = asyncio.Lock()  # of the machine and its actions
+        self._machine_lock = asyncio.Lock()  # guards the machine and its actions
         self._outbox = Outbox()
         self._subscriptions: dict[int, int] = {}  # by ticket of the outbox
         self._unsubscribers: dict[int, Callable[[], None]] = {}  # of subscriptions
@@ -78,11 +78,11 @@ class Viewer:
         self._messages_available = asyncio.Event()
         self._wake_scheduled = False
         self._changed = asyncio.Event()
-        self._mismatched_publishers: dict[tuple[int, str, str], float] = {}  # and when they were told of
+        self._mismatched_publishers: dict[tuple[int, str, str], float] = {}  # and when they were reported
         self._announced_simulated = False
 
     async def run(self) -> None:
-        """Serve the viewer until it goes."""
+        """Serve the viewer until it disconnects."""
         self._limit_send_buffer()
         tasks: list[asyncio.Task[None]] = []
         try:
@@ -126,7 +126,7 @@ class Viewer:
             unsubscribe()
         self._publishers.close()
 
-    # What goes out ----------------------------------------------------------------------------------------------------
+    # Outgoing ---------------------------------------------------------------------------------------------------------
 
     async def _send(self, found: list[Frame]) -> None:
         for frame in found:
@@ -141,14 +141,14 @@ class Viewer:
                     found = [
                         frames.message(subscription, each.time, each.payload)
                         for each in waiting
-                        if (subscription := self._subscriptions.get(each.ticket)) is not None  # threads end some
+                        if (subscription := self._subscriptions.get(each.ticket)) is not None  # threads remove some
                     ]
                     if len(found) > 1 and self._connection.state is State.OPEN:
-                        # Small messages leave together: to send each would cost ten times as much.
+                        # Small messages are sent together: sending each one would cost ten times as much.
                         self._connection.transport.write(b"".join(map(frames.binary, found[:-1])))
                     for last in found[-1:]:
-                        await self._connection.send(last)  # a slow viewer is waited for here
-                    await asyncio.sleep(0)  # others of this loop come in between
+                        await self._connection.send(last)  # waits here for a slow viewer
+                    await asyncio.sleep(0)  # lets other tasks of this loop run
                 await self._messages_available.wait()
 
     async def _send_time(self) -> None:
@@ -164,7 +164,7 @@ class Viewer:
                 await asyncio.sleep(_TICK if self._announced_simulated else _PERIOD)
 
     async def _push_offers(self) -> None:
-        """Tell the viewer what there is, again and again."""
+        """Keep the viewer informed about topics and services."""
         with contextlib.suppress(ConnectionClosed):
             while True:
                 self._changed.clear()
@@ -176,10 +176,10 @@ class Viewer:
                 await wait_for_event(self._changed, _PERIOD)
 
     async def _push_offers_once(self) -> bool:
-        """Return whether to look again at once."""
+        """Return whether to check again immediately."""
         _ = self._robot.node
         if self._simulated() != self._announced_simulated:
-            await self._send_hello()  # the master came after the viewer
+            await self._send_hello()  # the master was started after the viewer
         catalogue = self._shared.catalogue
         offers = await self._call(catalogue.current_offers, _PERIOD * 0.8)
         async with self._machine_lock:
@@ -192,7 +192,7 @@ class Viewer:
             await self._send(self._machine.parameters(values))
         return False
 
-    # What comes in ----------------------------------------------------------------------------------------------------
+    # Incoming ---------------------------------------------------------------------------------------------------------
 
     async def _perform_all(self, actions: list[Action], answer: list[Frame]) -> None:
         for action in actions:
@@ -205,7 +205,7 @@ class Viewer:
         await self._send(answer)
 
     async def _perform(self, action: Action) -> list[Frame]:
-        """Do what a machine wants; return frames of an answer."""
+        """Perform an action of the machine; return the frames of the answer."""
         match action:
             case machine.Listen(subscription, channel):
                 await self._listen(subscription, channel)
@@ -272,7 +272,7 @@ class Viewer:
         self._unsubscribers[subscription] = unsubscribe
 
     def _report_mismatch(self, channel: Channel, header: dict[str, str], now: float) -> None:
-        """Take a publisher's header that does not fit; called with each of its messages."""
+        """Process a publisher's header that does not match; called with each of its messages."""
         mismatch = (channel.id, header.get("callerid", ""), header.get("md5sum", ""))
         last_time = self._mismatched_publishers.get(mismatch, now - REPORT_PERIOD)
         if now >= last_time + REPORT_PERIOD and (
@@ -289,7 +289,7 @@ class Viewer:
 
     async def _job(self, threads: Executor, function: Callable[[ViewerContext, Any], Frame], action: Any) -> None:
         with contextlib.suppress(ConnectionClosed):
-            async with self._job_slots:  # until the frame has gone: it may be large
+            async with self._job_slots:  # until the frame has been sent: it may be large
                 frame = await self._loop.run_in_executor(threads, function, self._shared, action)
                 await self._connection.send(frame)
 
@@ -310,7 +310,7 @@ class Viewer:
 
 
 def _status_id(action: Action) -> str | None:
-    """Return a name for what is wrong, so that a viewer that publishes often is not told as often."""
+    """Return an id for the problem, so that a viewer that publishes often is not notified each time."""
     match action:
         case machine.Advertise(channel) | machine.Publish(channel):
             return f"publish {channel.id}"

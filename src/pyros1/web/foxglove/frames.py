@@ -1,4 +1,4 @@
-"""What viewers are sent. Pure."""
+"""Frames sent to viewers. Pure."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from pyros1.web.foxglove.offers import Channel, Nodes, Service
 
 Frame = str | bytes
 ENCODINGS = ("ros1", "json")
-"""Of messages and requests that viewers send."""
+"""Encodings of messages and requests that viewers may send."""
 _MESSAGE = struct.Struct("<BIQ")
 _MAX_TIME = (1 << 64) - 1
 
 
 class Level(IntEnum):
-    """How bad a status is."""
+    """The severity of a status."""
 
     INFO = 0
     WARNING = 1
@@ -40,17 +40,17 @@ def server_info(name: str, capabilities: Sequence[str], session: str, metadata: 
 
 
 def status(level: Level, text: str, id: str | None = None) -> Frame:
-    """Return a message for the person at the viewer; it replaces an earlier one with the same id."""
+    """Return a message for the viewer's user; it replaces an earlier one with the same id."""
     return _dumps({"op": "status", "level": int(level), "message": text, **({} if id is None else {"id": id})})
 
 
 def remove_status(ids: Iterable[str]) -> Frame:
-    """Return what takes messages back."""
+    """Return the frame that removes status messages."""
     return _dumps({"op": "removeStatus", "statusIds": list(ids)})
 
 
 def advertise(channels: Iterable[Channel]) -> Frame:
-    """Return what announces channels."""
+    """Return the frame that announces channels."""
     return _dumps(
         {
             "op": "advertise",
@@ -70,12 +70,12 @@ def advertise(channels: Iterable[Channel]) -> Frame:
 
 
 def unadvertise(ids: Iterable[int]) -> Frame:
-    """Return what takes channels back."""
+    """Return the frame that removes channels."""
     return _dumps({"op": "unadvertise", "channelIds": list(ids)})
 
 
 def advertise_services(services: Iterable[Service]) -> Frame:
-    """Return what announces services."""
+    """Return the frame that announces services."""
 
     def part(schema_name: str, schema: str) -> dict[str, str]:
         return {"encoding": "ros1", "schemaName": schema_name, "schemaEncoding": "ros1msg", "schema": schema}
@@ -90,7 +90,7 @@ def advertise_services(services: Iterable[Service]) -> Frame:
                     "type": each.type,
                     "request": part(f"{each.type}_Request", each.request),
                     "response": part(f"{each.type}_Response", each.response),
-                    "requestSchema": each.request,  # viewers of 2023 and before know only these
+                    "requestSchema": each.request,  # viewers from 2023 and before know only these
                     "responseSchema": each.response,
                 }
                 for each in services
@@ -100,7 +100,7 @@ def advertise_services(services: Iterable[Service]) -> Frame:
 
 
 def unadvertise_services(ids: Iterable[int]) -> Frame:
-    """Return what takes services back."""
+    """Return the frame that removes services."""
     return _dumps({"op": "unadvertiseServices", "serviceIds": list(ids)})
 
 
@@ -109,14 +109,14 @@ def message(subscription: int, time: int, payload: bytes) -> bytes:
 
     Args:
         subscription: the viewer's number for its subscription.
-        time: when it came, in nanoseconds.
+        time: when it was received, in nanoseconds.
         payload: its bytes.
     """
     return _MESSAGE.pack(1, subscription, time) + payload
 
 
 def binary(frame: bytes) -> bytes:
-    """Return a WebSocket's frame around a binary one (RFC 6455, 5.2), as servers send it: whole and not masked."""
+    """Return a WebSocket frame with a binary payload (RFC 6455, 5.2), as servers send it: unfragmented and unmasked."""
     length = len(frame)
     if length < 126:
         return bytes((0x82, length)) + frame
@@ -126,46 +126,46 @@ def binary(frame: bytes) -> bytes:
 
 
 def time(now: int) -> Frame:
-    """Return the time in nanoseconds."""
+    """Return the frame with the time in nanoseconds."""
     return struct.pack("<BQ", 2, now)
 
 
 def nanoseconds(seconds: float) -> int:
-    """Return a time as frames have it."""
+    """Return a time in the nanoseconds used in frames."""
     return min(max(0, int(seconds * 1e9)), _MAX_TIME)
 
 
 def parameter_values(parameters: Sequence[Mapping[str, Any]], id: str | None = None) -> Frame:
-    """Return parameters; see `pyros1.web.foxglove.parameters.entry`."""
+    """Return the frame with parameters; see `pyros1.web.foxglove.parameters.entry`."""
     return _dumps(
         {"op": "parameterValues", "parameters": list(parameters), **({} if id is None else {"id": id})},
     )
 
 
 def service_response(service: int, call: int, encoding: str, payload: bytes) -> Frame:
-    """Return a service's answer."""
+    """Return the frame with a service's response."""
     name = encoding.encode()
     return struct.pack("<BIII", 3, service, call, len(name)) + name + payload
 
 
 def service_failure(service: int, call: int, text: str) -> Frame:
-    """Return why a service gave no answer."""
+    """Return the frame that says why a service call failed."""
     return _dumps({"op": "serviceCallFailure", "serviceId": service, "callId": call, "message": text})
 
 
 def asset(request: int, data: bytes) -> Frame:
-    """Return a file."""
+    """Return the frame with a file."""
     return struct.pack("<BIBI", 4, request, 0, 0) + data
 
 
 def asset_failure(request: int, text: str) -> Frame:
-    """Return why there is no such file."""
+    """Return the frame that says why a file cannot be sent."""
     reason = text.encode(errors="replace")
     return struct.pack("<BIBI", 4, request, 1, len(reason)) + reason
 
 
 def graph_update(before: Nodes, now: Nodes) -> Frame | None:
-    """Return what has changed in the graph since a viewer was told; None for nothing."""
+    """Return the frame with the changes of the graph; None if nothing has changed."""
     published, subscribed, services = (
         [(name, list(nodes)) for name, nodes in new.items() if old.get(name) != nodes]
         for old, new in zip(before, now, strict=True)

@@ -1,4 +1,4 @@
-"""One viewer: what it was told and what it wants. No sockets, threads or clocks here."""
+"""One viewer: what it was sent and what it requested. No sockets, threads or clocks here."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from pyros1.web.foxglove.requests import ClientChannel, FrameError
 MAX_SUBSCRIPTIONS = 2_000
 MAX_CLIENT_CHANNELS = 200
 MAX_WATCHED = 10_000
-"""Most parameters whose changes a viewer is told."""
+"""Maximum number of parameters that a viewer can watch."""
 _MAX_PROBLEMS = 100
 _FRAME = 200
-"""Most channels or services of one frame: their definitions make it long."""
+"""Maximum number of channels or services per frame: their definitions make it long."""
 _READ_ONLY = "this server is read-only (--read-only)"
 
 
@@ -82,7 +82,7 @@ Action = (
     | requests.WatchParameters
     | requests.FetchAsset
 )
-"""What is to be done for a viewer; requests are passed on when nothing is to be remembered of them."""
+"""Actions to perform for a viewer; requests that need no state are passed on unchanged."""
 Result = tuple[list[Action], list[Frame]]
 
 
@@ -100,19 +100,19 @@ class Machine:
         self._services: dict[int, Service] = {}
         self._subscriptions: dict[int, int] = {}  # the viewer's number -> channel
         self._client_channels: dict[int, ClientChannel] = {}
-        self._watched: dict[str, Any] = {}  # parameters, and their values as they were told
-        self._graph: Nodes | None = None  # as it was told, if it is wanted
+        self._watched: dict[str, Any] = {}  # parameters, and their values as last sent
+        self._graph: Nodes | None = None  # as last sent, if it is watched
         self._problems: dict[str, str] = {}
 
-    # The viewer's beginning -------------------------------------------------------------------------------------------
+    # Connecting -------------------------------------------------------------------------------------------------------
 
     def hello(self, name: str, session: str, simulated: bool) -> list[Frame]:
         """Return the first frames.
 
         Args:
-            name: the server's.
-            session: another one for each run of the server.
-            simulated: whether there is simulated time. With wall time, viewers use their own clock.
+            name: name of the server.
+            session: unique to each run of the server.
+            simulated: whether time is simulated. With wall time, viewers use their own clock.
         """
         capabilities = ["parameters", "parametersSubscribe", "connectionGraph", "assets"]
         if not self._read_only:
@@ -121,10 +121,10 @@ class Machine:
             capabilities.append("time")
         return [frames.server_info(name, capabilities, session, {"ROS_DISTRO": "noetic"}), frames.advertise([])]
 
-    # What happens -----------------------------------------------------------------------------------------------------
+    # Events -----------------------------------------------------------------------------------------------------------
 
     def offer(self, offers: Offers) -> Result:
-        """Take what there is now."""
+        """Process the current offers."""
         self._offers = offers
         actions: list[Action] = []
         found: list[Frame] = []
@@ -157,7 +157,7 @@ class Machine:
         return [] if frame is None else [frame]
 
     def problems(self, problems: Mapping[str, str]) -> list[Frame]:
-        """Take what is wrong now, as texts by any names; return frames that say what is new, and what is over."""
+        """Process the current problems, as texts by arbitrary ids; return frames for new and for resolved ones."""
         now = dict(islice(problems.items(), _MAX_PROBLEMS))
         resolved = [name for name in self._problems if name not in now]
         found = [
@@ -168,11 +168,11 @@ class Machine:
 
     @property
     def watches_parameters(self) -> bool:
-        """Whether the viewer wants to be told of changes of parameters."""
+        """Whether the viewer watches parameters."""
         return bool(self._watched)
 
     def parameters(self, values: Values) -> list[Frame]:
-        """Take the parameters as they are now; return frames that say which have changed."""
+        """Process the current parameters; return frames with those that have changed."""
         changed: dict[str, Any] = {}
         for name, old in self._watched.items():
             new = values.get(name)
@@ -184,14 +184,14 @@ class Machine:
         return [frames.parameter_values([parameters.entry(*each) for each in changed.items()])]
 
     def watch(self, names: Iterable[str], values: Values) -> list[Frame]:
-        """Begin to tell of changes of parameters.
+        """Begin to report changes of parameters.
 
         Args:
-            names: of parameters; none for all.
-            values: the present ones.
+            names: names of parameters; none for all.
+            values: the current values.
 
         Returns:
-            Frames with the present values of parameters that were not watched yet.
+            Frames with the current values of parameters that were not watched yet.
         """
         unwatched = [name for name in (tuple(names) or values.flat) if name not in self._watched]
         capacity = MAX_WATCHED - len(self._watched)
@@ -205,13 +205,13 @@ class Machine:
         return found
 
     def refuse(self, subscription: int) -> None:
-        """Forget a subscription that could not be made."""
+        """Remove a subscription that failed."""
         self._subscriptions.pop(subscription, None)
 
-    # What the viewer asks ---------------------------------------------------------------------------------------------
+    # Requests of the viewer -------------------------------------------------------------------------------------------
 
     def handle(self, frame: str | bytes) -> Result:
-        """Take a frame; return what is to be done, and frames of an answer."""
+        """Process a frame; return the actions to perform, and the frames of the answer."""
         try:
             return self._handle(requests.parse(frame))
         except FrameError as error:
@@ -317,7 +317,7 @@ class Machine:
 
 
 def _same(one: Any, other: Any) -> bool:
-    """Return whether values of parameters are the same: 1, 1.0 and true are equal, but not the same; NaN is."""
+    """Return whether parameter values are the same: 1, 1.0 and true are equal, but not the same; NaN equals itself."""
     if isinstance(one, (float, list, dict)):
         return repr(one) == repr(other)
     return type(one) is type(other) and bool(one == other)

@@ -1,4 +1,4 @@
-"""What the robot offers, as viewers are told of it. Pure."""
+"""What the robot offers, as viewers see it. Pure."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 Table = Mapping[str, list[str]]
-"""Names of topics or services, and of their nodes."""
+"""Names of topics or services, with the names of their nodes."""
 ANY = "*"
 
 
@@ -16,9 +16,9 @@ class Channel:
     """A topic with a type.
 
     Attributes:
-        id: never given to another topic, type or definition.
+        id: never reused for another topic, type or definition.
         type: its message type, ``package/Type``.
-        schema: the definition of this type and of all that it uses.
+        schema: the definition of this type and of all types that it uses.
         md5sum: the type's checksum; ``*`` if the publisher gave none.
     """
 
@@ -39,9 +39,9 @@ class Service:
     """A service.
 
     Attributes:
-        id: never given to another name or type.
+        id: never reused for another name or type.
         type: its type, ``package/Type``.
-        request, response: the definitions of both messages, and of all types that they use.
+        request, response: the definitions of both messages and of all types that they use.
     """
 
     id: int
@@ -52,7 +52,7 @@ class Service:
 
 
 class Nodes(NamedTuple):
-    """Who publishes and subscribes to topics, and who provides services."""
+    """The publishers and subscribers of topics, and the providers of services."""
 
     publishers: Table
     subscribers: Table
@@ -64,14 +64,14 @@ NO_NODES = Nodes({}, {}, {})
 
 @dataclass(frozen=True)
 class Offers:
-    """What there is.
+    """The channels and services on offer.
 
     Attributes:
         channels: by topic.
         services: by name.
         nodes: the graph.
-        problems: what is wrong with topics and services: text for a person, by a name for the problem.
-        has_open_questions: whether definitions are still to be asked for.
+        problems: the problems of topics and services: text for the user, by an id.
+        has_open_questions: whether some definitions are still to be requested.
     """
 
     channels: Mapping[str, Channel] = field(default_factory=dict)

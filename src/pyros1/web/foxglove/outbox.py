@@ -1,4 +1,4 @@
-"""Messages that wait for a viewer: bounded in bytes, the oldest of a channel are dropped first."""
+"""Messages queued for a viewer: bounded in bytes; the oldest of a channel are dropped first."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from operator import attrgetter
 from typing import NamedTuple
 
 MAX_CHANNEL_BYTES = 1 << 20
-"""Bytes of a subscription that may wait besides its newest message. A slow viewer is at most so far behind."""
+"""Bytes of a subscription that may wait in addition to its newest message. This bounds how far a viewer lags."""
 MAX_BYTES = 64 << 20
-"""Bytes that may wait for a viewer in all."""
+"""Total bytes that may wait for a viewer."""
 _OVERHEAD = 256
-"""Bytes that a waiting message takes besides its own."""
+"""Memory overhead of a queued message in bytes."""
 
 
 class QueuedMessage(NamedTuple):
-    """A message that waits.
+    """A queued message.
 
     Attributes:
-        ticket: of its subscription; see `Outbox.open`.
-        time: when it came, in nanoseconds.
+        ticket: ticket of its subscription; see `Outbox.open`.
+        time: when it was received, in nanoseconds.
         payload: its bytes.
-        latched_by: name of its publisher if it is latched: the newest of each is kept, as it may never come again.
-        at: when it came, in seconds of a clock that does not jump.
+        latched_by: name of its publisher if it is latched: the newest of each is kept, as it may never be sent again.
+        at: when it was received, in seconds of a monotonic clock.
     """
 
     ticket: int
@@ -34,24 +34,24 @@ class QueuedMessage(NamedTuple):
 
     @property
     def size(self) -> int:
-        """Bytes that it takes."""
+        """Its size in memory, in bytes."""
         return len(self.payload) + _OVERHEAD
 
 
 class _Queue:
-    """What waits on one subscription."""
+    """The queued messages of one subscription."""
 
     def __init__(self) -> None:
         self._messages: deque[QueuedMessage] = deque()
-        self._latched: dict[str, QueuedMessage] = {}  # by keeper; older than all others
-        self._newest_latched: dict[str, QueuedMessage] = {}  # by keeper
+        self._latched: dict[str, QueuedMessage] = {}  # by publisher; older than all others
+        self._newest_latched: dict[str, QueuedMessage] = {}  # by publisher
         self.size = 0
 
     def __len__(self) -> int:
         return len(self._messages) + len(self._latched)
 
     def put(self, message: QueuedMessage) -> int:
-        """Add a message; return the bytes that it takes."""
+        """Add a message; return its size in memory."""
         latched_by = message.latched_by
         if latched_by is not None:
             old = self._latched.pop(latched_by, None)
@@ -72,7 +72,7 @@ class _Queue:
         return message
 
     def drop(self) -> bool:
-        """Drop the oldest message that is neither the newest nor to be kept; return whether there was one."""
+        """Drop the oldest message that is neither the newest nor latched; return whether there was one."""
         while len(self._messages) > 1:
             message = self._messages.popleft()
             if message.latched_by is not None and self._newest_latched[message.latched_by] is message:
@@ -84,10 +84,10 @@ class _Queue:
 
 
 class Outbox:
-    """The messages that wait for a viewer. Any thread may put.
+    """The messages queued for a viewer. Any thread may add some.
 
     Attributes:
-        dropped: number of messages that were dropped for lack of room.
+        dropped: number of messages that were dropped for lack of space.
     """
 
     def __init__(self, max_bytes: int = MAX_BYTES, max_channel_bytes: int = MAX_CHANNEL_BYTES) -> None:
@@ -95,25 +95,25 @@ class Outbox:
         self._max_channel_bytes = max_channel_bytes
         self._lock = threading.Lock()
         self._queues: dict[int, _Queue] = {}
-        self._ready: deque[int] = deque()  # each subscription with messages, once
+        self._ready: deque[int] = deque()  # each subscription with queued messages, once
         self._last = 0
         self._size = 0
         self.dropped = 0
 
     @property
     def size(self) -> int:
-        """Bytes that wait."""
+        """Total bytes queued."""
         return self._size
 
     def open(self) -> int:
-        """Take messages of another subscription from now on; return its ticket, which is never used again."""
+        """Accept messages of a new subscription from now on; return its ticket, which is never reused."""
         with self._lock:
             self._last += 1
             self._queues[self._last] = _Queue()
             return self._last
 
     def close(self, ticket: int) -> None:
-        """Take none of a subscription any more, and forget those that wait."""
+        """Stop accepting messages of a subscription, and drop those that wait."""
         with self._lock:
             queue = self._queues.pop(ticket, None)
             if queue:
@@ -121,7 +121,7 @@ class Outbox:
                 self._ready.remove(ticket)
 
     def put(self, message: QueuedMessage) -> None:
-        """Add a message; old ones are dropped if there is no room."""
+        """Add a message; old ones are dropped if there is no space."""
         with self._lock:
             queue = self._queues.get(message.ticket)
             if queue is None:
@@ -137,10 +137,10 @@ class Outbox:
                 self.dropped += 1
 
     def take(self, byte_limit: int) -> list[QueuedMessage]:
-        """Remove and return messages, of all subscriptions in turns, in the order in which they came.
+        """Remove and return messages, alternating between subscriptions, in order of arrival.
 
         Args:
-            byte_limit: bytes; at least one message is returned if one waits.
+            byte_limit: maximum bytes; at least one message is returned if one waits.
         """
         taken: list[QueuedMessage] = []
         with self._lock:
@@ -158,7 +158,7 @@ class Outbox:
         return taken
 
     def _make_room(self, newest: int) -> bool:
-        """Drop a message of the subscription that takes most; return whether one could be dropped."""
+        """Drop a message of the largest subscription; return whether one could be dropped."""
         largest_first = sorted(self._ready, key=lambda each: self._queues[each].size, reverse=True)
         for ticket in largest_first:
             queue = self._queues[ticket]
@@ -166,7 +166,7 @@ class Outbox:
             if queue.drop():
                 self._size -= previous_size - queue.size
                 return True
-        for ticket in largest_first:  # each has only what should be kept: too much, all the same
+        for ticket in largest_first:  # every subscription is down to what should be kept, but that is still too much
             queue = self._queues[ticket]
             if ticket != newest or len(queue) > 1:
                 self._size -= queue.take().size

@@ -1,4 +1,4 @@
-"""Parameters as viewers know them. Pure."""
+"""Parameters as viewers see them. Pure."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from typing import Any
 from pyros1.web.foxglove.requests import FrameError, SetParameter
 
 MAX_VALUES = 100_000
-"""Most parameters that viewers are told of."""
+"""Maximum number of parameters that are sent to viewers."""
 
 
 class Values:
     """All parameters that viewers may see.
 
     Args:
-        tree: of the master.
-        may_see: tells whether viewers may see a parameter.
+        tree: the master's parameter tree.
+        may_see: returns whether viewers may see a parameter.
 
     Attributes:
         flat: full name -> value.
@@ -42,7 +42,7 @@ class Values:
         *folders, leaf = name[1:].split("/")
         branch = self._tree
         for folder in folders:
-            if not isinstance(branch.get(folder), dict):  # a name with a slash in it may go through a value
+            if not isinstance(branch.get(folder), dict):  # the name may lead through a plain value
                 branch[folder] = {}
             branch = branch[folder]
         branch[leaf] = value
@@ -60,7 +60,7 @@ class Values:
 
 
 def entry(name: str, value: Any) -> dict[str, Any]:
-    """Return a parameter as frames have it.
+    """Return a parameter in the form used in frames.
 
     Args:
         value: its value; None if it is not set.
@@ -71,14 +71,14 @@ def entry(name: str, value: Any) -> dict[str, Any]:
         return {"name": name, "value": base64.b64encode(value).decode("ascii"), "type": "byte_array"}
     found = {"name": name, "value": _plain(value)}
     if _is_float(value):
-        found["type"] = "float64"  # else nobody could tell 3.0 from 3
+        found["type"] = "float64"  # otherwise 3.0 could not be told from 3
     elif isinstance(value, (list, tuple)) and value and all(map(_is_float, value)):
         found["type"] = "float64_array"
     return found
 
 
 def entries(values: Values, names: Iterable[str]) -> list[dict[str, Any]]:
-    """Return some parameters, or with no names all, as frames have them."""
+    """Return the named parameters, or all without names, in the form used in frames."""
     requested = list(dict.fromkeys(names))
     if not requested:
         return [entry(name, value) for name, value in values.flat.items()]
@@ -89,7 +89,7 @@ def value_to_set(parameter: SetParameter) -> Any:
     """Return the value that a viewer wants to set.
 
     Raises:
-        FrameError: it is not of the type that the viewer gave.
+        FrameError: it does not have the type that the viewer gave.
     """
     value = parameter.value
     number = _to_float
@@ -124,7 +124,7 @@ def _is_float(value: Any) -> bool:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value that is JSON."""
+    """Return a value as JSON types."""
     if isinstance(value, dict):
         return {str(key): _plain(inner) for key, inner in value.items()}
     if isinstance(value, (list, tuple)):

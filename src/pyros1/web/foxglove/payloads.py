@@ -1,4 +1,4 @@
-"""Messages in the encodings that viewers may use. Pure but for the definitions."""
+"""Messages in the encodings that viewers may use. Pure except for the definitions."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from pyros1.web.json_texts import loads
 
 
 def type_name(channel: ClientChannel) -> str:
-    """Return the name of a viewer's type as ROS 1 writes it."""
+    """Return the ROS 1 name of a viewer's type."""
     return channel.type.replace("/msg/", "/", 1)
 
 
 def message_class(channel: ClientChannel) -> type[Message]:
-    """Return the class of the messages of a viewer's channel: of its own definition if the type is not installed here.
+    """Return the message class of a viewer's channel, from the channel's definition if the type is not installed here.
 
     Raises:
         MessageError: there is no definition, or it is wrong.
@@ -35,10 +35,10 @@ def message_class(channel: ClientChannel) -> type[Message]:
 
 
 def check_encoding(encoding: str) -> None:
-    """Check that viewers may use an encoding.
+    """Check that an encoding is supported.
 
     Raises:
-        FrameError: they may not.
+        FrameError: it is not.
     """
     if encoding not in ENCODINGS:
         raise FrameError(f"messages are encoded as {' or '.join(ENCODINGS)}, not as {encoding[:100]!r}")
@@ -59,7 +59,7 @@ def decode(cls: type[Message], encoding: str, payload: bytes, now: Time) -> Mess
         except LengthError as error:
             if error.surplus < 0:
                 raise
-            found = cls._decode(payload, 0, len(payload))  # bytes behind the message do not matter, as in stock
+            found = cls._decode(payload, 0, len(payload))  # trailing bytes are ignored, as in stock ROS
         return found
     try:
         value = loads(payload)
@@ -86,7 +86,7 @@ def encode(message: Message, encoding: str) -> bytes:
 
 
 def _with_their_times(value: Any) -> Any:
-    """Return a value in which times have the names of viewers' fields."""
+    """Return a value in which times have the field names of viewers."""
     if isinstance(value, list):
         return [_with_their_times(each) for each in value]
     if not isinstance(value, dict):
@@ -97,7 +97,7 @@ def _with_their_times(value: Any) -> Any:
 
 
 def _with_our_times(value: Any) -> Any:
-    """Return a value in which times have the names of ROS 1's fields: viewers write sec and nsec."""
+    """Return a value in which times have the field names of ROS 1: viewers write sec and nsec."""
     if isinstance(value, list):
         return [_with_our_times(each) for each in value]
     if not isinstance(value, dict):

@@ -1,4 +1,4 @@
-"""What a viewer sends, parsed. Pure."""
+"""The requests of a viewer, parsed. Pure."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from pyros1.ground.errors import Error
 from pyros1.web.json_texts import loads
 
 MAX_TEXT = 1 << 20
-"""Most characters of a text frame."""
+"""Maximum characters of a text frame."""
 _MAX_ID = 1 << 32
 _QUOTED_LENGTH = 100
 
 
 class FrameError(Error):
-    """What a viewer sent breaks the protocol. The viewer is told the text in a status message."""
+    """A viewer has violated the protocol. It is sent the text in a status message."""
 
 
 @dataclass(frozen=True)
 class Subscribe:
-    """Send the messages of some channels: pairs of the viewer's subscription and the channel."""
+    """Send the messages of some channels: pairs of the viewer's subscription id and the channel."""
 
     pairs: tuple[tuple[int, int], ...]
 
@@ -41,7 +41,7 @@ class ClientChannel:
     Attributes:
         id: the viewer's number for it.
         topic: as the viewer wrote it.
-        encoding: of its messages, for example ``ros1``.
+        encoding: encoding of its messages, for example ``ros1``.
         type: name of the message type.
         schema: its definition; empty if the viewer gave none.
     """
@@ -62,7 +62,7 @@ class ClientAdvertise:
 
 @dataclass(frozen=True)
 class ClientUnadvertise:
-    """Publish on some topics no more."""
+    """Stop publishing on some topics."""
 
     channels: tuple[int, ...]
 
@@ -87,7 +87,7 @@ class CallService:
 
 @dataclass(frozen=True)
 class GetParameters:
-    """Send the values of parameters; without names, of all."""
+    """Send the values of parameters; without names, of all parameters."""
 
     names: tuple[str, ...]
     id: str | None
@@ -117,26 +117,26 @@ class SetParameters:
 
 @dataclass(frozen=True)
 class WatchParameters:
-    """Tell when parameters change; without names, all that are there now."""
+    """Report changes of parameters; without names, of all that exist now."""
 
     names: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class UnwatchParameters:
-    """Tell no more when parameters change; without names, of none."""
+    """Stop reporting changes of parameters; without names, of any."""
 
     names: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class WatchGraph:
-    """Tell who publishes, subscribes and provides."""
+    """Report the publishers, subscribers and service providers."""
 
 
 @dataclass(frozen=True)
 class UnwatchGraph:
-    """Tell no more who publishes, subscribes and provides."""
+    """Stop reporting the publishers, subscribers and service providers."""
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ def parse(frame: str | bytes) -> Request:
     """Return the request in a frame.
 
     Raises:
-        FrameError: it is none.
+        FrameError: it is not a valid request.
     """
     return _parse_text(frame) if isinstance(frame, str) else _parse_bytes(frame)
 

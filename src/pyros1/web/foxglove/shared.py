@@ -1,4 +1,4 @@
-"""What all viewers share, so that many cost the master no more than one."""
+"""State shared by all viewers, so that many cost the master no more than one."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from pyros1.web.robot import Robot
 
 
 class ViewerContext:
-    """What all viewers share.
+    """State shared by all viewers.
 
     Attributes:
-        robot: what they look at.
+        robot: the robot that they view.
         catalogue: its channels and services.
-        files: of its packages.
+        files: the files of its packages.
         session: name of this run of the server.
     """
 
@@ -35,8 +35,8 @@ class ViewerContext:
         """Return the parameters.
 
         Args:
-            max_age: seconds; values that were asked for within them are good enough, and while another thread asks,
-                the last ones. 0: they are asked for now.
+            max_age: seconds; younger values are reused, as are the last ones while another thread is asking.
+                With 0, they are requested now.
 
         Raises:
             MasterUnreachableError: the master does not answer.

@@ -1,4 +1,4 @@
-"""What is done for a viewer in threads: publishing, services, parameters and files. Each function may take seconds."""
+"""Actions for a viewer that run in threads: publishing, services, parameters, files. Each may take seconds."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from pyros1.web.foxglove.shared import ViewerContext
 from pyros1.web.service_exchanges import ServiceExchanges
 
 _CONNECT_TIMEOUT = 0.5
-"""Seconds that subscribers have to connect before the first message of a viewer's channel."""
+"""Seconds to wait for subscribers to connect before the first message of a viewer's channel."""
 _CALL_TIMEOUT = 60.0
-"""Seconds that a service has to answer."""
+"""Timeout of service calls in seconds."""
 
 
 class Publishers:
-    """The topics on which one viewer publishes. One thread at a time."""
+    """The topics on which one viewer publishes. Use from one thread at a time."""
 
     def __init__(self, shared: ViewerContext) -> None:
         self._robot = shared.robot
@@ -29,7 +29,7 @@ class Publishers:
         self._connect_deadlines: dict[int, float] = {}  # until when the first message waits for subscribers
 
     def advertise(self, channel: ClientChannel) -> None:
-        """Begin to publish.
+        """Start publishing.
 
         Raises:
             Error: the topic's name or type is wrong, or the server publishes it with another type.
@@ -48,7 +48,7 @@ class Publishers:
             Error: it is not such a message, or the channel could not be announced.
         """
         if channel.id not in self._publishers:
-            self.advertise(channel)  # it failed before, but may work now
+            self.advertise(channel)  # this failed before, but may work now
         cls, publisher = self._publishers[channel.id]
         message = payloads.decode(cls, channel.encoding, payload, self._robot.node.now())
         deadline = self._connect_deadlines.pop(channel.id, None)
@@ -57,14 +57,14 @@ class Publishers:
         publisher.publish(message)
 
     def unadvertise(self, channel: ClientChannel) -> None:
-        """End publishing."""
+        """Stop publishing."""
         self._connect_deadlines.pop(channel.id, None)
         _, publisher = self._publishers.pop(channel.id, (None, None))
         if publisher is not None:
             publisher.unregister()
 
     def close(self) -> None:
-        """End all."""
+        """Stop publishing on all topics."""
         publishers, self._publishers = self._publishers, {}
         for _, publisher in publishers.values():
             publisher.unregister()
@@ -101,7 +101,7 @@ def get_parameters(shared: ViewerContext, request: requests.GetParameters) -> li
 
 
 def set_parameters(shared: ViewerContext, request: requests.SetParameters) -> list[Frame]:
-    """Set parameters; return frames with what is wrong, and with their values if the viewer wants to know.
+    """Set parameters; return frames with the problems, and with the new values if the viewer wants them.
 
     Raises:
         MasterUnreachableError: the master does not answer.

@@ -1,1 +1,1 @@
-"""What the tables of the page show and send: forms of messages, parameters, goals (pure); publishing at a rate."""
+"""Data for the tables of the page: forms of messages, parameters, goals (pure); publishing at a rate."""

@@ -1,4 +1,4 @@
-"""Definitions of messages as the page's forms need them. Pure but for the definitions."""
+"""Message definitions for the page's forms. Pure except for the definitions."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ _MAX_DEPTH = 12
 _SAFE = 1 << 53
 _INTEGERS = frozenset(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)) | {"byte", "char"}
 _COUNTED_FIELDS = frozenset({"id", "seq"})
-"""Fields that are counted, whatever constants a type has."""
+"""Fields that are counters, whatever constants a type has."""
 
 
 def form(cls: type[Message]) -> dict[str, Any]:
-    """Return what a form for a message needs.
+    """Return the data for a form of a message.
 
     Returns:
         - type: its name
         - text: its definition
         - fields: a list of name, type, the fields of the type or null, and the choices: a list of name and value
-        - default: a message with default values, as JSON; orientations are those without rotation
+        - default: a message with default values, as JSON; orientations are without rotation
     """
     return {"type": cls._type, "text": cls._full_text, "fields": _fields(cls, 0), "default": _default_value(cls)}
 
@@ -34,7 +34,7 @@ def form(cls: type[Message]) -> dict[str, Any]:
 def _default_value(cls: type[Message]) -> dict[str, Any]:
     value: dict[str, Any] = to_json(cls())
     if cls._type == "geometry_msgs/Quaternion":
-        value["w"] = 1.0  # with zeros alone it is no orientation, and programs refuse it
+        value["w"] = 1.0  # all zeros is not an orientation, and programs reject it
     for name, kind in zip(cls.__slots__, cls._slot_types, strict=True):
         if (nested := cls._classes.get(kind)) is not None:
             value[name] = _default_value(nested)
@@ -42,7 +42,7 @@ def _default_value(cls: type[Message]) -> dict[str, Any]:
 
 
 def numbers(cls: type[Message], path: str, depth: int = 0) -> Iterator[str]:
-    """Yield the paths of the fields of a message that are numbers; of arrays, those of the first element."""
+    """Yield the paths of the numeric fields of a message; for arrays, those of the first element."""
     for name, kind in zip(cls.__slots__, cls._slot_types, strict=True):
         base, bracket, _ = kind.partition("[")
         inner = f"{path}/{name}[0]" if bracket else f"{path}/{name}"
@@ -54,10 +54,10 @@ def numbers(cls: type[Message], path: str, depth: int = 0) -> Iterator[str]:
 
 
 def to_yaml(value: Mapping[str, Any]) -> str:
-    """Return a message as YAML text, as ``pyros1 topic pub`` takes it.
+    """Return a message as YAML text, as accepted by ``pyros1 topic pub``.
 
     Args:
-        value: the message as `pyros1.msgs.json_form.to_json` returns it; bytes are base64 text here and there.
+        value: the message as `pyros1.msgs.json_form.to_json` returns it; bytes are base64 text in both forms.
     """
 
     def short(part: Any) -> bool:
@@ -70,10 +70,10 @@ def to_yaml(value: Mapping[str, Any]) -> str:
 
 
 def from_yaml(cls: type[Message], value: Any) -> Any:
-    """Return a message as JSON in which every field has a value, from what YAML text says: some of the fields.
+    """Return a message as JSON in which every field has a value, from the partial message in a YAML text.
 
     Raises:
-        MessageError: there is no such field, or this is no message.
+        MessageError: a field does not exist, or this is not a message.
     """
     if value is None:
         value = {}
@@ -107,7 +107,7 @@ def _plain(value: Any) -> Any:
 
 
 def for_page(value: Any) -> Any:
-    """Return a value for a page: integers that JavaScript would round are texts, and so are floats without an end."""
+    """Return a value for a page: integers that JavaScript would round become texts, and so do non-finite floats."""
     if isinstance(value, dict):
         return {name: for_page(inner) for name, inner in value.items()}
     if isinstance(value, list):
@@ -118,10 +118,10 @@ def for_page(value: Any) -> Any:
 
 
 def choices(cls: type[Message]) -> dict[str, list[list[Any]]]:
-    """Return for fields of a message which constants of the message they may be meant for, as name and value.
+    """Return the constants of a message that its fields may take, by field, as name and value.
 
-    A definition does not say that. Constants that begin with a field's name belong to it; the others to the fields of
-    their type, or, if there is none, to those that are integers as they are: one run of values to each, or all to all.
+    A definition does not say this. Constants that begin with a field's name belong to it; the others to the fields of
+    their type, or, if there are none, to the integer fields if they are integers: a run of values each, or all to all.
     """
     try:
         constants = parse_message(cls._type, cls._full_text.split("\n" + "=" * 10, 1)[0]).constants
@@ -153,7 +153,7 @@ def choices(cls: type[Message]) -> dict[str, list[list[Any]]]:
 
 
 def _runs(constants: list[Constant]) -> list[list[Constant]]:
-    """Divide constants where their values begin anew: there may be a run for each field, in order."""
+    """Split constants where their values start again: there may be a run for each field, in order."""
     runs: list[list[Constant]] = []
     for constant in constants:
         before = runs[-1][-1].value if runs else None

@@ -1,4 +1,4 @@
-"""Goals of an action's server, as its topics tell of them. Pure."""
+"""Goals of an action server, as reported on its topics. Pure."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from typing import Any
 
 MAX_GOALS = 50
-"""Most goals that are kept; the oldest are forgotten."""
+"""Maximum number of goals that are kept; the oldest are dropped."""
 _ACTIVE = frozenset({0, 1, 6, 7})
 LOST = 9
-"""Statuses of goals that go on, and of one that its server does not know any more."""
+"""Statuses of active goals, and of a goal that its server no longer knows."""
 _MAX_MISSED = 2
-"""Lists of the server in a row in which a goal is missing that was there: it was started again."""
+"""Consecutive lists of the server without a known goal that show that it was restarted."""
 
 
 @dataclass
@@ -19,10 +19,10 @@ class Goal:
     """A goal.
 
     Attributes:
-        id: its name. stamp: when it was sent, in seconds.
+        id: its id. stamp: when it was sent, in seconds.
         status: a number of actionlib_msgs/GoalStatus. text: what the server says.
-        feedback, result: the newest messages; None for none. feedbacks: how many there were.
-        missed: in how many of the server's last lists it was missing; None if it has not been in one yet.
+        feedback, result: the newest messages; None for none. feedbacks: number of feedback messages.
+        missed: number of the server's last lists without it; None if it has not been in one yet.
     """
 
     id: str
@@ -36,13 +36,13 @@ class Goal:
 
 
 class Goals:
-    """Collects what comes on the topics of an action."""
+    """Collects the messages of an action's topics."""
 
     def __init__(self) -> None:
         self._goals: dict[str, Goal] = {}
 
     def add_statuses(self, array: Any) -> None:
-        """Take an actionlib_msgs/GoalStatusArray."""
+        """Process an actionlib_msgs/GoalStatusArray."""
         for status in array.status_list[-MAX_GOALS:]:
             self._goal_of(status).missed = 0
         known = {status.goal_id.id for status in array.status_list}
@@ -53,13 +53,13 @@ class Goals:
                     goal.status = LOST
 
     def add_feedback(self, message: Any) -> None:
-        """Take a message of the feedback topic."""
+        """Process a message of the feedback topic."""
         goal = self._goal_of(message.status)
         goal.feedback = message.feedback
         goal.feedbacks += 1
 
     def add_result(self, message: Any) -> None:
-        """Take a message of the result topic."""
+        """Process a message of the result topic."""
         self._goal_of(message.status).result = message.result
 
     def all(self) -> list[Goal]:

@@ -1,4 +1,4 @@
-"""What the panel of joints shows and sends. Pure."""
+"""Data displayed and sent by the joints panel. Pure."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pyros1.urdf.model import UrdfError
 from pyros1.web.server.wire import RequestError
 
 MAX_JOINTS = 1_000
-"""Most joints that are shown, and that one change may move."""
+"""Maximum number of joints that are displayed, and that one change may move."""
 _MAX_SOURCES = 20
 
 
@@ -38,7 +38,7 @@ def _joint(states: JointStates, name: str) -> dict[str, Any]:
 
 
 def publisher_options(params: object) -> Options:
-    """Return the options of a node that publishes joints; the usual ones if its parameters have another meaning."""
+    """Return the options of a node that publishes joints; the defaults if its parameters have another meaning."""
     values = params if isinstance(params, Mapping) else {}
     try:
         return options(values.get)
@@ -47,7 +47,7 @@ def publisher_options(params: object) -> Options:
 
 
 def sources(node: str, params: object) -> list[str]:
-    """Return topics on which a node may take positions, the best first.
+    """Return topics on which a node may accept positions, the best first.
 
     Args:
         node: its full name.
@@ -61,13 +61,13 @@ def sources(node: str, params: object) -> list[str]:
 
 
 def positions(value: object) -> dict[str, float]:
-    """Return where a page says that joints shall be.
+    """Return the joint positions requested by a page.
 
     Args:
         value: an object: joint -> radians or metres.
 
     Raises:
-        RequestError: it is none.
+        RequestError: it is not such an object.
     """
     if not isinstance(value, dict) or len(value) > MAX_JOINTS:
         raise RequestError(f"positions are an object with at most {MAX_JOINTS} joints")

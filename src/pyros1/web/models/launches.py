@@ -1,4 +1,4 @@
-"""What launches run, for a page, and the last lines of log files."""
+"""Processes of launches, for a page, and the last lines of log files."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 from pyros1.launch.running.control import Report, Status
 
 MAX_PROCESSES = 500
-"""Most processes of a launch that a page gets."""
+"""Maximum number of processes of a launch that are sent to a page."""
 _MAX_TAIL_BYTES = 32_000
 _MAX_LINES = 200
 _SUFFIXES = (".log", "-stdout.log", "-stderr.log")
@@ -21,7 +21,7 @@ _EXITS = {
 }
 
 CpuTime = tuple[float, float]
-"""A time and the CPU time used until then, both in seconds."""
+"""A point in time and the CPU time used until then, both in seconds."""
 
 
 def describe(report: Report, now: float, earlier: Mapping[tuple[str, int], CpuTime]) -> dict[str, Any]:
@@ -29,8 +29,8 @@ def describe(report: Report, now: float, earlier: Mapping[tuple[str, int], CpuTi
 
     Args:
         report: the launch.
-        now: seconds of a clock that does not jump.
-        earlier: what processes had used at an earlier time, by label and process id; see `cpu_times`.
+        now: seconds of a monotonic clock.
+        earlier: CPU times at an earlier time, by label and process id; see `cpu_times`.
 
     Returns:
         ``{"title", "pid", "uptime", "expected", "refusal", "count", "processes": [{"label", "node", "state", "pid",
@@ -38,7 +38,7 @@ def describe(report: Report, now: float, earlier: Mapping[tuple[str, int], CpuTi
         null for what is unknown.
     """
     processes = report.processes
-    if len(processes) > MAX_PROCESSES:  # those that need a look are not left out
+    if len(processes) > MAX_PROCESSES:  # those that need attention are not left out
         processes = sorted(processes, key=lambda entry: entry.state == "running")[:MAX_PROCESSES]
     return {
         "title": report.title,
@@ -71,7 +71,7 @@ def _describe(entry: Status, now: float, earlier: Mapping[tuple[str, int], CpuTi
 
 
 def cpu_times(report: Report, now: float) -> dict[tuple[str, int], CpuTime]:
-    """Return what the processes of a launch have used until now, by label and process id."""
+    """Return the CPU times of the processes of a launch, by label and process id."""
     return {(entry.label, entry.pid): (now, entry.cpu) for entry in report.processes if entry.cpu >= 0}
 
 
@@ -103,10 +103,10 @@ def describe_exit(code: int) -> str:
 
 
 def log_files(base: str, folder: Path) -> list[Path]:
-    """Return the log files of a process that are there.
+    """Return the existing log files of a process.
 
-    A launch says where they are, and whoever reaches the master can claim to be a launch, so only files in one folder
-    count.
+    The path comes from the launch, and any program that reaches the master can claim to be a launch, so only files in
+    one folder are returned.
 
     Args:
         base: their path without ``.log``.

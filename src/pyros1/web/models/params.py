@@ -1,4 +1,4 @@
-"""Parameters as a page shows them. Pure."""
+"""Parameters as displayed on a page. Pure."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from pyros1.values import YamlError, load_yaml
 from pyros1.values.writing import dump
 
 MAX_PARAMETERS = 20_000
-"""Most parameters that are shown."""
+"""Maximum number of parameters that are displayed."""
 _MAX_TEXT = 300
-"""Most characters of a value that are shown; the whole value is asked for when it is edited."""
+"""Maximum characters of a value that are displayed; the whole value is requested when it is edited."""
 _MAX_ITEMS = 60
 _SPECIAL = {"nan": ".nan", "inf": ".inf", "-inf": "-.inf"}
 _KINDS = {str: "text", bool: "bool", int: "int", float: "double", list: "list", tuple: "list", dict: "dict"}
 
 
 class ValueSummary(NamedTuple):
-    """A parameter: the kind of its value, the begin of the value as text, and whether there is more of it."""
+    """A parameter: the kind of its value, the beginning of the value as text, and whether it was cut."""
 
     kind: str
     text: str
@@ -39,7 +39,7 @@ def flatten(tree: Any) -> Iterator[tuple[str, Any]]:
 
 
 def summarize(value: Any) -> ValueSummary:
-    """Return what is shown of a value."""
+    """Return the summary of a value."""
     kind = _KINDS.get(value.__class__, "null" if value is None else "other")
     if isinstance(value, str):
         return ValueSummary(kind, value[:_MAX_TEXT], len(value) > _MAX_TEXT)
@@ -57,22 +57,22 @@ def summarize(value: Any) -> ValueSummary:
 
 
 class Changes:
-    """Tells what has changed between two looks at the parameters."""
+    """Tracks changes of the parameters between updates."""
 
     def __init__(self) -> None:
         self._known: dict[str, ValueSummary] | None = None
         self._raw = ""
 
     def update(self, tree: Any, may_see: Callable[[str], bool]) -> dict[str, Any] | None:
-        """Return what has changed since the last look.
+        """Return what has changed since the last update.
 
         Args:
             tree: all parameters.
-            may_see: returns whether a parameter of this name is shown.
+            may_see: returns whether a parameter of this name may be displayed.
 
         Returns:
             ``all``: whether ``set`` has all parameters; ``set``: name -> `ValueSummary`; ``gone``: names; ``more``: how
-            many are not shown, because there are too many. None if nothing has changed.
+            many are omitted because there are too many. None if nothing has changed.
         """
         raw = repr(tree)  # 1, 1.0 and true are equal, but not the same
         if self._known is not None and raw == self._raw:
@@ -90,7 +90,7 @@ class Changes:
 
 
 def pretty(value: Any) -> str:
-    """Return the YAML text of a value for editing: flat lists in brackets, text of several lines as it is.
+    """Return the YAML text of a value for editing: flat lists in brackets, multi-line text as a block.
 
     Raises:
         YamlError: see `pyros1.values.dump_yaml`.
@@ -110,8 +110,8 @@ def pretty(value: Any) -> str:
 
 
 def _block(value: str) -> str:
-    """Return text of several lines as a YAML block; not every text can be one."""
+    """Return multi-line text as a YAML block; not every text can be one."""
     end = "-" if not value.endswith("\n") else "+" if value.endswith("\n\n") or not value.strip("\n") else ""
     lines = value.removesuffix("\n").split("\n") if end != "-" else value.split("\n")
-    indent = "2" if lines[0].startswith((" ", "\t")) or not lines[0] else ""  # else it is seen
+    indent = "2" if lines[0].startswith((" ", "\t")) or not lines[0] else ""  # otherwise YAML detects it
     return f"|{indent}{end}\n" + "".join(f"  {line}\n" if line else "\n" for line in lines)

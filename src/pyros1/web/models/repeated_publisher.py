@@ -1,4 +1,4 @@
-"""Publishes again and again, in a thread, until it is told to end."""
+"""Publishes repeatedly, in a thread, until it is closed."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from pyros1.ground.errors import Error
 
 
 class RepeatedPublisher:
-    """Runs a function at a rate. A turn that comes too late is left out.
+    """Runs a function at a rate. A run that would be too late is skipped.
 
     Args:
-        publish: publishes, and returns the number of subscribers; it may raise an `Error`, and is tried again.
-        hz: how often per second, more than 0.
+        publish: publishes, and returns the number of subscribers; it may raise an `Error`, and is retried.
+        hz: runs per second, more than 0.
 
     Attributes:
-        sent: how often it has been done.
-        subscribers: what the last time returned.
-        problem: why the last time failed; empty if it did not.
+        sent: number of successful runs.
+        subscribers: the result of the last run.
+        problem: why the last run failed; empty if it did not.
     """
 
     def __init__(self, publish: Callable[[], int], hz: float) -> None:
@@ -34,12 +34,12 @@ class RepeatedPublisher:
         self._thread.start()
 
     def change(self, publish: Callable[[], int], hz: float) -> None:
-        """Go on with another function and rate, at once."""
+        """Continue with another function and rate, immediately."""
         self.publish, self.hz = publish, hz
         self._changed.set()
 
     def close(self) -> None:
-        """End, after the turn that runs."""
+        """Stop after the current run."""
         self._ended.set()
         self._changed.set()
         self._thread.join(5)

@@ -1,1 +1,1 @@
-"""rosbridge v2 with rosapi, for programs of roslibjs and roslibpy."""
+"""rosbridge v2 with rosapi, for programs that use roslibjs or roslibpy."""

@@ -1,7 +1,7 @@
-"""One client: does what its frames say, and makes the frames for it. No sockets here.
+"""One client: handles its frames, and creates the frames for it. No sockets here.
 
-`handle` is called by one thread at a time, and so is `take`. Operations are done in the order of their frames: one that
-comes behind subscriptions waits until these are made.
+`handle` is called by one thread at a time, and so is `take`. Operations are performed in the order of their frames: one
+that follows subscriptions waits until they are established.
 """
 
 from __future__ import annotations
@@ -27,21 +27,21 @@ from pyros1.web.service_exchanges import MAX_CONCURRENT_CALLS
 
 MAX_TOPICS = 500
 MAX_CALLS = 500
-"""Most calls that run or wait at the same time."""
+"""Maximum number of running and waiting calls."""
 
 
 class Client:
     """A client.
 
     Args:
-        robot: what it may see and do.
-        start: runs a function in another thread, soon.
+        robot: the robot, with what clients may see and do.
+        start: runs a function in another thread.
         wake: called, from any thread, when `take` may return something.
-        resume: called, from any thread, when `handle` may go on.
+        resume: called, from any thread, when `handle` may continue.
 
     Attributes:
-        subscribing: the subscriptions that are not made yet.
-        outbox: what waits to be sent.
+        subscribing: the subscriptions in progress.
+        outbox: the outgoing frames and messages.
     """
 
     def __init__(
@@ -69,10 +69,10 @@ class Client:
         self._parts = 0
 
     def handle(self, received: Iterable[str | bytes]) -> bool:
-        """Do what frames say, in order. What is wrong with one is told to the client.
+        """Handle frames in order. Errors are reported to the client.
 
         Returns:
-            Whether all is done. If not, it is to be called again, without frames, when `subscribing` is over.
+            Whether all is done. If not, call it again, without frames, once `subscribing` is done.
         """
         self._frames_to_handle.extend(received)
         while self._deferred is not None or self._frames_to_handle:
@@ -81,7 +81,7 @@ class Client:
         return True
 
     def _handle_next(self) -> bool:
-        """Do one thing; return False if it has to wait."""
+        """Handle one operation; return False if it has to wait."""
         id: Id = None
         try:
             found = self._deferred or self._decoder.decode(self._frames_to_handle.popleft())
@@ -153,7 +153,7 @@ class Client:
         unsubscribe_previous, queue.last = queue.unsubscribe, None
         done = self.subscribing.begin()
         try:
-            # Once more for each subscription: who comes later gets a latched message, too.
+            # Listen again for each subscription: later ones must get latched messages as well.
             queue.unsubscribe = self._robot.listen(topic, lambda arrival: self.outbox.put(queue, arrival), done)
         except Error:
             done()
@@ -184,7 +184,7 @@ class Client:
         self._start_calls()
 
     def _start_calls(self) -> None:
-        """Start calls that wait. While the client does not read its answers, there are to be no more."""
+        """Start waiting calls, but none while the client does not read its answers."""
         while not self.outbox.is_full():
             with self._calls_lock:
                 if not self._calls or self._running >= MAX_CONCURRENT_CALLS:
@@ -203,10 +203,10 @@ class Client:
         self._start_calls()
 
     def take(self, now: float) -> tuple[Iterator[Frame], float | None]:
-        """Return the frames that are due, which are made as they are taken, and when to call again.
+        """Return the frames that are due, which are created lazily, and when to call again.
 
         Args:
-            now: seconds of a clock that does not jump.
+            now: seconds of a monotonic clock.
 
         Returns:
             The frames, and a time; None if there is nothing to do before it wakes.
@@ -243,7 +243,7 @@ class Client:
         yield from frames.packed(text, queue.compression, queue.fragment_size, f"{queue.name}:{self._parts}")
 
     def close(self) -> None:
-        """End all."""
+        """End all subscriptions, publishers, services and calls."""
         with self._calls_lock:
             self._calls.clear()
         self._service_caller.close()

@@ -1,4 +1,4 @@
-"""Drives each `Client` over its WebSocket: one task reads, one does what was read, one sends."""
+"""Drives each `Client` over its WebSocket: one task reads, one handles what was read, one sends."""
 
 from __future__ import annotations
 
@@ -21,28 +21,28 @@ from pyros1.web.server.threads import ThreadPool
 from pyros1.web.server.waiting import MAX_PENDING_SECONDS, wait_for_event, wait_until_done
 
 _MAX_READ_AHEAD = 1 << 20
-"""Bytes of frames that are read ahead; but one is, however large."""
+"""Maximum bytes of frames that are read ahead; one frame always is, however large."""
 _FRAME_OVERHEAD = 1_000
-"""Bytes that a frame costs besides its own."""
+"""Memory overhead of a frame in bytes."""
 _LARGE_BYTES = 1 << 20
-"""Bytes of frames that take many times as much when they are unpacked: those of few clients are, at a time."""
+"""Bytes above which frames are unpacked for only a few clients at a time, as that takes much more memory."""
 _MAX_LARGE = 1
 _BATCH_FRAMES = 64
-"""Frames that are made at a time."""
+"""Number of frames created at a time."""
 _POLL_PERIOD = 0.02
-"""Seconds between looks whether the client has read what it was told."""
+"""Seconds between checks whether the client has read what it was sent."""
 _START_TIMEOUT = 10.0
-"""Seconds for which a client waits for the server's node, then it is told why there is none."""
+"""Seconds for which a client waits for the server's node before it gets an error."""
 _THREADS = 32
-"""Threads for operations and messages of all clients."""
+"""Maximum number of threads for operations and messages of all clients."""
 
 
 class Bridge:
     """All clients.
 
     Args:
-        robot: what they may see and do.
-        calls: runs their calls of services, which may take long.
+        robot: the robot, with what clients may see and do.
+        calls: runs their service calls, which may take long.
     """
 
     def __init__(self, robot: Robot, calls: ThreadPool) -> None:
@@ -52,11 +52,11 @@ class Bridge:
         self._large = asyncio.Semaphore(_MAX_LARGE)
 
     async def serve(self, socket: ServerConnection) -> None:
-        """Serve a client until it goes."""
+        """Serve a client until it disconnects."""
         await _Driver(socket, self._robot, self._threads.queue(), self._calls.queue(), self._large).run()
 
     def close(self) -> None:
-        """Begin nothing more."""
+        """Start no more work."""
         self._threads.shutdown(wait=False, cancel_futures=True)
 
 
@@ -74,13 +74,13 @@ class _Driver:
         self._disconnected = False
         self._read: deque[str | bytes] = deque()
         self._read_size = 0
-        self._input_ready = asyncio.Event()  # frames, or the client's end
+        self._input_ready = asyncio.Event()  # frames, or the end of the connection
         self._input_drained = asyncio.Event()
         self._may_resume = asyncio.Event()
         self._client = Client(robot, calls.submit, self._wake, self._resume)
 
     async def run(self) -> None:
-        """Serve the client until it goes."""
+        """Serve the client until it disconnects."""
         tasks = [asyncio.create_task(part()) for part in (self._receive, self._work, self._send)]
         try:
             finished, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_EXCEPTION)
@@ -110,8 +110,8 @@ class _Driver:
         while not (self._robot.wait(0.0) or self._disconnected) and monotonic() < deadline:
             await asyncio.sleep(
                 _POLL_PERIOD
-            )  # the first words of a client are not lost because the server's node begins
-        while self._read or not self._disconnected:  # programs publish as the last thing they do
+            )  # so that a client's first frames are not lost while the server's node starts
+        while self._read or not self._disconnected:  # programs may publish just before they exit
             self._input_ready.clear()
             if not self._read:
                 await self._input_ready.wait()
@@ -124,7 +124,7 @@ class _Driver:
             while not done:
                 await wait_until_done(self._client.subscribing, self._may_resume, MAX_PENDING_SECONDS)
                 done = await self._in_thread(self._client.handle, ())
-            while self._client.outbox.is_full() and not self._disconnected:  # it asks faster than it reads
+            while self._client.outbox.is_full() and not self._disconnected:  # it requests faster than it reads
                 await asyncio.sleep(_POLL_PERIOD)
 
     def _resume(self) -> None:
@@ -139,7 +139,7 @@ class _Driver:
                 frames, frame_iterator, next_time = await self._in_thread(self._next_frames)
                 while frames:
                     for frame in frames:
-                        await self._socket.send(frame)  # a slow client is waited for here, and only here
+                        await self._socket.send(frame)  # waits here for a slow client, and only here
                     frames = await self._in_thread(_next_batch, frame_iterator) if len(frames) == _BATCH_FRAMES else []
                 wait = None if next_time is None else max(0.0, next_time - monotonic())
                 await wait_for_event(self._wake_event, wait)
@@ -152,7 +152,7 @@ class _Driver:
         return await self._loop.run_in_executor(self._threads, function, *args)
 
     def _wake(self) -> None:
-        if not self._wake_scheduled:  # most messages come while a look is due already
+        if not self._wake_scheduled:  # most messages arrive while a check is already scheduled
             self._wake_scheduled = True
             with contextlib.suppress(RuntimeError):  # the loop has ended
                 self._loop.call_soon_threadsafe(self._wake_event.set)

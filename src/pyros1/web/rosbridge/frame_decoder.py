@@ -1,4 +1,4 @@
-"""From the frames of a client to operations: parts are put together, pictures unpacked. Pure, and bounded."""
+"""Decodes the frames of a client to operations: joins fragments and unpacks pictures. Pure and bounded."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from pyros1.web.rosbridge import picture
 from pyros1.web.rosbridge.operations import Action, BridgeError, Id, Part, parse
 
 MAX_FRAME = 10_000_000
-"""Most bytes of a frame, of a text that was put together, and of what a picture holds."""
+"""Maximum bytes of a frame, of a reassembled text, and of the contents of a picture."""
 MAX_PARTS = 10_000
 _MAX_TEXTS = 32
-"""Most texts that are put together at the same time; the oldest is given up for a new one."""
+"""Maximum number of texts being reassembled at the same time; the oldest is dropped for a new one."""
 _MAX_NESTING = 3
-"""A picture may come in fragments; more boxes in boxes serve nobody."""
+"""Maximum nesting: a picture may come in fragments; deeper nesting has no use."""
 
 
 class FrameDecoder:
@@ -25,10 +25,10 @@ class FrameDecoder:
         self._texts: dict[tuple[str, Id], _Text] = {}
 
     def decode(self, frame: str | bytes) -> tuple[Id, Action] | None:
-        """Return the operation that a frame completes, with its id; None if more parts are to come.
+        """Return the operation that a frame completes, with its id; None if more fragments are missing.
 
         Raises:
-            BridgeError: the frame is no operation.
+            BridgeError: the frame is not a valid operation.
         """
         for _ in range(_MAX_NESTING):
             text = _text(frame)
@@ -87,7 +87,7 @@ def _text(frame: str | bytes) -> str:
     try:
         if isinstance(frame, bytes):
             return frame.decode("utf-8")
-        # A program in JavaScript may have cut a text in the middle of a character.
+        # A JavaScript program may have split a text in the middle of a character.
         return frame if frame.isascii() else frame.encode("utf-16-le", "surrogatepass").decode("utf-16-le")
     except ValueError:
         raise BridgeError("a frame must be JSON, in UTF-8") from None

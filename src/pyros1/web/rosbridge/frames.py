@@ -1,4 +1,4 @@
-"""What clients are told. Pure."""
+"""Frames sent to clients. Pure."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def binary(value: Any) -> bytes:
 
 
 def tagged(tag: int, data: bytes) -> Any:
-    """Return bytes with a tag of CBOR.
+    """Return bytes with a CBOR tag.
 
     Raises:
         BridgeError: cbor2 is not installed.
@@ -51,19 +51,19 @@ def tagged(tag: int, data: bytes) -> Any:
 
 def _cbor() -> Any:
     try:
-        import cbor2  # noqa: PLC0415 - for those who ask for it
+        import cbor2  # noqa: PLC0415 - optional
     except ImportError:
         raise BridgeError("CBOR needs cbor2: pip install 'pyros1[web]'") from None
     return cbor2
 
 
 def status(level: str, message: str, id: Id = None) -> str:
-    """Return the frame that says what went wrong."""
+    """Return the frame of a status message."""
     return text({"op": "status", **_with(id), "level": level, "msg": message})
 
 
 def response(service: str, id: Id, values: Any, result: bool) -> dict[str, Any]:
-    """Return the answer to a call."""
+    """Return the response to a call."""
     return {"op": "service_response", **_with(id), "service": service, "values": values, "result": result}
 
 
@@ -77,13 +77,13 @@ def _with(id: Id) -> dict[str, Any]:
 
 
 def packed(frame: str, compression: str, fragment_size: int | None, id: str) -> Iterator[str]:
-    """Yield a frame as the client wants it.
+    """Yield a frame in the form that the client requested.
 
     Args:
         frame: a JSON text.
-        compression: ``png``, or another word for none.
-        fragment_size: most characters of the text in each frame; None: in one piece.
-        id: of the parts, if there are several.
+        compression: ``png``, or any other value for none.
+        fragment_size: maximum characters of the text in each frame; None: no fragments.
+        id: id of the fragments, if there are several.
 
     Raises:
         BridgeError: Pillow is not installed.

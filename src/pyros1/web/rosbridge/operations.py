@@ -1,4 +1,4 @@
-"""What clients ask for: JSON objects with an ``op``, checked and typed. Pure.
+"""The operations of clients: JSON objects with an ``op``, checked and typed. Pure.
 
 See https://github.com/RobotWebTools/rosbridge_suite/blob/ros1/ROSBRIDGE_PROTOCOL.md.
 """
@@ -15,17 +15,17 @@ Id = str | int | None
 COMPRESSIONS = ("none", "png", "cbor", "cbor-raw")
 LEVELS = ("none", "error", "warning", "info")
 MAX_CALL_SECONDS = 600.0
-"""Seconds after which a call ends that has no shorter limit."""
+"""Timeout of calls in seconds, unless they have a shorter one."""
 _MAX_NAME_LENGTH = 1000
 _MIN_FRAGMENT_SIZE = 16
 _MAX_NUMBER = 1 << 31
 
 
 class BridgeError(Error):
-    """A frame is no operation, or the operation cannot be done. The client gets the text.
+    """A frame is not a valid operation, or the operation failed. The client gets the text.
 
     Attributes:
-        id: of the operation.
+        id: id of the operation.
     """
 
     def __init__(self, text: str, id: Id = None) -> None:
@@ -35,7 +35,7 @@ class BridgeError(Error):
 
 @dataclass(frozen=True)
 class Advertise:
-    """The client will publish."""
+    """The client is going to publish."""
 
     topic: str
     type: str
@@ -45,14 +45,14 @@ class Advertise:
 
 @dataclass(frozen=True)
 class Unadvertise:
-    """The client, or a part of it that has an id, will not publish any more."""
+    """The client, or a part of it with an id, stops publishing."""
 
     topic: str
 
 
 @dataclass(frozen=True)
 class Publish:
-    """Publish a message, as JSON; whether to latch it counts if the client has not advertised the topic."""
+    """Publish a message, as JSON; ``latch`` counts only if the client has not advertised the topic."""
 
     topic: str
     message: Any
@@ -65,9 +65,9 @@ class Subscribe:
 
     Attributes:
         type: the expected type; empty for any.
-        throttle: least seconds between two messages.
-        queue_length: most messages that wait; 0: as the client can take them.
-        fragment_size: most characters of a frame; None for no limit.
+        throttle: minimum seconds between two messages.
+        queue_length: maximum number of queued messages; 0: as the client can receive them.
+        fragment_size: maximum characters of a frame; None for no limit.
     """
 
     topic: str
@@ -81,7 +81,7 @@ class Subscribe:
 
 @dataclass(frozen=True)
 class Unsubscribe:
-    """End the subscription with an id, or all of the topic."""
+    """End the subscription with this id, or all subscriptions of the topic."""
 
     topic: str
     key: Id
@@ -108,7 +108,7 @@ class AdvertiseService:
 
 @dataclass(frozen=True)
 class UnadvertiseService:
-    """The client provides a service no longer."""
+    """The client stops providing a service."""
 
     service: str
 
@@ -124,14 +124,14 @@ class ServiceResponse:
 
 @dataclass(frozen=True)
 class SetLevel:
-    """Which status messages the client wants."""
+    """Set which status messages the client wants."""
 
     level: str
 
 
 @dataclass(frozen=True)
 class Part:
-    """A part of a text, or of a picture that has one in it."""
+    """A fragment of a text, or a picture that contains one."""
 
     op: str
     data: str
@@ -160,7 +160,7 @@ def parse(frame: object) -> tuple[Id, Action | Part]:
         frame: a JSON value.
 
     Raises:
-        BridgeError: it is none.
+        BridgeError: it is not a valid operation.
     """
     if not isinstance(frame, dict):
         raise BridgeError("an operation is a JSON object with a string 'op'")

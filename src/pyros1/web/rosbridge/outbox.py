@@ -1,4 +1,4 @@
-"""What waits to be sent to a client. Pure, bounded, and safe for threads: a slow client gets the newest messages."""
+"""The outgoing data of a client. Pure, bounded and thread-safe: a slow client gets the newest messages."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ if TYPE_CHECKING:
 
 Frame = str | bytes
 MAX_MESSAGES = 1000
-"""Most messages of a topic that wait."""
+"""Maximum number of queued messages of a topic."""
 MAX_BYTES = 4 << 20
-"""Most bytes of a topic's messages that wait; but one may wait, however large."""
+"""Maximum bytes of a topic's queued messages; but one may be queued, however large."""
 MAX_TOTAL_BYTES = 32 << 20
-"""As `MAX_BYTES`, of all topics."""
+"""Like `MAX_BYTES`, for all topics together."""
 MAX_FRAME_BYTES = 1 << 20
-"""Bytes of answers beyond which no more is read from the client."""
+"""Bytes of queued answers above which nothing more is read from the client."""
 _BATCH_BYTES = 1 << 20
 """Bytes of messages that are taken at a time."""
 
@@ -29,10 +29,10 @@ class TopicQueue:
     """A topic that the client subscribes to.
 
     Attributes:
-        name: the topic, as the client calls it.
-        compression, fragment_size: as the client wants its frames.
-        unsubscribe: ends the flow of messages.
-        problem: what was wrong with the last message.
+        name: the topic, as named by the client.
+        compression, fragment_size: the form of frames that the client requested.
+        unsubscribe: ends the subscription.
+        problem: the problem with the last message.
     """
 
     def __init__(self, name: str) -> None:
@@ -50,7 +50,7 @@ class TopicQueue:
         self.next_time = float("-inf")
 
     def add_subscription(self, request: Subscribe) -> None:
-        """Add a subscription. The fastest, the longest queue, the smallest frames and the last compression count."""
+        """Add a subscription. The highest rate, longest queue, smallest frames and last compression count."""
         self.requests.pop(request.key, None)
         self.requests[request.key] = request
         self._merge_settings()
@@ -75,21 +75,21 @@ class TopicQueue:
         self.compression = requests[-1].compression
 
     def due(self) -> float | None:
-        """Return when the next message may be sent; None: none waits."""
+        """Return when the next message may be sent; None if none is queued."""
         return self.next_time if self.waiting else None
 
     def pop(self) -> Arrival:
-        """Return the message that waits longest."""
+        """Remove and return the oldest message."""
         arrival = self.waiting.popleft()
         self.size -= len(arrival.raw._buff)
         return arrival
 
 
 class Outbox:
-    """All that waits for one client.
+    """All queued data of one client.
 
     Args:
-        wake: called, from any thread, when something new waits.
+        wake: called, from any thread, when something new is queued.
     """
 
     def __init__(self, wake: Callable[[], object]) -> None:
@@ -100,18 +100,18 @@ class Outbox:
         self._queues: list[TopicQueue] = []
 
     def enqueue(self, frame: Frame) -> None:
-        """Add an answer. These are never dropped; `is_full` says when to ask for no more."""
+        """Add an answer. Answers are never dropped; `is_full` says when to accept no more requests."""
         with self._lock:
             self._frames.append(frame)
             self._frames_size += len(frame)
         self._wake()
 
     def is_full(self) -> bool:
-        """Return whether the client should first read what it has been told."""
+        """Return whether the client should first read what was sent to it."""
         return self._frames_size > MAX_FRAME_BYTES
 
     def is_overfull(self) -> bool:
-        """Return whether others should ask the client for nothing either."""
+        """Return whether not even calls should be sent to the client."""
         return self._frames_size > MAX_TOTAL_BYTES
 
     def add(self, queue: TopicQueue) -> None:
@@ -120,15 +120,15 @@ class Outbox:
             self._queues.append(queue)
 
     def remove(self, queue: TopicQueue) -> None:
-        """Remove a topic, and what waits of it."""
+        """Remove a topic and its queued messages."""
         with self._lock:
             self._queues = [each for each in self._queues if each is not queue]
 
     def put(self, queue: TopicQueue, arrival: Arrival) -> None:
-        """Add a message; the oldest ones make room for it."""
+        """Add a message; the oldest ones are dropped if there is no space."""
         with self._lock:
             if arrival is queue.last:
-                return  # while the client subscribes once more, it comes twice
+                return  # while the client subscribes again, it arrives twice
             queue.last = arrival
             queue.waiting.append(arrival)
             queue.size += len(arrival.raw._buff)
@@ -142,13 +142,13 @@ class Outbox:
         return sum(each.size for each in self._queues)
 
     def take(self, now: float) -> tuple[list[Frame], list[tuple[TopicQueue, Arrival]], float | None]:
-        """Take what is due.
+        """Remove and return what is due.
 
         Args:
             now: seconds of a clock that does not jump.
 
         Returns:
-            Answers; messages, in the order in which they came; and when to call again, None: when it wakes.
+            Answers; messages, in order of arrival; and when to call again, None: when woken.
         """
         with self._lock:
             ready_frames, self._frames, self._frames_size = list(self._frames), deque(), 0
@@ -164,7 +164,7 @@ class Outbox:
                     if size >= _BATCH_BYTES:
                         break
                 due = [queue for queue in due if queue.waiting and not queue.throttle]
-            if found:  # who came last is the first next time
+            if found:  # the last one is first next time
                 self._queues.sort(key=lambda queue: queue.next_time)
             next_time = min((time for queue in self._queues if (time := queue.due()) is not None), default=None)
         found.sort(key=lambda each: each[1].at)

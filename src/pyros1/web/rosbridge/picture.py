@@ -1,7 +1,7 @@
-"""Texts in PNG pictures, which some networks and browsers unpack faster than texts. Pure.
+"""Texts as PNG pictures, which some networks and browsers handle faster than texts. Pure.
 
-The bytes of the text are the red, green and blue of the pixels, line by line; what is left over is filled with line
-ends, which JSON ignores.
+The bytes of the text are the red, green and blue values of the pixels, row by row; the rest is filled with newlines,
+which JSON ignores.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from typing import Any
 from pyros1.web.rosbridge.operations import BridgeError
 
 _LEVEL = 1
-"""Of the compression: higher ones take several times as long for some per cent."""
+"""Compression level: higher ones take several times as long to save a few percent."""
 
 
 def pack(text: str) -> str:
-    """Return a text in ASCII as a picture, in base64.
+    """Return an ASCII text as a picture, in base64.
 
     Raises:
         BridgeError: Pillow is not installed.
@@ -40,10 +40,10 @@ def unpack(data: str, limit: int) -> bytes:
 
     Args:
         data: the picture, in base64.
-        limit: most bytes of the text. A picture that claims to have more is not unpacked.
+        limit: maximum bytes of the text. A picture that claims to have more is not unpacked.
 
     Raises:
-        BridgeError: it is no such picture, or Pillow is not installed.
+        BridgeError: it is not such a picture, or Pillow is not installed.
     """
     pillow = _pillow()
     try:

@@ -1,4 +1,4 @@
-"""Services that a client provides: calls go to it as frames, and wait in threads of the node for the answers."""
+"""Services that a client provides: calls are sent to it as frames, and wait for the answers in threads of the node."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from pyros1.web.rosbridge.values import for_json, from_args
 
 MAX_SERVICES = 200
 MAX_CALLS = 100
-"""Most calls of a client's services that wait for it."""
+"""Maximum number of pending calls of a client's services."""
 
 
 class ProvidedServices:
     """The services of one client.
 
     Args:
-        robot: where they are provided.
-        outbox: of the client.
+        robot: the robot in which they are provided.
+        outbox: outbox of the client.
     """
 
     def __init__(self, robot: Robot, outbox: Outbox) -> None:
@@ -37,11 +37,11 @@ class ProvidedServices:
         self._closed = False
 
     def advertise(self, name: str, kind: str) -> None:
-        """Provide a service, in place of any other client that does.
+        """Provide a service, replacing any other client that provides it.
 
         Raises:
-            BridgeError: the client has too many.
-            Error: no such type, or the server's node itself provides it.
+            BridgeError: the client provides too many services.
+            Error: the type does not exist, or the server's own node provides the service.
         """
         full = self._robot.full_name(name)
         self._robot.check_visible(full)
@@ -53,7 +53,7 @@ class ProvidedServices:
         )
 
     def unadvertise(self, name: str) -> None:
-        """Provide a service no longer.
+        """Stop providing a service.
 
         Raises:
             BridgeError: the client does not provide it.
@@ -65,10 +65,10 @@ class ProvidedServices:
         self._cancel_calls(name)
 
     def answer(self, id: Id, response: ServiceResponse) -> None:
-        """Give an answer to who waits for it.
+        """Pass an answer to the call that waits for it.
 
         Raises:
-            BridgeError: nobody does.
+            BridgeError: no call waits for it.
         """
         call = self._waiting.get(id) if isinstance(id, str) else None
         if call is None or call.service != response.service:
@@ -77,7 +77,7 @@ class ProvidedServices:
         call.done.set()
 
     def close(self) -> None:
-        """End all."""
+        """End all services."""
         with self._lock:
             self._closed = True
         for name in list(self._unadvertisers):
@@ -114,7 +114,7 @@ class ProvidedServices:
             raise ServiceRefusal(reason[:1000])
         try:
             answer = from_args(cls, response.values, self._robot.node.now())
-            cls._encode(answer)  # who encodes it later cannot say whose fault it is
+            cls._encode(answer)  # a later encoding error would not show who caused it
             return answer
         except MessageError as error:
             raise ServiceRefusal(f"the client that provides {name} gave a wrong answer: {error}"[:1000]) from None

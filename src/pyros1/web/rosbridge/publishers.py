@@ -1,4 +1,4 @@
-"""Topics that a client publishes on."""
+"""The topics on which a client publishes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pyros1.web.rosbridge.values import from_client
 MAX_TOPICS = 500
 _MAX_QUEUE_SIZE = 1000
 _CONNECT_TIMEOUT = 0.5
-"""Seconds that subscribers of a topic have to connect before its first message."""
+"""Seconds to wait for subscribers to connect before the first message of a topic."""
 
 
 @dataclass
@@ -25,10 +25,10 @@ class _Topic:
 
 
 class Publishers:
-    """The publishers of one client, by the names that it gave.
+    """The publishers of one client, by the topic names that it gave.
 
     Args:
-        robot: where they publish.
+        robot: the robot in which they publish.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -37,10 +37,10 @@ class Publishers:
         self._never_published: set[str] = set()
 
     def advertise(self, request: Advertise, id: Id = None) -> None:
-        """Begin to publish on a topic. Parts of a client may do so each with an id; the last wishes count.
+        """Start publishing on a topic. Parts of a client may do so, each with an id; the last options count.
 
         Raises:
-            Error: no such type, the topic has another one, or too many topics.
+            Error: the type does not exist, the topic has another type, or there are too many topics.
         """
         node = self._robot.node
         topic = self._robot.full_name(request.topic)
@@ -72,10 +72,10 @@ class Publishers:
         previous.unregister()  # it was the same topic of the node: its subscribers stay connected
 
     def unadvertise(self, name: str, id: Id = None) -> bool:
-        """End it, or, with an id, one of those who wanted it: the topic ends with the last.
+        """Stop publishing on a topic, or, with an id, for that part of the client: the topic ends with the last part.
 
         Returns:
-            Whether the client publishes on the topic.
+            Whether the client was publishing on the topic.
         """
         entry = self._topics.get(name)
         if entry is None:
@@ -88,10 +88,10 @@ class Publishers:
         return True
 
     def publish(self, request: Publish) -> None:
-        """Publish a message, which is a JSON object. A topic that is known need not be advertised.
+        """Publish a message, which is a JSON object. A topic with a known type need not be advertised.
 
         Raises:
-            Error: nobody knows its type, or a value does not fit its field.
+            Error: the topic's type is unknown, or a value does not fit its field.
         """
         name = request.topic
         if name not in self._topics:
@@ -110,6 +110,6 @@ class Publishers:
         publisher.publish(message)
 
     def close(self) -> None:
-        """End all."""
+        """End all publishers."""
         for name in list(self._topics):
             self.unadvertise(name)

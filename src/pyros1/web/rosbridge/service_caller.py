@@ -1,4 +1,4 @@
-"""Calls of services for a client."""
+"""Service calls for a client."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from pyros1.web.service_exchanges import ServiceExchanges
 
 _PROBE_TIMEOUT = 2.0
 MAX_CHARACTERS = 64 << 20
-"""Most characters, or bytes, of an answer."""
+"""Maximum characters, or bytes, of an answer."""
 _MAX_TYPES = 1000
 
 
 class ServiceCaller:
-    """The calls of one client.
+    """The service calls of one client.
 
     Args:
-        robot: whose services are called.
+        robot: the robot whose services are called.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -33,7 +33,7 @@ class ServiceCaller:
         self._types: dict[tuple[str, str], str] = {}
 
     def answer(self, id: Id, call: CallService) -> list[Frame]:
-        """Call a service and return the frames of the answer, whatever happens. It may take long."""
+        """Call a service and return the frames of the answer, or of the error. It may take long."""
         try:
             values, result = self._values(call), True
         except Error as error:
@@ -65,7 +65,7 @@ class ServiceCaller:
         try:
             response = self._exchange(name, self._type(*key), call)
         except ServiceError:
-            self._types.pop(key, None)  # perhaps another node is there now
+            self._types.pop(key, None)  # perhaps another node provides it now
             raise
         return (for_cbor if call.compression.startswith("cbor") else for_json)(response)
 

@@ -1,6 +1,6 @@
-"""Messages as clients see them, and as they write them. Pure.
+"""Messages as clients read and write them. Pure.
 
-As JSON, ``uint8[]`` and ``char[]`` are base64 texts, and numbers that JSON lacks are null. As CBOR, arrays of numbers
+In JSON, ``uint8[]`` and ``char[]`` are base64 texts, and numbers that JSON lacks are null. In CBOR, arrays of numbers
 are the bytes of the message, with tags that name their type
 (https://datatracker.ietf.org/doc/html/draft-ietf-cbor-array-tags-00).
 """
@@ -36,7 +36,7 @@ _TAGS = {
     "float32": 85,
     "float64": 86,
 }
-"""Of arrays whose bytes are little endian."""
+"""Tags of arrays whose bytes are little-endian."""
 _TIMES = ("time", "duration")
 _HEADERS = ("std_msgs/Header", "roslib/Header")
 _Convert = Callable[[Any], Any]
@@ -83,7 +83,7 @@ def _plan(cls: type[Message], array: Callable[[Any, str], Any]) -> list[tuple[st
 def _converter(cls: type[Message], kind: str, array: Callable[[Any, str], Any]) -> _Convert | None:
     base, bracket, _ = kind.partition("[")
     if base in cls._classes:
-        one: _Convert = lambda value: _plain(value, array)  # noqa: E731 - it has no name of its own
+        one: _Convert = lambda value: _plain(value, array)  # noqa: E731 - it needs no name
     elif base in _TIMES:
         one = _time
     elif not bracket:
@@ -117,14 +117,14 @@ def _dtype(base: str) -> str:
 
 
 def from_client(cls: type[Message], value: Any, now: Time) -> Message:
-    """Return a message that a client wrote.
+    """Return a message written by a client.
 
-    As in rosbridge_suite, each header that the client mentions, at any depth, has the current time unless the client
-    gives one; what is no time in place of one counts as none.
+    As in rosbridge_suite, each header that the client mentions, at any depth, gets the current time unless the client
+    gives one; an invalid time counts as none.
 
     Args:
-        cls: its class.
-        value: a JSON object. What it leaves out has its default.
+        cls: class of the message.
+        value: a JSON object. Missing fields have their defaults.
         now: the current time.
 
     Raises:
@@ -171,7 +171,7 @@ def _field(cls: type[Message], kind: str, value: Any, now: Time) -> Any:
         return [_field(cls, base, each, now) for each in value]
     if bracket and base in _BYTES and isinstance(value, str):
         return _decoded(value)
-    if base in _FLOATS:  # clients were sent null for NaN
+    if base in _FLOATS:  # clients get null for NaN
         return math.nan if value is None else value
     if base in _TIMES and not bracket:
         return value if base == "time" and value == "now" else _time_fields(value)
@@ -186,7 +186,7 @@ def _time_fields(value: Any) -> dict[str, Any]:
 
 
 def _decoded(text: str) -> Any:
-    """Return the bytes of a base64 text, in which line breaks and the like are ignored; or the text if it is none."""
+    """Return the bytes of a base64 text, ignoring line breaks and similar; or the text itself if it is not base64."""
     try:
         return base64.b64decode(text)
     except ValueError:

@@ -1,1 +1,1 @@
-"""What a 3D scene shows: frames, and messages with their places, in a form that a page draws without much work."""
+"""Contents of a 3D scene: frames, and messages with their poses, in a form that is easy to draw for a page."""

@@ -8,18 +8,18 @@ from typing import Any
 from pyros1.web.scene.shape import ShapeError
 
 _MIN_FOCAL_LENGTH, _MAX_FOCAL_LENGTH = 1e-6, 1e12
-"""Pixels: a camera whose numbers are outside of these is not calibrated."""
+"""Pixels: a camera with values outside this range is not calibrated."""
 
 
 @dataclass(frozen=True)
 class Camera:
-    """A camera without distortion, which looks along z with x to the right and y down.
+    """A camera without distortion, looking along z with x to the right and y down.
 
     Attributes:
         fx, fy: its focal lengths in pixels.
-        cx, cy: where the point straight ahead is in the picture, in pixels from the middle of the first one.
-        tx, ty: metres from the origin of its frame to its eye, for the right camera of two that see in stereo.
-        width, height: of its picture in pixels; 0 for unknown.
+        cx, cy: the principal point of the picture, in pixels from the centre of the first one.
+        tx, ty: metres from the origin of its frame to its optical centre, for the right camera of a stereo pair.
+        width, height: size of its picture in pixels; 0 for unknown.
     """
 
     fx: float
@@ -32,7 +32,7 @@ class Camera:
     height: int
 
     def resized(self, width: int, height: int) -> Camera:
-        """Return the same camera with a picture of another number of pixels."""
+        """Return the same camera with a picture of another size."""
         if (width, height) == (self.width, self.height):
             return self
         across, down = width / (self.width or width), height / (self.height or height)
@@ -41,12 +41,12 @@ class Camera:
 
 
 def pinhole(info: Any) -> Camera:
-    """Return the camera that a sensor_msgs/CameraInfo describes: by P, or by K where there is no P.
+    """Return the camera described by a sensor_msgs/CameraInfo: from P, or from K if there is no P.
 
-    P holds for rectified pictures. What the message says about a part of the picture and its binning is considered.
+    P is for rectified pictures. The region of interest and the binning in the message are considered.
 
     Raises:
-        ShapeError: it describes none.
+        ShapeError: it does not describe a camera.
     """
     rows = [*info.P] if info.P[0] else [*info.K[:3], 0.0, *info.K[3:6], 0.0]
     fx, cx, fy, cy = rows[0], rows[2], rows[5], rows[6]
@@ -61,11 +61,11 @@ def pinhole(info: Any) -> Camera:
 
 
 def info_topic(topic: str, compressed: bool = False) -> str:
-    """Return where the CameraInfo of a topic of pictures is: beside it, as image_transport has it.
+    """Return the topic of the CameraInfo of an image topic: next to it, as in image_transport.
 
     Args:
         topic: the full name.
-        compressed: whether its last part names how the picture is compressed.
+        compressed: whether its last part is the name of a compressed transport.
     """
     base = topic.rpartition("/")[0] if compressed else topic
     return f"{base.rpartition('/')[0]}/camera_info"

@@ -1,4 +1,4 @@
-"""Clouds of points as blocks of numbers that a page hands to its graphics card as they are. Pure but for numpy."""
+"""Point clouds as blocks of numbers that a page passes directly to its graphics card. Pure except for numpy."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from numpy.typing import NDArray
 from pyros1.web.scene.shape import Shape, ShapeError
 
 MAX_POINTS = 1_500_000
-"""Most points of a cloud that are sent."""
+"""Maximum number of points of a cloud that are sent."""
 _DATATYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
-"""numpy's names of the types of sensor_msgs/PointField."""
+"""numpy's names for the types of sensor_msgs/PointField."""
 _PACKED = ("rgb", "rgba")
 _XYZ = ("x", "y", "z")
 RED_GREEN_BLUE = "r, g, b"
-"""What colours points by their three fields of these names, from 0 to 1: rviz's RGBF32."""
+"""The choice to colour points by their three fields of these names, from 0 to 1: rviz's RGBF32."""
 MONO = "rgb as grey"
-"""What colours points by the brightness of their "rgb" or "rgba": rviz's MONO8."""
+"""The choice to colour points by the brightness of their "rgb" or "rgba": rviz's MONO8."""
 _MADE = (RED_GREEN_BLUE, MONO)
 _BEST = (*_PACKED, RED_GREEN_BLUE, "intensity")
 Bounds = tuple[float, float]
-"""The least and the greatest value that have colours of their own."""
+"""The minimum and maximum of the colour scale."""
 _Floats = NDArray[np.float32]
 
 
@@ -34,24 +34,24 @@ def point_cloud2(
 
     Args:
         cloud: the message.
-        by: the field that colours the points, `RED_GREEN_BLUE` or `MONO`; empty for "rgb", "intensity" or "z", the
-            first that there is.
-        max_points: the number of points that are sent at most; of larger clouds every second, third ... point.
-        numbers: whether to send the points' places in the message and their values, too.
-        bounds: of the values; None for the least and the greatest that there are.
+        by: the field that colours the points, `RED_GREEN_BLUE` or `MONO`; empty for the first existing one of "rgb",
+            "intensity" and "z".
+        max_points: maximum number of points that are sent; of larger clouds every second, third ... point is sent.
+        numbers: whether to send the points' indices in the message and their values as well.
+        bounds: bounds of the values; None for their minimum and maximum.
 
     Returns:
-        "count", "every" (one of how many points is sent), "fields" (those that can colour), "by", and "colour":
+        "count", "every" (one in this many points is sent), "fields" (those that can colour), "by", and "colour":
 
-        - "rgb": for each point four bytes blue, green, red and one to ignore; "rgba": and its opacity
-        - "value": for each point one byte, from the field's "least" (0) to its "most" (255)
-        - "x", "y", "z": nothing; the page knows where the points are
+        - "rgb": four bytes per point: blue, green, red, unused; "rgba": the last is the opacity
+        - "value": one byte per point, from the field's "least" (0) to its "most" (255)
+        - "x", "y", "z": nothing; the page knows the positions
 
-        with the places as float32 x, y, z, and then the colours. Points without a place are left out. If "numbers" are
-        sent, the index of each point in the message as uint32, and for "value" its float32, are before the colours.
+        with the positions as float32 x, y, z, followed by the colours. Points without a position are left out. With
+        "numbers", the index of each point in the message as uint32, and for "value" its float32, precede the colours.
 
     Raises:
-        ShapeError: the sizes in the message contradict each other, or it has no x, y and z.
+        ShapeError: the sizes in the message are inconsistent, or it lacks x, y or z.
     """
     points = _points(cloud)
     fields = _offered(list(points.dtype.names or ()))
@@ -66,7 +66,7 @@ def point_cloud2(
     colours = _colours(by, points.dtype.names or (), lambda name: points[name]).copy()
     indices = np.arange(len(points), dtype=np.uint32) * np.uint32(stride) if numbers else None
     with np.errstate(all="ignore"):
-        all_finite = np.isfinite(positions.sum())  # most clouds; to look at each point takes five times as long
+        all_finite = np.isfinite(positions.sum())  # most clouds; checking each point takes five times as long
     if not all_finite:
         valid = np.isfinite(positions).all(axis=1)
         positions, colours = positions[valid], colours[valid]
@@ -78,7 +78,7 @@ def point_cloud2(
 def point_cloud(
     cloud: Any, by: str = "", max_points: int = MAX_POINTS, numbers: bool = False, bounds: Bounds | None = None
 ) -> Shape:
-    """Return a sensor_msgs/PointCloud; as `point_cloud2`. Its channels are fields."""
+    """Return a sensor_msgs/PointCloud; like `point_cloud2`. Its channels are fields."""
     stride = -(-len(cloud.points) // max_points) or 1
     channels = {
         "intensity" if each.name == "intensities" else each.name: each.values  # as in rviz
@@ -107,7 +107,7 @@ def _points(cloud: Any) -> NDArray[Any]:
     if not {"x", "y", "z"} <= {*names}:
         raise ShapeError(f"a cloud without x, y and z; it has {', '.join(names) or 'no fields'}"[:300])
     if row < width * step and len(cloud.data) >= width * height * step:
-        row = width * step  # many publishers leave row_step at 0; rviz does not look at it
+        row = width * step  # many publishers leave row_step at 0; rviz ignores it
     if step < 1 or row < width * step or len(cloud.data) < (row * (height - 1) + width * step if height else 0):
         raise ShapeError(f"{width} x {height} points of {step} bytes do not fit into {len(cloud.data)} bytes")
     order = ">" if cloud.is_bigendian else "<"
@@ -135,13 +135,13 @@ def _points(cloud: Any) -> NDArray[Any]:
 
 
 def _offered(fields: list[str]) -> list[str]:
-    """Return what can colour a cloud that has some fields."""
+    """Return the choices to colour a cloud with these fields."""
     several = [RED_GREEN_BLUE] if {"r", "g", "b"} <= {*fields} else []
     return [*fields, *several, *([MONO] if {*_PACKED} & {*fields} else [])]
 
 
 def _colours(by: str, fields: Sequence[str], column: Callable[[str], NDArray[Any]]) -> NDArray[Any]:
-    """Return the values of a field, or packed colours that are made of one or three."""
+    """Return the values of a field, or packed colours from one or three fields."""
     if by in fields:
         return column(by)
     if by == RED_GREEN_BLUE:
@@ -156,7 +156,7 @@ def _colours(by: str, fields: Sequence[str], column: Callable[[str], NDArray[Any
 
 
 def _numbers(values: NDArray[Any]) -> NDArray[np.uint32]:
-    """Return the bits of values of four bytes as numbers."""
+    """Return the bits of four-byte values as integers."""
     order = ">" if values.dtype.byteorder == ">" else "<"
     return np.ascontiguousarray(values).view(f"{order}u4").astype("<u4", copy=False)
 

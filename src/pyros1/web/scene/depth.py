@@ -1,4 +1,4 @@
-"""Pictures of depths as clouds of points. Pure but for numpy, and Pillow for compressed pictures."""
+"""Depth images as point clouds. Pure except for numpy, and Pillow for compressed images."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ _COMPRESSED = "sensor_msgs/CompressedImage"
 
 
 def depths(message: Any) -> NDArray[np.float32]:
-    """Return the depths of a picture in metres, one for each pixel; 0, NaN or infinite where there is none.
+    """Return the depths of an image in metres, one for each pixel; 0, NaN or infinite where unknown.
 
     Args:
-        message: a sensor_msgs/Image of whole millimetres (16UC1) or of metres (32FC1); or a sensor_msgs/CompressedImage
+        message: a sensor_msgs/Image in integer millimetres (16UC1) or metres (32FC1); or a sensor_msgs/CompressedImage
             of compressed_depth_image_transport with a PNG file.
 
     Raises:
@@ -45,7 +45,7 @@ def depths(message: Any) -> NDArray[np.float32]:
 
 
 def colours(message: Any) -> NDArray[np.uint8]:
-    """Return the colours of a picture: blue, green, red and 0 for each pixel.
+    """Return the colours of an image: blue, green, red and 0 for each pixel.
 
     Raises:
         ShapeError: it cannot be read.
@@ -71,14 +71,14 @@ def depth_cloud(
     max_points: int,
     numbers: bool = False,
 ) -> Shape:
-    """Return a cloud in the camera's frame, as `pyros1.web.scene.clouds.point_cloud2` does.
+    """Return a cloud in the camera's frame, like `pyros1.web.scene.clouds.point_cloud2`.
 
     Args:
         depth: see `depths`.
-        camera: what saw them.
-        picture: colours from where the depths were seen; see `colours`. None colours by depth.
-        max_points: about the number of points; if there are more, only every second, third ... row and column counts.
-        numbers: whether to send the points' places in the picture, too, counted row by row.
+        camera: the camera of the depths.
+        picture: colours from the same viewpoint; see `colours`. None colours by depth.
+        max_points: approximate maximum of points; if there are more, every second, third ... row and column is used.
+        numbers: whether to send the points' indices in the image as well, counted row by row.
     """
     height, width = depth.shape
     camera = camera.resized(width, height)
@@ -93,7 +93,7 @@ def depth_cloud(
         positions[:, 1] = (z * ((down - camera.cy) / camera.fy).astype(np.float32)[:, None])[measured] + camera.ty
         positions[:, 2] = distances
         valid = np.isfinite(positions).all(axis=1)
-    if not valid.all():  # absurd depths, or an absurd camera
+    if not valid.all():  # absurd depths or camera parameters
         measured[measured] = valid
         distances, positions = distances[valid], positions[valid]
     facts: dict[str, Any] = {"kind": "cloud", "count": len(distances), "every": step * step, "fields": ["z"]}
@@ -103,7 +103,7 @@ def depth_cloud(
         blob += (down[:, None] * width + across)[measured].astype(np.uint32).tobytes()
     if picture is not None:
         high, wide = picture.shape[:2]
-        packed_pixels = picture.view(np.uint32)[:, :, 0]  # a pixel is one number
+        packed_pixels = picture.view(np.uint32)[:, :, 0]  # one number per pixel
         sampled = packed_pixels[np.ix_(down * high // height, across * wide // width)][measured]
         return {**facts, "by": "rgb", "colour": "rgb", "least": 0.0, "most": 1.0}, blob + sampled.tobytes()
     nearest, farthest = (float(distances.min()), float(distances.max())) if len(distances) else (0.0, 1.0)

@@ -1,4 +1,4 @@
-"""Occupancy grids and their updates, which change a part (map_msgs/OccupancyGridUpdate). Pure but for numpy."""
+"""Occupancy grids and their updates, which change a part (map_msgs/OccupancyGridUpdate). Pure except for numpy."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from pyros1.web.scene.shape import Shape, ShapeError
 from pyros1.web.scene.shapes import occupancy_grid
 
 UPDATES = "_updates"
-"""What the name of the topic of updates has more than that of the grid."""
+"""Suffix of the topic of updates, after the name of the grid's topic."""
 
 
 class Grid:
-    """A grid, and which part of it somebody has not seen yet."""
+    """A grid, and the part of it that has not been sent yet."""
 
     def __init__(self) -> None:
         self._facts: dict[str, Any] = {}
         self._cells: NDArray[np.int8] | None = None
-        self._changed: tuple[int, int, int, int] | None = None  # left, low, right, high
+        self._changed: tuple[int, int, int, int] | None = None  # left, bottom, right, top
         self._send_whole = True
         self.message: Any = None
 
     def put(self, message: Any) -> None:
-        """Take a nav_msgs/OccupancyGrid.
+        """Process a nav_msgs/OccupancyGrid.
 
         Raises:
             ShapeError: it cannot be drawn.
@@ -37,7 +37,7 @@ class Grid:
         self.forget()
 
     def update(self, message: Any) -> None:
-        """Take a map_msgs/OccupancyGridUpdate; without a grid it is nothing.
+        """Process a map_msgs/OccupancyGridUpdate; it is ignored if there is no grid.
 
         Raises:
             ShapeError: it does not fit into the grid.
@@ -62,11 +62,11 @@ class Grid:
         self._changed = (left, low, right, high)
 
     def forget(self) -> None:
-        """Show the whole grid next."""
+        """Return the whole grid next time."""
         self._send_whole, self._changed = True, None
 
     def take(self) -> Shape | None:
-        """Return the grid if it is new, or the part that has changed, with its place "x" and "y" in cells; or None."""
+        """Return the grid if it is new, or the changed part with its position "x" and "y" in cells; or None."""
         if self._cells is None:
             return None
         changed, send_whole = self._changed, self._send_whole

@@ -1,7 +1,7 @@
-"""Interactive markers of a topic, as their servers keep them (https://wiki.ros.org/interactive_markers). Pure.
+"""Interactive markers of a topic, as on their servers (https://wiki.ros.org/interactive_markers). Pure.
 
-A server publishes all its markers, latched, on ``TOPIC/update_full``, and what changes on ``TOPIC/update``; the numbers
-of these messages say which of them belong together.
+A server publishes all its markers, latched, on ``TOPIC/update_full``, and changes on ``TOPIC/update``; the sequence
+numbers of these messages show which of them belong together.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from pyros1.web.scene.markers import as_json
 from pyros1.web.scene.shape import MAX_MAGNITUDE
 
 MAX_MARKERS = 1_000
-"""Most interactive markers of a topic; others are left out."""
+"""Maximum number of interactive markers of a topic; more are ignored."""
 MAX_POINTS = 500_000
-"""Most points and colours in all of them; markers beyond that are left out, too."""
+"""Maximum number of points and colours in all of them; markers beyond that are ignored as well."""
 MAX_CONTROLS = 200
 MAX_ENTRIES = 500
 _MAX_SERVERS = 20
 _SERVER_TIMEOUT = 10.0
-"""Seconds without a sign of life (they come twice a second), after which a server is believed to have gone."""
+"""Seconds without a keep-alive (sent twice a second) after which a server is assumed to be gone."""
 _UPDATE = 1
 _POSE_FIELDS = ("pose", "frame")
 
@@ -28,25 +28,25 @@ Key = tuple[str, str]
 
 
 class InteractiveMarkers:
-    """The interactive markers of a topic, and what has changed since somebody looked."""
+    """The interactive markers of a topic, with their changes since a given version."""
 
     def __init__(self) -> None:
-        self._markers: dict[Key, tuple[int, dict[str, Any]]] = {}  # version in which it came, marker
+        self._markers: dict[Key, tuple[int, dict[str, Any]]] = {}  # version in which it was added, marker
         self._points: dict[Key, int] = {}
         self._moved: dict[Key, int] = {}
         self._removed: dict[Key, int] = {}
-        self._servers: dict[str, tuple[int, float]] = {}  # number of the newest message, when there was a sign of life
+        self._servers: dict[str, tuple[int, float]] = {}  # number of the newest message, time of the last sign of life
         self._version = 0
 
     def init(self, message: Any, now: float) -> None:
-        """Take a visualization_msgs/InteractiveMarkerInit at a time in seconds."""
+        """Process a visualization_msgs/InteractiveMarkerInit at a time in seconds."""
         server = message.server_id
         if server not in self._servers and len(self._servers) >= _MAX_SERVERS:
             return
         previous = self._servers.get(server)
         if previous is not None and previous[0] == message.seq_num and any(key[0] == server for key in self._markers):
             self._servers[server] = (previous[0], now)
-            return  # told again, as nothing has changed
+            return  # repeated, nothing has changed
         self._version += 1
         self._servers[server] = (message.seq_num, now)
         names = {marker.name for marker in message.markers}
@@ -56,7 +56,7 @@ class InteractiveMarkers:
             self._put(server, marker)
 
     def update(self, message: Any, now: float) -> bool:
-        """Take a visualization_msgs/InteractiveMarkerUpdate; return whether none is missing before it."""
+        """Process a visualization_msgs/InteractiveMarkerUpdate; return whether no update is missing before it."""
         previous = self._servers.get(message.server_id)
         if previous is None:
             return False
@@ -84,7 +84,7 @@ class InteractiveMarkers:
         return True
 
     def remove_expired(self, now: float) -> None:
-        """Forget servers that have gone."""
+        """Remove servers that are gone."""
         for server in [server for server, (_, seen) in self._servers.items() if now > seen + _SERVER_TIMEOUT]:
             del self._servers[server]
             self._version += 1
@@ -95,11 +95,11 @@ class InteractiveMarkers:
         """Return what has changed.
 
         Args:
-            seen: the version up to which all is known; 0 for nothing.
+            seen: the version up to which everything is known; 0 for nothing.
 
         Returns:
-            The version now; markers that are new or different; "server", "name", "frame" and "pose" of those that have
-            moved only; servers and names of those that left.
+            The current version; new or changed markers; "server", "name", "frame" and "pose" of those that have only
+            moved; servers and names of removed ones.
         """
         new = [marker for version, marker in self._markers.values() if version > seen]
         moved = [
@@ -125,7 +125,7 @@ class InteractiveMarkers:
                 return
             if (
                 previous | {name: facts[name] for name in _POSE_FIELDS} == facts
-            ):  # servers tell all again when one moves
+            ):  # servers resend all markers when one moves
                 self._markers[key], self._moved[key] = (version, facts), self._version
                 return
         self._removed.pop(key, None)
@@ -143,7 +143,7 @@ class InteractiveMarkers:
 
 
 def pose_of(pose: Any) -> list[float]:
-    """Return x, y, z in metres and a quaternion x, y, z, w; 0 for what is not finite."""
+    """Return x, y, z in metres and a quaternion x, y, z, w; 0 for non-finite values."""
     position, orientation = pose.position, pose.orientation
     return _finite(position.x, position.y, position.z, orientation.x, orientation.y, orientation.z, orientation.w)
 
@@ -157,7 +157,7 @@ def _facts(marker: Any) -> dict[str, Any]:
         "name": marker.name,
         "description": marker.description[:1000],
         "frame": marker.header.frame_id.lstrip("/"),
-        "locked": not marker.header.stamp,  # a stamp of 0 says that it moves with its frame
+        "locked": not marker.header.stamp,  # a stamp of 0 means that it moves with its frame
         "pose": pose_of(marker.pose),
         "scale": marker.scale if 0 < marker.scale < MAX_MAGNITUDE else 1.0,
         "menu": [

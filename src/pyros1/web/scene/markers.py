@@ -1,6 +1,6 @@
-"""Markers that a topic has added and not deleted (https://wiki.ros.org/rviz/DisplayTypes/Marker). Pure.
+"""Markers that were added on a topic and not deleted (https://wiki.ros.org/rviz/DisplayTypes/Marker). Pure.
 
-Unlike other messages, markers add up: each has a namespace and a number, takes the place of the one that had these, and
+Unlike other messages, markers accumulate: each has a namespace and an id, replaces an earlier one with the same, and
 stays until it is deleted or its lifetime has passed.
 """
 
@@ -12,35 +12,35 @@ from typing import Any
 from pyros1.web.scene.shape import MAX_MAGNITUDE
 
 MAX_MARKERS = 20_000
-"""Most markers of a topic; the oldest leave first."""
+"""Maximum number of markers of a topic; the oldest are removed first."""
 MAX_POINTS = 200_000
 MAX_BYTES = 256 << 20
-"""Most bytes that the markers of a topic take, about; beyond that, the oldest leave, but one always stays."""
+"""Approximate maximum size of a topic's markers in bytes; beyond that, the oldest are removed, but one always stays."""
 _POINT_SIZE = 112
-"""Bytes of a point, or of a colour."""
+"""Approximate size of a point, or of a colour, in bytes."""
 _MARKER_OVERHEAD = 2_000
-"""Bytes of a marker without its points and texts."""
+"""Approximate size of a marker without its points and texts, in bytes."""
 _ADD, _DELETE, _DELETE_ALL = 0, 2, 3
 _SHORTEST = 1e-4
-"""Seconds; as in rviz, a marker with a shorter lifetime stays."""
+"""Seconds; as in rviz, a marker with a shorter lifetime never expires."""
 _MAX_BACKWARD_STEP = 0.5
-"""Seconds by which the time goes back when a bag or a simulation begins again."""
+"""Seconds; if the time goes back by more, a bag or a simulation has started again."""
 
 Key = tuple[str, int]
 
 
 class Markers:
-    """The markers of a topic, and what has changed since somebody looked."""
+    """The markers of a topic, with their changes since a given version."""
 
     def __init__(self) -> None:
-        # version, marker, bytes, when it came, and when it ends
+        # version, marker, bytes, when it was added, and when it expires
         self._markers: dict[Key, tuple[int, Any, int, float, float]] = {}
         self._bytes = 0
         self._version = 0
         self._removed: dict[Key, int] = {}
 
     def add(self, markers: Any, now: float) -> None:
-        """Take visualization_msgs/Marker messages at a time in seconds."""
+        """Process visualization_msgs/Marker messages at a time in seconds."""
         for marker in markers:
             self._version += 1
             if marker.action == _DELETE_ALL:
@@ -59,7 +59,7 @@ class Markers:
             now: the time in seconds.
 
         Returns:
-            The version now, the markers that are new or different, and the namespaces and numbers of those that left.
+            The current version, the new or changed markers, and the namespaces and ids of the removed ones.
         """
         for key in [
             key for key, (*_, added_at, expires_at) in self._markers.items() if _has_expired(added_at, expires_at, now)
@@ -93,7 +93,7 @@ class Markers:
             self._removed[key] = self._version
 
     def _discard(self, key: Key) -> bool:
-        """Remove a marker without a word; return whether it was there."""
+        """Remove a marker without recording it; return whether it existed."""
         known = self._markers.pop(key, None)
         if known is not None:
             self._bytes -= known[2]
@@ -106,7 +106,7 @@ def _size(marker: Any) -> int:
 
 
 def _has_expired(added_at: float, expires_at: float, now: float) -> bool:
-    """Return whether a marker's lifetime is over; it is, too, if the time has gone back to before it came."""
+    """Return whether a marker has expired, including when the time has gone back to before it was added."""
     return expires_at < math.inf and not added_at - _MAX_BACKWARD_STEP < now < expires_at
 
 
@@ -134,7 +134,7 @@ def as_json(marker: Any) -> dict[str, Any]:
 
 
 def _is_finite(marker: Any) -> bool:
-    """Return whether all numbers are finite, which rviz asks for, and places and sizes such that one can draw them."""
+    """Return whether all numbers are finite, as rviz requires, and positions and sizes can be drawn."""
     positions = [marker.pose.position, marker.scale, *marker.points[:MAX_POINTS]]
     if not all(abs(position.x) + abs(position.y) + abs(position.z) < MAX_MAGNITUDE for position in positions):
         return False

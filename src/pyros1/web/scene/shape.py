@@ -1,4 +1,4 @@
-"""What a message looks like."""
+"""The shape of a message in a scene."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Shape = tuple[dict[str, Any], bytes]
 """Facts for JSON, and a block of numbers that goes with them."""
 
 MAX_MAGNITUDE = 1e30
-"""Numbers must be smaller: graphics cards calculate with what 32 bits can hold, which is up to 3e38."""
+"""Upper bound of numbers: graphics cards calculate with 32-bit floats, which reach 3e38."""
 
 
 class ShapeError(Error):

@@ -1,4 +1,4 @@
-"""Messages as shapes: numbers in one block, and what they mean. Pure but for numpy.
+"""Messages as shapes: a block of numbers and its description. Pure except for numpy.
 
 A shape is JSON and bytes. Positions are in metres in the frame of the message's header, angles in radians.
 """
@@ -19,14 +19,14 @@ MAX_POSES = 20_000
 MAX_CELLS = 64 << 20
 MAX_JOINTS = 1_000
 _UNKNOWN = -1
-"""What a cell of a map is of which nothing is known."""
+"""Value of an unknown cell of a map."""
 
 
 def laser_scan(scan: Any) -> Shape:
     """Return the ranges, and then the intensities if there are any, as float32; as in rviz, missing ones are 0.
 
     Raises:
-        ShapeError: its angles or bounds are not numbers, of which nothing can be drawn.
+        ShapeError: its angles or bounds are not finite, so nothing can be drawn.
     """
     for name in ("angle_min", "angle_increment", "range_min", "range_max"):
         value = getattr(scan, name)
@@ -49,10 +49,10 @@ def laser_scan(scan: Any) -> Shape:
 
 
 def occupancy_grid(grid: Any) -> Shape:
-    """Return the cells as int8, row by row from the origin; as in rviz, those that are missing are unknown.
+    """Return the cells as int8, row by row from the origin; as in rviz, missing ones are unknown.
 
     Raises:
-        ShapeError: there are too many cells, or its place or resolution are not finite.
+        ShapeError: there are too many cells, or its origin or resolution is not finite.
     """
     info = grid.info
     count = info.width * info.height
@@ -82,7 +82,7 @@ def path(message: Any) -> Shape:
 
 
 def pose_array(message: Any) -> Shape:
-    """Return the poses as for `path`, but none that has no direction; "odd" is how many were left out."""
+    """Return the poses as for `path`, without those that have no direction; "odd" is the number of those."""
     return _poses("poses", message.poses[:MAX_POSES], whole=True)
 
 
@@ -104,9 +104,9 @@ def point_stamped(message: Any) -> Shape:
 
 
 def range_(message: Any) -> Shape:
-    """Return a cone: its length and its whole angle.
+    """Return a cone: its length and its full angle.
 
-    A ranger of one distance has the same least and greatest range; -inf says that something is there (REP 117).
+    A fixed-distance ranger has the same minimum and maximum range; -inf means that an object was detected (REP 117).
     """
     near = message.min_range == message.max_range and message.range == -math.inf
     facts = {
@@ -136,7 +136,7 @@ def polygon(message: Any) -> Shape:
 
 
 def grid_cells(message: Any) -> Shape:
-    """Return width and height of the cells, and their middles as float32: x, y, z."""
+    """Return width and height of the cells, and their centres as float32: x, y, z."""
     middles = _rows([(each.x, each.y, each.z) for each in message.cells[:MAX_POSES]], 3)
     facts = {"kind": "cells", "count": len(middles), "more": len(message.cells) - len(middles)}
     return {**facts, "size": [_finite(message.cell_width), _finite(message.cell_height)]}, middles.tobytes()
@@ -158,7 +158,7 @@ def accel(message: Any) -> Shape:
 
 
 def joint_efforts(message: Any) -> Shape:
-    """Return "names" of joints and their "efforts" in newtons or newton metres; only of joints with an effort."""
+    """Return "names" of joints and their "efforts" in newtons or newton metres, for joints that have one."""
     pairs = [(name, _finite(value)) for name, value in zip(message.name, message.effort, strict=False)][:MAX_JOINTS]
     known = [(name[:200], value) for name, value in pairs if value is not None]
     facts = {"kind": "efforts", "names": [name for name, _ in known], "efforts": [value for _, value in known]}
@@ -176,9 +176,9 @@ def _screw(straight: Any, around: Any, unit: str, unit_around: str) -> Shape:
 
 
 def _measured(field: str, unit: str, min_value: float, max_value: float, warm: bool = False) -> Callable[[Any], Shape]:
-    """Return a function for messages with one number, which colours a point between rviz's bounds.
+    """Return a function that draws a message with one number as a point, coloured between rviz's bounds.
 
-    In rviz the least is red; if the number is of warmth, the greatest.
+    In rviz, the minimum is red; for temperatures, the maximum.
     """
 
     def shape(message: Any) -> Shape:
@@ -221,18 +221,18 @@ SHAPES: dict[str, Callable[[Any], Shape]] = {
 }
 """Types that can be drawn from their newest message alone."""
 PLACELESS = frozenset({"sensor_msgs/JointState"})
-"""Those of them that have no place in the scene: their headers mostly name no frame."""
+"""Types without a pose in the scene: their headers usually name no frame."""
 CLOUDS: dict[str, Callable[[Any, str, int, bool, Bounds | None], Shape]] = {
     "sensor_msgs/PointCloud": point_cloud,
     "sensor_msgs/PointCloud2": point_cloud2,
 }
-"""Those that a field of one's choice colours."""
+"""Types whose points can be coloured by any field."""
 
 
 def _ellipsoid(covariance: Any) -> dict[str, Any]:
-    """Return where a position may be, up to one standard deviation: "spread", the half axes as three vectors in metres.
+    """Return the one-sigma ellipsoid of a position: "spread", the semi-axes as three vectors in metres.
 
-    Empty if the covariance is not known, or is none. "turn" is the standard deviation of yaw in radians.
+    Empty if the covariance is unknown or invalid. "turn" is the standard deviation of yaw in radians.
     """
     matrix = np.asarray(covariance, float).reshape(6, 6)
     if not (np.abs(matrix) < MAX_MAGNITUDE).all() or not matrix[:3, :3].any():
@@ -246,7 +246,7 @@ def _ellipsoid(covariance: Any) -> dict[str, Any]:
 
 
 def _rows(rows: Sequence[tuple[float, ...]], size: int, needed: int = 3) -> NDArray[np.float32]:
-    """Return rows of so many numbers, the first three of them a place; those without the needed ones are left out."""
+    """Return rows of this many numbers, the first three a position; those without the needed ones are left out."""
     found = np.array(rows, float).reshape(-1, size)
     valid = np.abs(found) < MAX_MAGNITUDE
     numbers: NDArray[np.float32] = np.where(valid, found, 0)[valid[:, :needed].all(axis=1)].astype(np.float32)

@@ -1,4 +1,4 @@
-"""Frames over time for the scenes of all pages: one buffer, which fills while somebody looks."""
+"""Frames over time for the scenes of all pages: one buffer, which is filled while a page displays it."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ Listen = Callable[[str, Callable[[Arrival], object]], Callable[[], None]]
 Pose = list[float]
 """Position x, y, z in metres, and a quaternion x, y, z, w."""
 MAX_FRAMES = 5_000
-"""Most frames that are kept; new ones beyond that are ignored."""
+"""Maximum number of frames that are kept; new ones beyond that are ignored."""
 _MAX_STAMP_STEP_BACK = 5.0
-"""Seconds by which the stamps of a publisher go back when a bag or a simulation begins again."""
+"""Seconds; if a publisher's stamps go back by more, a bag or a simulation has started again."""
 _MAX_CLOCK_STEP_BACK = 0.1
-"""The same of the node's clock, which is that of the bag or simulation if it tells the time."""
+"""The same for the node's clock, which is that of the bag or simulation if it publishes the time."""
 IDENTITY: Pose = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
 
 
@@ -43,13 +43,13 @@ class World:
         self.buffer = Buffer(warn=lambda text: None)
 
     def watch(self, changed: Callable[[], object]) -> Callable[[], None]:
-        """Fill the buffer as long as somebody looks.
+        """Fill the buffer until the returned function is called.
 
         Args:
             changed: called after each change, in a thread of the node.
 
         Returns:
-            A function that ends the look.
+            A function that ends this.
         """
         with self._lock:
             if not self._watchers:
@@ -82,15 +82,15 @@ class World:
         return unwatch
 
     def pose(self, fixed: str, frame: str, stamp: Time | None = None) -> Pose | None:
-        """Return the place of a frame.
+        """Return the pose of a frame.
 
         Args:
-            fixed: the frame in which the place is told.
-            frame: the frame whose place it is.
-            stamp: the time; the latest if None, or if the buffer does not reach so far.
+            fixed: the frame in which the pose is expressed.
+            frame: the frame whose pose is returned.
+            stamp: the time; the latest if None, or if the buffer does not reach that far.
 
         Returns:
-            The pose; None if there is no connection between the frames, or a transform has numbers without an end.
+            The pose; None if there is no connection between the frames, or a transform has non-finite numbers.
         """
         fixed, frame = fixed.lstrip("/"), frame.lstrip("/")
         if fixed == frame:
@@ -128,7 +128,7 @@ class World:
             message: Any = arrival.message
             self._put(message.transforms, arrival, static)
         except (MessageError, AttributeError, TypeError):
-            return  # something else than transforms; the panel of frames says so
+            return  # not transforms; the frames panel reports it
         for changed in self._changed:
             changed()
 

@@ -1,1 +1,1 @@
-"""The server: who comes in, files, sockets, the page's protocol, and the threads that do what takes time."""
+"""The server: access control, files, sockets, the page's protocol, and the threads for slow work."""

@@ -1,7 +1,7 @@
-"""Who may come in: machines, the token in the link, Host and Origin, topics that may be seen, and what may be changed.
+"""Access control: machines, the token in the link, Host and Origin, visible topics, and what may be changed.
 
-Pure. A page of another site that is open in the same browser can send requests here, and by DNS rebinding even under a
-name of its own. It knows neither the token, nor can it give one of our names as Host.
+Pure. A page of another site that is open in the same browser can send requests here, even under its own name by DNS
+rebinding. But it does not know the token, and cannot send one of our names as Host.
 """
 
 from __future__ import annotations
@@ -35,18 +35,18 @@ _TOKEN_HINT = (
 
 @dataclass(frozen=True)
 class Access:
-    """The rules of one server.
+    """The access rules of one server.
 
     Attributes:
-        token: what the link must have; empty for none.
-        names: names under which the server may be reached, besides those of loopback; addresses count as names.
-        any_address: whether every IP address is such a name, as on a server that listens on all interfaces.
+        token: the token that links must contain; empty for none.
+        names: names under which the server may be reached, in addition to those of loopback; addresses count as names.
+        any_address: whether every IP address is such a name, as for a server that listens on all interfaces.
         read_only: whether pages may not change anything.
-        origins: other sites whose pages may come in, such as ``http://localhost:8000``, with the token if there is one.
+        origins: other sites whose pages may connect, such as ``http://localhost:8000``, with the token if there is one.
         topics: patterns such as ``/camera/*`` of topics, services and parameters that pages may see; empty for all.
-        allowlist: decides from which machines one may connect at all; None: from all that reach the interface.
-        most_pages: how many pages, programs and viewers may be connected at the same time.
-        bags: folders whose bags pages may see, and into which they may record; and single bags.
+        allowlist: decides which machines may connect at all; None: all that can reach the interface.
+        most_pages: maximum number of connected pages, programs and viewers.
+        bags: folders whose bags pages may see and into which they may record, and single bags.
         granted: bags that are added later; see `pyros1.web.bags.granted_files`.
     """
 
@@ -70,9 +70,9 @@ class Access:
         return name in LOOPBACK or name in self.names or (self.any_address and _is_address(name))
 
     def is_our_page(self, origin: str | None, host: str | None) -> bool:
-        """Return whether an Origin header is that of our own page, or of a site that was named.
+        """Return whether an Origin header is that of our own page or of an allowed site.
 
-        Programs that are not browsers send none.
+        Programs other than browsers send none.
         """
         if origin is None or origin.lower() in self.origins:
             return True
@@ -81,17 +81,17 @@ class Access:
 
     @property
     def allows_programs_from_anywhere(self) -> bool:
-        """Whether programs of other sites may come in: those of rosbridge, and viewers such as Foxglove.
+        """Whether programs of other sites may connect: rosbridge clients, and viewers such as Foxglove.
 
-        They are web applications of their own (https://app.foxglove.dev, a Lichtblick on another port, ``file://`` in
-        their desktop forms), so their Origin is never ours. With the right token they may come in, for the token is
-        what only the person with the link can have given them. A server without a token has nothing else that tells
-        such a page from any other, so it lets in those only that were named. What our own page says is for it alone.
+        They are separate web applications (https://app.foxglove.dev, a Lichtblick on another port, ``file://`` in
+        their desktop versions), so their Origin is never ours. With the right token they may connect: only a person
+        with the link can have given it to them. Without a token, a server cannot distinguish such a page from others,
+        so it admits only the allowed sites. Our own page's protocol is for that page only.
         """
         return bool(self.token)
 
     def token_problem(self, path: str) -> str:
-        """Return what is wrong with the token in the query of a path, and what to do; empty if it is right."""
+        """Return the problem of the token in a path's query, and what to do; empty if it is correct."""
         try:
             given_token = parse_qs(urlsplit(path).query, max_num_fields=20).get("token", [""])[0]
         except ValueError:
@@ -105,7 +105,7 @@ class Access:
         return not self.topics or any(fnmatchcase(name, pattern) for pattern in self.topics)
 
     def visible(self, names: Iterable[str]) -> list[str]:
-        """Return those of some names that pages may see."""
+        """Return the names that pages may see."""
         return [name for name in names if self.may_see(name)]
 
 

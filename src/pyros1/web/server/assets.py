@@ -1,4 +1,4 @@
-"""The files of the page. Only what was there at the start is given out, so no path leads anywhere else."""
+"""The files of the page. Only files that existed at the start are served, so no path can lead anywhere else."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ _TYPES = {
     ".LICENSE": "text/plain; charset=utf-8",
 }
 SECURITY = {
-    # Nothing is run or fetched that is not ours, whatever the text of a message says.
+    # Only our own files are run or fetched, whatever the text of a message contains.
     "Content-Security-Policy": "default-src 'self'; img-src 'self' blob: data:; worker-src 'self' blob:; "
     "frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
     "Cache-Control": "no-cache",
 }
-"""Headers of every answer."""
+"""Headers of every response."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ class Assets:
     """The files of the page.
 
     Args:
-        folder: where they are.
+        folder: their folder.
     """
 
     def __init__(self, folder: Path = PAGE) -> None:
@@ -57,7 +57,7 @@ class Assets:
         if file is None or kind is None:
             return None
         try:
-            body = file.read_bytes()  # each time: those who write panels load the page again
+            body = file.read_bytes()  # each time, for developers of panels who reload the page
         except OSError:
             return None
         return Asset(body, kind, f'"{hashlib.sha256(body).hexdigest()[:20]}"')

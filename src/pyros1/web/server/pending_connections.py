@@ -1,4 +1,4 @@
-"""Connections that have not come in yet: whoever reaches the port can open them, without a token, and say nothing."""
+"""Connections that are not admitted yet: any client can open them, without a token, and send nothing."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ if TYPE_CHECKING:
     from pyros1.net.allowlist import Allowlist
 
 MAX_PENDING = 128
-"""Most connections that have not come in. The oldest make room, as those of pages come in within moments."""
+"""Maximum number of pending connections. The oldest are dropped, as those of pages are admitted within moments."""
 
 ACCEPTED_TIMEOUT = 6_000
-"""Milliseconds within which a client takes of what is sent, or its connection ends. Whoever takes nothing gets no ping
-either: it waits behind the rest."""
+"""Milliseconds within which a client must acknowledge sent data, or its connection ends. A ping would not detect this,
+as it is queued behind the other data."""
 
 
 class PendingConnections:
-    """The connections that have not come in.
+    """The connections that are not admitted yet.
 
     Args:
-        allowlist: decides from which machines one may connect; None: from all.
-        max_pending: how many.
+        allowlist: decides which machines may connect; None: all.
+        max_pending: maximum number of connections.
     """
 
     def __init__(self, allowlist: Allowlist | None = None, max_pending: int = MAX_PENDING) -> None:
@@ -38,19 +38,19 @@ class PendingConnections:
         return _Connection(self, *args, **options)
 
     def add(self, connection: _Connection, transport: BaseTransport) -> None:
-        """Take a new connection, or end it before anything is read."""
+        """Accept a new connection, or end it before anything is read."""
         peer, local = transport.get_extra_info("peername"), transport.get_extra_info("sockname")
         if self._allowlist is not None and not (peer and local and self._allowlist.allows(peer[0], local[0])):
             transport.abort()  # type: ignore[attr-defined]
             return
-        with contextlib.suppress(AttributeError, OSError):  # systems without it keep the connection for longer
+        with contextlib.suppress(AttributeError, OSError):  # systems without it keep the connection longer
             transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, ACCEPTED_TIMEOUT)
         self._transports[connection] = transport
         while len(self._transports) > self._max_pending:
             self._transports.pop(next(iter(self._transports))).abort()  # type: ignore[attr-defined]
 
     def remove(self, connection: object) -> None:
-        """Forget a connection that has come in, or gone."""
+        """Remove a connection that was admitted or closed."""
         self._transports.pop(connection, None)  # type: ignore[call-overload]
 
 

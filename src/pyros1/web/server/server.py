@@ -63,30 +63,30 @@ _CONTENT_TYPES = {
     "tga": "application/octet-stream",
     "webp": "image/webp",
 }
-"""Files of packages that pages get, by the ends of their names: none that a browser would show as a page or run."""
+"""Package files that are served to pages, by suffix: none that a browser would display as a page or run."""
 _ROSBRIDGE_PATHS = ("/", "/rosbridge")
-"""Paths of the WebSockets of other programs."""
+"""WebSocket paths for other programs."""
 _MAX_CALLS = 16
-"""Most calls of a page that run at the same time; more wait."""
+"""Maximum number of concurrent calls of a page; more wait."""
 _MAX_FINAL_REQUESTS = 64
-"""Most requests that are done of a page that has gone: the last word counts, but not thousands."""
+"""Maximum number of remaining requests that are handled after a page has disconnected."""
 _THREADS = 32
-"""Threads for pushes; as many for calls, which may take long and must not delay pushes."""
+"""Maximum number of threads for pushes, and the same for calls, which may take long and must not delay pushes."""
 _MAX_LOGGED_ERRORS = 100
 _CLEANUP_PERIOD = 10.0
-"""Seconds between two looks for what is not used any more."""
+"""Seconds between cleanups of unused resources."""
 _ATTEMPTS = 20
-"""To find a port that is free at all addresses of a host."""
+"""Attempts to find a port that is free at all addresses of a host."""
 _COALESCE_DELAY = 0.003
-"""Seconds: what becomes due so soon after something else is looked at together with it."""
+"""Seconds within which pushes that become due are handled together."""
 
 
 class WebServer:
     """The server.
 
     Args:
-        robot: what the pages are about.
-        access: who may come in.
+        robot: the robot that pages view.
+        access: the access rules.
     """
 
     def __init__(self, robot: Robot, access: Access) -> None:
@@ -107,15 +107,15 @@ class WebServer:
 
         Args:
             host: name or address of the interface.
-            port: 0 for any.
+            port: 0 for any free port.
 
         Raises:
-            OSError: the port cannot be had.
+            OSError: the port is not available.
         """
         logger = logging.getLogger("pyros1.web")
         logger.addHandler(logging.NullHandler())
         logger.propagate = False
-        logging.getLogger("asyncio").setLevel(logging.ERROR)  # it warns of each frame to one that has just gone
+        logging.getLogger("asyncio").setLevel(logging.ERROR)  # it warns about each frame to a closed connection
         asyncio.get_running_loop().set_exception_handler(_LoopErrorLog())
         try:
             async with await self._serve(host, port) as server:
@@ -137,15 +137,15 @@ class WebServer:
                     self._page,
                     host,
                     port or await _free_port(host),
-                    create_connection=self._pending_connections.connection,  # type: ignore[arg-type]  # it makes one
+                    create_connection=self._pending_connections.connection,  # type: ignore[arg-type]  # it creates one
                     process_request=self._answer,
                     select_subprotocol=_choose_protocol,
                     max_size=MAX_FRAME,
-                    max_queue=2,  # frames of the largest size; small ones are read together
+                    max_queue=2,  # for frames of the largest size; small ones are read together
                     compression=None,
                     server_header=None,
                     close_timeout=2,
-                    ping_interval=2,  # what a page publishes again and again ends soon after it has vanished
+                    ping_interval=2,  # so that a page's periodic publishing ends soon after the page has vanished
                     ping_timeout=4,
                     logger=logging.getLogger("pyros1.web"),
                 )
@@ -161,10 +161,10 @@ class WebServer:
             await asyncio.get_running_loop().run_in_executor(self._calls, self._robot.clean_up)
 
     async def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
-        """Answer an HTTP request; None lets a WebSocket begin."""
+        """Answer an HTTP request; None accepts a WebSocket."""
         try:
             return await self._respond(request)
-        except (ValueError, MultipleValuesError):  # of urlsplit; Host or Origin twice
+        except (ValueError, MultipleValuesError):  # from urlsplit; duplicate Host or Origin
             return _text_response(HTTPStatus.BAD_REQUEST, "This is not a valid request.\n")
 
     async def _respond(self, request: Request) -> Response | None:
@@ -184,7 +184,7 @@ class WebServer:
         return self._file(path, request.headers.get("If-None-Match"))
 
     def _admit(self, request: Request) -> Response | None:
-        """Let a WebSocket begin, or say why not. See `Access.allows_programs_from_anywhere`."""
+        """Accept a WebSocket, or return why not. See `Access.allows_programs_from_anywhere`."""
         origin, host = request.headers.get("Origin"), request.headers.get("Host")
         from_anywhere = _is_from_program(request) and self._access.allows_programs_from_anywhere
         if not from_anywhere and not self._access.is_our_page(origin, host):
@@ -239,7 +239,7 @@ class WebServer:
 
 
 class _Page:
-    """Drives a `Session`: one task reads, one looks what is due, one per push and per call."""
+    """Drives a `Session`: one task reads, one checks what is due, and one runs per push and per call."""
 
     def __init__(
         self, socket: ServerConnection, robot: Robot, pushes: Executor, calls: Executor, services: Executor
@@ -254,7 +254,7 @@ class _Page:
         self._session = Session(robot, self._wake)
         self._tasks: set[asyncio.Task[None]] = set()
         self._call_slots = asyncio.Semaphore(_MAX_CALLS)
-        self._running_service_calls = 0  # calls of services: nothing waits for their end
+        self._running_service_calls = 0  # service calls: nothing waits for them to finish
 
     async def run(self) -> None:
         self._start_task(self._push_due_streams)
@@ -322,7 +322,7 @@ class _Page:
     async def _push(self, number: int) -> None:
         frame = await self._loop.run_in_executor(self._pushes, self._session.push, number)
         if frame is not None:
-            await self._socket.send(frame)  # a slow page is waited for here
+            await self._socket.send(frame)  # waits here for a slow page
 
     def _start_task(self, work: Callable[..., Coroutine[Any, Any, None]], *args: Any) -> None:
         async def guarded() -> None:
@@ -334,14 +334,14 @@ class _Page:
         task.add_done_callback(self._tasks.discard)
 
     def _wake(self) -> None:
-        if not self._wake_scheduled:  # most messages come while a look is due already
+        if not self._wake_scheduled:  # most messages arrive while a check is already scheduled
             self._wake_scheduled = True
             with contextlib.suppress(RuntimeError):  # the loop has ended
                 self._loop.call_soon_threadsafe(self._wake_event.set)
 
 
 class _LoopErrorLog:
-    """Says what goes wrong in the loop, such as too many open files: in a line, and not again and again."""
+    """Logs errors of the event loop, such as too many open files, in one line and without repeating them."""
 
     def __init__(self) -> None:
         self._logged: set[str] = set()
@@ -354,7 +354,7 @@ class _LoopErrorLog:
 
 
 async def _free_port(host: str) -> int:
-    """Return a port that is free at one address of a host, so most likely at the others, too; 0 if there is none."""
+    """Return a port that is free at one address of a host, so probably at the others as well; 0 if there is none."""
     getaddrinfo = asyncio.get_running_loop().getaddrinfo
     for family, kind, protocol, _, address in await getaddrinfo(host or None, None, type=socket.SOCK_STREAM):
         with contextlib.suppress(OSError), closing(socket.socket(family, kind, protocol)) as probe:
@@ -369,7 +369,7 @@ def _is_websocket_request(request: Request) -> bool:
 
 
 def _is_from_program(request: Request) -> bool:
-    """Return whether it is of a client of rosbridge or a viewer, neither of which speaks our page's protocol."""
+    """Return whether a request is from a rosbridge client or a viewer, which do not use our page's protocol."""
     offered = [
         name.strip() for header in request.headers.get_all("Sec-WebSocket-Protocol") for name in header.split(",")
     ]

@@ -1,4 +1,4 @@
-"""One page: its streams, each with at most one push on its way, and its calls. No sockets here: times are arguments."""
+"""One page: its streams, each with at most one push in flight, and its calls. No sockets or clocks here."""
 
 from __future__ import annotations
 
@@ -16,31 +16,31 @@ from pyros1.web.views.view import View
 
 MAX_STREAMS = 200
 _RETRY_DELAY = 1.0
-"""Seconds until a view that could not be made is tried again."""
+"""Seconds until the creation of a failed view is retried."""
 
 
 class _Stream:
     """A stream.
 
     Args:
-        make_view: makes its view from arguments. If that fails, for lack of a master for example, it is tried again.
+        make_view: creates its view from arguments. If that fails, for example without a master, it is retried.
         args: the arguments.
     """
 
     def __init__(self, make_view: Callable[[Mapping[str, Any]], View], args: Mapping[str, Any]) -> None:
         self.make_view = make_view
         self.args = args
-        self.lock = threading.Lock()  # of the view: it may be slow, and others shall not wait for it
+        self.lock = threading.Lock()  # guards the view: it may be slow, and must not delay others
         self.view: View | None = None
         self.busy = False
         self.closed = False
-        self.acknowledged = True  # the page has shown the last push
+        self.acknowledged = True  # the page has displayed the last push
         self.updated = True
         self.pushed_at = float("-inf")
         self.problem = ""
 
     def due(self) -> float | None:
-        """Return when to take the next push; None for not before something happens."""
+        """Return when to create the next push; None for not before an event."""
         if self.busy or self.closed:
             return None
         if self.view is None:
@@ -53,11 +53,11 @@ class _Stream:
 class Session:
     """A page.
 
-    `due` belongs to the thread of the server's loop. `handle`, `push`, `answer` and `close` may take long and run in
-    other threads, also at the same time for different streams.
+    `due` is called in the thread of the server's loop. `handle`, `push`, `answer` and `close` may take long and run in
+    other threads, concurrently for different streams.
 
     Args:
-        robot: what the page is about.
+        robot: the robot that the page views.
         wake: called, from any thread, when a stream may be due.
     """
 
@@ -68,13 +68,13 @@ class Session:
         self._exchanges = ServiceExchanges()
 
     def due(self, now: float) -> tuple[list[int], float | None]:
-        """Return the streams for which `push` is to be called now, and when to ask again.
+        """Return the streams for which `push` is to be called now, and when to call this again.
 
         Args:
-            now: seconds of a clock that does not jump.
+            now: seconds of a monotonic clock.
 
         Returns:
-            Numbers of streams, and a time; None if there is nothing to do before the session wakes.
+            Numbers of streams, and a time; None if there is nothing to do before `wake` is called.
         """
         numbers: list[int] = []
         next_time: float | None = None
@@ -102,7 +102,7 @@ class Session:
                 self._wake()
 
     def handle(self, request: wire.Open | wire.Change | wire.Next | wire.Close) -> list[str]:
-        """Do what a request about a stream says; return the frames of an answer."""
+        """Handle a request about a stream; return the frames of the answer."""
         try:
             match request:
                 case wire.Open(number, name, args):
@@ -120,16 +120,16 @@ class Session:
         return []
 
     def answer(self, call: wire.Call) -> str:
-        """Do what a call says; return the frame of the answer."""
+        """Run a call; return the frame of the answer."""
         try:
             return wire.result(call.id, calls.run(self._robot, call.name, call.args, self._exchanges))
         except Error as error:
             return wire.failure(call.id, str(error))
-        except Exception as error:  # noqa: BLE001 - a fault of ours, of which the page shall know
+        except Exception as error:  # noqa: BLE001 - a bug here, which the page should report
             return wire.failure(call.id, f"an internal error of this server: {error!r:.500}")
 
     def close(self) -> None:
-        """End all streams, and calls of services."""
+        """End all streams and service calls."""
         self._exchanges.close()
         for number in list(self._streams):
             self._close(number)
@@ -171,7 +171,7 @@ class Session:
             frame = None if push is None else wire.push(number, push)
         except Error as error:
             problem = str(error)
-        except Exception as error:  # noqa: BLE001 - a fault of ours, of which the page shall know
+        except Exception as error:  # noqa: BLE001 - a bug here, which the page should report
             problem = f"an internal error of this server: {error!r:.500}"
         else:
             stream.problem = ""

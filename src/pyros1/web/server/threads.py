@@ -1,4 +1,4 @@
-"""Threads for work that may take long. Those of `concurrent.futures` would hold up the end of the program."""
+"""Threads for work that may take long. Those of `concurrent.futures` would delay the exit of the program."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class _Job(NamedTuple):
 
 
 class ThreadPool(Executor):
-    """Threads, made when they are needed. Those that had nothing to do for a while end.
+    """Threads, created on demand. Threads that are idle for a while end.
 
     Args:
-        max_threads: number of threads; more work waits.
-        name: of the threads.
+        max_threads: maximum number of threads; more work waits.
+        name: name of the threads.
         idle: seconds without work after which a thread ends.
     """
 
@@ -33,7 +33,7 @@ class ThreadPool(Executor):
         self._name = name
         self._idle_time = idle
         self._changed = threading.Condition()
-        self._queues: dict[object, deque[_Job]] = {}  # those in which something waits, in the order of their turns
+        self._queues: dict[object, deque[_Job]] = {}  # queues with waiting work, in the order of their turns
         self._waiting = 0  # work
         self._idle = 0
         self._threads: set[threading.Thread] = set()
@@ -41,9 +41,9 @@ class ThreadPool(Executor):
         self._ended = False
 
     def queue(self) -> Executor:
-        """Return an executor on the same threads whose work takes turns with that of other lanes.
+        """Return an executor on the same threads whose work takes turns with that of other queues.
 
-        So one that has much to do delays others by one piece of work at a time.
+        So a busy queue delays others by only one piece of work at a time.
         """
         return _QueueExecutor(self)
 
@@ -52,7 +52,7 @@ class ThreadPool(Executor):
         return self.submit_to(self, fn, *args, **kwargs)
 
     def submit_to(self, queue: object, fn: Callable[..., _T], /, *args: Any, **kwargs: Any) -> Future[_T]:
-        """Submit work of a lane."""
+        """Submit work to a queue."""
         future: Future[_T] = Future()
         with self._changed:
             if self._ended:
@@ -69,11 +69,11 @@ class ThreadPool(Executor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Take no more work, and end the threads as soon as theirs is done.
+        """Accept no more work, and end the threads as soon as their work is done.
 
         Args:
             wait: whether to wait for that.
-            cancel_futures: whether to leave out what has not begun.
+            cancel_futures: whether to cancel work that has not started.
         """
         with self._changed:
             self._ended = True
@@ -94,12 +94,12 @@ class ThreadPool(Executor):
             if job.future.set_running_or_notify_cancel():
                 try:
                     job.future.set_result(job.function(*job.args, **job.kwargs))
-                except BaseException as error:  # noqa: BLE001 - who asked gets it
+                except BaseException as error:  # noqa: BLE001 - passed on to the caller
                     job.future.set_exception(error)
-            del job  # nothing is kept while the thread waits
+            del job  # keep no references while the thread waits
 
     def _next(self) -> _Job | None:
-        """Wait for work; None: the thread is to end."""
+        """Wait for work; None: the thread should end."""
         with self._changed:
             while not self._queues:
                 self._idle += 1
@@ -112,7 +112,7 @@ class ThreadPool(Executor):
             jobs = self._queues.pop(queue)
             job = jobs.popleft()
             if jobs:
-                self._queues[queue] = jobs  # behind the others
+                self._queues[queue] = jobs  # behind the other queues
             self._waiting -= 1
             return job
 

@@ -1,4 +1,4 @@
-"""Waiting on the server's loop, and for what a client has begun."""
+"""Waiting on the server's loop, and for the operations of a client."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from collections.abc import Callable
 from time import monotonic
 
 MAX_PENDING_SECONDS = 3.0
-"""Seconds for which a client's next operation waits for its subscriptions: the master may be away."""
+"""Seconds for which a client's next operation waits for its subscriptions: the master may be unreachable."""
 
 
 class Pending:
-    """Things that are under way, such as subscriptions that the master does not know yet.
+    """Operations in progress, such as subscriptions that are not registered yet.
 
     Args:
-        wake: called, from any thread, when nothing is under way any more.
+        wake: called, from any thread, when nothing is in progress any more.
     """
 
     def __init__(self, wake: Callable[[], object]) -> None:
@@ -24,11 +24,11 @@ class Pending:
         self._pending: set[object] = set()
 
     def __bool__(self) -> bool:
-        """Whether something is under way."""
+        """Return whether something is in progress."""
         return bool(self._pending)
 
     def begin(self) -> Callable[[], None]:
-        """Note that something is under way; return what is to be called when it is done."""
+        """Note that an operation is in progress; return the function to call when it is done."""
         token = object()
         with self._lock:
             self._pending.add(token)
@@ -43,15 +43,15 @@ class Pending:
         return done
 
     def abandon(self) -> None:
-        """Wait no longer for what is under way now."""
+        """Stop waiting for what is in progress now."""
         with self._lock:
             self._pending.clear()
 
 
 async def wait_for_event(event: asyncio.Event, seconds: float | None) -> None:
-    """Wait until an event is set, or so many seconds; None for no limit.
+    """Wait until an event is set, but at most this many seconds; None for no limit.
 
-    Before Python 3.12, `asyncio.wait_for` may swallow a cancellation that comes together with the event, and a loop
+    Before Python 3.12, `asyncio.wait_for` may swallow a cancellation that arrives together with the event, and a loop
     around it then never ends (https://github.com/python/cpython/issues/86296).
     """
     event_task = asyncio.ensure_future(event.wait())
@@ -62,12 +62,12 @@ async def wait_for_event(event: asyncio.Event, seconds: float | None) -> None:
 
 
 async def wait_until_done(pending: Pending, woken: asyncio.Event, seconds: float) -> None:
-    """Wait until nothing is pending, or so many seconds; then give up what is.
+    """Wait until nothing is pending, but at most this many seconds; then abandon the rest.
 
     Args:
-        pending: what is under way.
-        woken: set when it is over.
-        seconds: most that this takes.
+        pending: the operations in progress.
+        woken: set when they are done.
+        seconds: maximum time to wait.
     """
     deadline = monotonic() + seconds
     while True:

@@ -1,4 +1,4 @@
-"""What a page and its server say to each other, over one WebSocket. Pure.
+"""The protocol between a page and its server, over one WebSocket. Pure.
 
 A page sends requests, as JSON texts. A request is one of ::
 
@@ -9,9 +9,9 @@ A page sends requests, as JSON texts. A request is one of ::
     {"close": N}                                  end stream N
 
 The server answers with ``{"id": N, "result": ...}`` or ``{"id": N, "error": TEXT}``, and pushes
-``{"stream": N, "data": ...}`` or ``{"stream": N, "error": TEXT}``. A stream has at most one push on its way, so a slow
+``{"stream": N, "data": ...}`` or ``{"stream": N, "error": TEXT}``. A stream has at most one push in flight, so a slow
 page gets fewer and newer ones. A push with numbers or pictures is binary: the length of the header (4 bytes, little
-endian), the header ``{"stream": N, "data": ...}`` in JSON, blanks up to a multiple of 8 bytes, then the bytes.
+endian), the header ``{"stream": N, "data": ...}`` in JSON, spaces up to a multiple of 8 bytes, then the bytes.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ from pyros1.ground.errors import Error
 from pyros1.web.json_texts import loads
 
 MAX_REQUEST = 1 << 20
-"""Most characters of a request: it may hold a message to publish."""
+"""Maximum characters of a request: it may contain a message to publish."""
 MAX_NUMBER = 1 << 31
 _ALIGNMENT = 8
 
 
 class RequestError(Error):
-    """What a page sent is not a request, or it cannot be done. The text is shown on the page."""
+    """A page's request is invalid or has failed. The text is displayed on the page."""
 
 
 @dataclass(frozen=True)
 class Call:
-    """Ask for one thing."""
+    """Make a single request."""
 
     id: int
     name: str
@@ -54,7 +54,7 @@ class Open:
 
 @dataclass(frozen=True)
 class Change:
-    """Show something else in a stream."""
+    """Change the arguments of a stream."""
 
     stream: int
     args: dict[str, Any]
@@ -79,7 +79,7 @@ Request = Call | Open | Change | Next | Close
 
 @dataclass(frozen=True)
 class Push:
-    """What a view shows now.
+    """The current data of a view.
 
     Attributes:
         data: a JSON value.
@@ -94,7 +94,7 @@ def parse(text: str | bytes) -> Request:
     """Return the request in a frame.
 
     Raises:
-        RequestError: it is none.
+        RequestError: it is not a valid request.
     """
     if not isinstance(text, str):
         raise RequestError("a request is a text frame")
@@ -150,7 +150,7 @@ def push(stream: int, what: Push) -> str | bytes:
 
 
 def problem(stream: int, text: str) -> str:
-    """Return the frame that says what is wrong with a stream."""
+    """Return the frame that reports the problem of a stream."""
     return _dumps({"stream": stream, "error": text})
 
 

@@ -1,1 +1,1 @@
-"""What views make of the robot's data before it goes to a page."""
+"""Processing of the robot's data for views, before it is sent to a page."""

@@ -1,4 +1,4 @@
-"""The log of all nodes, from /rosout: its latest messages are kept, so that a page that is loaded again has them."""
+"""The log of all nodes, from /rosout: the latest messages are kept, so that a reloaded page has them."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from typing import Any, NamedTuple
 from pyros1.node import Node
 
 _QUEUE = 20_000
-"""Most messages of each node that wait here; no node is held back."""
+"""Maximum number of queued messages of each node; no node is delayed."""
 SIZE = 50_000
-"""Most messages that are kept."""
+"""Maximum number of messages that are kept."""
 _MAX_TEXT_LENGTH = 20_000
-"""Most characters of a message that are kept."""
+"""Maximum characters of a message that are kept."""
 _MAX_TOPICS = 50
 _MAX_NAME_LENGTH = 500
 MAX_CHARACTERS = 50_000_000
-"""Most characters of all texts that are kept."""
+"""Maximum total characters of all kept texts."""
 
 
 class Entry(NamedTuple):
@@ -36,17 +36,17 @@ class Entry(NamedTuple):
     line: int
     topics: list[str]
     nanoseconds: int
-    """Of the time, within its second: the time alone is not that exact."""
+    """Nanoseconds of the time within its second: the time alone is not that precise."""
 
 
 class Console:
     """The log.
 
     Args:
-        size: most messages that are kept.
+        size: maximum number of messages that are kept.
 
     Attributes:
-        run: name of this run of the server; the numbers of messages begin anew with each.
+        run: name of this run of the server; each run numbers messages from the start again.
     """
 
     def __init__(self, size: int = SIZE) -> None:
@@ -58,12 +58,12 @@ class Console:
         self._listeners: tuple[Callable[[], object], ...] = ()
 
     def start(self, node: Node) -> None:
-        """Collect the messages of a system, until the node ends."""
-        # Not /rosout_agg, where a node of the launcher collects them: it may be missing, and messages would be late.
+        """Collect the messages of a system until the node shuts down."""
+        # Not /rosout_agg, where the rosout node collects them: it may not be running, and messages would be delayed.
         node.subscribe("/rosout", "rosgraph_msgs/Log", self.take, queue_size=_QUEUE)
 
     def take(self, message: Any) -> None:
-        """Keep a rosgraph_msgs/Log message."""
+        """Add a rosgraph_msgs/Log message."""
         text = message.msg[: _MAX_TEXT_LENGTH + 1]
         if len(text) > _MAX_TEXT_LENGTH:
             text = f"{text[:_MAX_TEXT_LENGTH]}..."
@@ -87,12 +87,12 @@ class Console:
         self._characters -= _characters(self._entries.popleft())
 
     def after(self, number: int, max_entries: int, characters: int = MAX_CHARACTERS) -> tuple[list[Entry], int]:
-        """Return the messages behind one.
+        """Return the messages after a given one.
 
         Args:
-            number: of the last message that is known; 0 for none.
-            max_entries: how many to return. If there are more, these are the oldest of them.
-            characters: how many their texts may have; one message is returned in any case.
+            number: number of the last known message; 0 for none.
+            max_entries: maximum number to return. If there are more, the oldest are returned.
+            characters: maximum characters of their texts; one message is returned in any case.
 
         Returns:
             The messages, and how many before them were dropped here.
@@ -110,7 +110,7 @@ class Console:
         return entries, start - number - 1
 
     def listen(self, listener: Callable[[], object]) -> Callable[[], None]:
-        """Call a function, in a thread of the node, after each message; return what ends this."""
+        """Call a function, in a thread of the node, after each message; return a function that ends this."""
         with self._lock:
             self._listeners = (*self._listeners, listener)
 
@@ -126,7 +126,7 @@ def _characters(entry: Entry) -> int:
 
 
 def _slice(entries: deque[Entry], start: int, max_entries: int) -> Iterable[Entry]:
-    if start > len(entries) // 2:  # a deque is walked from its end if that is nearer
+    if start > len(entries) // 2:  # a deque is traversed from the nearer end
         last = len(entries) - start
         return reversed(list(islice(reversed(entries), max(0, last - max_entries), last)))
     return islice(entries, start, start + max_entries)

@@ -1,4 +1,4 @@
-"""Curves of a plot: which values of which messages, and the points that have not been shown yet."""
+"""Curves of a plot: the values of messages that they display, and the points that have not been sent yet."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from pyros1.observe.fields import FieldPath, FieldPathError
 from pyros1.web.transforms.decimation import decimate
 
 MAX_PARTS = 50
-"""Most elements of an array that are curves of their own."""
+"""Maximum number of array elements with their own curves."""
 MAX_POINTS = 20_000
-"""Most points of a part that wait for the page; then every other ones are left out, but no spikes."""
+"""Maximum number of queued points of a part; beyond that, they are thinned out, but spikes are preserved."""
 _WITH_EXPRESSION = re.compile(r"\s*(/[\w/]+)\s*:\s*(.+?)\s*\Z", re.DOTALL)
 
 FindTopic = Callable[[str], "tuple[str, str, str] | None"]
@@ -36,11 +36,11 @@ class Curve:
         text: ``/topic/field``, ``/topic`` if its messages have one field, ``/topic/array[2]``, ``/topic/array[0:3]``,
             or ``/topic: EXPRESSION`` where ``m`` is the message, as
             ``/odom: hypot(m.twist.twist.linear.x, m.twist.twist.linear.y)``.
-        stamped: whether the time of a point is that of the message's header, not that of its arrival.
+        stamped: whether to use the time in the message's header instead of its arrival.
 
     Attributes:
-        problem: what is wrong with it now; empty for nothing.
-        has_data: whether a message has come.
+        problem: its current problem; empty for none.
+        has_data: whether a message has arrived.
 
     Raises:
         CurveError: the text is malformed.
@@ -70,7 +70,7 @@ class Curve:
         """Return the curve's topic; None while the master does not know it.
 
         Raises:
-            CurveError: what is behind the topic's name is not a field.
+            CurveError: the part after the topic's name is not a field.
         """
         if self._expression is not None:
             found = find_topic(self._topic)
@@ -87,7 +87,7 @@ class Curve:
         return found[0]
 
     def add(self, message: Any, arrived: float) -> None:
-        """Add the point of a message, or say what is wrong with it."""
+        """Add the point of a message, or note its problem."""
         self.has_data = True
         try:
             value = self._read(message) if self._read else None
@@ -108,10 +108,10 @@ class Curve:
                     times[:], values[:] = decimate(times, values, MAX_POINTS // 2)
 
     def take(self, max_points: int) -> dict[int, tuple[list[float], list[float]]]:
-        """Return the points since the last call, as part -> times, values. The only part of a number is -1.
+        """Return the points since the last call, as part -> times, values. A plain number has the part -1.
 
         Args:
-            max_points: points of each part.
+            max_points: maximum points of each part.
         """
         with self._lock:
             points, self._points = self._points, {}
@@ -125,7 +125,7 @@ def _value(path: FieldPath, message: Any) -> Any:
     try:
         return path.get(message)[0]
     except FieldPathError as error:
-        path.type_in(type(message))  # says better what is wrong with the names
+        path.type_in(type(message))  # gives a better error about the names
         raise CurveError(f"no such element now, index out of range: {path.text}") from error
 
 

@@ -1,23 +1,23 @@
-"""Fewer points of a curve that look the same: spikes stay. Pure."""
+"""Reduces the points of a curve while preserving its look, including spikes. Pure."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 PER_BUCKET = 4
-"""Points that are kept of each part of a curve: its first, least, greatest and last."""
+"""Points that are kept of each part of a curve: its first, lowest, highest and last."""
 
 
 def decimate(times: Sequence[float], values: Sequence[float], max_points: int) -> tuple[list[float], list[float]]:
-    """Return at most so many points of a curve, in their order.
+    """Return at most this many points of a curve, in their order.
 
-    The points are divided into parts of equal numbers; of each, the first, the least, the greatest and the last are
-    kept. NaN is neither the least nor the greatest, but may be the first or the last.
+    The points are divided into parts of equal size; of each, the first, lowest, highest and last are kept. NaN is
+    neither the lowest nor the highest, but may be the first or the last.
 
     Args:
-        times: of the points.
-        values: of the points, as many.
-        max_points: points to return, at least 4.
+        times: times of the points.
+        values: values of the points, as many as times.
+        max_points: maximum points to return, at least 4.
     """
     count = len(times)
     if count <= max_points:

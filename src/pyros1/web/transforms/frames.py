@@ -1,4 +1,4 @@
-"""The tree of coordinate frames, as /tf and /tf_static tell it: who says what, how often, how old it is. Pure."""
+"""The tree of coordinate frames from /tf and /tf_static, with publishers, rates and ages. Pure."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from collections import deque
 from typing import Any
 
 MAX_FRAMES = 2_000
-"""Most frames that are kept; others are counted only."""
+"""Maximum number of frames that are kept; more are only counted."""
 _WINDOW = 50
-"""Messages over which a rate is measured."""
+"""Number of messages over which a rate is measured."""
 _MAX_SOURCES = 8
-"""Most publishers, and parents, of a frame that are named."""
+"""Maximum number of reported publishers, and parents, of a frame."""
 _MAX_BACKWARD_STEP = 0.5
-"""Seconds by which the time goes back when a bag or a simulation begins again."""
+"""Seconds; if the time goes back by more, a bag or a simulation has started again."""
 
 
 class _Frame:
@@ -25,7 +25,7 @@ class _Frame:
 
 
 class Frames:
-    """All frames that have been told of."""
+    """All published frames."""
 
     def __init__(self) -> None:
         self._frames: dict[str, _Frame] = {}
@@ -33,15 +33,15 @@ class Frames:
         self.ignored = 0
 
     def add(self, transforms: Any, publisher: str, static: bool, now: float) -> None:
-        """Take the transforms of a tf2_msgs/TFMessage.
+        """Process the transforms of a tf2_msgs/TFMessage.
 
         Args:
             transforms: geometry_msgs/TransformStamped messages.
-            publisher: name of the node.
-            static: whether it came on /tf_static.
+            publisher: name of the publishing node.
+            static: whether it was published on /tf_static.
             now: the time in seconds.
         """
-        if not static:  # these may have come before somebody looked
+        if not static:  # these may have been published before this started
             self._advance_time(now)
         for each in transforms:
             child, parent = each.child_frame_id.lstrip("/"), each.header.frame_id.lstrip("/")
@@ -75,7 +75,7 @@ class Frames:
 
         Args:
             now: the time in seconds.
-            recent: seconds; two parents that were both told within it are a fault.
+            recent: seconds; two parents that were both published within this time are a fault.
 
         Returns:
             - frames: a list of name, parent, publishers, static, hz or null, age in seconds or null, transform (x, y, z
@@ -105,7 +105,7 @@ class Frames:
         return {"frames": frames, "roots": roots, "ignored": self.ignored}
 
     def _advance_time(self, now: float) -> None:
-        if now < self._now - _MAX_BACKWARD_STEP:  # what was told is of times to come; static frames stay
+        if now < self._now - _MAX_BACKWARD_STEP:  # earlier data now lies in the future; static frames stay
             self._frames = {name: frame for name, frame in self._frames.items() if frame.static}
             self._now = now
         self._now = max(self._now, now)

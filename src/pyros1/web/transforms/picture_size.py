@@ -1,20 +1,20 @@
-"""The size that a compressed picture claims to have: a small file may unpack to more than a computer holds. Pure."""
+"""The size that a compressed picture claims to have: a small file may unpack to more than fits in memory. Pure."""
 
 from __future__ import annotations
 
 import struct
 
 MAX_PIXELS = 60_000_000
-"""Most pixels of a picture that is unpacked, here or on a page."""
+"""Maximum pixels of a picture that is unpacked, here or on a page."""
 _MAX_SEGMENTS = 1_000
 _STANDALONE_MARKERS = {0x01, *range(0xD0, 0xD9)}
-"""Marks of JPEG without a segment."""
+"""JPEG markers without a segment."""
 _FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
-"""Marks of JPEG whose segments tell the size."""
+"""JPEG markers whose segments contain the size."""
 
 
 def picture_size(data: bytes) -> tuple[int, int] | None:
-    """Return width and height that a PNG, JPEG, WebP, GIF or BMP file claims to have; None if it is no such file."""
+    """Return the claimed width and height of a PNG, JPEG, WebP, GIF or BMP file; None if it is not such a file."""
     try:
         if data[:8] == b"\x89PNG\r\n\x1a\n":
             return struct.unpack_from(">II", data, 16)

@@ -1,4 +1,4 @@
-"""How much flows: rates of fast and of slow topics, from arrivals or from what nodes have counted."""
+"""Rates of fast and slow topics, from arrivals or from the counts of nodes."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from collections import deque
 from typing import NamedTuple
 
 SILENCE_TIMEOUT = 12.0
-"""Seconds after which a topic of which nothing has come, or one message, counts as one without messages."""
+"""Seconds without messages, or with a single one, after which a topic counts as silent."""
 _WINDOW = 5.0
-"""Seconds over which a rate is measured; of slow topics, the time between the newest two messages."""
+"""Seconds over which a rate is measured; for slow topics, the interval of the newest two messages is used."""
 _SAMPLE_MESSAGES = 30
-"""Messages that make a rate: of fast topics, the newest ones count alone."""
+"""Messages that suffice for a rate: for fast topics, only the newest ones count."""
 _SILENCE_FACTOR = 3.0
-"""Times the usual distance of two messages, after which nothing flows any more."""
+"""Multiple of the usual interval after which a topic counts as stopped."""
 _MAX_INTERVAL = 2.5
-"""Seconds between two looks after which the times of messages are not known; of looks that are far apart, more."""
+"""Seconds between checks beyond which the times of messages are unknown; longer if checks are rare."""
 _MAX_TIMES = 10_000
 
 
@@ -33,7 +33,7 @@ class Meter:
     """Measures what arrives.
 
     Args:
-        now: the time at which it begins.
+        now: the time at which it starts.
     """
 
     def __init__(self, now: float) -> None:
@@ -47,7 +47,7 @@ class Meter:
             self._arrivals.append((at, size))
 
     def rate(self, now: float) -> Rate | None:
-        """Return the rate; None until it is known: two messages make a rate."""
+        """Return the rate; None until it is known, which takes two messages."""
         with self._lock:
             times = list(self._arrivals)
         if not times or now - times[-1][0] > SILENCE_TIMEOUT:
@@ -70,12 +70,12 @@ class _Mark(NamedTuple):
 
 
 class Track:
-    """What a node has counted on one connection, look by look.
+    """The counts of a node on one connection, check by check.
 
     Args:
-        at: the time of the first look.
-        messages: how many were sent until then.
-        size: bytes of all of them.
+        at: the time of the first check.
+        messages: number of messages sent until then.
+        size: their total bytes.
     """
 
     def __init__(self, at: float, messages: int, size: int) -> None:
@@ -83,16 +83,16 @@ class Track:
 
     def _restart(self, at: float, messages: int, size: int) -> None:
         self._started_at = self._at = at
-        self._interval = 0.0  # between the last two looks
-        # The first one is the newest look before those at which there was more.
+        self._interval = 0.0  # between the last two checks
+        # The first one is the newest check before those with higher counts.
         self._marks = [_Mark(at, messages, size)]
 
     def update(self, at: float, messages: int, size: int) -> None:
-        """Take the counts of another look."""
+        """Add the counts of another check."""
         newest = self._marks[-1]
         previous, self._interval = self._interval, at - self._at
         missed_times = self._interval > max(_MAX_INTERVAL, 1.5 * previous) and messages > newest.messages
-        if messages < newest.messages or size < newest.bytes or missed_times:  # or another connection has its number
+        if messages < newest.messages or size < newest.bytes or missed_times:  # or the number was reused
             interval = self._interval
             self._restart(at, messages, size)
             self._interval = interval
@@ -120,7 +120,7 @@ class Track:
         marks, newest = self._marks, self._marks[-1]
         start = next((mark for mark in marks[-2::-1] if newest.messages - mark.messages >= _SAMPLE_MESSAGES), marks[0])
         if start is marks[0] and len(marks) > 2:
-            start = marks[1]  # when the first of them came is known better
+            start = marks[1]  # the time of the first of them is known more precisely
         count, seconds = newest.messages - start.messages, newest.at - start.at
         if (start is marks[0] and count < 2) or seconds <= 0:
             return None

@@ -1,4 +1,4 @@
-"""Views: each shows one thing on a page, again and again. A view is a class in a file of its own, listed here."""
+"""Views: each keeps one thing on a page up to date. A view is a class in its own file, listed here."""
 
 from __future__ import annotations
 

@@ -17,14 +17,14 @@ if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 _MAX_TREES = 10
-"""Of how many goals feedback and result are shown."""
+"""Maximum number of goals whose feedback and result are displayed."""
 
 
 class ActionView(View):
     """An action.
 
     Args (of the page):
-        action: its name, the common begin of its topics.
+        action: its name, the common prefix of its topics.
 
     Pushes ``{"goals": [{"id", "stamp", "status", "text", "feedbacks", "feedback": tree, "result": tree}, ...]}``,
     newest first; for trees see `pyros1.web.views.message.MessageView`.
@@ -83,7 +83,7 @@ class ActionView(View):
                     self._problem = ""
             except MessageError as error:
                 self._problem = str(error)
-            except (AttributeError, TypeError) as error:  # topics of these names, but of other types
+            except (AttributeError, TypeError) as error:  # topics with these names, but other types
                 self._problem = f"this is not an action: {error}"
             self.wake()
 

@@ -12,15 +12,15 @@ if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 _MAX_ENTRIES, _MAX_CHARACTERS = 2_000, 1_000_000
-"""Most messages of one push, and most characters of their texts."""
+"""Maximum number of messages per push, and maximum characters of their texts."""
 
 
 class ConsoleView(View):
-    """The log from a message on.
+    """The log after a given message.
 
     Args (of the page):
-        after: the number of the last message that the page has; 0 for none.
-        run: the run of the server that gave this number; of another run, all messages are sent.
+        after: number of the last message that the page has; 0 for none.
+        run: the run of the server that assigned this number; if it is another run, all messages are sent.
 
     Pushes ``{"run": RUN, "dropped": N, "entries": [[number, time, level, node, text, file, function, line, topics,
     nanoseconds], ...]}``.
@@ -43,7 +43,7 @@ class ConsoleView(View):
         self._last = entries[-1].number
         self.wake()  # there may be more
         access = self.robot.access
-        if access.topics:  # nodes tell the log what they publish
+        if access.topics:  # log messages list the topics of their nodes
             entries = [entry._replace(topics=access.visible(entry.topics)) for entry in entries]
         return Push({"run": self.robot.console.run, "dropped": dropped, "entries": entries})
 

@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 
 _PROBLEM_AGE = 10.0
-"""Seconds for which it is said that a publisher sends something else than transforms."""
+"""Seconds for which a publisher of anything but transforms is reported."""
 _MAX_PROBLEMS = 20
 
 
 class FramesView(View):
-    """What `pyros1.web.transforms.frames.Frames.describe` returns, twice a second, and "problem", of /tf itself."""
+    """Pushes the result of `pyros1.web.transforms.frames.Frames.describe` twice a second, with "problem" of /tf."""
 
     period = 0.5
     polled = True
@@ -33,7 +33,7 @@ class FramesView(View):
         super().__init__(robot, args, wake)
         self._lock = threading.Lock()
         self._frames = Frames()
-        self._problems: dict[str, tuple[str, float]] = {}  # by publisher, with when it was seen
+        self._problems: dict[str, tuple[str, float]] = {}  # by publisher, with the time of detection
         self._unsubscribers = [robot.listen("/tf", self._tf_arrived)]
         try:
             self._unsubscribers.append(robot.listen("/tf_static", self._tf_static_arrived))
@@ -72,7 +72,7 @@ class FramesView(View):
 
 
 def plain(facts: dict[str, Any]) -> dict[str, Any]:
-    """Replace the numbers that JSON does not have."""
+    """Replace the numbers that JSON cannot represent."""
     for frame in facts["frames"]:
         frame["transform"] = [value if math.isfinite(value) else None for value in frame["transform"]]
     return facts

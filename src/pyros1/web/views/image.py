@@ -17,17 +17,17 @@ if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 MAX_BYTES = 64 << 20
-"""Largest picture that is sent to a page."""
+"""Maximum size of a picture sent to a page, in bytes."""
 COMPRESSED = "sensor_msgs/CompressedImage"
 _DEPTH_HEAD = 12
 """Bytes before the PNG file in messages of compressed_depth_image_transport."""
 
 
 def check_picture(arrival: Arrival) -> str:
-    """Return the type of a message that is a picture.
+    """Return the type of a picture message.
 
     Raises:
-        RequestError: it is none, or too large.
+        RequestError: it is not a picture, or is too large.
     """
     kind: str = (arrival.raw._connection_header or {}).get("type", "")
     if kind not in ("sensor_msgs/Image", COMPRESSED):
@@ -38,7 +38,7 @@ def check_picture(arrival: Arrival) -> str:
 
 
 def picture(arrival: Arrival) -> tuple[dict[str, Any], bytes]:
-    """Return a picture as pages draw it.
+    """Return a picture in the form that pages draw.
 
     Returns:
         ``{"type", "encoding" or "format", "width", "height", "step", "bigendian", "frame", "stamp"}``, and the data of
@@ -69,12 +69,12 @@ def picture(arrival: Arrival) -> tuple[dict[str, Any], bytes]:
 
 
 class ImageView(View):
-    """A topic's pictures, as they are; the page makes colours of them.
+    """A topic's pictures, unconverted; the page converts them to colours.
 
     Args (of the page):
         topic: the topic's full name.
 
-    Pushes what `picture` says, with "count" and "hz", and the data of the message.
+    Pushes the result of `picture`, with "count" and "hz", and the data of the message.
     """
 
     period = 1 / 30

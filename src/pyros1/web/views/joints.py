@@ -1,4 +1,4 @@
-"""The joints of a robot: their limits, where they are, and sliders that move them."""
+"""The joints of a robot: their limits, their positions, and sliders to move them."""
 
 from __future__ import annotations
 
@@ -23,29 +23,29 @@ if TYPE_CHECKING:
 
 _PARAMETER = "/robot_description"
 _REFRESH_PERIOD = 1.0
-"""Seconds between two looks at the description, and at who publishes."""
+"""Seconds between checks of the description and of the publishers."""
 _HZ = 10.0
 _TYPE = "sensor_msgs/JointState"
 _MAX_NAMES = 50
 
 
 class _PublishedElsewhereError(RequestError):
-    """Another view publishes the joints."""
+    """Another view is publishing the joints."""
 
 
 class JointsView(View):
-    """Shows the joints of a description, and moves them.
+    """Displays and moves the joints of a description.
 
-    A node that publishes the joints goes on doing so, and is told where they shall be: on the topic ``~sliders`` of
-    pyros1's joint_state_publisher, or on one of the source_list of any other. If nobody publishes, this view can; of
-    several, the first, and then one that was opened to publish.
+    A node that publishes the joints keeps doing so, and gets the desired positions: on the topic ``~sliders`` of
+    pyros1's joint_state_publisher, or on one in the source_list of any other. If no node publishes, this view can; of
+    several views, the first does, and after it one that was opened to publish.
 
     Args (of the page):
-        description: name of the parameter; the topic is the joint_states beside it.
-        publish: whether to publish the joints while this is open, if nobody else does.
-        positions: joint -> where it shall be, in radians or metres. `change` moves joints by these.
+        description: name of the parameter; the topic is the joint_states next to it.
+        publish: whether to publish the joints while this is open, if no other node does.
+        positions: joint -> desired position, in radians or metres. `change` moves joints with these.
 
-    Pushes ``{"facts": {...}, "positions": [...]}``, each only when it has changed; `_facts` says what the facts are.
+    Pushes ``{"facts": {...}, "positions": [...]}``, each only when it has changed; `_facts` describes the facts.
     Positions are those of the joints; null for unknown.
     """
 
@@ -57,13 +57,13 @@ class JointsView(View):
         self._description = text(args, "description", _PARAMETER)
         self._topic = f"{self._description.rpartition('/')[0]}/joint_states"
         robot.check_visible(self._description)
-        self._lock = threading.Lock()  # of the states, and of what was heard
+        self._lock = threading.Lock()  # guards the states and the received messages
         self._positions: dict[str, float] = {}
         self._states: JointStates | None = None
         self._problem = ""
         self._joints: list[dict[str, Any]] = []
         self._descriptions: list[str] = []
-        self._read_state: Any = None  # description and publishers that the states are made of
+        self._read_state: Any = None  # description and publishers on which the states are based
         self._other_publishers: list[str] = []
         self._sources: list[tuple[str, str]] = []
         self._source = ""
@@ -71,11 +71,11 @@ class JointsView(View):
         self._last_pushed: dict[str, Any] = {}
         self._publisher: RepeatedPublisher | None = None
         self._unsubscribe = robot.listen(self._topic, self._arrived)
-        self._deferred_args: Mapping[str, Any] | None = None  # until another view no longer publishes
+        self._deferred_args: Mapping[str, Any] | None = None  # until another view stops publishing
         try:
             self._apply_args(args)
         except _PublishedElsewhereError:
-            self._deferred_args = args  # perhaps by this page's former connection, which is not known to be dead yet
+            self._deferred_args = args  # perhaps by this page's former connection, which is not detected as dead yet
         except BaseException:
             self.close()
             raise
@@ -115,7 +115,7 @@ class JointsView(View):
         mover = self.robot.movers.get(self._topic, self)
         if publish and not self._other_publishers:
             mover = self.robot.movers.setdefault(self._topic, self)
-        if publish and mover is not self:  # whether the master lists its publisher yet or not
+        if publish and mover is not self:  # whether or not the master lists its publisher yet
             raise _PublishedElsewhereError(f"another page is already publishing {self._topic}")
         if publish and not self._other_publishers:
             with self._lock:
@@ -150,12 +150,12 @@ class JointsView(View):
             del self.robot.movers[self._topic]
 
     def _refresh(self) -> None:
-        """Look who publishes what now."""
+        """Check the description and the publishers."""
         self._refreshed_at = monotonic()
         node = self.robot.node
         description = node.params.cached(self._description)
         state = self.robot.graph.state()
-        own_name = node.name if self.robot.movers.get(self._topic, self) is self else ""  # else it is another page's
+        own_name = node.name if self.robot.movers.get(self._topic, self) is self else ""  # else it is of another page
         self._other_publishers = sorted(name for name in state.publishers.get(self._topic, []) if name != own_name)
         if (description, self._other_publishers) != self._read_state:
             self._read_state = (description, self._other_publishers)
@@ -164,7 +164,7 @@ class JointsView(View):
         accepted = (topic for name, topic in self._sources if name in state.subscribers.get(topic, []))
         self._source = next((topic for topic in accepted if self.robot.access.may_see(topic)), "")
         if self._other_publishers:
-            self._stop()  # the robot's own driver has come: it shall not be contradicted
+            self._stop()  # the robot's own driver has started: do not contradict it
 
     def _read(self, description: Any) -> None:
         params = {name: self._private(name) for name in self._other_publishers[:_MAX_NAMES]}
@@ -186,11 +186,11 @@ class JointsView(View):
             return {}
 
     def _facts(self) -> dict[str, Any]:
-        """Return what the page shows, but for positions.
+        """Return what the page displays, except for positions.
 
-        ``description``, and ``descriptions``: all there are, if that one is not. ``joints``: see
-        `pyros1.web.models.joints.facts`; ``more``: how many are left out. ``topic``, ``publishers``: where states come
-        from. ``movable``: whether somebody takes positions. ``publishing``: whether this view publishes.
+        ``description``, and ``descriptions``: all that exist, if that one does not. ``joints``: see
+        `pyros1.web.models.joints.facts`; ``more``: how many are left out. ``topic``, ``publishers``: the source of
+        the states. ``movable``: whether a node accepts positions. ``publishing``: whether this view publishes.
         """
         states = self._states
         return {
@@ -219,4 +219,4 @@ class JointsView(View):
                     known = self._states.kinds
                     self._positions.update((name, at) for name, at in pairs if name in known)
         except (MessageError, AttributeError, TypeError):
-            return  # something else than joint states
+            return  # not joint states

@@ -25,7 +25,7 @@ class LaunchLogView(View):
         process: label of the process.
 
     Pushes ``{"files": [{"path", "size", "text"}, ...], "base": TEXT, "folder": TEXT}`` whenever they change: files
-    below the folder of logs, whose paths begin with the base.
+    in the log folder whose paths start with the base.
     """
 
     period = 1.0

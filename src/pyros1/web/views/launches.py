@@ -1,4 +1,4 @@
-"""Launches, and how their processes are."""
+"""Launches and the states of their processes."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ _PERIOD = 1.0
 _TIMEOUT = 2.0
 _MAX_LAUNCHES = 50
 _RETRY_DELAY = 10.0
-"""Seconds until a launch that did not answer is asked again, so that the others are not held back."""
+"""Seconds until a launch that did not answer is asked again, so that the other launches are not delayed."""
 _MAX_BUSY_SHARE = 0.1
-"""Most of the time that asking takes: launches of many processes are asked less often."""
+"""Maximum share of time spent on requests: launches with many processes are asked less often."""
 
 
 class LaunchesView(View):
     """Pushes ``{"launches": [{"param", "uri", "host", "problem", ...}], "more": N}``.
 
-    Each has what `pyros1.web.models.launches.describe` returns; or a problem, if it does not answer.
+    Each has the result of `pyros1.web.models.launches.describe`, or a problem if it does not answer.
     """
 
     period = _PERIOD
@@ -52,7 +52,7 @@ class LaunchesView(View):
         return Push({"launches": entries, "more": len(params) - len(shown)})
 
     def change(self, args: Mapping[str, Any]) -> None:
-        """Look at once, also for those that did not answer: the page has changed something."""
+        """Check immediately, including launches that did not answer: the page has changed something."""
         self._unreachable.clear()
 
     def close(self) -> None:

@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 _MAX_ELEMENTS = 64
-"""Most elements of an array that are shown."""
+"""Maximum number of elements of an array that are displayed."""
 _MAX_TEXT = 2_000
 _MAX_VALUES = 5_000
-"""Most values of a message that are shown."""
+"""Maximum number of values of a message that are displayed."""
 _MAX_WINDOWS = 100
 
 
@@ -32,13 +32,13 @@ class MessageView(View):
 
     Args (of the page):
         topic: the topic's full name.
-        windows: of long arrays, the first element that is shown, by path: ``{"ranges": 64}``.
-        frozen: whether to stay with the message that is shown.
+        windows: the first displayed element of long arrays, by path: ``{"ranges": 64}``.
+        frozen: whether to keep the current message.
 
-    Pushes ``{"type", "count", "hz", "bytes", "size", "time", "age", "publisher", "latched", "value": tree}``: it came
-    at a time, age seconds ago. In a tree, a
-    message is ``{"fields": [[name, type, value], ...]}``, an array ``{"length": N, "start": N, "items": [...]}``, a
-    time ``{"secs": S, "nsecs": N}``; a message whose fields are left out has ``more``.
+    Pushes ``{"type", "count", "hz", "bytes", "size", "time", "age", "publisher", "latched", "value": tree}``: it
+    arrived at "time", "age" seconds ago. In a tree, a message is ``{"fields": [[name, type, value], ...]}``, an
+    array ``{"length": N, "start": N, "items": [...]}``, a time ``{"secs": S, "nsecs": N}``; a message whose fields are
+    left out has ``more``.
     """
 
     period = 1 / 20
@@ -116,7 +116,7 @@ def tree(message: Message, windows: Mapping[str, int] | None = None) -> Any:
 
     Args:
         message: the message.
-        windows: path of an array, such as ``poses[3].covariance`` -> the first element that is shown.
+        windows: path of an array, such as ``poses[3].covariance`` -> the first displayed element.
     """
     remaining = _MAX_VALUES
     windows = windows or {}

@@ -1,4 +1,4 @@
-"""One parameter that is a long text, such as robot_description, and what others change of it."""
+"""One parameter with a long text, such as robot_description, and its changes."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 MAX_TEXT = 16 << 20
-"""Most characters that are sent."""
+"""Maximum characters that are sent."""
 _MIN_PERIOD = 1.0
 _MAX_BUSY_SHARE = 0.05
-"""Most of the time that asking takes: a long text is asked for less often."""
+"""Maximum share of time spent on requests: a long text is requested less often."""
 
 
 class ParamView(View):

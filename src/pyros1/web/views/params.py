@@ -1,4 +1,4 @@
-"""The parameters, and what others change of them."""
+"""The parameters and their changes."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
 _MIN_PERIOD = 1.5
 _MAX_BUSY_SHARE = 0.05
-"""Most of the time that looking takes: many parameters are looked at less often."""
+"""Maximum share of time spent on checks: many parameters are checked less often."""
 
 
 class ParamsView(View):
-    """Pushes what `pyros1.web.models.params.Changes.update` returns, whenever something has changed."""
+    """Pushes the result of `pyros1.web.models.params.Changes.update` whenever something has changed."""
 
     period = _MIN_PERIOD
     polled = True
@@ -35,4 +35,4 @@ class ParamsView(View):
         return None if changed is None else Push(changed)
 
     def change(self, args: Mapping[str, Any]) -> None:
-        """Look at once: the page has changed something."""
+        """Check immediately: the page has changed something."""

@@ -17,20 +17,20 @@ if TYPE_CHECKING:
 
 MAX_CURVES = 200
 _MAX_POINTS = 400
-"""Most points of a curve in one push; 30 pushes a second are 12,000 points."""
+"""Maximum points of a curve per push; 30 pushes per second are 12,000 points."""
 _REFRESH_INTERVAL = 30
-"""Pushes after which topics that are not there are looked for again: about once a second."""
+"""Pushes after which missing topics are looked up again: about once a second."""
 
 
 class PlotView(View):
     """Curves.
 
     Args (of the page):
-        curves: a list of ``{"id": N, "text": TEXT, "stamped": bool}``; see `shown.curves.Curve` for the text.
+        curves: a list of ``{"id": N, "text": TEXT, "stamped": bool}``; see `pyros1.web.transforms.curves.Curve`.
 
     Pushes ``{"now": TIME, "curves": [{"id", "part", "count"}, ...], "problems": {ID: TEXT}, "waiting": {ID: TEXT}}``
     with the points: for each entry its times, then its values, as float64. A part is the element of an array, or -1.
-    The texts of "waiting" say for what curves wait, which is no fault: a topic or a message.
+    The texts of "waiting" say what curves are waiting for, which is not a fault: a topic or a message.
     """
 
     polled = True

@@ -1,4 +1,4 @@
-"""A message that is published at a rate for as long as the page shows that."""
+"""A message that is published at a rate while the page displays it."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class PublishView(View):
     """Publishes while it is open; `change` changes the message and the rate.
 
     Args (of the page):
-        topic, type: names. value: the message as JSON, see `pyros1.msgs.json_form`.
-        latch: whether later subscribers get the last one. hz: how often per second.
+        topic, type: their names. value: the message as JSON, see `pyros1.msgs.json_form`.
+        latch: whether later subscribers get the last one. hz: messages per second.
 
     Pushes ``{"sent": N, "subscribers": N, "problem": TEXT}``.
     """

@@ -1,4 +1,4 @@
-"""Rates of topics that nobody else subscribes to: their publishers send nothing that could be counted."""
+"""Rates of topics without other subscribers: their publishers send nothing that could be counted."""
 
 from __future__ import annotations
 
@@ -20,13 +20,12 @@ MAX_TOPICS = 50
 
 
 class RatesView(View):
-    """How much comes on topics.
+    """The traffic on topics.
 
     Args (of the page):
         topics: a list of full names.
 
-    Pushes ``{TOPIC: {"hz": N, "bytes": N per second} or {"problem": TEXT}}``; null for what is not known
-    yet.
+    Pushes ``{TOPIC: {"hz": N, "bytes": N per second} or {"problem": TEXT}}``; null while unknown.
     """
 
     period = 1.0

@@ -19,21 +19,21 @@ if TYPE_CHECKING:
 
 _MAX_CHOICES = 200
 _MAX_GROUP_DEPTH = 8
-"""Most groups in each other."""
+"""Maximum nesting of groups."""
 _MAX_CHOICES_LENGTH = 100_000
-"""Most characters of a list of choices."""
+"""Maximum characters of a list of choices."""
 
 
 class ReconfigureView(View):
-    """What can be configured, and how it is.
+    """The parameters and their values.
 
     Args (of the page):
         node: the node's name, or the namespace of its parameters.
 
     Pushes ``{"parameters": [{"name", "type", "groups", "description", "min", "max", "default", "choices"}, ...],
     "values": {name: value}, "groups": [{"path", "type", "name", "state", "id", "parent"}, ...]}``. The groups of a
-    parameter, and the path of a group, are the names of the groups that it is in, from the outermost, without the one
-    that all are in; choices are a list of name and value. A group of the type collapse or hide whose state is false is
+    parameter, and the path of a group, are the names of the groups around it, starting with the outermost, without the
+    root group; choices are a list of name and value. A group of the type collapse or hide whose state is false is
     closed or hidden.
     """
 
@@ -105,7 +105,7 @@ def parameters(description: Any) -> list[dict[str, Any]]:
 
 
 def groups(description: Any, config: Any) -> list[dict[str, Any]]:
-    """Return the groups with their states for a page; see `ReconfigureView`. One whose state is not told is on.
+    """Return the groups with their states for a page; see `ReconfigureView`. A group without a state is on.
 
     Args:
         description: a dynamic_reconfigure/ConfigDescription. config: a dynamic_reconfigure/Config.
@@ -126,7 +126,7 @@ def groups(description: Any, config: Any) -> list[dict[str, Any]]:
 
 
 def _paths(groups: Any) -> dict[int, list[str]]:
-    """Return where each group is, by its id; parents may be missing, or go round in circles."""
+    """Return the path of each group by its id; parents may be missing or circular."""
     known = {group.id: group for group in groups}
     paths: dict[int, list[str]] = {}
     for group in groups:
@@ -141,7 +141,7 @@ def _paths(groups: Any) -> dict[int, list[str]]:
 
 
 def values(config: Any) -> dict[str, Any]:
-    """Return the values of a dynamic_reconfigure/Config, for JSON: null for numbers without an end."""
+    """Return the values of a dynamic_reconfigure/Config, for JSON, with null for non-finite numbers."""
     return {name: _plain(value) for name, value in decode(config, dict).items()}
 
 

@@ -8,11 +8,11 @@ from pyros1.web.server.wire import Push
 from pyros1.web.views.view import View
 
 _MAX_NODES = 100
-"""Beyond this number of nodes, they are asked less often."""
+"""Above this number of nodes, they are queried less often."""
 
 
 class SystemView(View):
-    """What `pyros1.web.system.System.describe` returns, once a second, whenever it has changed."""
+    """Pushes the result of `pyros1.web.system.System.describe`, once a second, if it has changed."""
 
     period = 1.0
     polled = True

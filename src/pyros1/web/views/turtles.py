@@ -1,4 +1,4 @@
-"""Turtles of a turtlesim_node: where they are, and what they have drawn."""
+"""Turtles of a turtlesim_node: their poses and their drawing."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 _REFRESH_PERIOD = 1.0
-"""Seconds between two looks at which turtles there are."""
+"""Seconds between checks for new turtles."""
 
 
 class TurtlesView(View):
-    """Shows the turtles of a node. Those of stock's have drawn nothing that others could see.
+    """Displays the turtles of a node. With stock turtlesim, their drawing is not available to other nodes.
 
     Args (of the page):
-        node: the node's name; empty for the first one that there is.
+        node: the node's name; empty for the first one found.
 
-    Pushes what has changed: ``{"facts": {"node", "nodes", "there"}, "turtles": {name: [x, y, theta]},
-    "drawing": {...}}``, and with "drawing", which is as `pyros1.web.views.image.picture` says it, the picture's data.
+    Pushes changes: ``{"facts": {"node", "nodes", "there"}, "turtles": {name: [x, y, theta]},
+    "drawing": {...}}``, and with "drawing", which is as in `pyros1.web.views.image.picture`, the picture's data.
     """
 
     period = 1 / 30
@@ -39,7 +39,7 @@ class TurtlesView(View):
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
         self._requested_node = text(args, "node", "")
-        self._lock = threading.Lock()  # of what has come
+        self._lock = threading.Lock()  # guards the received data
         self._poses: dict[str, Arrival] = {}
         self._drawing: Arrival | None = None
         self._last_drawing: Arrival | None = None

@@ -1,4 +1,4 @@
-"""What all views have in common."""
+"""The base of all views."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ if TYPE_CHECKING:
 
 
 class View(ABC):
-    """Something that a page shows.
+    """Something that a page displays.
 
     `poll` and `change` are never called at the same time, but `wake` may be called from any thread.
 
     Args:
-        robot: where the facts come from.
-        args: what to show.
-        wake: to be called when there may be something new, from any thread.
+        robot: the source of the data.
+        args: what to display.
+        wake: to be called, from any thread, when there may be something new.
 
     Raises:
         RequestError: the arguments are wrong.
-        Error: the robot cannot give it.
+        Error: the robot cannot provide it.
     """
 
     period = 1 / 30
-    """Least seconds between two pushes."""
+    """Minimum seconds between two pushes."""
     polled = False
-    """Whether to ask `poll` after each period, also if nobody called `wake`."""
+    """Whether to call `poll` after each period, even without `wake`."""
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         self.robot = robot
@@ -38,29 +38,29 @@ class View(ABC):
 
     @abstractmethod
     def poll(self) -> Push | None:
-        """Return what to show now; None if nothing is new. Called in a thread.
+        """Return what to push; None if nothing is new. Called in a thread.
 
         Raises:
-            Error: as the constructor; the page shows the text, and the view goes on.
+            Error: as in the constructor; the page displays the text, and the view continues.
         """
 
     def change(self, args: Mapping[str, Any]) -> None:
-        """Show something else.
+        """Change the arguments.
 
         Raises:
             RequestError: the arguments are wrong.
         """
         raise RequestError("this view cannot be changed")
 
-    def close(self) -> None:  # noqa: B027 - most have nothing to end
-        """Show nothing any more."""
+    def close(self) -> None:  # noqa: B027 - most have nothing to close
+        """Close the view."""
 
 
 def text(args: Mapping[str, Any], name: str, default: str | None = None) -> str:
     """Return an argument that is a text.
 
     Raises:
-        RequestError: it is not given, or not a text.
+        RequestError: it is missing, or not a text.
     """
     value = args.get(name, default)
     if not isinstance(value, str):

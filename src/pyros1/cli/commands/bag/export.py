@@ -328,6 +328,6 @@ def _has_message(bag: Bag, selection: MessageSelection, types: tuple[str, ...] |
 
 
 def _image_types() -> tuple[str, ...]:
-    from pyros1.bag.export.image_files import TYPES  # noqa: PLC0415 - numpy is not cheap
+    from pyros1.bag.export.image_files import TYPES  # noqa: PLC0415 - numpy is slow to import
 
     return TYPES

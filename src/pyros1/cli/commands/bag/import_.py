@@ -31,7 +31,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         name = topic.lstrip("/")
         return not patterns or any(fnmatch.fnmatchcase(name, pattern.lstrip("/")) for pattern in patterns)
 
-    from pyros1.bag.export.imports import import_bag  # noqa: PLC0415 - `bag import -h` needs none of it
+    from pyros1.bag.export.imports import import_bag  # noqa: PLC0415 - not needed for help
 
     with (
         write_atomically(target, folder=False, force=bool(options.force)) as part,

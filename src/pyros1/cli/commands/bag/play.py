@@ -39,7 +39,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if not paths:
         raise UsageError("You must specify at least 1 bag file to play back.")
     _check(options)
-    from pyros1.bag.play.control import Control  # noqa: PLC0415 - help does without
+    from pyros1.bag.play.control import Control  # noqa: PLC0415 - not needed for help
     from pyros1.bag.play.source import Bags  # noqa: PLC0415
     from pyros1.node import Node  # noqa: PLC0415
 
@@ -64,7 +64,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 
 def _words(option: Any, opt: str, value: Any, parser: Any) -> None:
-    """Take the words up to the next option as the option's value."""
+    """Use the words up to the next option as the option's value."""
     words = []
     while parser.rargs and not parser.rargs[0].startswith("-"):
         words.append(parser.rargs.pop(0))
@@ -174,7 +174,7 @@ def _play(node: Node, bags: Bags, options: Any, control: Control) -> int:
 
     for reader in bags.readers:
         line.print_message(f"Opening {reader.path}")
-        node.log.note(f"Opening {reader.path}")  # as stock, which says nothing else there
+        node.log.note(f"Opening {reader.path}")  # like stock, which logs nothing else there
     player = Player(node, bags, _settings(options), control, None if options.quiet else show)
     for topic, reason in player.unplayable.items():
         node.log.warn("%s is not played: %s", one_line(topic), one_line(reason))

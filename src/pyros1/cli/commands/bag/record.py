@@ -29,7 +29,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Record topics to bags."""
     selection = _selection(options, [*args, *(options.topics or ())])
     settings = _settings(options)
-    from pyros1.bag.record.follow import StopSignal  # noqa: PLC0415 - help does without
+    from pyros1.bag.record.follow import StopSignal  # noqa: PLC0415 - not needed for help
     from pyros1.node import Node  # noqa: PLC0415
 
     try:
@@ -39,7 +39,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     try:
         stop_signal = StopSignal(node)
         if options.snapshot:
-            from pyros1.cli.commands.bag._running.snapshot import keep_snapshots  # noqa: PLC0415 - few ask for it
+            from pyros1.cli.commands.bag._running.snapshot import keep_snapshots  # noqa: PLC0415 - rarely needed
 
             return keep_snapshots(node, selection, settings, options, stop_signal)
         return _record(node, selection, settings, options, stop_signal)
@@ -48,7 +48,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Parse the words. The old form of ``--split`` takes a value, which an option without values cannot."""
+    """Parse the words. The old form of ``--split`` takes a value, which an option without a value cannot."""
     words = [
         part for word in invocation.args for part in (word.split("=", 1) if word.startswith("--split=") else [word])
     ]
@@ -200,7 +200,7 @@ def _record(node: Node, selection: Selection, settings: RecordOptions, options: 
         if not names.is_legal_name(name) and (options.all or options.regex or options.node):
             warn(
                 f"'{name}' is not a legal name and is not recorded"
-            )  # a fault of another node must not end the recording
+            )  # an error in another node must not end the recording
             return
         line.print_message(f"Subscribing to {one_line(name)}")
         recorder.subscribe(name, transports=("udp", "tcp") if options.udp else ("tcp",))

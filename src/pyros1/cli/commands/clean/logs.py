@@ -58,7 +58,7 @@ def _purge(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 
 def _in_use(folder: Path) -> set[str]:
-    """Return the entries of a folder in which running programs have files open, and links to these, as ``latest``."""
+    """Return the entries of a folder in which running programs have open files, and links to them, like ``latest``."""
     used = {path.relative_to(folder).parts[0] for path in files_in_use(folder)}
     real = folder.resolve()
     links = {path.name for path in folder.iterdir() if path.is_symlink()} if used else set()
@@ -66,7 +66,7 @@ def _in_use(folder: Path) -> set[str]:
 
 
 def _purge_all(folder: Path, label: str, options: Any, kept: set[str]) -> bool | None:
-    """Remove all. Return whether this succeeded, None if the user did not agree."""
+    """Remove all logs. Return whether this succeeded, None if the user did not agree."""
     print(f"Purging {label}.")
     if not options.yes:
         print("PLEASE BE CAREFUL TO VERIFY THE COMMAND BELOW!")
@@ -81,7 +81,7 @@ def _purge_all(folder: Path, label: str, options: Any, kept: set[str]) -> bool |
 
 
 def _purge_to_size(folder: Path, label: str, options: Any, kept: set[str]) -> bool | None:
-    """Remove the oldest. Return the same as `_purge_all`."""
+    """Remove the oldest logs. Return the same as `_purge_all`."""
     limit, size = options.size * _MEGABYTE, folder_size(folder)
     if size <= limit:
         print(
@@ -133,7 +133,7 @@ def _remove(path: Path) -> bool:
 
 
 def _holds_home(folder: Path) -> bool:
-    """Return whether a folder is the user's home or above it, as ``/`` is."""
+    """Return whether a folder is the user's home or a parent of it, such as ``/``."""
     home, folder = Path.home().resolve(), folder.resolve()
     return folder == home or folder in home.parents
 

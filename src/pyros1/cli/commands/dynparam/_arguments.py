@@ -1,4 +1,4 @@
-"""What the verbs about one node share: the option ``-t`` and the check of the arguments."""
+"""Shared code of the verbs about one node: the option ``-t`` and the check of the arguments."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def check(args: list[str], *wanted: str, max_arguments: int | None = None) -> No
     Args:
         args: the arguments.
         wanted: the name of each required argument, for errors.
-        max_arguments: the largest number of arguments, if optional ones are allowed.
+        max_arguments: the maximum number of arguments, if optional ones are allowed.
     """
     if len(args) < len(wanted):
         raise UsageError(f"invalid arguments. Please specify {wanted[len(args)]}")

@@ -63,7 +63,7 @@ def refuse(invocation: Invocation, text: str, hint: str = "") -> int:
     Args:
         invocation: the command.
         text: the reason.
-        hint: more than the stock tool prints; it goes to stderr.
+        hint: additional text, which the stock tool does not print; it goes to stderr.
     """
     print(text, flush=True)
     if hint:
@@ -83,7 +83,7 @@ class Server:
         invocation: the command.
         node: the command's node.
         name: the name of the node to configure, as the user wrote it.
-        timeout: seconds to wait for each answer; None or 0 waits for ever, and prints that it waits.
+        timeout: seconds to wait for each answer; None or 0 waits forever, and prints that it waits.
 
     Raises:
         WaitTimeoutError: the node does not offer its service in time.

@@ -40,7 +40,7 @@ def _get(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 def _dump(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Write a node's configuration to a file."""
-    from pyros1.cli.commands.dynparam._files import file_text  # noqa: PLC0415 - help does without
+    from pyros1.cli.commands.dynparam._files import file_text  # noqa: PLC0415 - not needed for help
 
     check(args, "a node name", "an output file")
     name, path = args

@@ -21,7 +21,7 @@ def _set(invocation: Invocation, options: Any, args: list[str]) -> int:
     check(args, _FORM, _FORM, max_arguments=3)
     name, *rest = args
     if len(rest) == 1:
-        from pyros1.values import load_yaml  # noqa: PLC0415 - help does without
+        from pyros1.values import load_yaml  # noqa: PLC0415 - not needed for help
 
         values = load_yaml(rest[0])
         if not isinstance(values, dict):
@@ -33,7 +33,7 @@ def _set(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 def _load(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Set the parameters of a node from a file."""
-    from pyros1.cli.commands.dynparam._files import read_file_text  # noqa: PLC0415 - help does without
+    from pyros1.cli.commands.dynparam._files import read_file_text  # noqa: PLC0415 - not needed for help
 
     check(args, "a node name", "an input file")
     name, path = args

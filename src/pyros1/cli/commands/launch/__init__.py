@@ -87,7 +87,7 @@ def _run(options: Any, words: list[str], arguments: dict[str, str]) -> int:
 
 
 def _is_folder(words: list[str]) -> bool:
-    """Return whether a folder is to be checked: beside it are only settings. Else a package may have its name."""
+    """Return whether to check a folder: the only word besides settings. Otherwise it may be the name of a package."""
     places = [word for word in words if "=" not in word]
     return len(places) == 1 and os.path.isdir(places[0])
 

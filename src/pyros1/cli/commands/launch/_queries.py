@@ -16,7 +16,7 @@ from pyros1.launch.reading.resources import Resources
 
 def check(files: list[str], arguments: dict[str, str], resources: Resources) -> int:
     """Print every problem of launch files, and everything they need that is missing here. Return the exit code."""
-    from pyros1.launch.running.check import missing_parts, unrunnable_python  # noqa: PLC0415 - one of many questions
+    from pyros1.launch.running.check import missing_parts, unrunnable_python  # noqa: PLC0415 - one of many queries
 
     problems: list[LaunchError] = []
     plan = load_plan(files, arguments, resources, problems=problems)
@@ -43,7 +43,7 @@ def answer(files: list[str], arguments: dict[str, str], resources: Resources, op
         print(f"Unable to load file {', '.join(files)}: {error}", file=sys.stderr)
         return 0
     if options.node_args:
-        from pyros1.launch.reading import report  # noqa: PLC0415 - one of many questions
+        from pyros1.launch.reading import report  # noqa: PLC0415 - one of many queries
         from pyros1.launch.running.command_line import locate, node_words  # noqa: PLC0415
 
         node = _find_node(plan, options.node_args, files, resources)
@@ -63,11 +63,11 @@ def _text(plan: Plan, options: Any) -> str:
     if options.file_list and not options.dump_params:
         return _names(absolute_files(plan.files), options)
     if options.dump_params or options.ros_args:
-        from pyros1.launch.reading import report  # noqa: PLC0415 - one of many questions
+        from pyros1.launch.reading import report  # noqa: PLC0415 - one of many queries
 
         return report.dump_params(plan) if options.dump_params else report.ros_args(plan)
     if options.graph or options.tree:
-        from pyros1.launch.reading import drawing  # noqa: PLC0415 - one of many questions
+        from pyros1.launch.reading import drawing  # noqa: PLC0415 - one of many queries
 
         return drawing.dot(plan) if options.graph else drawing.tree(plan)
     return _names([node.full_name for node in [*plan.nodes, *plan.tests]], options)
@@ -76,7 +76,7 @@ def _text(plan: Plan, options: Any) -> str:
 def _names(names: list[str], options: Any) -> str:
     if not options.json:
         return "\n".join(names)
-    import json  # noqa: PLC0415 - few ask for it
+    import json  # noqa: PLC0415 - rarely needed
 
     return json.dumps(names, ensure_ascii=False)
 

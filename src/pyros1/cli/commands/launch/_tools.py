@@ -1,4 +1,4 @@
-"""The small tools beside the launcher: roslaunch-deps, -logs, -complete and -check (L174, L175)."""
+"""The small tools that accompany the launcher: roslaunch-deps, -logs, -complete and -check (L174, L175)."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ def messages(invocation: Invocation, topic: str | None = None) -> Iterator[Any]:
 
     Args:
         invocation: the command.
-        topic: full name of the topic to read; None: the aggregator's, if there is one, else that of the nodes.
+        topic: full name of the topic to read; None: the aggregator's, if it exists, else that of the nodes.
     """
     if topic is None:
         # An aggregator provides all messages over one connection. Without one, each node needs a connection.

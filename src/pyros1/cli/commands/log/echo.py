@@ -16,7 +16,7 @@ from pyros1.cli.shared.printing import print_json, use_colour
 from pyros1.ground.terminal_text import lines, one_line
 
 _LOWEST = "warn"
-"""The default of the lowest level that is printed."""
+"""The default lowest level to print."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -50,7 +50,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    from pyros1.cli.shared.argparsing import add_parts, make_parser  # noqa: PLC0415 - completion does without
+    from pyros1.cli.shared.argparsing import add_parts, make_parser  # noqa: PLC0415 - not needed for completion
 
     parser = make_parser(invocation, verb)
     add_parts(parser, invocation, *verb.options)

@@ -25,10 +25,10 @@ def _list(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> 
 def _package(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print the types of a package."""
     if len(args) > 1:
-        raise UsageError(f"you may only specify one {kind.word} type")  # stock's text, although it is a package
+        raise UsageError(f"you may only specify one {kind.word} type")  # like stock, although it is a package
     name = args[0] if args else from_stdin()
     if not library().has_package(name):
-        from pyros1.finding.packages import PackageIndex  # noqa: PLC0415 - only what fails needs it
+        from pyros1.finding.packages import PackageIndex  # noqa: PLC0415 - only needed after a failure
 
         known = PackageIndex(os.environ).paths()
         if name not in known:

@@ -13,7 +13,7 @@ from pyros1.ground.errors import UnknownTypeError
 
 
 def _run(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print a type's checksum. For an unknown type, print an error to stderr; the exit code is 0, as stock's."""
+    """Print a type's checksum. For an unknown type, print an error to stderr; the exit code is 0, like stock's."""
     name = type_argument(kind, args)
     names, bare = find(kind, name)
     if bare and not names:

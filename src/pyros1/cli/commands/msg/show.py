@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pyros1.msgs.spec import MessageSpec, ServiceSpec
 
 MAX_LINES = 100_000
-"""Largest number of lines for one type: each level can contain the next one many times."""
+"""Maximum number of lines for one type: each level can contain the next one many times."""
 
 
 def _run(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -86,7 +86,7 @@ def _describe(spec: MessageSpec | ServiceSpec, resolve: Callable[[str], MessageS
     from pyros1.msgs.digest import Digests  # noqa: PLC0415
     from pyros1.msgs.spec import MessageSpec  # noqa: PLC0415
 
-    Digests(resolve).dependencies(spec)  # the expansion must have a limit
+    Digests(resolve).dependencies(spec)  # raises an error if a type contains itself
     parts = (spec,) if isinstance(spec, MessageSpec) else (spec.request, spec.response)
     texts = ["".join(line + "\n" for line in islice(_lines(part, resolve, ""), MAX_LINES + 1)) for part in parts]
     if any(text.count("\n") > MAX_LINES for text in texts):
@@ -109,7 +109,7 @@ def _from_bag(path: str, name: str, raw: bool) -> Iterator[str]:
     """Return the different definitions of a type in a bag."""
     if not os.path.isfile(path):
         raise CommandError(f"bag file [{path}] does not exist")
-    from pyros1 import bag as bags  # noqa: PLC0415 - only here are bags needed
+    from pyros1 import bag as bags  # noqa: PLC0415 - only needed for bags
     from pyros1.msgs.digest import split_full_text  # noqa: PLC0415
     from pyros1.msgs.spec import parse_message  # noqa: PLC0415
 

@@ -13,13 +13,13 @@ from pyros1.ground.errors import MessageError
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Write stubs of packages next to those of pyros1, where editors and type checkers find them."""
-    from pyros1.finding import stubs  # noqa: PLC0415 - help needs none of it
+    from pyros1.finding import stubs  # noqa: PLC0415 - not needed for help
 
     packages = list(dict.fromkeys(args or library().packages()))
     own = stubs.shipped()
     written, errors = [], []
     try:
-        for package in packages:  # it grows: types of a package without stubs would be unknown
+        for package in packages:  # grows in the loop: types of a package without stubs would be unknown
             try:
                 written += stubs.write(stubs.stubs(library(), [package]), stubs.HOME)
                 used = sorted(stubs.needed(library(), package))

@@ -1,4 +1,4 @@
-"""What ``ping`` and ``cleanup`` share: the timeout for a node, and why it did not answer."""
+"""Shared code of ``ping`` and ``cleanup``: the timeout for a node, and why it did not answer."""
 
 from __future__ import annotations
 

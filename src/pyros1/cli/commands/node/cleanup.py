@@ -25,7 +25,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     answers = run_concurrently({name: partial(_answers, graph, name) for name in names}, PING_TIMEOUT + 1.0)
     for found in answers.values():
         if isinstance(found, MasterError):
-            raise found  # not known to be dead
+            raise found  # not necessarily dead
     dead = [name for name, answers_us in answers.items() if answers_us is not True]
     if not dead:
         return
@@ -59,14 +59,14 @@ VERB = Verb(
 def _answers(graph: Graph, name: str) -> bool:
     uri = graph.node_uri(name)
     if uri is None:
-        return True  # it ended meanwhile
+        return True  # it has ended in the meantime
     node = graph.node(uri, PING_TIMEOUT)
     try:
         node.pid()
     except Error as error:
         sys.stderr.write(
             f"ERROR: {failure(error, name, uri)}\n"
-        )  # in one write, since other nodes are asked at the same time
+        )  # in one write, since other nodes are pinged at the same time
         return False
     finally:
         node.close()

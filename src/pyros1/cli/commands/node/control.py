@@ -64,7 +64,7 @@ VERBS = [
 
 
 def _wait(launch: Launch, before: Status, verb: str) -> Status:
-    """Return the node's status as soon as the launch has done what it was told."""
+    """Return the node's status as soon as the launch has carried out the request."""
     deadline = time.monotonic() + _TIMEOUT
     while time.monotonic() < deadline:
         try:

@@ -78,7 +78,7 @@ def _kill(graph: Graph, name: str) -> bool:
         return False
     try:
         node = graph.node(uri)
-    except ProtocolError as error:  # a wrong address: the others are told to end all the same
+    except ProtocolError as error:  # a wrong address: the other nodes are still told to end
         print(f"[{name}]: {error}", file=sys.stderr)
         return False
     try:
@@ -87,7 +87,7 @@ def _kill(graph: Graph, name: str) -> bool:
         print(f"[{name}]: {error}; if its process hangs, use kill -9", file=sys.stderr)
         return False
     except Error:
-        # A node may end before it has answered, or be dead already: stock prints killed in both cases.
+        # A node may end before it answers, or may already be dead: stock prints killed in both cases.
         return True
     finally:
         node.close()

@@ -43,7 +43,7 @@ def _print_states(states: dict[str, dict[str, str]]) -> None:
 
 
 def _states(invocation: Invocation, uris: dict[str, str | None]) -> dict[str, dict[str, str]]:
-    """Return the state of each node, and why it is in it: all are asked at the same time."""
+    """Return the state of each node and the reason for it. All nodes are asked at the same time."""
     from pyros1.doctor.concurrent import run_concurrently  # noqa: PLC0415
     from pyros1.doctor.facts import HANGS, REFUSED, Failure  # noqa: PLC0415
     from pyros1.doctor.probe import NODE_TIMEOUT, ask_whether_alive  # noqa: PLC0415 - only for --check

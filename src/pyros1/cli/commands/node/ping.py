@@ -48,7 +48,7 @@ VERB = Verb(
 
 def _print_known_nodes(invocation: Invocation, graph: Graph) -> None:
     """Print usage and the available nodes. Stock prints its error again after them."""
-    from pyros1.cli.help import Parser  # noqa: PLC0415 - only what fails needs it
+    from pyros1.cli.help import Parser  # noqa: PLC0415 - only needed after a failure
 
     try:
         available = "\n".join(map(str, sorted(graph.state().nodes())))
@@ -61,7 +61,7 @@ def _print_known_nodes(invocation: Invocation, graph: Graph) -> None:
 
 
 def _ping(graph: Graph, name: str, count: int | None, forever: bool = False) -> bool:
-    """Ping a node until an error. ``forever``: as the command for one node does, with pauses and an average."""
+    """Ping a node until an error. ``forever``: like the command for one node, with pauses and an average."""
     uri = graph.node_uri(name)
     if uri is None:
         sys.stdout.flush()

@@ -43,7 +43,7 @@ VERB = Verb(
 
 
 def _facts(state: SystemState, name: str, *, everything: bool) -> dict[str, list[str]]:
-    """Return a node's publications, subscriptions and services; without what all nodes have, unless ``everything``."""
+    """Return a node's publications, subscriptions and services; without those of every node, unless ``everything``."""
     own = state.of_node(name)
     quiet_services = () if everything else tuple(name + service for service in _QUIET_SERVICES)
     quiet_topics = () if everything else _QUIET_TOPICS

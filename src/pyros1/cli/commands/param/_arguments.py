@@ -1,4 +1,4 @@
-"""What the verbs share: the option ``-v``, and the check of the number of arguments."""
+"""Shared code of the verbs: the option ``-v``, and the check of the number of arguments."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ def check(args: list[str], max_arguments: int, missing: str = "") -> None:
 
     Args:
         args: the arguments.
-        max_arguments: the largest number of arguments.
+        max_arguments: the maximum number of arguments.
         missing: name of the first argument, if it is required.
     """
     if missing and not args:

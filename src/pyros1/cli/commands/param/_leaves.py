@@ -11,7 +11,7 @@ from pyros1.ground.errors import MasterError, MasterUnreachableError, ParameterN
 
 
 def set_leaves(invocation: Invocation, name: str, value: Any, form: str = "") -> None:
-    """Set a value. Empty dictionaries are kept, too, where there is no namespace yet; the stock tool drops them.
+    """Set a value. Empty dictionaries are also set where no namespace exists yet; the stock tool drops them.
 
     Args:
         invocation: the command.

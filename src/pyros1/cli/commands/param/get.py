@@ -69,7 +69,7 @@ def _scalar_or_block(value: Any) -> str:
 
 
 def _pretty_lines(value: dict[str, Any], indent: str) -> list[str]:
-    """Return a dictionary for reading: strings without quotes, long ones as blocks."""
+    """Return a dictionary in readable form: strings without quotes, long ones as blocks."""
     lines = []
     for name in sorted(value):
         item, key = value[name], one_line(name)

@@ -1,4 +1,4 @@
-"""``pyros1 pkg``: rospack (L182), files of packages as rosbash finds them (L184), and making packages."""
+"""``pyros1 pkg``: rospack (L182), files of packages as rosbash finds them (L184), and creation of packages."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def _dispatch(invocation: Invocation) -> int:
 
 
 def _stack(words: list[str]) -> int:
-    """Answer rosstack (L183). Its `profile` is no error: READMEs have ``rospack profile && rosstack profile``."""
+    """Run rosstack (L183). Its `profile` is no error: READMEs contain ``rospack profile && rosstack profile``."""
     print("rosstack: stacks were rosbuild's; for packages use rospack, which is pyros1 pkg", file=sys.stderr)
     return 0 if words[:1] == ["profile"] else 1
 

@@ -44,8 +44,8 @@ def files_verb(
         words = invocation.argv[1:]
         called = os.path.basename(sys.argv[0]) if sys.argv else ""
         as_stock = invocation.as_stock or called == tool
-        if words in (["-h"], ["--help"]) and not as_stock and name != "cd":  # a shell goes where cd says
-            from pyros1.cli.help import Parser  # noqa: PLC0415 - only who asks needs it
+        if words in (["-h"], ["--help"]) and not as_stock and name != "cd":  # the shell changes to what cd prints
+            from pyros1.cli.help import Parser  # noqa: PLC0415 - only needed for help
 
             print(Parser(verb, invocation).format_help(), end="")
             return 0

@@ -23,7 +23,7 @@ def check_known(known: Packages, name: str) -> None:
 
 
 def chosen(request: Request, known: Packages, name: str) -> list[Manifest]:
-    """Return the manifests of a package and its dependencies, or of these only, as the options say."""
+    """Return the manifests of a package and its dependencies, or of the latter only, depending on the options."""
     names = [*known.needs_first(name)]
     if "deps-only" not in request.options:
         names.insert(0, name)

@@ -1,4 +1,4 @@
-"""How ``pkg`` parses and runs a command line, as rospack does (L182)."""
+"""How ``pkg`` parses and runs a command line, like rospack (L182)."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class Request:
         return name
 
     def option(self, *names: str) -> list[str]:
-        """Return the values of required options. A package is required, too."""
+        """Return the values of required options. A package is required as well."""
         values = [self.options.get(name, "") for name in names]
         if not all(values) or not (self.words or _package_here()):
             raise PkgError(f"no {' / '.join(['package', *names])} given")
@@ -163,7 +163,7 @@ def _act(request: Request, invocation: Invocation) -> None:
 
 
 def _print_help(verb: Verb, invocation: Invocation) -> None:
-    from pyros1.cli.help import Parser  # noqa: PLC0415 - only who asks needs it
+    from pyros1.cli.help import Parser  # noqa: PLC0415 - only needed for help
 
     print(Parser(verb, invocation).format_help(), end="")
 
@@ -185,7 +185,7 @@ def _package_here() -> str:
 
 
 def known_packages() -> list[FoundPackage]:
-    """Return all packages that rospack knows, which are no metapackages."""
+    """Return all packages that rospack knows: those that are not metapackages."""
     return [found for found in all_packages(os.environ) if not found.meta and found.manifest != "stack.xml"]
 
 

@@ -159,7 +159,7 @@ def _warn(package: str, depends: Sequence[str], known: dict[str, str]) -> None:
 
 
 def _preferred_folder(package: str, other: str) -> str:
-    """Return which of two packages of one name is used: the new one in this folder, or another one."""
+    """Return a text about which of two packages of one name is used: the new one in this folder, or another one."""
     here = str(Path.cwd())
     found = _found_from_here(package)
     if found != os.path.join(here, package):
@@ -174,7 +174,7 @@ def _preferred_folder(package: str, other: str) -> str:
 
 
 def _found_from_here(package: str) -> str | None:
-    """Return the folder of the package of a name that commands use in this folder."""
+    """Return the folder of the package with this name that commands use in the current folder."""
     environ = dict(os.environ)
     add_packages_here(environ)
     return next((each.folder for each in all_packages(environ) if each.name == package), None)

@@ -51,7 +51,7 @@ def _why(invocation: Invocation, request: Request, args: list[str]) -> None:
 def _manifests(invocation: Invocation, request: Request, args: list[str]) -> None:
     known, name = graph(request)
     if name not in known.by_name:
-        print()  # as stock, which prints the line even without files
+        print()  # like stock, which prints the line even without files
         check_known(known, name)
     files = [os.path.join(known.find(each).folder, known.find(each).manifest) for each in known.needs(name)]
     print(" ".join(files))
@@ -95,7 +95,7 @@ _PACKAGE = Argument("package", "package", optional=True)
 
 
 def _verb(name: str, run: Run, example: str, *options: Option, target: str = "", noted: bool = True) -> Verb:
-    """Return the record of a verb about dependencies; ``noted``: the list of verbs has its alias."""
+    """Return the record of a verb about dependencies; ``noted``: whether the list of verbs mentions its alias."""
     alias = name.replace("depends", "deps")
     about = f"{name}{target}" if target else f"{name:17}"
     about += " [package]" + f" (alias: {alias})" * noted

@@ -25,7 +25,7 @@ def _flags(invocation: Invocation, request: Request, args: list[str]) -> None:
             for value in manifest.exported("cpp", "cflags" if include else "lflags"):
                 words += _of_kind(shlex.split(value), kind)
         elif not done:
-            done = manifest.name == name  # its answer includes all dependencies
+            done = manifest.name == name  # pkg-config's answer includes all dependencies
             words += _of_kind(_pkg_config(request.verb, manifest.name), kind)
     unique = dict.fromkeys(words) if kind != "l" else dict.fromkeys(reversed(words))
     result = [*unique] if kind != "l" else [*reversed(unique)]

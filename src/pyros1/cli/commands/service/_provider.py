@@ -1,4 +1,4 @@
-"""What the verbs about one service share: its name, and the answer of its provider."""
+"""Shared code of the verbs about one service: its name, and the answer of its provider."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def one_service(invocation: Invocation, args: list[str]) -> str:
 
 
 def hint(graph: Graph, name: str) -> str:
-    """Return a hint at the service that may have been meant."""
+    """Return a hint at the service that was probably meant."""
     return did_you_mean(name, graph.state().services)
 
 

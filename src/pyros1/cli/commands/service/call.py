@@ -23,7 +23,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         raise UsageError("service must be specified")
     name, *words = args
     name = invocation.resolve(name)
-    from pyros1.values import load_yaml  # noqa: PLC0415 - help does without
+    from pyros1.values import load_yaml  # noqa: PLC0415 - not needed for help
 
     arguments: list[Any] = [load_yaml(word) if word else word for word in words]
     graph = invocation.graph

@@ -22,7 +22,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     if len(args) > 1:
         raise UsageError("you may only specify one message type")
     graph = invocation.graph
-    from pyros1.doctor.concurrent import run_concurrently  # noqa: PLC0415 - help does without
+    from pyros1.doctor.concurrent import run_concurrently  # noqa: PLC0415 - not needed for help
 
     names = list(graph.state().services)
     answers = run_concurrently({name: partial(header, invocation, graph, name) for name in names}, PROBE_TIMEOUT + 1.0)
@@ -34,8 +34,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
                 matching.append(name)
         elif isinstance(answer, MasterError):
             raise answer
-        elif answer is not None:  # it did not answer the question for its type
-            what, _, why = str(answer).partition("\n")  # reason -> once for all services of a node
+        elif answer is not None:  # it did not answer the query for its type
+            what, _, why = str(answer).partition("\n")  # print a reason only once for all services of a node
             print(f"WARNING: {what}" + (f"\n{why}" if why and why not in printed else ""), file=sys.stderr)
             printed.add(why)
     if options.json:

@@ -22,7 +22,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     nodes = graph.state().services.get(name)
     if not nodes:
         raise CommandError(f"unknown service{hint(graph, name)}", 1)
-    if not options.json:  # line by line, so that known facts are shown even if the provider does not answer
+    if not options.json:  # line by line, so that known facts are printed even if the provider does not answer
         print(f"Node: {nodes[0]}")
         print(f"URI: {graph.service_uri(name)}")
     type_name = (header(invocation, graph, name) or {}).get("type", "")

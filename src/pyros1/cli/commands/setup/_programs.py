@@ -29,7 +29,7 @@ def make_programs(names: Mapping[str, tuple[str, ...]], environ: Mapping[str, st
         The folder.
 
     Raises:
-        SetupError: no possible folder can be written, or the system is not one with shells of Unix.
+        SetupError: no possible folder can be written, or the system has no Unix shells.
     """
     if not hasattr(os, "getuid"):
         raise SetupError("this is for shells of Unix: here, type pyros1 before each command, as in pyros1 topic list")

@@ -15,7 +15,7 @@ GAP_X, GAP_Y = 18.0, 44.0
 
 
 class Frame(NamedTuple):
-    """What is drawn of a frame.
+    """The information that is drawn for a frame.
 
     Attributes:
         parent: None for the root of a tree.
@@ -159,7 +159,7 @@ def svg(frames: Sequence[Frame], now: float, title: str) -> str:
             inner += span + GAP_X
         required_width = max(width, inner - GAP_X - left) if children else width
         extra_width = (required_width - (inner - GAP_X - left)) / 2 if children else 0.0
-        if extra_width > 0:  # the frame is wider than all below it, which moves to its middle
+        if extra_width > 0:  # the frame is wider than those below it, which are centred
             for child in children:
                 _shift(child, extra_width)
         boxes[frame.name] = _Box(frame, lines, left + required_width / 2, y, width, height)

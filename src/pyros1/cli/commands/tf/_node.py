@@ -1,4 +1,4 @@
-"""What the tf commands share: their nodes, and hints after a failed lookup."""
+"""Shared code of the tf commands: their nodes, and hints after a failed lookup."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ def open_node(invocation: Invocation, name: str, *, tool: bool = True, anonymous
     Args:
         name: its name.
         anonymous: append a number, so that several can run.
-        tool: the node belongs to an interactive tool: fail at once without a master, and log little.
+        tool: the node belongs to an interactive tool: fail immediately without a master, and log little.
 
     Raises:
         MasterUnreachableError: no master answers, and `tool` is set.
     """
     if tool:
         invocation.master.ping()  # fails early, before slow imports, if no master answers
-    from pyros1.node import Node  # noqa: PLC0415 - help needs none
+    from pyros1.node import Node  # noqa: PLC0415 - not needed for help
 
     return Node(
         name,
@@ -47,7 +47,7 @@ def open_node(invocation: Invocation, name: str, *, tool: bool = True, anonymous
 
 
 def make_pause(node: Node) -> Callable[[float], bool]:
-    """Return a function that waits for a number of seconds of wall time, and returns whether the node still runs."""
+    """Return a function that waits a number of seconds of wall time, and returns whether the node is still running."""
     ended = Event()
     node.on_shutdown(ended.set)
     return lambda seconds: not ended.wait(seconds)

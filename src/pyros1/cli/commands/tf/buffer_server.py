@@ -15,7 +15,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Run the node until it is told to end."""
     if args:
         raise UsageError(f"unexpected argument {args[0]!r}")
-    from pyros1.node import Node  # noqa: PLC0415 - help needs none
+    from pyros1.node import Node  # noqa: PLC0415 - not needed for help
     from pyros1.tf import Buffer, BufferServer, TransformListener  # noqa: PLC0415
 
     with Node("tf_buffer", argv=invocation.remapping_args, environ=invocation.environ) as node:

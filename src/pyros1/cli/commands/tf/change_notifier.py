@@ -1,4 +1,4 @@
-"""``tf change_notifier``: publishes on /tf_changes when one frame has moved in another (L199)."""
+"""``tf change_notifier``: publishes on /tf_changes when one frame has moved relative to another (L199)."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Run the node until it is told to end."""
     if args:
         raise UsageError(f"unexpected argument {args[0]!r}: set the parameter ~frame_pairs to the frames")
-    from pyros1.node import Node  # noqa: PLC0415 - help needs none
+    from pyros1.node import Node  # noqa: PLC0415 - not needed for help
     from pyros1.tf import Buffer, TransformException, TransformListener  # noqa: PLC0415
 
     name = f"change_notifier_{time.time_ns()}"
@@ -79,11 +79,11 @@ VERB = Verb(
 
 @dataclass
 class Pair:
-    """A frame that is watched in another.
+    """A frame that is watched relative to another.
 
     Args:
         source: name of the frame.
-        target: name of the frame it is watched in.
+        target: name of the other frame.
         distance: in metres; larger moves are published.
         angle: in radians; turns of more than twice this angle are published, as tf measures them.
     """

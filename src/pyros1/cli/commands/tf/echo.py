@@ -21,7 +21,7 @@ _USAGE = """Usage: {} source_frame target_frame [echo_rate]
 Prints where target_frame is in source_frame: the transform that takes data from target_frame into source_frame.
 echo_rate is in Hz (default 1)."""
 FIRST_WAIT = 1.0
-"""Longest wait for transforms, in seconds, before the first line is printed."""
+"""Maximum time to wait for transforms before the first line is printed, in seconds."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -82,7 +82,7 @@ def _check(options: Any, rate: str | None) -> None:
 
 
 def _echo(invocation: Invocation, node: Node, options: Any, source: str, target: str) -> int:
-    from pyros1.tf.buffer import Buffer  # noqa: PLC0415 - wrong arguments need none
+    from pyros1.tf.buffer import Buffer  # noqa: PLC0415 - not needed for wrong arguments
     from pyros1.tf.errors import TransformException  # noqa: PLC0415
     from pyros1.tf.listener import TransformListener  # noqa: PLC0415
 

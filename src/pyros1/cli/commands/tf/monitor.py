@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from pyros1.tf.buffer import Buffer
 
 _WINDOW = 1000
-"""Number of transforms of a frame, and of messages of a node, in averages."""
+"""Number of transforms per frame, and of messages per node, that averages include."""
 
 _STEP = 0.01
 _STEPS = 21
-"""Checks of the chain between two reports."""
+"""Number of checks of the chain between two reports."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -89,7 +89,7 @@ def _delays(delays: deque[float]) -> str:
 
 
 def _monitor(invocation: Invocation, node: Node, frames: list[str]) -> None:
-    from pyros1.tf.buffer import Buffer  # noqa: PLC0415 - wrong arguments need none
+    from pyros1.tf.buffer import Buffer  # noqa: PLC0415 - not needed for wrong arguments
     from pyros1.tf.listener import TransformListener  # noqa: PLC0415
 
     delays = Delays()

@@ -43,7 +43,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         examples = VERB.examples_text(invocation.program, as_stock=False)
         print(*_usages(forms), _ABOUT, examples, sep="\n", end="")
         return 0
-    if words and words[0].startswith("--"):  # not the name of a parameter, for which it would wait
+    if words and words[0].startswith("--"):  # not the name of a parameter to wait for
         raise UsageError(f"no such option: {words[0]}")
     if not _form_fits(len(words), forms):
         report(f"{_NAME} exited due to not having the right number of arguments", _WRONG)
@@ -181,7 +181,7 @@ def _refuse_parameter(name: str, error: Exception) -> NoReturn:
 
 
 def _stamped(parent: str, child: str, position: list[float], rotation: list[float]) -> Any:
-    from pyros1.msgs import load_message  # noqa: PLC0415 - wrong arguments need none
+    from pyros1.msgs import load_message  # noqa: PLC0415 - not needed for wrong arguments
 
     message: Any = load_message("geometry_msgs/TransformStamped")()
     message.header.frame_id = parent

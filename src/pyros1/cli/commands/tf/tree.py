@@ -26,7 +26,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     seconds = number(options.time, "the time", positive=True)
     live = sys.stdout.isatty() and not options.once and not options.json
     with open_node(invocation, "tf_tree") as node:
-        from pyros1.tf.buffer import Buffer  # noqa: PLC0415 - wrong arguments need none
+        from pyros1.tf.buffer import Buffer  # noqa: PLC0415 - not needed for wrong arguments
         from pyros1.tf.listener import TransformListener  # noqa: PLC0415
 
         buffer = Buffer(max(10.0, 2 * seconds))

@@ -72,7 +72,7 @@ def _check(output: Path | None) -> None:
 
 
 def _listen(invocation: Invocation, node: Node, seconds: float) -> list[Frame]:
-    from pyros1.tf.buffer import Buffer  # noqa: PLC0415 - wrong arguments need none
+    from pyros1.tf.buffer import Buffer  # noqa: PLC0415 - not needed for wrong arguments
     from pyros1.tf.listener import TransformListener  # noqa: PLC0415
 
     buffer = Buffer(max(10.0, 2 * seconds))
@@ -87,7 +87,7 @@ def _listen(invocation: Invocation, node: Node, seconds: float) -> list[Frame]:
 
 
 def _request_frames(node: Node, name: str) -> list[Frame]:
-    from pyros1.values.reading import load_yaml  # noqa: PLC0415 - few ask nodes
+    from pyros1.values.reading import load_yaml  # noqa: PLC0415 - rarely needed
 
     service = f"{node.resolve(name)}/tf2_frames"
     try:

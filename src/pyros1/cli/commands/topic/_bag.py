@@ -17,7 +17,7 @@ from pyros1.ground.timing import Time
 from pyros1.msgs import AnyMsg
 
 Resolve = Callable[[str], str]
-"""Return the full name of a topic. Bags may hold relative names, which mean here what they mean on the command line."""
+"""Return the full name of a topic. Relative names in bags are resolved like those on the command line."""
 
 
 def list_topics(path: str, namespace: str | None, resolve: Resolve, *, json: bool) -> None:

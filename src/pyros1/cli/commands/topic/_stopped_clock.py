@@ -1,4 +1,4 @@
-"""A warning when simulated time stands still, for verbs that measure in it."""
+"""A warning when simulated time stands still, for verbs that use it for measurements."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class StoppedClock:
-    """Compares simulated time now and then.
+    """Checks from time to time whether simulated time advances.
 
     Args:
         node: the command's node.

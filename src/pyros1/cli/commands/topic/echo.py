@@ -86,7 +86,7 @@ VERB = Verb(
 
 
 def _echo_bag(invocation: Invocation, options: Any, name: str, expression: Expression | None) -> None:
-    from pyros1.cli.commands.topic import _bag  # noqa: PLC0415 - bags are not cheap
+    from pyros1.cli.commands.topic import _bag  # noqa: PLC0415 - slow to import
 
     path = ""
     topics = None
@@ -192,7 +192,7 @@ class Printer:
         self._decoder = Decoder(kind or "", by_name=kind is not None)
         self._skips_bad_messages = kind is not None
         self._printed_warnings: set[str] = set()
-        self._out = data_stream()  # text from messages is clean already, and --clear works for files, too, as stock's
+        self._out = data_stream()  # messages' text is already clean, and --clear works for files as well, like stock's
 
     def arrived(self, raw: AnyMsg) -> None:
         """Handle one message. Called by the subscription's thread."""

@@ -23,14 +23,14 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         for given, option in ((options.subscribers, "-s"), (options.publishers, "-p"), (options.host, "--host")):
             if given:
                 raise UsageError(f"{option} option is not valid with bags")
-        from pyros1.cli.commands.topic import _bag  # noqa: PLC0415 - bags are not cheap
+        from pyros1.cli.commands.topic import _bag  # noqa: PLC0415 - slow to import
 
         namespace = invocation.resolve(args[0]) if args else None
         _bag.list_topics(options.bag, namespace, invocation.resolve, json=options.json)
         return
     if options.publishers and options.subscribers:
         raise UsageError("you may only specify one of -p, -s")
-    namespace = invocation.resolve(args[0]) if args else None  # as stock: only a given argument narrows the list
+    namespace = invocation.resolve(args[0]) if args else None  # like stock: only a given argument narrows the list
     only = "p" if options.publishers else "s" if options.subscribers else ""
     graph = invocation.graph
     state = graph.state()

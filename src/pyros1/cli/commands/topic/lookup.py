@@ -53,7 +53,7 @@ def _find(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 
 def _like(word: str, types: dict[str, str]) -> list[str]:
-    """Return topics that a word may mean, best first: it is in the name, in the type, or similar to a part of these."""
+    """Return topics that a word may mean, best first: it is in the name or type, or similar to a part of either."""
     from difflib import get_close_matches  # noqa: PLC0415
 
     low = word.lower().strip("/")

@@ -120,7 +120,7 @@ def _field_reader(path: str) -> Callable[[Any], Any]:
 
 
 def _expression_reader(name: str) -> Callable[[Any], Any] | None:
-    """Return what takes an expression's value from a message; None for a field."""
+    """Return a function that evaluates an expression on a message; None for a field."""
     split = split_expression(name)
     if split is None:
         return None

@@ -40,7 +40,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     name, type_name = invocation.resolve(args[0]), args[1]
     arguments = _values(args[2:])
     message_class = _load(type_name)
-    has_fields = bool(message_class.__slots__)  # without, there is nothing to read, as in stock
+    has_fields = bool(message_class.__slots__)  # without fields there is nothing to read, like in stock
     from_arguments = not has_fields or (not options.file and (bool(arguments) or sys.stdin.isatty()))
     if from_arguments:  # wrong arguments are reported without a master
         fill(message_class(), arguments, Time())
@@ -147,7 +147,7 @@ def _needs_more_values(type_name: str, words: list[str]) -> bool:
         kinds = load_message(type_name)._slot_types
         value = load_yaml(words[0]) if words else None
     except (Error, ValueError):
-        return False  # which is said in a moment
+        return False  # which is reported in a moment
     if not words:  # values may also come from stdin, but rarely numbers
         return all(kind in _NUMBERS for kind in kinds) and bool(kinds)
     return len(words) < len(kinds) and not isinstance(value, dict)
@@ -285,8 +285,8 @@ class _Publishing:
             self._node.spin()
 
     def repeat_from_file(self, document: Any, rate: float, substitute: bool) -> None:
-        """Publish the only message of a file repeatedly, as stock does."""
-        self._message(_arguments(document))  # a wrong one is reported at once
+        """Publish the only message of a file repeatedly, like stock."""
+        self._message(_arguments(document))  # a wrong one is reported immediately
         self._publisher.wait_for_subscribers(timeout=_SUBSCRIBER_TIMEOUT)
         print("Got one message and a rate, publishing repeatedly", flush=True)
         self.repeat(_arguments(document), rate, substitute)
@@ -318,7 +318,7 @@ class _Publishing:
             if not waited:
                 waited = True
                 self._publisher.wait_for_subscribers(timeout=_SUBSCRIBER_TIMEOUT)
-            # Stock's words, also where the next message follows at once.
+            # Stock's text, even if the next message follows immediately.
             print(f"publishing and latching {self._description(message)} for {HOLD_SECONDS} seconds", flush=True)
             self._publisher.publish(message)
             if self._once:

@@ -68,7 +68,7 @@ def _hz(invocation: Invocation, options: Any, args: list[str]) -> None:
             figures = {name: meter.figures() for name, meter in meters.items()}
             fresh = {name: figure for name, figure in figures.items() if figure is not None}
             if stopped_clock and stopped_clock.has_stopped():
-                fresh = {}  # all in no time: that is no rate
+                fresh = {}  # no time has passed, so there is no rate
             if not fresh:
                 print("no new messages", flush=True)
             elif len(meters) == 1:

@@ -1,4 +1,4 @@
-"""What expressions of transform and relay_field may use of numpy: no files, no code, and no result without a limit."""
+"""What expressions of transform and relay_field may use of numpy: no files, no code, and no unbounded results."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ ARRAY = frozenset(_ARRAY.split())
 
 
 _TEXTLESS = 16
-"""Bytes of the widest number."""
+"""Size of the widest number, in bytes."""
 _CALL = 100
-"""Work to estimate and call a function, even of small arguments."""
+"""Work of estimating and calling a function, even with small arguments."""
 
 
 def numpy_module() -> Module:
@@ -66,8 +66,8 @@ class Checked:
     Args:
         function: the function.
         name: its name.
-        array: what it is a method of, if it is one.
-        count: returns the number of items of the result, from the same arguments; default: as `MADE` says.
+        array: the array, if the function is a method of one.
+        count: returns the number of items of the result, from the same arguments; default: as in `MADE`.
     """
 
     def __init__(
@@ -101,5 +101,5 @@ class Checked:
         """
         try:
             return self._function(*args, **keywords)
-        except SyntaxError as error:  # in the name of a type
+        except SyntaxError as error:  # in a type's name
             raise TypeError(str(error)) from None

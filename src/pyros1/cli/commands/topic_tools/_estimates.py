@@ -12,7 +12,7 @@ from pyros1.cli.commands.topic_tools._sizes import items, require_size, shape_of
 from pyros1.ground.expressions import ExpressionError
 
 _ARRAY = 50
-"""Items that take as much memory as an array without any."""
+"""Number of items that take as much memory as an empty array."""
 _DIGITS = 400
 _ROW_WORK = 300
 """Work of a function that numpy applies to each row in Python."""
@@ -21,7 +21,7 @@ _ROW_WORK = 300
 
 
 def broadcast(*args: Any, **keywords: Any) -> float:
-    """Return the number of items of what most functions make, item by item, or less."""
+    """Return the maximum number of items in the result of most functions, which work item by item."""
     return together([shape_of(value) for value in (*args, *keywords.values())])
 
 
@@ -85,7 +85,7 @@ def _like(a: Any, *args: Any, shape: Any = None, **_: Any) -> float:
 
 
 _LIKE_ARGUMENTS = 4
-"""Number of arguments after the array of ``zeros_like`` (and the like), of which one may be the shape."""
+"""Number of arguments after the array in ``zeros_like`` and similar functions, of which one may be the shape."""
 
 
 def _arange(start: Any = 0, stop: Any = None, step: Any = 1, *_: Any, **__: Any) -> float:
@@ -169,7 +169,7 @@ MADE: Mapping[str, Callable[..., float]] = {
     "zeros": _of_shape,
     "zeros_like": _like,
 }
-"""Functions whose result can be larger than what `broadcast` says: the number of its items, from the arguments."""
+"""Functions whose result can have more items than `broadcast` returns -> the number of items, from the arguments."""
 RANDOM: Mapping[str, Callable[..., float]] = {
     "normal": _of_size,
     "uniform": _of_size,
@@ -177,7 +177,7 @@ RANDOM: Mapping[str, Callable[..., float]] = {
     "rand": _of_lengths,
     "randn": _of_lengths,
 }
-"""As `MADE`, of ``numpy.random``."""
+"""Like `MADE`, for ``numpy.random``."""
 
 
 # Work ----------------------------------------------------------------------------------------------------------------
@@ -236,7 +236,7 @@ def _quantile_rows_work(a: Any, _q: Any, *args: Any, **keywords: Any) -> float:
 
 
 def _round_work(a: Any, decimals: int = 0, *_: Any, **__: Any) -> float:
-    if abs(decimals) > _DIGITS:  # numpy multiplies by ten as often
+    if abs(decimals) > _DIGITS:  # numpy multiplies by ten this many times
         raise ExpressionError("cannot round to that many digits")
     return items(a)
 

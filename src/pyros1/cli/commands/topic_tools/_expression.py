@@ -122,7 +122,7 @@ def _messages(package: str) -> Module:
 
 
 def _tf() -> Module:
-    from pyros1.tf import transformations  # noqa: PLC0415 - few expressions turn anything
+    from pyros1.tf import transformations  # noqa: PLC0415 - rarely needed
 
     members = {
         name: Checked(getattr(transformations, name), name, count=squared)

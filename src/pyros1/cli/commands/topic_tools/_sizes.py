@@ -1,4 +1,4 @@
-"""Sizes of arrays, of what operators make of them, and the checks of those sizes."""
+"""Sizes of arrays and of the results of operators, and checks of these sizes."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from pyros1.observe.expression import MAX_ITEMS
 Shape = tuple[int, ...]
 
 MAX_BYTES = 16 * MAX_ITEMS
-"""Largest array, in bytes."""
+"""Maximum size of an array, in bytes."""
 MAX_WIDTH = 8192
-"""Largest item of an array, in bytes: to convert arrays, numpy has room for thousands of items."""
+"""Maximum size of an item of an array, in bytes: numpy's buffers for conversions contain thousands of items."""
 _MAX_DIMENSIONS = 8
 _MAX_NAME = 32
-"""Most characters of the name of a type."""
+"""Maximum number of characters in the name of a type."""
 _TEXT_BYTES = 256
-"""Bytes of a number as text, at most."""
+"""Maximum size of a number as text, in bytes."""
 _TEXT_WORK = 100
 _TEXT_ITEMS = 1000
 _NUMBERS = frozenset({bool, float, int, complex})
@@ -37,10 +37,10 @@ def is_numpy(value: Any) -> bool:
 def extent(value: Any) -> tuple[Shape, int]:
     """Return the shape that a value has as an array, and the number of bytes of an item.
 
-    For lists of lists of different lengths, the longest count.
+    If lists in a list have different lengths, the longest counts.
 
     Raises:
-        ExpressionError: the array would have Python's objects as items, whose operations cannot be bounded.
+        ExpressionError: the array would have Python objects as items, whose operations cannot be bounded.
     """
     kind = type(value)
     if kind is list or kind is tuple:
@@ -95,12 +95,12 @@ def items(value: Any) -> int:
 
 
 def together(shapes: Iterable[Shape]) -> int:
-    """Return the number of items that arrays have together: at most each item of one with each of the others."""
+    """Return the number of items of arrays broadcast together: at most each item of one with each of the others."""
     return math.prod(map(max, zip_longest(*(reversed(shape) for shape in shapes), fillvalue=1)))
 
 
 def require_together(*values: Any) -> None:
-    """Check the result of an operator, or of a function of Python that compares or adds items, if arrays are in it.
+    """Check the result of an operator, or of a Python function that compares or adds items, if it involves arrays.
 
     Raises:
         ExpressionError: it would be too large, or a value cannot be an item of an array.
@@ -129,7 +129,7 @@ def require_together(*values: Any) -> None:
             shapes.add(value.shape)
             texts += value.itemsize if value.dtype.kind in "SU" else 0
     if not arrays:
-        if any(map(is_numpy, values)):  # a number of numpy makes a list an array
+        if any(map(is_numpy, values)):  # a number of numpy turns a list into an array
             for value in values:
                 if type(value) in (list, tuple):
                     extent(value)
@@ -153,7 +153,7 @@ def require_size(count: float, width: int = 8) -> None:
         ExpressionError: it would have more than `MAX_ITEMS` items, more than `MAX_BYTES`, or items of more than
             `MAX_WIDTH`.
     """
-    if not (count <= MAX_ITEMS and count * width <= MAX_BYTES and width <= MAX_WIDTH):  # also if it is not a number
+    if not (count <= MAX_ITEMS and count * width <= MAX_BYTES and width <= MAX_WIDTH):  # NaN fails as well
         require(MAX_ITEMS + 1, MAX_ITEMS)
 
 
@@ -161,7 +161,7 @@ def check_array(value: Any) -> None:
     """Check a result of numpy.
 
     Raises:
-        ExpressionError: it is too large, has Python's objects in it, or more dimensions than are useful.
+        ExpressionError: it is too large, contains Python objects, or has more dimensions than are useful.
     """
     extent(value)
     require_size(value.size, value.itemsize)
@@ -173,7 +173,7 @@ def type_width(value: Any) -> int:
     """Return the number of bytes of an item, if an argument is the type of an array; otherwise 0.
 
     Raises:
-        ExpressionError: it is a text that is too long for the name of a type, or a type of Python's objects.
+        ExpressionError: it is a text that is too long for the name of a type, or a type of Python objects.
     """
     if isinstance(value, (str, bytes)) and len(value) > _MAX_NAME:
         raise ExpressionError(f"arguments of numpy's functions can be texts of at most {_MAX_NAME} characters here")
@@ -182,7 +182,7 @@ def type_width(value: Any) -> int:
     import numpy as np  # noqa: PLC0415 - only for expressions with arrays
 
     try:
-        found: np.dtype[Any] = np.dtype(value)  # type: ignore[arg-type]  # most are no types
+        found: np.dtype[Any] = np.dtype(value)  # type: ignore[arg-type]  # most are not types
     except (TypeError, ValueError, SyntaxError):
         return 0
     if found.hasobject:
@@ -215,7 +215,7 @@ def require_index(array: Any, key: Any) -> None:
 
 
 def text_work(*values: Any) -> int:
-    """Return the work to write the arrays in values as text, which is slow; numpy writes a few items of large ones."""
+    """Return the work of writing arrays in values as text, which is slow; numpy writes a few items of large ones."""
     total = 0
     pending = list(values)
     while pending:

@@ -1,6 +1,6 @@
-"""What the tools share: help and usage errors, nodes, arguments and parameters.
+"""Shared code of the tools: help and usage errors, nodes, arguments and parameters.
 
-Help and usage errors look like those of separate programs, since users of stock's package topic_tools know them so.
+Help and usage errors look like those of separate programs, as users of stock's package topic_tools expect.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ LAZY = "_lazy:=true        subscribe only while the output has subscribers"
 
 
 class Tool(Verb):
-    """A tool without options. Usage errors end it with exit code 1, as stock's.
+    """A tool without options. Usage errors end it with exit code 1, like stock's.
 
     Args:
         name: the tool's name.
@@ -79,7 +79,7 @@ class Tool(Verb):
 
 def open_node(invocation: Invocation, base: str) -> Node:
     """Return a node with this name, made unique."""
-    from pyros1.node import Node  # noqa: PLC0415 - help needs none
+    from pyros1.node import Node  # noqa: PLC0415 - not needed for help
 
     if not names.is_legal_base_name(base):
         raise UsageError(f"{base!r} is not a legal node name")
@@ -87,7 +87,7 @@ def open_node(invocation: Invocation, base: str) -> Node:
 
 
 def open_node_for(invocation: Invocation, topic: str, tool: str) -> Node:
-    """Return a node whose name is made of a topic and the tool."""
+    """Return a node named after a topic and the tool."""
     from pyros1.topic_tools.output import base_name  # noqa: PLC0415
 
     return open_node(invocation, f"{base_name(topic)}_{tool}")

@@ -1,4 +1,4 @@
-"""What ``transform`` and ``relay_field`` share: making messages from messages with expressions (L193)."""
+"""Shared code of ``transform`` and ``relay_field``: making messages from messages with expressions (L193)."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _POLL_PERIOD = 0.2
 
 
 def parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Parse the words of a verb as stock does, which accepts several words after an option.
+    """Parse the words of a verb like stock, which accepts several words after an option.
 
     Returns:
         The values of options and arguments by name, and an empty list.
@@ -68,7 +68,7 @@ class _Transform:
     """The node: decodes messages, picks the field, makes values with ``evaluate``, and publishes them."""
 
     def __init__(self, node: Node, options: Any, output_class: type[Message], evaluate: Evaluator) -> None:
-        from pyros1.topic_tools.output import QUEUE_SIZE  # noqa: PLC0415 - help needs no node
+        from pyros1.topic_tools.output import QUEUE_SIZE  # noqa: PLC0415 - not needed for help
 
         self._node = node
         self._evaluate = evaluate

@@ -61,7 +61,7 @@ def filler(text: str, modules: Mapping[str, Any], output_class: type[Message], n
 
 
 def _fields(text: str, modules: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the output's fields, with strings that are expressions replaced by these.
+    """Return the output's fields, with strings that are expressions replaced by expression objects.
 
     Raises:
         CommandError: it is not YAML of fields.

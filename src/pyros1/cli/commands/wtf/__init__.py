@@ -1,4 +1,4 @@
-"""``pyros1 wtf``: roswtf (L178) with more checks, and a cure for each finding. ``pyros1 doctor`` is the same."""
+"""``pyros1 wtf``: roswtf (L178) with more checks, and a fix for each finding. ``pyros1 doctor`` is the same."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from pyros1.cli.shared.printing import print_json
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Print what is wrong. Return 1 if there are errors; under the stock tool's name return 0, as stock does.
+    """Print what is wrong. Return 1 if there are errors; under the stock tool's name return 0, like stock.
 
     Arguments are launch files, and ``name:=value`` for them.
     """
-    from pyros1.cli.commands.wtf._examine import examine, report_of  # noqa: PLC0415 - help needs none of it
+    from pyros1.cli.commands.wtf._examine import examine, report_of  # noqa: PLC0415 - not needed for help
     from pyros1.doctor.finding import ERROR  # noqa: PLC0415
 
     files = [word for word in args if ":=" not in word]

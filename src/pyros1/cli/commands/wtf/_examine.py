@@ -31,7 +31,7 @@ MASTER_TIMEOUT = 3.0
 
 @dataclass
 class Examined:
-    """What was found, and what it was found in; see `pyros1.doctor`."""
+    """The findings, and the facts that they are based on; see `pyros1.doctor`."""
 
     machine: Machine
     findings: list[Finding]
@@ -102,8 +102,8 @@ def examine(everything: bool, offline: bool, quiet: bool, files: list[str], word
 
 
 def report_of(examined: Examined) -> str:
-    """Return a report for those who help, as Markdown."""
-    from pyros1.doctor.report import report, versions  # noqa: PLC0415 - only who reports needs it
+    """Return a report for people who can help, as Markdown."""
+    from pyros1.doctor.report import report, versions  # noqa: PLC0415 - only needed for reports
 
     place = "a virtual environment" if sys.prefix != sys.base_prefix else "the system's Python"
     about = {
@@ -153,7 +153,7 @@ def _master() -> tuple[MasterClient | None, bool]:
     try:
         master = MasterClient("/roswtf", master_uri(os.environ, {}), timeout=MASTER_TIMEOUT)
     except Error:
-        return None, False  # the URI is wrong, and the static checks said so
+        return None, False  # the URI is wrong, which the static checks have reported
     try:
         master.ping()
     except MasterUnreachableError as error:
@@ -193,7 +193,7 @@ def _no_master(machine: Machine) -> Finding:
 
 
 def print_findings(title: str, findings: list[Finding]) -> None:
-    """Print a summary of findings, as the stock tool does, with their cures."""
+    """Print a summary of findings, like the stock tool, with their fixes."""
     print(title)
     colour = use_colour(sys.stdout)
     for severity, about, mark in (

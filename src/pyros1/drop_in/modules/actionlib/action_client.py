@@ -61,7 +61,7 @@ g_goal_id = 1
 """Number of this program's next goal."""
 _numbering = threading.RLock()
 _POLL = 0.01
-"""Seconds between two looks whether the server is there."""
+"""Seconds between checks for the server."""
 
 
 def message_classes(ActionSpec: Any) -> tuple[Any, Any, Any]:
@@ -85,7 +85,7 @@ class Countdown:
         self._last = rospy.get_rostime()
         self._left = (
             (self._last + timeout) - self._last
-        ).to_sec() or inf  # of what is no Duration, an error as in stock
+        ).to_sec() or inf  # an error for other types than Duration, like in stock
         self._moved = time.monotonic()
 
     def left(self) -> float:

@@ -184,7 +184,7 @@ class ActionServer:
         """Send a goal's feedback message, with its GoalStatus."""
         with self.lock:
             message = self.ActionFeedback(status=status)
-            message.feedback = feedback  # None is no message, and refused
+            message.feedback = feedback  # None is not a message and is refused
             message.header.stamp = rospy.Time.now()
             if not rospy.is_shutdown():
                 self.feedback_pub.publish(message)
@@ -243,7 +243,7 @@ class ActionServer:
                 handle = self._handle(tracker)
                 if handle.set_cancel_requested():
                     self.cancel_callback(handle)
-            if goal_id.id and self._table.find(goal_id.id) is None:  # its goal may still come
+            if goal_id.id and self._table.find(goal_id.id) is None:  # its goal may still arrive
                 early = StatusTracker(goal_id, GoalStatus.RECALLING)
                 early.handle_destruction_time = rospy.Time.now()
                 self.status_list.append(early)
@@ -254,7 +254,7 @@ class ActionServer:
         return ServerGoalHandle(tracker, self, tracker.handle_tracker)
 
     def _hear_again(self, known: StatusTracker) -> None:
-        """Take a goal that has come before, or whose cancelling was asked for before it came."""
+        """Handle a goal that has already arrived, or whose cancellation was requested before it arrived."""
         status = known.status
         rospy.logdebug("Goal %s was already in the status list with status %i", status.goal_id.id, status.status)
         if status.status == Status.RECALLING:

@@ -12,7 +12,7 @@ from pyros1.actions.states import Stage, Status, stages_after
 from pyros1.msgs.actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
 
 _SPOKEN = frozenset(Status) - {Status.LOST}
-"""What a server may say."""
+"""The statuses that a server may report."""
 _ENDS = frozenset(status for status in Status if status.ended)
 
 

@@ -23,8 +23,8 @@ __getattr__ = missing("actionlib.goal_id_generator")
 
 s_goalcount_lock = threading.Lock()
 s_goalcount = 0
-"""How many names this program has made."""
-_own_lock = threading.RLock()  # a signal handler on top may make a name, too; stock's lock would never let it
+"""Number of names that this program has generated."""
+_own_lock = threading.RLock()  # a signal handler may generate a name as well; stock's lock would deadlock
 
 
 class GoalIDGenerator:

@@ -26,7 +26,7 @@ __all__ = [
 __getattr__ = missing("actionlib.simple_action_client")
 
 _POLL = 0.1
-"""Most seconds between two looks at the time, which may be simulated, and whether the node has ended."""
+"""Maximum seconds between checks of the time, which may be simulated, and of whether the node has ended."""
 _SIMPLER = {GoalStatus.RECALLING: GoalStatus.PENDING, GoalStatus.PREEMPTING: GoalStatus.ACTIVE}
 
 
@@ -48,7 +48,7 @@ _ALLOWED = {
     CommState.ACTIVE: {SimpleGoalState.PENDING, SimpleGoalState.ACTIVE},
     CommState.PREEMPTING: {SimpleGoalState.PENDING, SimpleGoalState.ACTIVE},
 }
-"""The simple states in which a goal may come to a CommState; to others it may always come."""
+"""The simple states in which a goal may change to a CommState; to all others it may always change."""
 
 
 class SimpleActionClient:
@@ -67,7 +67,7 @@ class SimpleActionClient:
         self._ended: Any = None  # the handle whose goal ended last
         self.simple_state = SimpleGoalState.DONE
         self.done_condition = threading.Condition()
-        self._sending = threading.RLock()  # callbacks wait until they can know the goal
+        self._sending = threading.RLock()  # callbacks wait until the goal is known
         self.action_client = ActionClient(ns, ActionSpec)
 
     def wait_for_server(self, timeout: Any = rospy.Duration()) -> bool:  # noqa: B008  stock's signature

@@ -29,9 +29,9 @@ __all__ = [
 __getattr__ = missing("actionlib.simple_action_server")
 
 _POLL = 0.1
-"""Seconds between two looks whether the node has ended."""
+"""Seconds between checks of whether the node has ended."""
 _END = 5.0
-"""Most seconds to wait for the end of the thread that executes goals."""
+"""Maximum seconds to wait for the thread that executes goals to end."""
 
 
 class SimpleActionServer:

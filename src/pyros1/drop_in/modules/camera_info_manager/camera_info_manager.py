@@ -25,7 +25,7 @@ URL_empty, URL_file, URL_package, URL_invalid = 0, 1, 2, 3
 
 _MATRICES = (("camera_matrix", "K", 3), ("rectification_matrix", "R", 3), ("projection_matrix", "P", 4))
 _MOST = 1 << 20
-"""Most characters of a file that are read."""
+"""Maximum number of characters that are read from a file."""
 
 __getattr__ = missing(__name__)
 
@@ -139,7 +139,7 @@ def getPackageFileName(url: str) -> str:
 
 
 def _path(url: str, cname: str) -> str:
-    """Return the path of a place; empty if it has none."""
+    """Return the path of a URL; empty if it has none."""
     resolved = resolveURL(url or default_camera_info_url, cname)
     kind = parseURL(resolved)
     if kind == URL_file:
@@ -170,7 +170,7 @@ def loadCalibrationFile(filename: str, cname: str) -> Any:
         for key, field, _ in _MATRICES:
             setattr(message, field, values[key]["data"])
     except OSError:
-        return CameraInfo()  # an empty calibration, until there is one
+        return CameraInfo()  # an empty calibration until one is set
     except (yaml.YAMLError, KeyError, TypeError, AttributeError, ValueError) as error:
         rospy.logerr("camera calibration in %s cannot be used: %s", filename, error)
         return CameraInfo()

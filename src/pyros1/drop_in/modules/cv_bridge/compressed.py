@@ -16,7 +16,7 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     "png": {"compress_level": 1},
     "webp": {"lossless": True},
 }
-"""How OpenCV writes files unless it is told otherwise."""
+"""How OpenCV writes files by default."""
 _OR_OPENCV = ", or install OpenCV: pip install opencv-python-headless"
 
 
@@ -84,7 +84,7 @@ def convert(image: Any, target: Encoding) -> Any:
 
 
 def _turned(image: Any) -> Any:
-    """Return an image with red and blue exchanged, if it has colours."""
+    """Return an image with red and blue swapped, if it has colours."""
     if image.ndim < 3 or image.shape[2] not in (3, 4):
         return image
     return np.ascontiguousarray(image[:, :, [2, 1, 0, 3][: image.shape[2]]])

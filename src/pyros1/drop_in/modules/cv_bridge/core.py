@@ -72,7 +72,7 @@ class CvBridge:
         data = bytes(img_msg.data) if isinstance(img_msg.data, (list, tuple)) else memoryview(img_msg.data)
         size = memoryview(data).nbytes
         needed = step * (img_msg.height - 1) + inner[0] * img_msg.width if img_msg.height and img_msg.width else 0
-        if step < inner[0] * img_msg.width or size < needed:  # numpy does not look at the size of empty buffers
+        if step < inner[0] * img_msg.width or size < needed:  # numpy does not check the size of empty buffers
             rows = f"{img_msg.height} rows of {step} bytes"
             raise CvBridgeError(f"the {size} bytes of the image do not fit its size: {rows}")
         image: Any = np.ndarray(shape, dtype, data, strides=(step, *inner)) if needed else np.zeros(shape, dtype)
@@ -138,7 +138,7 @@ class CvBridge:
             return image
         target = _encoding(desired_encoding)
         if image is None and target.channels == 3 and target.order in ("bgr", ""):
-            return None  # stock would not look at the image
+            return None  # stock would not check the image
         if image is None:
             raise CvBridgeError(f"the data of the compressed image cannot be read as {desired_encoding}")
         return compressed.convert(image, target)

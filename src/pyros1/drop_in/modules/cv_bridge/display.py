@@ -10,7 +10,7 @@ import numpy as np
 from cv_bridge.encodings import CvBridgeError, convert, encoding
 
 _GUESSED = re.compile(r"(8U|8S|16U|16S)C[1-4]\Z|32FC1\Z|32SC1\Z")
-"""Encodings without colours that are shown in BGR if nothing else is wanted."""
+"""Encodings without colours that are displayed in BGR by default."""
 _NAME = "cv_bridge.cvtColorForDisplay()"
 
 
@@ -77,10 +77,10 @@ def _is_color(name: str) -> bool:
 
 
 def _scaled(image: Any, low: float, high: float) -> Any:
-    """Return an image whose values from low to high are 0 to 255; what is no number is 0."""
+    """Return an image with the values from low to high scaled to 0 to 255; NaN becomes 0."""
     with np.errstate(invalid="ignore"):
         values = image.astype(np.float64) - low
-        if image.dtype.kind == "u":  # as stock, which subtracts without a sign
+        if image.dtype.kind == "u":  # like stock, which subtracts unsigned numbers
             values = np.maximum(values, 0.0)
         values *= 255.0 / (high - low)
     values[~np.isfinite(values)] = 0.0

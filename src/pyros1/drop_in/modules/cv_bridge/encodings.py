@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 _DEPTHS = ("uint8", "int8", "uint16", "int16", "int32", "float32", "float64")
-"""numpy's types by the number of OpenCV's depth."""
+"""numpy's types, indexed by OpenCV's number of the depth."""
 NAMES = dict(zip(_DEPTHS, ("8U", "8S", "16U", "16S", "32S", "32F", "64F"), strict=True))
 _GENERIC = re.compile(r"(8U|8S|16U|16S|32S|32F|64F)C([0-9]{1,3})\Z")
 _BAYER = re.compile(r"bayer_(rggb|bggr|gbrg|grbg)(8|16)\Z")
@@ -17,7 +17,7 @@ _COLOR = re.compile(r"(rgba|bgra|rgb|bgr|mono)(8|16)\Z")
 _YUV = {"yuv422": "COLOR_YUV2BGR_UYVY", "yuv422_yuy2": "COLOR_YUV2BGR_YUY2"}
 _BAYER_CODES = {"rggb": "BayerBG", "bggr": "BayerRG", "gbrg": "BayerGR", "grbg": "BayerGB"}
 _WEIGHTS = {"r": 9798, "g": 19235, "b": 3735}
-"""Parts of the colours in grey, of 2 ** 15."""
+"""Weights of the colours in grey, in units of 2 ** -15."""
 
 
 class CvBridgeError(TypeError):

@@ -50,6 +50,6 @@ __all__ = [
     "TimeStampStatusParam",
     "TopicDiagnostic",
     "Updater",
-    "rospy",  # programs that take all names with a star, as from stock's, use these, too
+    "rospy",  # programs that import all names with a star, like from stock's, use these as well
     "threading",
 ]

@@ -17,7 +17,7 @@ from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray
 __getattr__ = missing("diagnostic_updater._diagnostic_updater")
 
 _RECHECK = 0.1
-"""Seconds after which the period is asked for again."""
+"""Seconds after which the period is read again."""
 
 
 class DiagnosticTask:
@@ -149,7 +149,7 @@ class Updater(DiagnosticTaskVector):
     def update(self) -> None:
         """Run the tasks and publish, if it is time; to be called often."""
         self._check_diagnostic_period()
-        if not self.last_time <= rospy.Time.now() < self.last_time + rospy.Duration(self.period):  # it may jump back
+        if not self.last_time <= rospy.Time.now() < self.last_time + rospy.Duration(self.period):  # time may jump back
             self.force_update()
 
     def force_update(self) -> None:
@@ -195,7 +195,7 @@ class Updater(DiagnosticTaskVector):
         self.publisher.publish(array)
 
     def _check_diagnostic_period(self) -> None:
-        """Take a change of the parameter."""
+        """Apply a change of the parameter."""
         now = rospy.Time.now()
         if not 0 <= (now - self.last_time_period_checked).to_sec() < _RECHECK:
             self.last_time_period_checked = now

@@ -58,7 +58,7 @@ class Client:
             raise ROSInterruptException("rospy shutdown") from None
 
     def _known(self, ask: Callable[[float | None], Any], timeout: float | None) -> Any:
-        """Return what the other node has published; None if it does not in time, or this node ends."""
+        """Return what the other node has published; None if it has not published in time, or this node ends."""
         try:
             return ask(timeout)
         except (WaitTimeoutError, NodeShutdownError):

@@ -47,7 +47,7 @@ def check_name(name: str) -> None:
 
 
 def _place() -> dict[str, Any]:
-    """Return where in a .cfg file the call comes from."""
+    """Return the location of the call in a .cfg file."""
     frame = inspect.currentframe()
     while frame is not None and frame.f_code.co_filename == __file__:
         frame = frame.f_back

@@ -253,7 +253,7 @@ def load_depends(msg_context: MsgContext, spec: MsgSpec | SrvSpec, msg_search_pa
 def load_msg_depends(msg_context: MsgContext, spec: MsgSpec, search_path: SearchPath) -> list[str]:
     """Read what a message's definition uses; as :func:`load_depends`."""
     found: list[str] = []
-    msg_context.set_depends(spec.full_name, found)  # first: a type may contain itself, which its md5 refuses
+    msg_context.set_depends(spec.full_name, found)  # first: md5 fails for a type that contains itself
     try:
         for field in spec.parsed_fields():
             if field.is_builtin:

@@ -15,4 +15,4 @@ __getattr__ = missing(__name__)
 
 def is_simple(type_: str) -> bool:
     """Return whether a type is a single number."""
-    return type_ in SIMPLE_TYPES  # a list, which any value may be looked up in
+    return type_ in SIMPLE_TYPES  # a list, so the value need not be hashable

@@ -135,7 +135,7 @@ def _class(name: str, kind: str) -> Any:
     if not is_type_name(name):
         raise ValueError(f"invalid name [{name}]")
     package, _, short = name.partition("/")
-    try:  # the module that programs import: it may be of a catkin workspace
+    try:  # the module that programs import: it may come from a catkin workspace
         return getattr(import_module(f"{package}.{kind}"), short, None)
     except (ImportError, MessageException):
         return None

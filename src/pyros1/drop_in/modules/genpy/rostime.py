@@ -8,4 +8,4 @@ __all__ = ["Duration", "TVal", "Time"]
 __getattr__ = missing(__name__)
 
 for _kind in (TVal, Time, Duration):
-    _kind.__module__ = __name__  # in programs for stock they are genpy's, for which pickles and texts of values ask
+    _kind.__module__ = __name__  # programs for stock expect genpy's name, for example in pickles and texts of values

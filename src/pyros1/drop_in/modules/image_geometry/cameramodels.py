@@ -18,11 +18,11 @@ from pyros1.drop_in.missing import missing
 __getattr__ = missing("image_geometry.cameramodels", cv2="numpy does its work here")
 
 _STEPS = 5
-"""Steps in which a distorted ray is made straight: as many as stock's library takes."""
+"""Number of iterations to undistort a ray, like in stock's library."""
 _FINENESS = 32
-"""Steps per pixel in which colours between pixels are computed."""
+"""Number of steps per pixel in interpolation of colours."""
 _SHARPNESS = -0.75
-"""Of cubic interpolation; stock's library has the same."""
+"""Coefficient of cubic interpolation, like in stock's library."""
 
 
 def mkmat(rows: int, cols: int, L: Sequence[float]) -> Any:
@@ -133,7 +133,7 @@ class PinholeCameraModel:
         return (given + [0.0] * 8)[:8]
 
     def _bent(self, x: Any, y: Any) -> tuple[Any, Any, Any]:
-        """Return by which factor rays are lengthened, and how far they are moved to the right and down."""
+        """Return the factor by which rays are lengthened, and how far they are moved to the right and down."""
         k1, k2, p1, p2, k3, k4, k5, k6 = self._coefficients()
         r2 = x * x + y * y
         factor = (1 + ((k3 * r2 + k2) * r2 + k1) * r2) / (1 + ((k6 * r2 + k5) * r2 + k4) * r2)
@@ -146,13 +146,13 @@ class PinholeCameraModel:
         return x * factor + right, y * factor + down
 
     def _straight(self, x0: Any, y0: Any) -> tuple[Any, Any]:
-        """Return the ray that is distorted to (x0, y0): there is no formula, but steps come nearer and nearer."""
+        """Return the ray that is distorted to (x0, y0): without a closed formula, it is approximated step by step."""
         x, y = x0, y0
         if self.D is None:
             return x, y
         for _ in range(_STEPS):
             factor, right, down = self._bent(x, y)
-            if factor < 0:  # far outside of the image
+            if factor < 0:  # far outside the image
                 return x0, y0
             x, y = (x0 - right) / factor, (y0 - down) / factor
         return x, y
@@ -269,7 +269,7 @@ class StereoCameraModel:
 
 
 def _sample(raw: Any, u: Any, v: Any, out: Any) -> None:
-    """Set ``out`` to the colours at places (u, v) of an image, by cubic interpolation; outside of it all is 0."""
+    """Set ``out`` to the colours at places (u, v) of an image, by cubic interpolation; outside of it, colours are 0."""
     columns, rows = (np.rint(np.clip(each, -1e6, 1e6) * _FINENESS).astype(np.int64) for each in (u, v))
     height, width = raw.shape[:2]
     framed = np.zeros((height + 8, width + 8, *raw.shape[2:]))

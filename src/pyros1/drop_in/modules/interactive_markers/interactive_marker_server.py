@@ -21,22 +21,22 @@ from pyros1.msgs.visualization_msgs.msg import (
 __getattr__ = missing("interactive_markers.interactive_marker_server")
 
 _KEEP_ALIVE = 0.5
-"""Seconds between two signs of life for clients."""
+"""Seconds between keep-alive messages for clients."""
 _HOLD = 1.0
 """Seconds for which a marker belongs to the client that moved it last."""
 _UNCHANGED = -1
-"""In the place of a callback: those that are set remain."""
+"""In place of a callback: keep those that are set."""
 
 Feedback = Callable[[Any], object]
 
 
 class _Callbacks:
-    """A marker and what is called with feedback to it.
+    """A marker and the callbacks for its feedback.
 
     Attributes:
         int_marker: the InteractiveMarker.
-        default_feedback_cb: called with feedback for which there is nothing else.
-        feedback_cbs: what is called, by the feedback's event type.
+        default_feedback_cb: called with feedback for which no other callback is set.
+        feedback_cbs: callbacks by the feedback's event type.
     """
 
     def __init__(self) -> None:

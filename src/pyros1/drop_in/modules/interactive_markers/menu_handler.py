@@ -129,7 +129,7 @@ class MenuHandler:
 
     def reApply(self, server: Any) -> bool:
         """Give the changed menu to all markers that have it; return True, or False if one is gone."""
-        applied = [self.apply(server, name) for name in list(self.managed_markers_)]  # it forgets those that are gone
+        applied = [self.apply(server, name) for name in list(self.managed_markers_)]  # apply() removes missing ones
         return all(applied)
 
     def doInsert(self, title: str, command_type: int, command: str, feedback_cb: Callable[[Any], object] | None) -> int:

@@ -59,7 +59,7 @@ class Subscriber(SimpleFilter):
         return self.topic
 
     def __getattr__(self, key: str) -> Any:
-        if key == "sub":  # not there yet
+        if key == "sub":  # not set yet
             raise AttributeError(key)
         return getattr(self.sub, key)
 
@@ -197,7 +197,7 @@ class TimeSynchronizer(SimpleFilter):
                     self.signalMessage(*messages)
 
     def _in_order(self, now: Any, queue: dict[Any, Any], index: int | None) -> bool:
-        """Note when a message comes; return whether sets may be made: not while others are from before a jump."""
+        """Record a message's arrival; return whether to match sets: not while other messages are from before a jump."""
         if not self.enable_reset or rospy.rostime.is_wallclock():
             return True
         if index is not None:
@@ -208,7 +208,7 @@ class TimeSynchronizer(SimpleFilter):
         return bool(max(self.latest_stamps) == now)
 
     def _look_at_time(self, now: Any) -> None:
-        """Do what a jump of any clock needs."""
+        """Handle a jump of any clock."""
 
 
 class ApproximateTimeSynchronizer(TimeSynchronizer):

@@ -26,7 +26,7 @@ def _many(array: Any, size: int, make: Any) -> Any:
 
 
 def _plain(array: Any, last: float, what: str) -> Any:
-    """Return three coordinates of three or four."""
+    """Return the first three of three or four coordinates."""
     array = np.asarray(array)
     if array.shape[-1] == 4:
         if not np.all(array[..., -1] == last):

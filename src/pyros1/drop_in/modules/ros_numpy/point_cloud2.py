@@ -13,9 +13,9 @@ from pyros1.msgs.sensor_msgs.msg import PointCloud2, PointField
 from ros_numpy.registry import converts_from_numpy, converts_to_numpy
 
 DUMMY_FIELD_PREFIX = "__"
-"""Begin of the names of fields that are only there to fill gaps."""
+"""Prefix of the names of fields that only fill gaps."""
 _LARGEST = 1 << 16
-"""Most bytes of a point in an empty cloud."""
+"""Maximum number of bytes of a point in an empty cloud."""
 type_mappings: list[tuple[int, Any]] = [
     (PointField.INT8, np.dtype("int8")),
     (PointField.UINT8, np.dtype("uint8")),
@@ -86,7 +86,7 @@ def pointcloud2_to_array(cloud_msg: Any, squeeze: bool = True) -> Any:
     shape, point = (cloud_msg.height, cloud_msg.width), cloud_msg.point_step
     step = cloud_msg.row_step or point * cloud_msg.width
     data = cloud_msg.data if isinstance(cloud_msg.data, (bytes, bytearray, memoryview)) else bytes(cloud_msg.data)
-    # numpy does not look at empty buffers, and a description of gigabytes takes more of them to make.
+    # numpy does not check empty buffers, and creating a data type of gigabytes needs even more memory.
     if len(data) < step * (shape[0] - 1) + point * shape[1] or step < point * shape[1]:
         raise ValueError(f"the {len(data)} bytes of the cloud do not fit its size: {shape[0]} rows of {step} bytes")
     for field in cloud_msg.fields:

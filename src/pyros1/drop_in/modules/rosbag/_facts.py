@@ -100,7 +100,7 @@ class Facts:
         chunks = self._reader.chunks
         if not chunks:
             raise ROSBagException("Bag contains no message")
-        return chunks[number].end if number else chunks[0].start  # the order of the file counts, as in stock
+        return chunks[number].end if number else chunks[0].start  # in the order of the file, like in stock
 
     def get_type_and_topic_info(self, topic_filters: Any = None) -> Any:
         """Return types with their md5 sums, and topics with type, number of messages and connections, and frequency.
@@ -124,7 +124,7 @@ class Facts:
 
     @contextmanager
     def _any_reader(self) -> Iterator[BagReader]:
-        """Give the reader; that of a closed bag opens it again."""
+        """Yield the reader; for a closed bag, open the file again."""
         with stock_errors():
             if self._file:
                 with self._readers.lend(lambda: self._reader) as reader:  # which another thread may replace

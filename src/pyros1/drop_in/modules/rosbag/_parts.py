@@ -87,7 +87,7 @@ def stock_errors() -> Iterator[None]:
 
 # What is returned -----------------------------------------------------------------------------------------------------
 
-_HOME = "rosbag.bag"  # under this name programs know, print and pickle what is here
+_HOME = "rosbag.bag"  # the name under which programs know, print and pickle these classes
 BagMessage = collections.namedtuple("BagMessage", "topic message timestamp", module=_HOME)
 BagMessageWithConnectionHeader = collections.namedtuple(
     "BagMessageWithConnectionHeader", "topic message timestamp connection_header", module=_HOME
@@ -116,7 +116,7 @@ _definitions = DefinitionCache()
 def _get_message_type(info: Any) -> Any:
     """Return the class of a connection's messages, made from the definition in the bag.
 
-    Classes that a program has put into `_message_types`, by their md5 sums, are used if they are of that type.
+    Classes that a program has put into `_message_types`, by their md5 sums, are used if they have that type.
 
     Raises:
         ROSBagException: the definition is wrong.
@@ -213,7 +213,7 @@ def chunk_of(chunk: Chunk) -> _ChunkInfo:
 
 
 class _ChunkHeader:
-    """Header of a chunk: its compression, sizes in bytes, and where its data are."""
+    """Header of a chunk: its compression, sizes in bytes, and the position of its data."""
 
     def __init__(self, compression: str, compressed_size: int, uncompressed_size: int, data_pos: int = 0) -> None:
         self.compression = compression

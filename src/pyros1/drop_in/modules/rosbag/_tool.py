@@ -203,7 +203,7 @@ def bag_op(
 
 
 def _one(old: str, new: str, copied: bool, unindexed: bool, opened: Any, op: Any, quiet: bool) -> bool:
-    """Do it with one bag; return False if it was interrupted, and remove the new bag then."""
+    """Process one bag. If interrupted, remove the new bag and return False."""
     if copied:
         shutil.copy(old, new)
     try:

@@ -156,7 +156,7 @@ class Writing:
             if header is None:
                 header = header_fields(topic, kind, md5sum, cls)
             fields = {name: each.encode() if isinstance(each, str) else bytes(each) for name, each in header.items()}
-            _ConnectionInfo(0, topic, fields)  # which tells if a field is missing
+            _ConnectionInfo(0, topic, fields)  # raises an error if a field is missing
             assert self._writer is not None
             conn = self._topic_connections[key] = self._writer.add_connection(topic, fields)
         return conn

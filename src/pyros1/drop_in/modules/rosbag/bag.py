@@ -172,7 +172,7 @@ class Bag(Writing, Facts):
 
     @property
     def _reader(self) -> BagReader:
-        """The reader of what is in the file."""
+        """The reader of the file."""
         if self._writer is None:
             assert self._known is not None
             return self._known[1]
@@ -245,7 +245,7 @@ class Bag(Writing, Facts):
         try:
             if self._writer is not None:
                 self._writer.close()
-                self._reader.close()  # what programs ask of a closed bag, it still knows
+                self._reader.close()  # it still answers queries about the closed bag
         finally:
             if self._known is not None:
                 self._known[1].close()

@@ -159,7 +159,7 @@ class Master:
 
 
 def _os_error(error: Exception) -> OSError:
-    """Return what stock raises if the master does not answer: the system's error, with our text."""
+    """Return the error that stock raises if the master does not answer: the system's error, with our text."""
     cause: BaseException | None = error
     while cause is not None and (not isinstance(cause, OSError) or cause.errno is None):
         cause = cause.__cause__ or cause.__context__

@@ -18,7 +18,7 @@ from pyros1.wire.header import MAX_HEADER_SIZE, decode_header, encode_header
 from rosgraph.rosenv import ROS_HOSTNAME, ROS_IP, ROS_IPV6
 
 SIOCGIFCONF, SIOCGIFADDR = 0x8912, 0x8915
-"""Numbers of Linux's calls for the addresses of interfaces, which programs have from here."""
+"""Numbers of Linux's calls for the addresses of interfaces, which programs import from here."""
 python3 = 1
 __getattr__ = missing(__name__)
 

@@ -96,7 +96,7 @@ def configure_logging(
     handler.setLevel(logging.DEBUG)
     handler.setFormatter(logging.Formatter("[%(name)s][%(levelname)s] %(asctime)s: %(message)s"))
     root = logging.getLogger()
-    for former in [each for each in root.handlers if isinstance(each, RotatingFileHandler)]:  # of an earlier call
+    for former in [each for each in root.handlers if isinstance(each, RotatingFileHandler)]:  # from an earlier call
         root.removeHandler(former)
         former.close()
     root.addHandler(handler)
@@ -119,7 +119,7 @@ class RospyLogger(logging.Logger):
 
 
 def _passes_on(path: str) -> bool:
-    """Tell whether a file only hands messages on: Python's logging, and rospy's log functions."""
+    """Return whether a file only forwards messages: Python's logging, and rospy's log functions."""
     return path == logging.__file__ or path.endswith(os.path.join("rospy", "impl", "loggers.py"))
 
 

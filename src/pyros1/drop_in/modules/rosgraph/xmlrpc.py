@@ -69,10 +69,10 @@ class XmlRpcHandler:
     """Base of handlers: their public methods can be called."""
 
     def _ready(self, uri: str) -> None:
-        """The server is there, at this address."""
+        """Handle the start of the server at this address."""
 
     def _shutdown(self, reason: str) -> None:
-        """The server ends."""
+        """Handle the server's end."""
 
 
 class XmlRpcNode:

@@ -197,7 +197,7 @@ def load_config_default(
         config.master.uri = f"http://{config.master.get_host()}:{port}/"
     for name, value in CORE_PARAMS.items():
         config.add_param(Param(name, value), verbose=False)
-    loader = loader or XmlLoader()  # what else a core starts is read when it starts
+    loader = loader or XmlLoader()  # the core's other nodes are read when it starts
     for file in roslaunch_files:
         path, words = (file, None) if isinstance(file, str) else file
         if words is not None:

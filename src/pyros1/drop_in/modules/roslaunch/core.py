@@ -150,7 +150,7 @@ class Master:
     __slots__ = ["auto", "type", "uri"]
 
     def __init__(self, type_: str | None = None, uri: str | None = None, auto: Any = None) -> None:
-        self.auto = None  # as stock: it is not used any more
+        self.auto = None  # like stock: it is no longer used
         self.type = type_ or Master.ROSMASTER
         self.uri = uri or get_master_uri_env()
 

@@ -85,7 +85,7 @@ def parse_launch(launch_file: str, file_deps: dict[str, RoslaunchDeps], verbose:
 
 
 def _if_there(read: Callable[[str], bytes]) -> Callable[[str], bytes]:
-    """Return a function that reads files, and takes those that do not exist for empty ones: they hold parameters."""
+    """Return a function that reads files and treats missing ones as empty, since they only contain parameters."""
 
     def read_bytes(path: str) -> bytes:
         try:

@@ -53,7 +53,7 @@ def list_processes(roslaunch_uris: Iterable[str] | None = None) -> list[NetProce
 
 
 class _Patient(Transport):
-    """Waits for an answer, but not without end."""
+    """Waits for an answer, with a timeout."""
 
     def make_connection(self, host: Any) -> Any:
         """Return the connection to a host."""

@@ -31,7 +31,7 @@ __all__ = [
 
 logger = logging.getLogger("roslaunch.pmon")
 _PERIOD_S = 0.1
-_shutting_down = False  # programs set it to False to launch again after an end, which is always possible here
+_shutting_down = False  # programs set it to False to launch again after a shutdown, which is always possible here
 
 
 class FatalProcessLaunch(RLException):
@@ -99,7 +99,7 @@ class Process:
     def is_alive(self) -> bool:
         """Return whether it runs; here, what pyros1 did not start does not."""
         if self._handle is not None and self._handle.is_alive():
-            self.pid = self._handle.pid  # another one after a respawn
+            self.pid = self._handle.pid  # a new one after a respawn
             return True
         if self.time_of_death is None:
             self.time_of_death = time.time()
@@ -140,7 +140,7 @@ class Process:
 
 
 def _option(name: str) -> Any:
-    """Return the property of an option of a launched process, which applies to the launch at once."""
+    """Return the property of an option of a launched process, which applies to the launch immediately."""
     return property(
         lambda self: getattr(self._handle.spec, name), lambda self, value: setattr(self._handle.spec, name, value)
     )
@@ -160,7 +160,7 @@ class _Launched(Process):
         super().__init__(spec.package, handle.name, spec.words, spec.env, *options, handle=handle)
 
     def is_alive(self) -> bool:
-        """Return whether it runs."""
+        """Return whether it is running."""
         self.spawn_count = self._handle.spawn_count
         return super().is_alive()
 
@@ -238,7 +238,7 @@ class ProcessMonitor(threading.Thread):
     def launched(self, handle: Any) -> Process:
         """Return the process of a launch's handle, the same one each time."""
         process = self._launched.setdefault(handle.name, _Launched(handle))
-        process.is_alive()  # its pid and number of starts are those of now
+        process.is_alive()  # updates its pid and number of starts
         return process
 
     def add_process_listener(self, l: Any) -> None:  # noqa: E741
@@ -250,7 +250,7 @@ class ProcessMonitor(threading.Thread):
         for listener in list(self.listeners):
             try:
                 listener.process_died(process_name, exit_code)
-            except Exception:  # noqa: BLE001 - the program's code: the others are told, too
+            except Exception:  # noqa: BLE001 - the program's code: the other listeners are called as well
                 traceback.print_exc()
 
     # Processes of programs --------------------------------------------------------------------------------------------
@@ -283,7 +283,7 @@ class ProcessMonitor(threading.Thread):
 
     def run(self) -> None:
         """Watch the registered processes until the end."""
-        self._wake.wait()  # most programs register none
+        self._wake.wait()  # most programs register no processes
         while not self._end.wait(_PERIOD_S):
             for process in list(self._registered):
                 if not process.is_alive() and process in self._registered:
@@ -388,7 +388,7 @@ class ProcessMonitor(threading.Thread):
 def _stop(process: Process) -> None:
     try:
         process.stop([])
-    except Exception:  # noqa: BLE001 - the program's code: the others are ended, too
+    except Exception:  # noqa: BLE001 - the program's code: the other processes are ended as well
         traceback.print_exc()
 
 

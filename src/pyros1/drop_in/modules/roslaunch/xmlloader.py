@@ -83,7 +83,7 @@ class XmlLoader(Loader):
         self.args_only = args_only
         self.root_context: Any = None
 
-    # Of each tag: its attributes, in stock's order.
+    # The attributes of each tag, in stock's order.
     ROSPARAM_OPT_ATTRS = ("command", "ns", "file", "param", "subst_value")
     PARAM_ATTRS = ("name", "value", "type", "value", "textfile", "binfile", "command")
     ARG_ATTRS = ("name", "value", "default", "doc")

@@ -37,6 +37,6 @@ def load_manifest(package_name: str, bootstrap_version: str = "0.7") -> None:
 def _needed(package: str, rospack: Any) -> list[str]:
     try:
         found: list[str] = rospack.get_depends(package)
-    except Exception:  # noqa: BLE001  a broken manifest of any package must not stop a program
+    except Exception:  # noqa: BLE001  a package's broken manifest must not stop a program
         return []
     return found

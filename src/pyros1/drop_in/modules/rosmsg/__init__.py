@@ -59,7 +59,7 @@ def list_types(package: str, mode: str = MODE_MSG, rospack: Any = None) -> list[
     if not library.has_package(package):
         import rospkg
 
-        (rospack or rospkg.RosPack()).get_path(package)  # raises, if there is no package at all
+        (rospack or rospkg.RosPack()).get_path(package)  # raises an error if the package does not exist
         return []
     return [f"{package}/{name}" for name in _names(library, package, mode)]
 
@@ -131,7 +131,7 @@ def spec_to_str(msg_context: Any, spec: Any, buff: Any = None, indent: str = "")
         ROSMsgException: the text would be too long.
     """
     if isinstance(spec, MessageSpec):
-        Digests(_library().message).dependencies(spec)  # the expansion must have a limit
+        Digests(_library().message).dependencies(spec)  # raises an error if a type contains itself
         lines = _lines(spec, indent, [_MAX_LINES])
     else:
         lines = _registered(msg_context, spec, indent, [_MAX_LINES])

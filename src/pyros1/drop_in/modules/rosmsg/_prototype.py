@@ -59,7 +59,7 @@ def _options(args: list[str]) -> Any:
 
 
 def _fail(silent: bool, code: int, text: str) -> None:
-    """Say what is wrong, and end the program; nothing of both if it is to be silent."""
+    """Print what is wrong and exit; do neither if ``silent``."""
     if not silent:
         sys.stderr.write(text)
         sys.exit(code)

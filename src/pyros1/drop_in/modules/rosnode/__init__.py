@@ -36,7 +36,7 @@ class ROSNodeIOException(ROSNodeException):
 
 
 def _succeed(args: tuple[int, str, Any]) -> Any:
-    """Return the value of an API's reply; raises ROSNodeException if it is a failure."""
+    """Return the value of an API's reply; raise ROSNodeException if it is a failure."""
     code, message, value = args
     if code != 1:
         raise ROSNodeException(f"remote call failed: {message}")
@@ -226,7 +226,7 @@ def cleanup_master_blacklist(master: Any, blacklist: Iterable[str]) -> None:
 def _unregister(master: Any, names: set[str]) -> None:
     publishers, subscribers, services = _state(master)
     for name in sorted(names & set(_nodes((publishers, subscribers, services)))):
-        uri = get_api_uri(master, name, True) or ""  # it may have started anew
+        uri = get_api_uri(master, name, True) or ""  # it may have been restarted
         node = rosgraph.Master(name, master.master_uri)
         for topic, nodes in publishers:
             if name in nodes:

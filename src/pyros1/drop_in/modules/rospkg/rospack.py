@@ -137,7 +137,7 @@ class RosPack(ManifestManager):
         folder = ""
         if isinstance(name, str):
             with suppress(LookupError):
-                folder = self._index.find_folder(name)  # without a search through all
+                folder = self._index.find_folder(name)  # without searching all packages
         if not folder or is_metapackage(folder):
             raise ResourceNotFound(name, ros_paths=self._ros_paths)
         return folder

@@ -31,7 +31,7 @@ from rospy.names import as_text, get_caller_id, resolve_name
 DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
 TIMEOUT_READY = 15.0
 _SOCKETS = 1 << 20
-"""Bytes that stock's sockets hold, also within a process: bursts beyond `queue_size` arrive."""
+"""Bytes that stock's sockets buffer, even within a process: bursts beyond `queue_size` arrive."""
 
 
 _NAMESPACE = "__ns:="
@@ -60,7 +60,7 @@ def load_command_line_node_params(argv: list[str]) -> dict[str, Any]:
     Raises:
         ROSInitException: a value is not YAML; or an argument has ``:=`` twice.
     """
-    given = names.parse_arguments([word for word in argv if "\n" not in word])  # those are ignored in stock
+    given = names.parse_arguments([word for word in argv if "\n" not in word])  # stock ignores those with a newline
     try:
         if given.malformed:
             raise ValueError(f"{given.malformed[0]!r} has more than one ':='")
@@ -118,7 +118,7 @@ def init_node(
     with loading():
         from rospy.impl import rosout
 
-    with PROCESS.start_lock:  # other threads wait for the one node
+    with PROCESS.start_lock:  # other threads wait for the same node
         if PROCESS.node is not None:
             if PROCESS.arguments != arguments:
                 raise ROSException(
@@ -129,7 +129,7 @@ def init_node(
             text = f"'{name}' is not a legal ROS base name. This may cause problems with other ROS tools."
             warnings.warn(text, stacklevel=2)
         level = INFO if log_level is None else log_level
-        rosout.python_level(level)  # KeyError: there is no such level
+        rosout.python_level(level)  # KeyError: unknown level
         if not disable_signals and not hasattr(sys, "ps1"):
             register_signals()
 
@@ -154,7 +154,7 @@ def init_node(
                     with _carried(), reaching():
                         node.params["~" + key] = value
                 rosout.connect(node, line, config)
-            except BaseException:  # XML-RPC has no such value, or the configuration of the log is wrong
+            except BaseException:  # XML-RPC lacks such values, or the logging configuration is wrong
                 node.shutdown()
                 raise
             return node
@@ -172,7 +172,7 @@ def init_node(
 
 
 def _is_ignored(word: str) -> bool:
-    """Tell whether the node is not to see an argument: a private parameter, or what stock ignores."""
+    """Return whether to hide an argument from the node: a private parameter, or one that stock ignores."""
     private = word.startswith("_") and not word.startswith("__") and ":=" in word
     return private or word.startswith(_NAMESPACE) or "\n" in word or word.rstrip().endswith(":=")
 
@@ -241,7 +241,7 @@ def wait_for_message(topic: str, topic_type: Any, timeout: Any = None) -> Any:
     seconds = timeout.to_sec() if hasattr(timeout, "to_sec") else timeout
     probe = (
         None if PROCESS.forked else Subscriber(topic, topic_type)
-    )  # its checks, and a place among the program's topics
+    )  # for its checks, and to register it with the program's topics
     try:
         limit = None if seconds is None else max(0.0, float(seconds))
         if PROCESS.forked:
@@ -327,13 +327,13 @@ def set_param(param_name: str, param_value: Any) -> None:
     try:
         with _carried():
             get_master()[param_name] = param_value
-    except MasterError as error:  # the master refuses it, such as a root that is no dictionary
+    except MasterError as error:  # the master refuses it, for example a root that is not a dictionary
         logwarn("cannot set parameter [%s]: %s", param_name, error)
 
 
 @contextmanager
 def _carried() -> Iterator[None]:
-    """Raise TypeError or OverflowError, as stock, for a value that XML-RPC cannot carry."""
+    """Raise TypeError or OverflowError, like stock, for a value that XML-RPC cannot transfer."""
     try:
         yield
     except SerializationError as error:

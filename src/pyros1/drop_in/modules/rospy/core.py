@@ -21,7 +21,7 @@ from rospy.names import LATE, SEP, valid_name
 ROSRPC = "rosrpc://"
 MASTER_NAME = "master"
 _said: dict[str, Any] = {}
-"""What the program has said about the node in its place: ``initialized``, ``uri``."""
+"""Values that the program has set in place of the node's: ``initialized``, ``uri``."""
 
 
 # Life -----------------------------------------------------------------------------------------------------------------
@@ -97,14 +97,14 @@ _interrupts = InterruptCounter()
 
 
 def _ros_signal(sig: int, stackframe: FrameType | None) -> None:
-    """End the node in the main thread, so that the program stands still meanwhile; then call the former handler."""
+    """End the node in the main thread, so that the program is paused until then; then call the former handler."""
     counts = _interrupts.count_signal()
     if PROCESS.starting and signal.getsignal(sig) is not _ros_signal:
-        return  # the node's own handler, which is there already, ends it
+        return  # the node's own handler, which is already installed, ends it
     if PROCESS.node is None:  # it could not start
         _former(sig, stackframe)
         return
-    if counts and _interrupts.count > 1:  # the program goes on in spite of the first
+    if counts and _interrupts.count > 1:  # the program has ignored the first
         if sig == signal.SIGINT:
             raise KeyboardInterrupt
         die_by_signal(sig)
@@ -117,7 +117,7 @@ def _ros_signal(sig: int, stackframe: FrameType | None) -> None:
 
 
 def _former(sig: int, stackframe: FrameType | None) -> None:
-    """Do what the former handler of a signal did."""
+    """Call the former handler of a signal."""
     former = _signalChain.get(sig)
     if callable(former):
         former(sig, stackframe)

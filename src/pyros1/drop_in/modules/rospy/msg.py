@@ -38,12 +38,12 @@ def args_kwds_to_message(data_class: type[Any], args: tuple[Any, ...], kwds: dic
     if md5sum == data_class._md5sum or isinstance(given, AnyMsg):
         return given
     if data_class._slot_types[:1] == [given._type]:
-        return data_class(given)  # the only field; of several, its error names those that are missing
+        return data_class(given)  # the only field; if there are several, the error names the missing ones
     raise TypeError(f"expected [{data_class._slot_types[0] if data_class._slot_types else ''}] but got [{given._type}]")
 
 
 class _Part:
-    """Collects what a message writes."""
+    """Collects the bytes that a message writes."""
 
     def __init__(self) -> None:
         self.data = bytearray()

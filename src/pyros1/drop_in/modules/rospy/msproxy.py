@@ -26,7 +26,7 @@ _RESOLVED = {
     **dict.fromkeys(("registerService", "lookupService", "unregisterService"), 0),
     **dict.fromkeys(("registerPublisher", "registerSubscriber", "unregisterPublisher", "unregisterSubscriber"), 0),
 }
-"""Methods with a name that is resolved, and its place among the arguments."""
+"""Methods with a name that is resolved -> its position in the arguments."""
 
 
 @contextmanager

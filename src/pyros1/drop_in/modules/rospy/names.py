@@ -60,7 +60,7 @@ def namespace(name: str) -> str:
 
 
 _given: dict[str, list[str]] = {}
-"""The command line that `reload_mappings` has set in the place of the process's."""
+"""The command line that `reload_mappings` has set in place of the process's."""
 
 
 _early: dict[str, str] = {}
@@ -68,11 +68,11 @@ _early: dict[str, str] = {}
 
 
 _caller: dict[str, str] = {}
-"""The full name that the program has said the node has."""
+"""The full name of the node that the program has set."""
 
 
 def _set_caller_id(caller_id: str) -> None:
-    """Say which full name the program has, until a node starts.
+    """Set the program's full name until a node starts.
 
     Raises:
         ValueError: it is None.
@@ -138,14 +138,14 @@ def _resolved(caller: str) -> dict[str, str]:
 
 
 def _full(name: str, caller_id: str) -> str:
-    """Return a full name, without remappings. As stock's function, it takes names that are not legal, too."""
+    """Return a full name, without remappings. Like stock's function, accept illegal names as well."""
     if not name:
         return namespace(caller_id)
     name = canonicalize_name(str(name))
     if is_global(name):
         return name
     if is_private(name):
-        return ns_join(caller_id, name[1:])  # ~/x is /x, other than for roscpp
+        return ns_join(caller_id, name[1:])  # ~/x is /x, unlike in roscpp
     return namespace(caller_id) + name
 
 
@@ -286,7 +286,7 @@ LATE = {
     "load_mappings": "rosgraph.names",
     "make_global_ns": "rosgraph.names",
 }
-"""Names that this module has from others, as stock's, and the modules that have all names of this one."""
+"""Names that this module has from others, like stock's, and modules that have all names of this one."""
 __getattr__, __dir__ = _names(
     __name__,
     LATE,

@@ -13,13 +13,13 @@ from rospy.exceptions import ROSInitException, ROSInterruptException, ROSTimeMov
 
 _rostime_cond = threading.Condition()
 _ticking: list[bool] = []
-"""Whether there is somebody to be notified."""
+"""Whether a callback to notify exists."""
 _given_at: list[Any] = []
-"""The time that the program has set, and that of /clock then."""
+"""The time that the program has set, and the time of /clock at that moment."""
 
 
 def _own(value: Any) -> Any:
-    """Return a time or duration of rospy's classes, as results of calculations with them are."""
+    """Return a time or duration as rospy's class, like the results of calculations with these."""
     if value.__class__ is pyros1.ground.timing.Duration:
         return Duration(value.secs, value.nsecs)
     if value.__class__ is pyros1.ground.timing.Time:
@@ -115,7 +115,7 @@ class Time(pyros1.ground.timing.Time):
 
 
 def _set_rostime(t: Any) -> None:
-    """Set the time, as tests of programs do. It stands still then, until `switch_to_wallclock` or a message on /clock.
+    """Set the time, for tests of programs. It then stands still until `switch_to_wallclock` or a message on /clock.
 
     Args:
         t: a time of genpy or rospy.
@@ -129,7 +129,7 @@ def _set_rostime(t: Any) -> None:
 
 
 def _give(value: Time | None) -> None:
-    globals()["_rostime_current"] = value  # programs read and write this variable, too
+    globals()["_rostime_current"] = value  # programs read and write this variable as well
     set_time()
     _wake(None)
 
@@ -260,7 +260,7 @@ def wallsleep(duration: float) -> None:
 
 
 def _current() -> Any:
-    """Return the simulated time; None with wall time, as stock's variable."""
+    """Return the simulated time; None with wall time, like stock's variable."""
     return None if is_wallclock() else get_rostime()
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from pyros1.drop_in.missing import names as _names
 from pyros1.ground.names import canonicalize_name
-from rospy.core import *  # noqa: F403  stock's module has these names, too
+from rospy.core import *  # noqa: F403  stock's module has these names as well
 from rospy.impl.registration import Registration
 from rospy.names import LATE, as_text, resolve_name, warn_of_name
 
@@ -26,7 +26,7 @@ class _Service:
         resolved_name: full name. service_class, request_class, response_class: as given, or in it.
 
     Raises:
-        AttributeError: the class is not that of a service.
+        AttributeError: the class is not a service class.
     """
 
     def __init__(self, name: str, service_class: Any) -> None:

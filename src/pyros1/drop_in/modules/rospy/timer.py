@@ -45,7 +45,7 @@ __all__ = ["Rate", "Timer", "TimerEvent", "sleep"]
 
 
 def _now() -> int:
-    """Return the node's time in nanoseconds; of wall time without an object, as loops of 1 kHz do little else."""
+    """Return the node's time in nanoseconds; wall time without creating an object, for the sake of loops of 1 kHz."""
     node = PROCESS.node
     return get_rostime().to_nsec() if node is None or node.simulated_time or set_time() else time.time_ns()
 
@@ -133,7 +133,7 @@ class Rate:
         Raises:
             ROSInterruptException, ROSTimeMovedBackwardsException: as `sleep`.
         """
-        now = _now()  # a jump of simulated time in the sleep is seen by the next one, as in stock
+        now = _now()  # a jump of simulated time during a sleep affects the next one, like in stock
         try:
             sleep(self._left(now) / _NS)
         except ROSTimeMovedBackwardsException:
@@ -183,7 +183,7 @@ class Timer(threading.Thread):
             try:
                 rate.sleep()
             except ROSTimeMovedBackwardsException:
-                pass  # as when a bag is played again; the next cycle begins at the new time
+                pass  # for example, a bag is played again; the next cycle begins at the new time
             except ROSInterruptException:
                 if PROCESS.is_shutdown:
                     return

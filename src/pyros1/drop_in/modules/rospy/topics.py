@@ -11,7 +11,7 @@ from pyros1.drop_in.missing import names as _names
 from pyros1.drop_in.process import PROCESS
 from pyros1.ground.errors import MasterError, NodeError, NodeShutdownError, SerializationError
 from pyros1.ground.names import canonicalize_name
-from rospy.core import *  # noqa: F403  stock's module has these names, too
+from rospy.core import *  # noqa: F403  stock's module has these names as well
 from rospy.core import logfatal
 from rospy.exceptions import ROSException, ROSSerializationException
 from rospy.impl.registration import Registration, get_topic_manager
@@ -81,7 +81,7 @@ class Topic:
             raise ValueError("topic parameter 'data_class' is not initialized")
         if not isinstance(data_class, type):
             raise ValueError(f"data_class [{data_class}] is not a class")
-        if not hasattr(data_class, "_md5sum") or hasattr(data_class, "_request_class"):  # services are no messages
+        if not hasattr(data_class, "_md5sum") or hasattr(data_class, "_request_class"):  # services are not messages
             raise ValueError(f"data_class [{data_class.__class__.__name__}] is not a message data class")
         self._given = canonicalize_name(as_text(name))
         warn_of_name(name, 4)
@@ -97,11 +97,11 @@ class Topic:
         self._handle: Any = None
 
     def _begin(self, node: pyros1.Node) -> None:
-        """Start with the node. What was made after its end stays silent, as stock's does."""
+        """Start with the node. Objects created after its end stay silent, like stock's."""
         impl, reason = self.impl, None
         if impl is None or not node.ok():
             return
-        for data_class in (self.data_class, impl.data_class):  # stock lets the class of the first one win
+        for data_class in (self.data_class, impl.data_class):  # in stock, the first one's class takes precedence
             try:
                 handle = self._open(node, data_class, impl)
                 break
@@ -117,7 +117,7 @@ class Topic:
                 self._handle = handle
                 impl.handles = [*impl.handles, handle]
                 return
-        handle.unregister()  # another thread, such as that of its callback, has ended it meanwhile
+        handle.unregister()  # another thread, such as that of its callback, has ended it in the meantime
 
     def _open(self, node: pyros1.Node, data_class: Any, impl: Any) -> Any:
         raise NotImplementedError
@@ -141,7 +141,7 @@ class Topic:
         TOPICS.release_impl(self.reg_type, self.resolved_name)
 
     def _leave(self, impl: Any) -> None:
-        """Take away what this one has given to the topic."""
+        """Remove what this object has added to the topic."""
 
 
 class Publisher(Topic):
@@ -225,7 +225,7 @@ class Publisher(Topic):
             raise ROSException(_UNREGISTERED) from None
 
     def _begun(self) -> Any:
-        """Return pyros1's publisher once it has begun; None after the end of the node.
+        """Return pyros1's publisher once it has started; None after the end of the node.
 
         Raises:
             ROSException: there is no node yet; or the publisher was unregistered.
@@ -234,7 +234,7 @@ class Publisher(Topic):
             raise ROSException(_UNREGISTERED)
         if PROCESS.node is None:
             raise ROSException(_NO_NODE)
-        with PROCESS.start_lock:  # which another thread has while it begins
+        with PROCESS.start_lock:  # another thread has locked it while it starts
             return self._handle
 
 
@@ -301,7 +301,7 @@ class Subscriber(Topic):
 
 
 def _ignore(_message: Any) -> None:
-    """Take a message for a subscriber without a callback."""
+    """Ignore a message of a subscriber without a callback."""
 
 
 _links = "pyros1's nodes have their own links; see Publisher.impl.connections"

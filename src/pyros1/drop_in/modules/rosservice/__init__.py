@@ -34,7 +34,7 @@ class ROSServiceIOException(ROSServiceException):
 
 
 def _succeed(args: tuple[int, str, Any]) -> Any:
-    """Return the value of an API's reply; raises ROSServiceException if it is a failure."""
+    """Return the value of an API's reply; raise ROSServiceException if it is a failure."""
     code, message, value = args
     if code != 1:
         raise ROSServiceException(f"remote call failed: {message}")

@@ -17,7 +17,7 @@ from rosgraph.names import script_resolve_name
 
 NAME = "rostopic"
 _ONCE = 3.0
-"""Seconds for which a message that is published once stays for subscribers."""
+"""Seconds for which a message that is published once stays available to subscribers."""
 
 
 def _refused(text: str) -> Exception:

@@ -29,12 +29,12 @@ __getattr__ = missing(
 python2 = False
 pattern = "[^\t\n\r -~\x85\xa0-\xff\u0100-\ud7ff\ue000-\ufdcf\ufde0-\ufffd]"
 invalid_chars = re.compile(pattern)
-"""What XML cannot hold in text that is written."""
+"""Characters that XML cannot contain, in text that is written."""
 RE_XML_ILLEGAL = (
     "([\x00-\x08\x0b-\x0c\x0e-\x1f\ufffe-\uffff])|([\ud800-\udbff][^\udc00-\udfff])|([^\ud800-\udbff][\udc00-\udfff])"
     "|([\ud800-\udbff]$)|(^[\udc00-\udfff])"
 )
-"""What XML cannot hold in files that are read: it becomes "?"."""
+"""Characters that XML cannot contain, in files that are read: they become "?"."""
 _illegal = re.compile(RE_XML_ILLEGAL)
 _WIDTH = 80
 
@@ -72,7 +72,7 @@ class TestInfo:
         text: for people.
     """
 
-    __test__ = False  # none of pytest's
+    __test__ = False  # not a test class for pytest
 
     def __init__(self, type_: str, text: str) -> None:
         self.type = type_
@@ -245,7 +245,7 @@ def test_success_junit_xml(test_name: str, class_name: str = "Results", testcase
     return ET.tostring(suite, encoding="utf-8")
 
 
-test_failure_junit_xml.__test__ = test_success_junit_xml.__test__ = False  # type: ignore[attr-defined]  # none of pytest's
+test_failure_junit_xml.__test__ = test_success_junit_xml.__test__ = False  # type: ignore[attr-defined]  # not tests for pytest
 
 
 def read(test_file: str, test_name: str) -> Result:
@@ -281,7 +281,7 @@ def read(test_file: str, test_name: str) -> Result:
 
 
 def _cleaned(test_file: str) -> bytes:
-    """Return the bytes of a file without what XML cannot hold, and write them back if that changes them."""
+    """Return a file's bytes without characters that XML cannot contain; write them back if they have changed."""
     with open(test_file, "rb") as file:
         found = file.read()
     try:
@@ -304,7 +304,7 @@ def _load(suite: ET.Element, test_name: str, shown: str) -> Result:
 
 
 def _fill(result: Result, suite: ET.Element, shown: str) -> None:
-    """Add what a suite, and the suites in it, say; their own counts do not matter."""
+    """Add the results of a suite and of the suites in it; their own counts are ignored."""
     for element in suite:
         if element.tag == "testcase":
             result.add_test_case_result(_case(element, result.name, shown))

@@ -20,7 +20,7 @@ def _verdict(good: bool) -> str:
 def print_unittest_summary(result: Any) -> None:
     """Print the summary of a unittest.TestResult."""
     good = result.wasSuccessful()
-    verdict = _verdict(good) if good else " * RESULT: FAIL"  # in colour only if it is good, as stock's
+    verdict = _verdict(good) if good else " * RESULT: FAIL"  # in colour only if it is good, like stock's
     lines = ["-" * 61, "SUMMARY:", verdict, f" * TESTS: {result.testsRun}"]
     for word, found in (("ERRORS", result.errors), ("FAILURES", result.failures)):
         lines.append(f" * {word}: {len(found)} [{', '.join(_named(found))}]")

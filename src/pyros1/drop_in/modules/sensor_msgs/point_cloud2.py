@@ -70,7 +70,7 @@ def read_points(
 def _read_one_by_one(
     cloud: Any, data: Any, layout: struct.Struct, places: list[Any], skip_nans: bool
 ) -> Iterator[tuple[Any, ...]]:
-    # A cloud may say that it has more points than there is memory for.
+    # A cloud may claim to have more points than fit into memory.
     for u, v in places or ((u, v) for v in range(cloud.height if cloud.width else 0) for u in range(cloud.width)):
         point = layout.unpack_from(data, cloud.row_step * v + cloud.point_step * u)
         if not (skip_nans and any(value != value for value in point)):  # noqa: PLR0124  only NaN is not itself
@@ -171,5 +171,5 @@ def _get_struct_fmt(is_bigendian: bool, fields: Iterable[Any], field_names: Sequ
 
 
 def _repeated(kind: str, count: int) -> str:
-    """Return the format of equal items; that of stock unless a field lies, and says that it has millions of them."""
+    """Return the format of equal items; like stock's, unless a field claims to have millions of them."""
     return kind * count if count <= _MANY else f"{count}{kind}"

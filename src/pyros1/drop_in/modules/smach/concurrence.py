@@ -55,7 +55,7 @@ class Concurrence(Container):
         self._child_outcomes: Outcomes = {}
         self._error: Exception | None = None
         self._is_running = False
-        self._preempted_late = False  # when no state ran any more
+        self._preempted_late = False  # when no state was running any more
         self._changing = threading.RLock()
         self._calling = threading.Lock()
 
@@ -115,7 +115,7 @@ class Concurrence(Container):
             for thread in threads:
                 thread.start()
             for thread in threads:
-                thread.join()  # each ends with its state, and those with the node
+                thread.join()  # each thread ends with its state, and the states end with the node
         finally:
             self._finish()
         if self._error is not None:
@@ -142,7 +142,7 @@ class Concurrence(Container):
             with self._changing:
                 self._child_outcomes[label] = outcome
             ends = self._asked_to_end()
-        except Exception as error:  # noqa: BLE001  the thread that waits raises it
+        except Exception as error:  # noqa: BLE001  the waiting thread raises it
             logerr(f"Concurrent state '{label}' failed: {traceback.format_exc()}")
             with self._changing:
                 self._error = self._error or error
@@ -153,7 +153,7 @@ class Concurrence(Container):
         self.call_transition_cbs()
 
     def _asked_to_end(self) -> bool:
-        """Return what the callback says, which is called by one thread at a time."""
+        """Return the callback's result; only one thread at a time calls it."""
         if self._child_termination_cb is None:
             return False
         with self._calling:

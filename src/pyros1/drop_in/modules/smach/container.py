@@ -14,7 +14,7 @@ from smach.user_data import Remapper, UserData
 
 
 class _Opened(threading.local):
-    """The containers that a thread has opened: the last one gets what is added."""
+    """The containers that a thread has opened: states are added to the last one."""
 
     def __init__(self) -> None:
         self.stack: list[Container] = []
@@ -81,7 +81,7 @@ class Container(State):
         self.userdata.update(userdata)
 
     def _view(self, state: State, remapping: Mapping[str, str] | None = None) -> Remapper:
-        """Return what one of the states sees of the userdata."""
+        """Return the userdata as one of the states sees it."""
         inputs, outputs = state.get_registered_input_keys(), state.get_registered_output_keys()
         return Remapper(self.userdata, inputs, outputs, remapping)
 
@@ -132,7 +132,7 @@ class Container(State):
         for callback, extra in list(self._callbacks[kind]):
             try:
                 callback(self.userdata, *args, *extra)
-            except Exception as error:  # noqa: BLE001  the machine goes on
+            except Exception as error:  # noqa: BLE001  the machine continues
                 logerr(f"Could not execute {kind} callback: {type(error).__name__}: {error}")
 
     # Construction -----------------------------------------------------------------------------------------------------
@@ -175,12 +175,12 @@ class Container(State):
     def __exit__(self, exc_type: Any, exc_val: Any, exc_tb: Any) -> None:
         if exc_type is None:
             self.close()
-        elif self in _OPENED.stack:  # not what the program left open within
+        elif self in _OPENED.stack:  # also removes inner ones that the program left open
             del _OPENED.stack[_OPENED.stack.index(self) :]
 
     @classmethod
     def _currently_opened_container(cls) -> Any:
-        """Return the container to which states are added; raises InvalidStateError if none of this class is open."""
+        """Return the container to which states are added; raise InvalidStateError if none of this class is open."""
         if not _OPENED.stack:
             raise InvalidStateError("No container is open: add states within 'with container:'.")
         container = _OPENED.stack[-1]

@@ -92,7 +92,7 @@ class Iterator(Container):
         finally:
             with self._changing:
                 self._is_running = False
-                self._state.recall_preempt()  # asked between two items, after which there was none
+                self._state.recall_preempt()  # requested between two items, but there was no next item
 
     def _iterate(self, state: State) -> str | None:
         """Return the last outcome of the state, or the outcome for no more items."""

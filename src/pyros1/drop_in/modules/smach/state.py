@@ -26,7 +26,7 @@ class State:
         io_keys: Iterable[str] = (),
     ) -> None:
         both = tuple(io_keys)
-        # Dictionaries as sets that keep their order.
+        # Dictionaries used as ordered sets.
         self._outcomes = dict.fromkeys(outcomes)
         self._input_keys = dict.fromkeys((*input_keys, *both))
         self._output_keys = dict.fromkeys((*output_keys, *both))

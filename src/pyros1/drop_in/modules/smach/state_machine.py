@@ -167,7 +167,7 @@ class StateMachine(Container):
         return outcome
 
     def _step(self, label: str) -> str | None:
-        """Run a state, and go to the next one; return the machine's outcome if there is none."""
+        """Run a state, and go to the next one; return the machine's outcome if there is no next one."""
         state = self._states[label]
         said = self._run(label, state)
         if said is None and is_shutdown():

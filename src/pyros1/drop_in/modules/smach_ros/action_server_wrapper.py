@@ -105,7 +105,7 @@ class ActionServerWrapper:
             self._server.publish_feedback(feedback)
 
     def _pack(self, empty: Any, userdata: Any, key: str, slots: Mapping[str, str]) -> Any:
-        """Return the message of the userdata; None if there is nothing of it."""
+        """Return the message from the userdata; None if the userdata has no part of it."""
         filled = {slot: userdata[name] for slot, name in slots.items() if name in userdata}
         whole = userdata[key] if key in userdata else None  # noqa: SIM401  userdata is not a mapping
         if whole is None and not filled:
@@ -128,7 +128,7 @@ class ActionServerWrapper:
             container.request_preempt()
         try:
             outcome = container.execute()
-        except Exception:  # noqa: BLE001  the client has to learn that the goal has ended
+        except Exception:  # noqa: BLE001  the client must be informed that the goal has ended
             rospy.logerr("The container of action server '%s' failed: %s", self._server_name, traceback.format_exc())
             outcome = None
         result = self._pack(self._result, container.userdata, self._result_key, self._result_slots)
@@ -141,7 +141,7 @@ class ActionServerWrapper:
 
     def preempt_cb(self) -> None:
         """Preempt the container; the action server calls this when a client cancels the goal, or sends another one."""
-        self.wrapped_container.request_preempt()  # also if it is just about to run
+        self.wrapped_container.request_preempt()  # even if it is just about to run
 
 
 __all__ = ["ActionServerWrapper"]

@@ -120,7 +120,7 @@ class ContainerProxy:
             info_str: why: "HEARTBEAT", "START", "TRANSITION", "TERMINATION" or "INITIAL STATE".
         """
         if self._stopped or not self._status_pub.get_num_connections():
-            return  # nobody sees it, and the userdata may be large
+            return  # nobody receives it, and the userdata may be large
         userdata = self._container.userdata
         values = {key: userdata[key] for key in userdata.keys()}  # noqa: SIM118
         message = SmachContainerStatus(

@@ -68,12 +68,12 @@ def decode(text: str) -> dict[str, Any]:
 
 
 def _check(data: bytes) -> None:
-    """Refuse pickles that harm the reader without any class.
+    """Refuse pickles that harm the reader even without classes.
 
-    Places in its memo cost memory up to the highest. Keys are hashed: with a tuple of a tuple of a tuple ... Python
-    crashes, and tuples that hold the same tuple twice take twice as long with each level.
+    The memo uses memory up to its highest index. Keys are hashed: with a tuple of a tuple of a tuple ... Python
+    crashes, and tuples that contain the same tuple twice take twice as long with each level.
     """
-    stack: list[tuple[int, int] | None] = []  # of each value: how deep and how large it is; None: a mark
+    stack: list[tuple[int, int] | None] = []  # depth and size of each value; None: a mark
     memo: dict[int, tuple[int, int] | None] = {}
     for op, arg, _ in pickletools.genops(data):
         if "PUT" in op.name or op.name == "MEMOIZE":

@@ -67,7 +67,7 @@ class MonitorState(State):
         self._n_checks += 1
         try:
             good = self._cond_cb(ud, msg)
-        except Exception:  # noqa: BLE001  the program's code: as if it said no
+        except Exception:  # noqa: BLE001  the program's code: as if it returned False
             rospy.logerr(
                 "Error thrown while executing condition callback %s: %s", self._cond_cb, traceback.format_exc()
             )

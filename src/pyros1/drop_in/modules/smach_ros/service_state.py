@@ -68,7 +68,7 @@ class ServiceState(CallState):
         return self._back_call(ud, response) or "succeeded"
 
     def _wait(self) -> bool:
-        """Wait until the service is there; false: preempted, or the node ends."""
+        """Wait until the service exists; return False if preempted, or if the node ends."""
         while not self.preempt_requested() and not rospy.is_shutdown():
             try:
                 rospy.wait_for_service(self._service_name, 1.0)

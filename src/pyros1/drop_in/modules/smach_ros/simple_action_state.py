@@ -32,7 +32,7 @@ class SimpleActionState(CallState):
         server_wait_timeout: rospy.Duration to wait for the server.
     """
 
-    # What the state does now.
+    # The current phase of the state.
     WAITING_FOR_SERVER = 0
     INACTIVE = 1
     ACTIVE = 2
@@ -144,7 +144,7 @@ class SimpleActionState(CallState):
             return said
         if status == GoalStatus.SUCCEEDED:
             return "succeeded"
-        # "preempted" is for those who preempt this state: if another client did it, or the time is over, it has failed.
+        # "preempted" is for preemption of this state: if another client did it, or after a timeout, it has failed.
         return "preempted" if preempted else "aborted"
 
     def _preempted(self) -> str:

@@ -66,7 +66,7 @@ class CallState(State):
         return message if changed is None else changed
 
     def _keep(self, ud: Any, message: Any) -> None:
-        """Put the message that came back into the userdata."""
+        """Store the received message in the userdata."""
         if self._back_key:
             ud[self._back_key] = message
         for slot in self._back_slots:

@@ -10,7 +10,7 @@ import rospy
 from rospy.core import add_preshutdown_hook
 
 PATIENCE = 60.0
-"""Seconds that the end of the node waits for the container."""
+"""Seconds that the node's shutdown waits for the container."""
 
 
 def set_preempt_handler(sc: Any) -> None:

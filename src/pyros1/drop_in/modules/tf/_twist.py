@@ -53,7 +53,7 @@ def _lookup(transformer: Any, target: str, source: str, time: Any) -> tuple[Any,
 
 
 def _angle_and_axis(quaternion: Any) -> tuple[float, Any]:
-    x, y, z, w = quaternion if quaternion[3] >= 0 else -quaternion  # the turn of at most half a circle
+    x, y, z, w = quaternion if quaternion[3] >= 0 else -quaternion  # the rotation by at most half a turn
     sine = numpy.sqrt(x * x + y * y + z * z)
     if sine < 1e-12:
         return 0.0, numpy.array((1.0, 0.0, 0.0))

@@ -5,7 +5,7 @@ import math
 import numpy
 
 from pyros1.tf.rotation import EPS as _EPS
-from pyros1.tf.transformations import *  # noqa: F403  as stock: all its functions
+from pyros1.tf.transformations import *  # noqa: F403  like stock: all its functions
 
 # Euler angles: the first axis, whether the order of axes is odd, the first is repeated at the end, and axes rotate.
 _NEXT_AXIS = [1, 2, 0, 1]

@@ -117,7 +117,7 @@ class BufferCore:
         return self._core.chain_full(target_frame, times[0], source_frame, times[1], fixed_frame)
 
     def _wait(self, timeout: float, target_frame: str, source_frame: str, time: Any) -> bool:
-        """Wait some seconds of wall time for a transform; return whether it is there."""
+        """Wait some seconds of wall time for a transform; return whether it is available."""
         return self._core.can_transform(target_frame, source_frame, _timed(time), timeout)
 
     def _wait_full(
@@ -129,13 +129,13 @@ class BufferCore:
         source_time: Any,
         fixed_frame: str,
     ) -> bool:
-        """Wait as `_wait` does."""
+        """Wait like `_wait`."""
         times = _timed(target_time), _timed(source_time)
         return self._core.can_transform_full(target_frame, times[0], source_frame, times[1], fixed_frame, timeout)
 
 
 def _timed(time: Any) -> Any:
-    """Return a time or duration; raise TypeError for others, as seconds as a number are not accepted."""
+    """Return a time or duration; raise TypeError for other types, including numbers of seconds."""
     if isinstance(time, TVal):
         return time
     if not hasattr(time, "to_sec"):

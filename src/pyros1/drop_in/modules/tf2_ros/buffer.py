@@ -16,7 +16,7 @@ DEFAULT_CAN_TRANSFORM_POLLING_SCALE = 0.01
 _NOW = rospy.Duration(0.0)
 _LONG_AGO = rospy.Duration(3)
 _SHORT, _LONG = 0.001, 0.02
-"""Seconds of wall time after which a wait looks at the node's time again; the transform ends it at once."""
+"""Seconds of wall time after which a wait checks the node's time again; the transform ends it immediately."""
 
 
 class Buffer(tf2.BufferCore, tf2_ros.buffer_interface.BufferInterface):
@@ -107,7 +107,7 @@ class Buffer(tf2.BufferCore, tf2_ros.buffer_interface.BufferInterface):
 
 
 def _wait(timeout: Any, found: Callable[[float], bool]) -> None:
-    """Wait in the node's time; also until the node ends, or time jumps back, as when a bag is played again."""
+    """Wait in the node's time; stop if the node ends, or time jumps back, for example when a bag is played again."""
     start = now = rospy.Time.now()
     end = start + timeout
     while now < end and now + _LONG_AGO >= start and not rospy.is_shutdown():

@@ -24,7 +24,7 @@ class StaticTransformBroadcaster:
 
     def __init__(self) -> None:
         self.pub_tf = rospy.Publisher("/tf_static", TFMessage, queue_size=100, latch=True)
-        self._lock = threading.RLock()  # a signal handler may send, too
+        self._lock = threading.RLock()  # a signal handler may send as well
         self._sent: dict[str, Any] = {}
         self._changes = 0
 
@@ -32,9 +32,9 @@ class StaticTransformBroadcaster:
         """Publish a geometry_msgs/TransformStamped, or a list of them."""
         with self._lock:
             for item in transform if isinstance(transform, (list, tuple)) else [transform]:
-                self._sent[item.child_frame_id] = copy.deepcopy(item)  # programs use one again and again
+                self._sent[item.child_frame_id] = copy.deepcopy(item)  # programs reuse the same object
             self._changes += 1
             published = 0
-            while published != self._changes:  # again, if a handler has sent more meanwhile: the last message counts
+            while published != self._changes:  # again if a handler has sent more: the last message counts
                 published = self._changes
                 self.pub_tf.publish(TFMessage(list(self._sent.values())))

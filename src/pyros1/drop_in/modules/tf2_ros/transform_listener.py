@@ -36,7 +36,7 @@ class TransformListener:
         self.buffer = buffer
         self.last_update = rospy.Time.now()
         self.last_update_lock = threading.Lock()
-        # Most buffers take a whole message at once; one that overrides the methods gets transform by transform.
+        # Most buffers accept a whole message at once; one that overrides the methods gets single transforms.
         kind = type(buffer)
         self._whole = isinstance(buffer, BufferCore) and (kind.set_transform, kind.set_transform_static) == (
             BufferCore.set_transform,

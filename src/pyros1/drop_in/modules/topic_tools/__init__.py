@@ -7,7 +7,7 @@ from typing import Any
 import rospy
 
 _DELAY = 5.0
-"""Seconds after which a node that has never subscribed says so."""
+"""Seconds after which a node that has never subscribed logs a warning."""
 
 
 class LazyTransport(rospy.SubscribeListener):

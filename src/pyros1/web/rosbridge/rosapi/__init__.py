@@ -1,7 +1,7 @@
-"""The services of rosapi, for clients: what is there, what it is like, and parameters.
+"""The services of rosapi, for clients: what exists, its details, and parameters.
 
-They are answered here, without a node or a registration. Each is a function in a file of this folder: takes the robot
-and its arguments, returns the values of the response. `SERVICES` of a file has them by name, with the fields of the
+They are answered here, without a node or a registration. Each is a function in a file of this folder: it gets the robot
+and its arguments, and returns the values of the response. `SERVICES` of a file has them by name, with the fields of the
 request.
 See https://wiki.ros.org/rosapi.
 """
@@ -37,7 +37,7 @@ def run(robot: Robot, name: str, args: Any) -> dict[str, Any]:
     """Answer a call.
 
     Args:
-        robot: what is asked about.
+        robot: the robot.
         name: the service's full name.
         args: an object, or a list of values in order.
 
@@ -45,8 +45,8 @@ def run(robot: Robot, name: str, args: Any) -> dict[str, Any]:
         The values of the response.
 
     Raises:
-        BridgeError: there is no such service, it is not allowed, or the arguments are wrong.
-        Error: the robot cannot say.
+        BridgeError: the service does not exist, is not allowed, or has wrong arguments.
+        Error: the robot cannot answer.
     """
     fields, answer = _services().get(name.removeprefix(PREFIX), ((), None))
     if answer is None:

@@ -1,4 +1,4 @@
-"""Parameters. Their values go as JSON texts."""
+"""Parameters. Their values are sent as JSON texts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _ROOT = "/"
 
 
 def _name(robot: Robot, args: Mapping[str, str]) -> str:
-    """Return a parameter's full name. As in stock, it need not be a legal one."""
+    """Return a parameter's full name. As in stock ROS, it need not be valid."""
     name = args["name"]
     try:
         return robot.node.resolve(name) if name != _ROOT else _ROOT
@@ -36,7 +36,7 @@ def _get(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _default(default: str) -> str:
-    """Return a default, which may be no JSON, as JSON."""
+    """Return a default, which may not be JSON, as JSON."""
     try:
         return text(loads(default) if default else None)
     except ValueError:

@@ -50,7 +50,7 @@ def _of_type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _providers(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
-    """Return the nodes that provide a service, or services of a type: clients ask for both."""
+    """Return the nodes that provide a service, or services of a type: clients use both."""
     services = robot.graph.state().services
     wanted = args["service"]
     names = [wanted] if wanted in services else _with_type(robot, robot.access.visible(services), wanted)

@@ -1,4 +1,4 @@
-"""Topics, and those that make an action."""
+"""Topics, including those of actions."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.rosapi import Services
 
 _ACTION = {"goal": "ActionGoal", "result": "ActionResult", "feedback": "ActionFeedback"}
-"""Topics of an action, and how their types end."""
+"""Topics of an action, and the suffixes of their types."""
 
 
 def _types(robot: Robot) -> dict[str, str]:
-    """Return topic -> type, of topics that someone publishes or subscribes to; the type is empty if nobody told it."""
+    """Return topic -> type for all topics with publishers or subscribers; the type is empty if unknown."""
     state, types = robot.graph.state(), robot.graph.topic_types()
     names = robot.access.visible(sorted({*state.publishers, *state.subscribers}))
     if not types.keys() >= {*names}:  # some are new
@@ -51,7 +51,7 @@ def _of_type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
-    """Return the type of a topic; of a field of a topic, such as ``/odom/pose``, that of the topic."""
+    """Return the type of a topic; for a field of a topic, such as ``/odom/pose``, that of the topic."""
     topic = args["topic"]
     robot.check_visible(topic)
     kind = robot.type_of(topic)

@@ -1,1 +1,1 @@
-"""rviz's files of displays, read for the 3D panel."""
+"""rviz's display configuration files, read for the 3D panel."""

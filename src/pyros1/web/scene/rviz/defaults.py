@@ -1,4 +1,4 @@
-"""rviz's defaults of the properties that have no counterpart here: only other values are reported. Pure."""
+"""rviz's defaults of properties that have no counterpart here: only different values are reported. Pure."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 NO_PICTURE = frozenset({"Class", "Name", "Enabled", "Value", "Queue Size", "Unreliable"})
-"""Properties that change no picture: names, what is asked of the network, and ``Value``, which is as ``Enabled``."""
+"""Properties without a visible effect: names, network options, and ``Value``, which is the same as ``Enabled``."""
 _DEFAULTS: Mapping[str, Any] = {
     "Angle": 0,
     "Background Color": "48; 48; 48",
@@ -59,7 +59,7 @@ _DEFAULTS: Mapping[str, Any] = {
     "Covariance/Orientation/Offset": 1,
     "Covariance/Orientation/Scale": 1,
 }
-_BALLS: Mapping[str, Any] = {  # of displays of one number, which are balls here
+_BALLS: Mapping[str, Any] = {  # of displays of one number, which are drawn as balls here
     "Alpha": 1,
     "Autocompute Intensity Bounds": False,
     "Autocompute Value Bounds/Max Value": 10,
@@ -101,12 +101,12 @@ _OF_KIND: Mapping[str, Mapping[str, Any]] = {
 
 
 def changes_something(kind: str, name: str, value: Any) -> bool:
-    """Return whether a property has another value than rviz gives it.
+    """Return whether a property differs from rviz's default.
 
     Args:
-        kind: the class of what has it, without "rviz/".
-        name: its name; inside of others, all names with ``/`` between them.
-        value: what the file says.
+        kind: the class of the object with the property, without "rviz/".
+        name: its name; for a nested property, all names joined by ``/``.
+        value: the value in the file.
     """
     if name in NO_PICTURE:
         return False

@@ -1,7 +1,7 @@
-"""rviz's files of displays as settings of the 3D panel (`page/panels/scene.js`). Pure.
+"""rviz's display configuration files as settings of the 3D panel (`page/panels/scene.js`). Pure.
 
-A file is YAML that anybody may have written: it is read within bounds, and what has another form than
-rviz writes counts as absent.
+The YAML of a file is untrusted: it is read within bounds, and anything not in the form that rviz writes counts as
+absent.
 """
 
 from __future__ import annotations
@@ -30,33 +30,33 @@ from pyros1.web.scene.rviz.values import (
 from pyros1.web.scene.rviz.view import FIXED, view_settings
 
 MAX_BYTES = 2_000_000
-"""Longest file that is read, in bytes and in characters."""
+"""Maximum size of a file, in bytes and in characters."""
 _MAX_DISPLAYS = 200
 _MAX_DEPTH = 10
 _MAX_NOTES = 40
 _WINDOW = 800.0
-"""Pixels of rviz's window from top to bottom, if the file has no number."""
+"""Default height of rviz's window in pixels, if the file has none."""
 _AXES_LENGTH = 0.2
-"""Metres of TF's axes at rviz's marker scale 1."""
+"""Length of TF's axes in metres, at rviz's marker scale 1."""
 _GREY = "#a0a0a4"
-"""rviz's usual colour of grids; the page's own is for its light and dark."""
+"""rviz's default colour of grids; the page's own depends on its light or dark theme."""
 _BACKGROUND = "#303030"
-"""rviz's usual colour behind all; the page's own is light or dark."""
+"""rviz's default background colour; the page's own depends on its theme."""
 _MAX_CONCEALED = 200
 _FRAMES = "frames"
 _GRID = "grid"
 
 
 class RvizFileError(Error):
-    """A file is not one of rviz's."""
+    """A file is not an rviz configuration."""
 
 
 class RvizFile(NamedTuple):
-    """What a file says.
+    """The contents of a file.
 
     Attributes:
-        settings: of the 3D panel.
-        notes: lines for the user: what the file has and the panel does not.
+        settings: settings of the 3D panel.
+        notes: lines for the user: what the panel does not support.
     """
 
     settings: dict[str, Any]
@@ -71,7 +71,7 @@ def read_rviz(content: str, resolve: Callable[[str], str]) -> RvizFile:
         resolve: returns the full name of a topic or parameter.
 
     Raises:
-        RvizFileError: it is not a file of rviz; the text says why, without the file's name.
+        RvizFileError: it is not an rviz file; the text says why, without the file's name.
     """
     if len(content) > MAX_BYTES:
         raise RvizFileError(f"is longer than {MAX_BYTES} characters, which no file of rviz is")
@@ -94,7 +94,7 @@ _PUBLISHING = {
     "SetInitialPose": ("estimate", "/initialpose"),
     "PublishPoint": ("point", "/clicked_point"),
 }
-"""Tools that publish: their names in the panel, and where they publish usually."""
+"""Tools that publish: their names in the panel, and their default topics."""
 
 
 class _Reader:
@@ -145,7 +145,7 @@ class _Reader:
         return RvizFile(settings, self._notes)
 
     def _displays(self, displays: Any, enabled: bool = True, depth: int = 0) -> Iterator[tuple[Properties, bool]]:
-        """Yield the displays, also of groups, each with whether it is shown."""
+        """Yield the displays, including those in groups, each with whether it is enabled."""
         for values in map(mapping, listed(displays)):
             display = Properties(values)
             seen = enabled and flag(display, "Enabled") is not False
@@ -197,7 +197,7 @@ class _Reader:
         self._note_missing(display)
 
     def _note_missing(self, values: Properties, name: str = "", but: tuple[str, ...] = ()) -> None:
-        """Name the properties that have no counterpart, unless they are as rviz has them when one changes nothing."""
+        """Note the properties that have no counterpart, unless they have rviz's defaults."""
         kind = class_of(values)
         missing = [
             f"{key} {value}" if isinstance(value, str) and value else key
@@ -287,7 +287,7 @@ class _Reader:
 
 
 def _concealed(parts: Any) -> list[str] | None:
-    """Return the frames or links that are hidden one by one; None if none is."""
+    """Return the frames or links that are hidden individually; None if there are none."""
     hidden = (name for name, part in mapping(parts).items() if flag(mapping(part), "Value") is False)
     return [name for name in hidden if isinstance(name, str)][:_MAX_CONCEALED] or None
 

@@ -1,4 +1,4 @@
-"""rviz's displays of topics: their options as those of the panel's displays (`page/lib/scene/displays.js`). Pure."""
+"""Converts options of rviz's topic displays to those of the panel (`page/lib/scene/displays.js`). Pure."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _FAR_DISTANCE = 1e9
 
 
 def _looks(values: Mapping[Any, Any]) -> Options:
-    """How points are drawn."""
+    """Return how points are drawn."""
     how = chosen(values, _COLOURS, "Color Transformer")
     axes = mapping(values.get("Autocompute Value Bounds"))
     by_axis = (
@@ -60,7 +60,7 @@ def _looks(values: Mapping[Any, Any]) -> Options:
         auto=False if fixed else None,
         low=low if fixed else None,
         high=high if fixed else None,
-        **({} if how == "axis" else ramp),  # these are of intensities
+        **({} if how == "axis" else ramp),  # these are for intensities
         local=None if in_fixed_frame is None else not in_fixed_frame,
         decay=number(values, "Decay Time", 0, 3600),
     )
@@ -224,9 +224,9 @@ class Kind(NamedTuple):
 
     Attributes:
         options: returns its options.
-        topics: entries that name its topic; the first that is there counts.
-        made: what is before the topic in its key (`page/lib/scene/kinds.js`).
-        transport: whether it is of pictures, which may come compressed on another topic.
+        topics: entries that name its topic; the first existing one counts.
+        made: prefix of the topic in its key (`page/lib/scene/kinds.js`).
+        transport: whether it displays images, which may be compressed on another topic.
     """
 
     options: Callable[[Mapping[Any, Any]], Options] = _nothing
@@ -268,4 +268,4 @@ KINDS: Mapping[str, Kind] = {
     "Wrench": Kind(_screw),
     "WrenchStamped": Kind(_screw),
 }
-"""rviz's displays of topics, by the last part of their class."""
+"""rviz's topic displays, by the last part of their class."""

@@ -1,4 +1,4 @@
-"""What rviz's files have as values. They are anybody's: what is not as rviz writes it counts as absent. Pure."""
+"""Values in rviz's files. They are untrusted: anything not in the form that rviz writes counts as absent. Pure."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 MAX_NAME_LENGTH = 200
-"""Most characters of names and topics; longer ones count as absent."""
+"""Maximum characters of names and topics; longer ones count as absent."""
 
 
 class Properties(Mapping[Any, Any]):
-    """Entries of a file that remember which of them were read, so that the others can be named."""
+    """Entries of a file that track which of them were read, so that the unread ones can be reported."""
 
     def __init__(self, values: Mapping[Any, Any]) -> None:
         self._values = values
@@ -31,11 +31,11 @@ class Properties(Mapping[Any, Any]):
         return len(self._values)
 
     def forget(self, key: Any) -> None:
-        """Count an entry as not read: its value has no counterpart."""
+        """Mark an entry as unread: its value has no counterpart."""
         self._used_keys.discard(key)
 
     def unread(self) -> Iterator[tuple[str, Any]]:
-        """Yield the entries that were not read, with their names: an inner one as ``Line Style/Value``."""
+        """Yield the unread entries with their names: a nested one as ``Line Style/Value``."""
         for key, value in self._values.items():
             if isinstance(value, dict):
                 for name, each in self._nested.get(key, Properties(value)).unread():
@@ -55,7 +55,7 @@ def listed(value: Any) -> Sequence[Any]:
 
 
 def text(values: Mapping[Any, Any], *keys: str) -> str:
-    """Return the first of some entries that is a text, or a number as such; empty if none is."""
+    """Return the first of some entries that is a text, or a number as text; empty if none is."""
     for key in keys:
         value = values.get(key)
         if isinstance(value, (str, int)) and not isinstance(value, bool) and 0 < len(str(value)) <= MAX_NAME_LENGTH:
@@ -64,7 +64,7 @@ def text(values: Mapping[Any, Any], *keys: str) -> str:
 
 
 def number(values: Mapping[Any, Any], key: str, minimum: float, maximum: float) -> float | None:
-    """Return an entry that is a number, within bounds; None if it is none."""
+    """Return an entry that is a number, within bounds; None if it is not a number."""
     value = values.get(key)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < 1e9:
         return None
@@ -72,7 +72,7 @@ def number(values: Mapping[Any, Any], key: str, minimum: float, maximum: float) 
 
 
 def chosen(values: Mapping[Any, Any], choices: Mapping[str, Any], key: str) -> Any:
-    """Return what a choice means here; None if there is none, or it means nothing here."""
+    """Return the counterpart of a choice; None if it is absent or has none."""
     choice = text(values, key)
     if choice and choice not in choices and isinstance(values, Properties):
         values.forget(key)

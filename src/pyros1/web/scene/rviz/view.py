@@ -1,4 +1,4 @@
-"""rviz's views as those of the panel (`page/lib/scene/stage.js`). Pure."""
+"""Converts rviz's views to those of the panel (`page/lib/scene/stage.js`). Pure."""
 
 from __future__ import annotations
 
@@ -10,22 +10,22 @@ from pyros1.ground.terminal_text import one_line
 from pyros1.web.scene.rviz.values import class_of, number, point, text
 
 FIXED = "<Fixed Frame>"
-"""What rviz writes for the fixed frame."""
+"""rviz's name for the fixed frame."""
 _AROUND = {"Orbit": "orbit", "XYOrbit": "ground", "ThirdPersonFollower": "third"}
 _FLAT_HEIGHT = 16.0
-"""Metres that the flat view shows from top to bottom, as in stage.js."""
+"""Height of the flat view in metres, as in stage.js."""
 _FLAT_FAR = 100.0
 _SIDE = 0.05
-"""How far beside the middle the flat view's eye is, in metres: this says what is up."""
+"""Offset of the flat view's eye from the centre in metres: this determines which way is up."""
 _SCALE = 50.0
 
 
 def view_settings(view: Mapping[Any, Any], height: float) -> tuple[dict[str, Any], str]:
-    """Return the settings ``view`` and ``target``, as far as the file has them, and a line about what is not here.
+    """Return the settings ``view`` and ``target``, as far as the file has them, and a line about unsupported ones.
 
     Args:
         view: the current view.
-        height: of rviz's window in pixels.
+        height: height of rviz's window in pixels.
     """
     kind = class_of(view)
     frame = text(view, "Target Frame").lstrip("/")

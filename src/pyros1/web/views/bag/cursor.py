@@ -13,19 +13,19 @@ from pyros1.web.views.message import tree
 from pyros1.web.views.view import number
 
 _MAX_TOPICS = 8
-_MAX_SECONDS = 4.29e9  # two of them, in nanoseconds, have 64 bits
+_MAX_SECONDS = 4.29e9  # the sum of two of them, in nanoseconds, fits into 64 bits
 
 
 class BagCursorView(BagView):
-    """The last message of each of some topics at or before a time, as a late subscriber of latched topics gets them.
+    """The last message of each topic at or before a time, as a late subscriber would get it if the topics were latched.
 
     Args (of the page):
         path: an open bag.
         time: in seconds since the bag's beginning.
-        topics: their names.
+        topics: names of the topics.
 
     Pushes ``{"time", "messages": {TOPIC: {"time", "type", "publisher", "value", "problem"}}}``; see `MessageView` for
-    the value. A topic that has no message yet is not there.
+    the value. A topic without a message so far is left out.
     """
 
     def change(self, args: Mapping[str, Any]) -> None:
@@ -38,7 +38,7 @@ class BagCursorView(BagView):
             return None
         time, names = request
         found = {}
-        for name in names:  # one by one: a topic whose messages cannot be read leaves the others as they are
+        for name in names:  # one by one: a topic whose messages cannot be read must not affect the others
             try:
                 for topic, item in self.bag.at(time, [name]).items():
                     found[topic] = {

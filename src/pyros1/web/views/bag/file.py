@@ -1,4 +1,4 @@
-"""A bag that is opened, and what is in it."""
+"""An open bag and its contents."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 _REPORT_PERIOD = 0.2
-"""Seconds between two words on how far it is."""
+"""Seconds between progress reports."""
 
 
 class _ViewClosedError(Error):
-    """Nobody waits for the bag any more."""
+    """The view was closed while the bag was being opened."""
 
 
 class BagFileView(View):
-    """A bag. It stays open while this view, or another that shows it, is there.
+    """A bag. It stays open while this or another view of it exists.
 
     Args (of the page):
         path: the file.
@@ -89,10 +89,10 @@ class BagFileView(View):
 
 
 class BagView(View):
-    """What all views of an open bag have in common.
+    """Base of all views of an open bag.
 
     Args (of the page):
-        path: the file, which a `BagFileView` has opened.
+        path: the file, opened by a `BagFileView`.
     """
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
@@ -113,7 +113,7 @@ def topics(args: Mapping[str, Any], max_topics: int) -> list[str]:
     """Return an argument that is a list of topics.
 
     Raises:
-        RequestError: it is none, or too long.
+        RequestError: it is not a list of topics, or is too long.
     """
     found = args.get("topics", [])
     if not isinstance(found, list) or len(found) > max_topics or not all(isinstance(each, str) for each in found):

@@ -15,22 +15,22 @@ from pyros1.web.views.bag.file import BagView
 from pyros1.web.views.view import number, text
 
 MAX_PICTURES = 64
-"""Most pictures that are asked for at once."""
+"""Maximum number of pictures per request."""
 MAX_HEIGHT = 720
-_MAX_SECONDS = 4.29e9  # two of them, in nanoseconds, have 64 bits
+_MAX_SECONDS = 4.29e9  # the sum of two of them, in nanoseconds, fits into 64 bits
 
 
 class BagPicturesView(BagView):
-    """Images of a topic at some times, one after the other.
+    """Images of a topic at several times, one after the other.
 
     Args (of the page):
         path: an open bag.
-        topic: of images.
-        times: in seconds since the bag's beginning; of each the last image at or before it is shown.
-        height: of the pictures, in pixels; those that are smaller stay as they are.
+        topic: a topic with images.
+        times: in seconds since the bag's beginning; for each, the last image at or before it is displayed.
+        height: maximum height of the pictures in pixels; smaller ones are not scaled.
 
-    Pushes ``{"topic", "wanted", "time", "width", "height", "problem"}`` with the picture as JPEG; an empty one with a
-    problem, or where there is no image yet.
+    Pushes ``{"topic", "wanted", "time", "width", "height", "problem"}`` with the picture as JPEG; it is empty if there
+    is a problem, or no image yet.
     """
 
     polled = True

@@ -15,21 +15,21 @@ if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 SLOWEST, FASTEST = 0.01, 100.0
-_MAX_SECONDS = 4.29e9  # two of them, in nanoseconds, have 64 bits
+_MAX_SECONDS = 4.29e9  # the sum of two of them, in nanoseconds, fits into 64 bits
 
 
 class BagPlayView(BagView):
-    """Playing. It ends with this view.
+    """Playback of a bag. It ends with this view.
 
     Args (of the page):
         path: an open bag.
-        rate: factor of the speed.
+        rate: speed factor.
         loop, paused, clock: see `pyros1.web.bags.playback.PlaybackSettings`.
-        topics: those to publish; without this, all.
-        start: where to begin, or to go on; in seconds since the bag's beginning. Without it, playing goes on where
-            it is.
+        topics: the topics to publish; all if absent.
+        start: where to start or continue, in seconds since the bag's beginning. If absent, playback continues from
+            its current position.
 
-    Pushes what `pyros1.web.bags.playback.Playback.status` says.
+    Pushes the result of `pyros1.web.bags.playback.Playback.status`.
     """
 
     period = 1 / 15

@@ -21,25 +21,25 @@ if TYPE_CHECKING:
 
 MAX_CURVES = 16
 MAX_LINES = 64
-"""Most lines: each element of an array is one."""
+"""Maximum number of lines: each element of an array is one."""
 _PARTS = 800
-"""Parts of the time: of each, up to four points of a line are kept."""
+"""Number of parts of the time range: for each, up to four points of a line are kept."""
 _BATCH = 200
 _POLL_PERIOD = 0.3
-"""Seconds between two looks at the threads' progress."""
-_MAX_SECONDS = 4.29e9  # two of them, in nanoseconds, have 64 bits
+"""Seconds between checks of the threads' progress."""
+_MAX_SECONDS = 4.29e9  # the sum of two of them, in nanoseconds, fits into 64 bits
 
 
 class BagPlotView(BagView):
-    """Curves of recorded numbers. A thread reads the bag, and what it has is shown meanwhile.
+    """Curves of recorded numbers. A thread reads the bag, and partial results are displayed meanwhile.
 
     Args (of the page):
         path: an open bag.
         curves: a list of ``{"id": N, "text": TEXT}``; see `pyros1.web.transforms.curves.Curve`.
-        begin, end: the times to read, in seconds since the bag's beginning.
+        begin, end: the time range, in seconds since the bag's beginning.
 
     Pushes ``{"begin", "end", "progress": 0..1, "curves": [{"id", "part", "count"}, ...], "problems": {ID: TEXT}}`` with
-    all points, as `PlotView` does. Progress is 1 when it has read all.
+    all points, as `PlotView` does. Progress is 1 when everything was read.
     """
 
     period = _POLL_PERIOD
@@ -54,7 +54,7 @@ class BagPlotView(BagView):
         end = number(args, "end", -_MAX_SECONDS, _MAX_SECONDS, self.bag.length)
         if self._job is not None:
             self._job.stop()
-            self._job.join()  # which may take as long as to read a chunk
+            self._job.join()  # which may take as long as reading a chunk
         self._job = _Job(self.bag, curves, begin, max(end, begin + 1e-6), self.robot.bags.jobs, self.wake)
 
     def poll(self) -> Push | None:
@@ -63,12 +63,12 @@ class BagPlotView(BagView):
     def close(self) -> None:
         if self._job is not None:
             self._job.stop()
-            self._job.join()  # a bag may only be closed when nobody reads it
+            self._job.join()  # a bag may only be closed when no thread reads it
         super().close()
 
 
 class _Job:
-    """Reads through a bag once."""
+    """Reads a bag once."""
 
     def __init__(
         self,
@@ -100,11 +100,11 @@ class _Job:
         self._thread.start()
 
     def stop(self) -> None:
-        """End soon."""
+        """Tell the thread to stop."""
         self._stopped.set()
 
     def join(self) -> None:
-        """Wait for the end; a chunk is read to its end."""
+        """Wait for the thread to end; it finishes its current chunk."""
         self._thread.join()
 
     def poll(self) -> Push | None:

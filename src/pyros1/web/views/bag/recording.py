@@ -1,4 +1,4 @@
-"""How the recording goes."""
+"""The state of the recording."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pyros1.web.views.view import View
 
 
 class BagRecordingView(View):
-    """The recording that runs, or the last one.
+    """The current recording, or the last one.
 
     Pushes ``{"recording": STATUS}``; see `pyros1.web.bags.recording.Recording.status`, or null if there was none.
     """

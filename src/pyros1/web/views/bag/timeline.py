@@ -11,7 +11,7 @@ from pyros1.web.views.view import number
 
 _MAX_ROWS = 200
 _MAX_COLUMNS = 4_000
-_MAX_SECONDS = 4.29e9  # two of them, in nanoseconds, have 64 bits
+_MAX_SECONDS = 4.29e9  # the sum of two of them, in nanoseconds, fits into 64 bits
 
 
 class BagTimelineView(BagView):
@@ -23,8 +23,8 @@ class BagTimelineView(BagView):
         columns: number of columns.
         topics: the rows.
 
-    Pushes ``{"begin", "end", "columns", "topics", "exact"}`` with a float32 for each column of each row: how many
-    messages are there, to one column. Without exact, some are further away.
+    Pushes ``{"begin", "end", "columns", "topics", "exact"}`` with a float32 for each column of each row: the number
+    of messages, placed to within one column. If not exact, some may be further away.
     """
 
     def change(self, args: Mapping[str, Any]) -> None:

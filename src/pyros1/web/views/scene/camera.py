@@ -1,4 +1,4 @@
-"""What a camera sees, and from where it looks."""
+"""The pictures of a camera and its pose."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ if TYPE_CHECKING:
 
 _INFO = "sensor_msgs/CameraInfo"
 _STAMP_SIZE = 12
-"""Bytes of a message that differ although it says the same: number and stamp of its header."""
+"""Bytes of a message that differ even if its content is the same: sequence number and stamp of its header."""
 
 
 class CameraView(View):
-    """The newest picture of a topic with the camera that has seen it: what views of cameras have in common.
+    """The newest picture of a topic with its camera: the base of camera views.
 
     Args (of the page):
-        topic: the full name of a topic of pictures.
-        info: that of its CameraInfo; empty for the one beside it.
-        fixed: the frame in which the camera's place is told.
+        topic: the full name of a topic with pictures.
+        info: the full name of the topic of its CameraInfo; empty for the one next to it.
+        fixed: the frame in which the camera's pose is expressed.
     """
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
@@ -42,9 +42,9 @@ class CameraView(View):
         self._unsubscribers: dict[str, Callable[[], None]] = {"world": robot.world.watch(lambda: None)}
         self._newest: Arrival | None = None
         self._info: Arrival | None = None
-        self._info_topic = ""  # the topic of the CameraInfo that is heard
+        self._info_topic = ""  # the topic of the CameraInfo that is subscribed to
         self.revision = 0
-        """To be counted up when `render` shall be called again with the same picture."""
+        """Increment this to have `render` called again with the same picture."""
         self._last_shown: tuple[Arrival, Arrival | None, int] | None = None
         self._pose_unknown = False
         try:
@@ -54,8 +54,8 @@ class CameraView(View):
             raise
 
     @property
-    def polled(self) -> bool:  # type: ignore[override]  # frames come late
-        """Whether to ask `poll` also if no message has come."""
+    def polled(self) -> bool:  # type: ignore[override]  # frames arrive late
+        """Whether to call `poll` even if no message has arrived."""
         return self._pose_unknown
 
     def poll(self) -> Push | None:
@@ -77,15 +77,15 @@ class CameraView(View):
 
     @abstractmethod
     def render(self, arrival: Arrival, camera: Camera | None, reason: str) -> tuple[dict[str, Any], bytes]:
-        """Return what to push of a picture: facts and bytes.
+        """Return the facts and bytes to push for a picture.
 
         Args:
             arrival: the picture.
-            camera: what has seen it; None if that is not known.
-            reason: what is wrong then.
+            camera: its camera; None if unknown.
+            reason: why the camera is unknown.
 
         Raises:
-            RequestError: it cannot be shown.
+            RequestError: it cannot be displayed.
         """
 
     def change(self, args: Mapping[str, Any]) -> None:
@@ -99,7 +99,7 @@ class CameraView(View):
         self._unsubscribers = {}
 
     def listen(self, name: str, topic: str, listener: Callable[[Arrival], object]) -> None:
-        """Listen to a topic in place of the one that was heard under a name; to none if it is empty."""
+        """Listen to a topic, replacing the previous one under this name; to none if it is empty."""
         self._unsubscribers.pop(name, lambda: None)()
         if topic:
             self._unsubscribers[name] = self.robot.listen(topic, listener)
@@ -133,17 +133,17 @@ class CameraView(View):
             known, self._info = self._info, arrival
             same = known is not None and known.raw._buff[_STAMP_SIZE:] == arrival.raw._buff[_STAMP_SIZE:]
             if same:
-                self._info = known  # with each picture the same is told again
+                self._info = known  # the same is sent again with each picture
         if not same:
             self.wake()
 
 
 class SceneCameraView(CameraView):
-    """A camera's pictures, and from where they are seen.
+    """A camera's pictures and their pose.
 
-    Pushes what `pyros1.web.views.image.picture` says, with the "camera": fx, fy, cx, cy, tx, ty, width and height of
-    `pyros1.web.scene.camera.Camera`, or null, and "why"; and with the "pose" of its frame when it saw the picture, or
-    null, with the data of the picture.
+    Pushes the result of `pyros1.web.views.image.picture`, with the "camera": fx, fy, cx, cy, tx, ty, width and height
+    of `pyros1.web.scene.camera.Camera`, or null, and "why"; with the "pose" of its frame when the picture was taken, or
+    null; and with the data of the picture.
     """
 
     def render(self, arrival: Arrival, camera: Camera | None, reason: str) -> tuple[dict[str, Any], bytes]:

@@ -1,4 +1,4 @@
-"""A camera's depths as a cloud of points."""
+"""A camera's depths as a point cloud."""
 
 from __future__ import annotations
 
@@ -21,21 +21,21 @@ if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 _MAX_PICTURES = 4
-"""Pictures with colours among which the one is found that was seen when the depths were."""
+"""Number of recent colour pictures from which the one taken together with the depths is chosen."""
 KEPT_BYTES = 32 << 20
-"""Most bytes of these; but one always is kept."""
+"""Maximum bytes of these; but one is always kept."""
 
 
 class SceneDepthView(CameraView):
     """Depths as a cloud, with the colours of another picture.
 
     Args (of the page):
-        topic, info, fixed: see `CameraView`; the topic has depths.
-        colour: the full name of a topic of pictures that are seen from the same place; empty for none.
-        most: about the number of points that are sent at most.
-        numbers: whether to send also where they are in the picture.
+        topic, info, fixed: see `CameraView`; the topic has depth images.
+        colour: the full name of a topic with pictures from the same viewpoint; empty for none.
+        most: approximate maximum number of points that are sent.
+        numbers: whether to send their indices in the picture as well.
 
-    Pushes what `pyros1.web.scene.depth.depth_cloud` returns, with "frame", "stamp" and "pose".
+    Pushes the result of `pyros1.web.scene.depth.depth_cloud`, with "frame", "stamp" and "pose".
     """
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
@@ -83,7 +83,7 @@ class SceneDepthView(CameraView):
             self.wake()
 
     def _picture_near(self, stamp: float) -> Any:
-        """Return the message with colours that was seen nearest to a time; None if there is none."""
+        """Return the colour picture nearest to a time; None if there is none."""
         messages: list[Any] = []
         for arrival in list(self._pictures):
             try:

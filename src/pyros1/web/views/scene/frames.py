@@ -1,4 +1,4 @@
-"""Where all frames are, for a 3D scene."""
+"""The poses of all frames, for a 3D scene."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ if TYPE_CHECKING:
 _MAX_FRAMES = 2_000
 _MAX_TREES = 10
 _DEFAULT_FRAME = "map"
-"""The fixed frame as long as there are no frames."""
+"""The fixed frame while there are no frames."""
 
 
 class SceneFramesView(View):
-    """The poses of all frames in one of them.
+    """The poses of all frames, relative to one of them.
 
     Args (of the page):
-        fixed: the frame in which poses are told; empty for the root of a tree, or map.
-        robot: a frame whose tree is that one, if it is in any; else it is the largest.
+        fixed: the frame in which poses are expressed; empty for the root of a tree, or map.
+        robot: a frame that selects this tree; if it is in no tree, the largest is used.
 
     Pushes ``{"fixed": NAME, "names": [...], "parents": [...], "lost": [...], "trees": [[ROOT, COUNT], ...]}`` with
     seven float64 for each name: x, y, z in metres, and a quaternion x, y, z, w. Lost are frames without a connection to
-    the fixed one. The trees are the largest ones, with how many frames each has.
+    the fixed one. The trees are the largest ones, with the number of frames in each.
     """
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
@@ -72,7 +72,7 @@ def roots_of(parents: Mapping[str, str]) -> dict[str, str]:
     """Return the root of the tree that each frame is in.
 
     Args:
-        parents: frame -> its parent; "" for roots. Frames may go round in circles, which have no root and are left out.
+        parents: frame -> its parent; "" for roots. Circular frames have no root and are left out.
     """
     roots: dict[str, str] = {}
     for name in parents:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 _TYPES = {"visualization_msgs/InteractiveMarkerInit", "visualization_msgs/InteractiveMarkerUpdate"}
 RESUBSCRIBE_PERIOD = 2.0
-"""Seconds between two questions for all markers, if updates were missed."""
+"""Minimum seconds between requests for all markers, if updates were missed."""
 
 
 class SceneInteractiveView(View):
@@ -31,7 +31,7 @@ class SceneInteractiveView(View):
     `pyros1.web.scene.interactive`. Poses are in the frames of the markers.
     """
 
-    polled = True  # servers go without a word
+    polled = True  # servers disappear without notice
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
@@ -53,7 +53,7 @@ class SceneInteractiveView(View):
         now = monotonic()
         if self._missed_updates and now > self._resubscribed_at + RESUBSCRIBE_PERIOD:
             self._missed_updates, self._resubscribed_at = False, now
-            self._unsubscribe_full()  # who subscribes anew gets the latched message
+            self._unsubscribe_full()  # a new subscription gets the latched message
             self._unsubscribe_full = self.robot.listen(f"{self._base}/update_full", self._arrived)
         if self._problem:
             raise RequestError(self._problem)
@@ -67,7 +67,7 @@ class SceneInteractiveView(View):
         return Push({"kind": "interactive", "all": first, "new": new, "moved": moved_markers, "gone": removed})
 
     def change(self, args: Mapping[str, Any]) -> None:
-        """Show all again."""
+        """Send all markers again."""
         self._seen_version = -1
 
     def close(self) -> None:

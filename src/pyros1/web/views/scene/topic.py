@@ -1,4 +1,4 @@
-"""What a topic's messages look like in a 3D scene."""
+"""A topic's messages in a 3D scene."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ MARKER, MARKERS = "visualization_msgs/Marker", "visualization_msgs/MarkerArray"
 GRID = "nav_msgs/OccupancyGrid"
 GRID_UPDATE = "map_msgs/OccupancyGridUpdate"
 MAX_UPDATES = 100
-"""Most updates of a grid that wait for a slow page; beyond that, they are drawn into the grid as they come."""
+"""Maximum queued updates of a grid for a slow page; beyond that, they are drawn into the grid as they arrive."""
 
 
 class SceneTopicView(View):
     """The newest message of a topic as a shape, or its markers.
 
     Args (of the page):
-        topic: the topic's full name. With an OccupancyGrid, its updates come on ``TOPIC_updates``.
-        fixed: the frame in which the pose is told.
-        by: the field that colours a cloud; empty for a good one. most: the number of its points that are sent at most.
-        numbers: whether to send also where its points are in the message, and their values.
-        bounds: of the values that colour a cloud, as two numbers; absent or null for those of the message.
+        topic: the topic's full name. Updates of an OccupancyGrid are received on ``TOPIC_updates``.
+        fixed: the frame in which the pose is expressed.
+        by: the field that colours a cloud; empty to choose one. most: maximum number of its points that are sent.
+        numbers: whether to send the points' indices in the message and their values as well.
+        bounds: bounds of the values that colour a cloud, as two numbers; absent or null for those of the message.
 
-    Pushes the facts of `pyros1.web.scene.shapes` with "frame", "stamp" and "pose", the place of the message's frame at
-    its time, or null if that is not known (the message comes again as soon as it is); or
+    Pushes the facts of `pyros1.web.scene.shapes` with "frame", "stamp" and "pose", the pose of the message's frame at
+    its time, or null if unknown (the message is sent again as soon as it is known); or
     ``{"kind": "markers", "new": [...], "gone": [[NS, ID], ...], "poses": {FRAME: POSE}, "all": BOOL}``, with null for
-    each frame that is not known; all markers come again as soon as one of these is.
+    each unknown frame; all markers are sent again as soon as one of these is known.
     """
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
@@ -52,9 +52,9 @@ class SceneTopicView(View):
         self._newest: Arrival | None = None
         self._updates: list[Arrival] = []
         self._last_shown: Arrival | None = None
-        self._pose_unknown = False  # there is no way yet to the frame of what is shown
+        self._pose_unknown = False  # no transform yet to the frame of the current message
         self._markers: Markers | None = None
-        self._unplaced_frames: set[str] = set()  # frames of markers to which there is no way yet
+        self._unplaced_frames: set[str] = set()  # frames of markers to which there is no transform yet
         self._grid: Grid | None = None
         self._drawing = threading.Lock()  # of the grid
         self._update_error: Error | None = None  # of the last update
@@ -69,8 +69,8 @@ class SceneTopicView(View):
             raise
 
     @property
-    def polled(self) -> bool:  # type: ignore[override]  # markers end after their lifetimes, and frames come late
-        """Whether to ask `poll` also if no message has come."""
+    def polled(self) -> bool:  # type: ignore[override]  # markers expire, and frames arrive late
+        """Whether to call `poll` even if no message has arrived."""
         return self._markers is not None or self._pose_unknown
 
     def poll(self) -> Push | None:
@@ -142,7 +142,7 @@ class SceneTopicView(View):
                 self._unsubscribe_updates = self.robot.listen(self._topic + UPDATES, self._grid_updated)
         with self._drawing:
             if new and self._grid.message is arrival.arrays:
-                self._grid.forget()  # the page asks for all again
+                self._grid.forget()  # the page requests everything again
             self._draw(self._grid, arrival)
             error, self._update_error = self._update_error, None
             if error is not None:
@@ -151,7 +151,7 @@ class SceneTopicView(View):
             return self._grid.take()
 
     def _draw(self, grid: Grid, arrival: Arrival) -> None:
-        """Bring the grid up to date. Of updates that do not fit, one is kept, to be told of."""
+        """Update the grid. One of the updates that do not fit is kept, to be reported."""
         with self._lock:
             updates, self._updates = self._updates, []
         message: Any = arrival.arrays
@@ -212,7 +212,7 @@ class SceneTopicView(View):
             self._updates.append(arrival)
             newest, too_many = self._newest, len(self._updates) > MAX_UPDATES
         if too_many and newest is not None and self._grid is not None and _type(newest) == GRID:
-            with self._drawing, suppress(MessageError, ShapeError):  # of the grid, which `poll` tells
+            with self._drawing, suppress(MessageError, ShapeError):  # of the grid, which `poll` reports
                 self._draw(self._grid, newest)
         self.wake()
 

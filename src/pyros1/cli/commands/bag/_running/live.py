@@ -61,7 +61,7 @@ class LiveLine:
         try:
             self._stream.write(text)
             self._stream.flush()
-        except (OSError, ValueError):  # the reader has gone; the recording continues
+        except (OSError, ValueError):  # the reader has closed the pipe; the recording continues
             self._enabled = self._terminal = False
 
 
@@ -111,7 +111,7 @@ def record_table(recorder: Recorder) -> str:
 
 
 def size_text(size: float) -> str:
-    """Return a number of bytes for people: ``1.5 MB``."""
+    """Return a number of bytes in human-readable form: ``1.5 MB``."""
     for unit in ("B", "KB", "MB", "GB"):
         if size < 1000:
             return f"{size:.3g} {unit}"

@@ -18,7 +18,7 @@ from pyros1.node import Node
 def keep_snapshots(
     node: Node, selection: Selection, settings: RecordOptions, options: Any, stop_signal: StopSignal
 ) -> int:
-    """Keep messages, and answer ``~snapshot`` (std_srvs/Trigger) and ``~enable`` (std_srvs/SetBool), until the end.
+    """Keep messages and serve ``~snapshot`` (std_srvs/Trigger) and ``~enable`` (std_srvs/SetBool) until shutdown.
 
     Returns:
         The exit code.

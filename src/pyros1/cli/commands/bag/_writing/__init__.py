@@ -1,1 +1,1 @@
-"""What the verbs of ``bag`` that write files share."""
+"""Shared code of the verbs of ``bag`` that write files."""

@@ -54,7 +54,7 @@ def interruptible(consequence: str) -> Iterator[None]:
 
     def end(number: int, _: object) -> None:
         nonlocal interrupted
-        if interrupts.count_signal():  # a second signal must not interrupt the cleaning up after the first
+        if interrupts.count_signal():  # a second signal must not interrupt the cleanup after the first
             interrupted = signal.Signals(number)
             raise KeyboardInterrupt
 

@@ -1,4 +1,4 @@
-"""What the verbs that rewrite each given bag share."""
+"""Shared code of the verbs that rewrite each given bag."""
 
 from __future__ import annotations
 

@@ -24,7 +24,7 @@ class CsvWriter:
 
     Args:
         target: the folder, which is created; a file if the name ends with ``.csv``; ``-`` for standard output.
-        topics: the topics to write. A file holds one topic.
+        topics: the topics to write. A file contains a single topic.
         options: ``nostr`` and ``noarr`` leave out texts and arrays.
 
     Raises:

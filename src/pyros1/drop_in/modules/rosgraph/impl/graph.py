@@ -223,7 +223,7 @@ class Graph:
             self.bad_nodes.pop(node, None)
 
     def _node_refresh(self, node: str) -> bool:
-        """Ask a node for its connections; return whether there are new ones, or the node does not answer any more."""
+        """Ask a node for its connections; return whether there are new ones, or the node no longer answers."""
         first = node not in self.last_node_refresh
         try:
             uri = self._uri(node)

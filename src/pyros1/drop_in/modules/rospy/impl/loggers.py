@@ -14,7 +14,7 @@ Place = tuple[str, int, int]
 
 
 def _place(frame: FrameType) -> Place:
-    """Return what identifies a call in the program's text."""
+    """Return what identifies a call in the program's source."""
     return frame.f_code.co_filename, frame.f_lineno, frame.f_lasti
 
 
@@ -115,7 +115,7 @@ def _functions(level: int, word: str, name: str = "rosout") -> list[Callable[...
         """Log a message, the same one from this place in the program at most every ``period`` seconds."""
         frame = sys._getframe(1)
         place = _place(frame)
-        if _is_other(place, msg):  # without its arguments, as stock
+        if _is_other(place, msg):  # without its arguments, like stock
             _may_again(place, 0)
         elif not _may_again(place, period):
             return
@@ -156,7 +156,7 @@ def _base_logger(
     level: str = "info",
     once: bool = False,
 ) -> None:
-    """Log a message at a level of Python's logger, as the functions above do: stock's are made of this one."""
+    """Log a message at a level of Python's logger, like the functions above: stock's are based on this one."""
     frame = sys._getframe(1)
     place = _place(frame.f_back or frame)
     if once:

@@ -28,7 +28,7 @@ class ParamServerCache:
         """
         if key in self._own:
             value = _plain(self._own.get(key))
-            if value == {}:  # so the master tells that a parameter was deleted
+            if value == {}:  # this is how the master reports a deleted parameter
                 raise KeyError(key)
             return value
         if not _kept(key):
@@ -92,7 +92,7 @@ def _parameters() -> Any:
 
 
 def _kept(key: str) -> bool:
-    """Tell whether the node has a copy of a parameter."""
+    """Return whether the node has a copy of a parameter."""
     node = PROCESS.node
     return node is not None and node.resolve(key) in node.params.cached_names()
 

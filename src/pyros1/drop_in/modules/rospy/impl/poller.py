@@ -6,7 +6,7 @@ import select
 from collections.abc import Iterator
 from typing import Any
 
-_select: Any = select  # of which each system has a part
+_select: Any = select  # its members differ between systems
 
 
 class Poller:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 _PYTHON = {1: logging.DEBUG, 2: logging.INFO, 4: logging.WARNING, 8: logging.ERROR, 16: logging.CRITICAL}
 _STOCK = ("rospy", "rospy.internal", "rospy.service", "rospy.tcpros", "rospy.topics")
-"""Loggers that stock has, too."""
+"""Loggers that stock has as well."""
 _CONFIG = "ROS_PYTHON_LOG_CONFIG_FILE"
 _LOG_FILE = "ROS_LOG_FILENAME"
 _PUBLISHED = Destinations(terminal=False, file=False)
@@ -92,12 +92,12 @@ class RosOutHandler(logging.Handler):
         destinations = ALL_DESTINATIONS if self._shows else _PUBLISHED
         try:
             _pass_on(self._log, record, text, destinations)
-        except Exception:  # noqa: BLE001 - as Python's handlers do it
+        except Exception:  # noqa: BLE001 - like Python's handlers
             self.handleError(record)
 
 
 class _FileHandler(logging.Handler):
-    """Gives the records of all other loggers to the node's log file."""
+    """Writes the records of all other loggers to the node's log file."""
 
     def __init__(self, node: Node) -> None:
         super().__init__(logging.INFO)
@@ -148,7 +148,7 @@ def _load(path: str) -> None:
 
 
 class _Words:
-    """Says, once each, what helps with errors that programs for old Pythons meet in callbacks."""
+    """Prints hints, each only once, about errors in callbacks of programs for old Pythons."""
 
     def __init__(self) -> None:
         self._said: set[str] = set()
@@ -178,9 +178,9 @@ def guarded(callback: Callable[[Any], object], shown: object) -> Callable[[Any],
         try:
             callback(message)
         except Exception as error:
-            moved = isinstance(error, ROSTimeMovedBackwardsException)  # which is one of Ctrl-C, too
+            moved = isinstance(error, ROSTimeMovedBackwardsException)  # also a kind of ROSInterruptException
             if (isinstance(error, (KeyboardInterrupt, NodeShutdownError)) and not moved) or PROCESS.is_shutdown:
-                raise  # the end cut a wait short: the node knows what to do
+                raise  # the shutdown interrupted a wait, which the node handles
             import traceback
 
             place = error.__traceback__
@@ -212,9 +212,9 @@ def connect(node: Node, argv: list[str], config: str) -> None:
 
 
 def _leave_terminal(logger: logging.Logger) -> None:
-    """Remove handlers that print, as of ``logging.basicConfig``: each message of rospy would come twice.
+    """Remove handlers that print, such as that of ``logging.basicConfig``: rospy's messages would be printed twice.
 
-    Stock's configuration removes all handlers that are there before the node starts; ours leaves those that write
+    Stock's configuration removes all handlers that exist before the node starts; ours keeps those that write
     elsewhere.
     """
     terminal = (sys.stdout, sys.stderr, sys.__stdout__, sys.__stderr__)

@@ -18,7 +18,7 @@ from pyros1.ground.errors import ProtocolError
 from pyros1.msgs import Message
 from pyros1.wire.framing import MAX_MESSAGE_SIZE
 from pyros1.wire.header import HeaderReader, encode_header
-from rospy.core import *  # noqa: F403  stock's module has these names, too
+from rospy.core import *  # noqa: F403  stock's module has these names as well
 from rospy.exceptions import (
     ROSException,
     ROSInternalException,

@@ -12,7 +12,7 @@ from rospy.names import get_caller_id
 from rospy.service import ServiceException
 
 _ERROR_STEP = 256
-"""Bytes to read at once of an error's text."""
+"""Maximum number of bytes of an error's text to read at once."""
 
 
 class TCPROSServiceClient(TCPROSTransportProtocol):
@@ -56,7 +56,7 @@ class TCPROSServiceClient(TCPROSTransportProtocol):
         """
         if not b.tell() or b.getvalue()[0]:
             deserialize_messages(b, msg_queue, self.recv_data_class, self.queue_size, 1, 1)
-            if b.tell() == 1:  # only the mark of a good answer is left
+            if b.tell() == 1:  # only the byte that marks success is left
                 b.seek(0)
             return
         while b.tell() < RESPONSE_HEAD_SIZE:

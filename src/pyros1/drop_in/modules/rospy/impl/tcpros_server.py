@@ -97,7 +97,7 @@ class TCPServer:
             return
         self.is_shutdown = True
         with contextlib.suppress(OSError):
-            self.server_sock.shutdown(socket.SHUT_RDWR)  # wakes the thread that accepts
+            self.server_sock.shutdown(socket.SHUT_RDWR)  # wakes the accepting thread
         self.server_sock.close()
 
 
@@ -145,7 +145,7 @@ class TCPROSServer:
             self.tcp_ros_server.shutdown()
 
     def _accept(self, sock: socket.socket, address: Any) -> None:
-        """Hand a connection on; one that is silent or refused is closed."""
+        """Pass on a connection; close it if it is silent or refused."""
         try:
             sock.settimeout(_HEADER_SECONDS)
             header = read_ros_handshake_header(sock, io.BytesIO(), 4096)

@@ -135,7 +135,7 @@ class ServiceImpl(_Service):
             return
         self.uri = server.uri
         self.registered = True
-        if self.done:  # another thread has ended it meanwhile
+        if self.done:  # another thread has ended it in the meantime
             server.shutdown()
 
     def _answer(self, request: Any) -> Any:
@@ -144,10 +144,10 @@ class ServiceImpl(_Service):
         return exchange.answer(self.response_class)
 
     def _handle_request(self, transport: Any, request: Any) -> None:
-        """Call the handler, and write its answer. Programs replace this, to see or change what goes through.
+        """Call the handler, and write its response. Programs replace this to see or change requests and responses.
 
         Args:
-            transport: takes the answer: ``send_message(response, seq)`` or ``write_data(bytes)``.
+            transport: receives the response: ``send_message(response, seq)`` or ``write_data(bytes)``.
             request: the request.
         """
         try:
@@ -156,13 +156,13 @@ class ServiceImpl(_Service):
             transport.send_message(response, self.seq)
         except ServiceException as error:
             self._write_service_error(transport, f"service cannot process request: {error}")
-        except Exception as error:  # noqa: BLE001 - the program's code: its caller is told
+        except Exception as error:  # noqa: BLE001 - the program's code: the error is sent to the client
             kind, value, trace = sys.exc_info()
             self.error_handler(error, kind, value, trace)  # type: ignore[arg-type]  # none is None here
             self._write_service_error(transport, f"error processing request: {error}")
 
     def _write_service_error(self, transport: Any, err_msg: str) -> None:
-        """Write that the service has failed."""
+        """Write that the call has failed."""
         write_error(transport, err_msg)
 
     def spin(self) -> None:
@@ -202,7 +202,7 @@ class Service(ServiceImpl):
 
 
 class _Visitor:
-    """Takes a node's place in calls of a program that has none."""
+    """Stands in for a node in calls of a program without a node."""
 
     def __init__(self) -> None:
         self.name = "/unnamed"
@@ -222,7 +222,7 @@ class _Visitor:
         logwarn(text, *args)
 
     def check_running(self) -> None:
-        """It always runs."""
+        """Do nothing: it is always running."""
 
     def pause(self, seconds: float) -> None:
         """Wait."""
@@ -256,10 +256,10 @@ class ServiceProxy(_Service):
         self.seq = 0
 
     def _get_service_uri(self, request: Any) -> str:
-        """Return where the service is.
+        """Return the service's URI.
 
         Raises:
-            ServiceException: nobody provides it, or the master cannot be reached.
+            ServiceException: no node provides it, or the master cannot be reached.
         """
         try:
             code, _, uri = MasterProxy(None).lookupService(self.resolved_name)
@@ -313,7 +313,7 @@ class ServiceProxy(_Service):
         client, node = self._client, PROCESS.node
         if client is not None:
             return client
-        if node is None:  # rospy needs none to call a service
+        if node is None:  # rospy can call services without a node
             from pyros1.node.services.client import ServiceClient
 
             visitor: Any = _Visitor()
@@ -334,7 +334,7 @@ class ServiceProxy(_Service):
 
 
 def _reason(service: str, error: Error) -> str:
-    """Return the text that stock has for a call that failed."""
+    """Return stock's text for a call that failed."""
     if isinstance(error, ServiceError) and error.answer is not None:
         return f"service [{service}] responded with an error: {error.answer!r}"
     if isinstance(error, ServiceUnavailableError) and "no node provides it" in str(error):
@@ -365,7 +365,7 @@ def wait_for_service(service: str, timeout: Any = None) -> None:
         raise ROSInterruptException("rospy shutdown")
     service = as_text(service) or "/"
     name = resolve_name(service)
-    if seconds is not None and not seconds > 0:  # what is left until a time that has passed
+    if seconds is not None and not seconds > 0:  # the remaining time until a deadline that has passed
         raise ROSException(f"timeout exceeded while waiting for service {name}")
     limit = None if seconds == float("inf") else seconds
     try:

@@ -25,7 +25,7 @@ class Transport:
     """
 
     transport_type = "UNKNOWN"
-    done = False  # in the class, as there is an object of a subclass for each call of a service
+    done = False  # on the class, since each call of a service creates an object of a subclass
     cleanup_cb: Callable[[Any], object] | None = None
     endpoint_id = ""
     stat_bytes = 0

@@ -19,7 +19,7 @@ def error_of(error: SerializationError) -> Exception:
             return OverflowError(str(error))
         cause = cause.__cause__ or cause.__context__
     if isinstance(cause, AttributeError) and (cause.name != "encode" or hasattr(cause.obj, "__len__")):
-        return AttributeError(*cause.args)  # stock asks for the length of a text first
+        return AttributeError(*cause.args)  # stock takes the length of a text first
     if isinstance(cause, TypeError) and "'encode' for 'str'" in str(cause) and "'bytes'" in str(cause):  # in an array
         return AttributeError("'bytes' object has no attribute 'encode'")
     if isinstance(cause, UnicodeEncodeError):
