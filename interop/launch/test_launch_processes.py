@@ -20,11 +20,10 @@ LAUNCH = """<launch>
   <rosparam>{shared: {list: [1, 2.5, text]}}</rosparam>
   <group ns="g"><remap from="unused" to="used"/>
     <node pkg="topic_tools" type="relay" name="stock" args="/in /out"><env name="MARK" value="set"/></node>
-    <node pkg="minimal_nodes" type="minimal_publisher" name="ours"><param name="rate" value="20.0"/><remap from="topic1"
-    to="/in"/></node>
+    <node pkg="minimal_nodes" type="minimal_publisher" name="ours"><param name="rate" value="20.0"/><remap from="topic1" to="/in"/></node>
   </group>
 </launch>
-"""
+"""  # noqa: E501  as it would be written
 
 
 @pytest.fixture

@@ -62,9 +62,9 @@ BEGINNING = """# Python modules of stock ROS 1, and ours
 
 Written by `interop/modules/make_table.py` from stock's installed modules and ours; not to be changed by hand. A public
 name is a function, class, value, or public member of a class. *There* means that our module has it; *tested* that it
-occurs in the code of a test program in `interop/modules` or `tests/drop_in` that imports the module (in its syntax tree
-or that of a program in a string; comments and other strings do not count). What tests use by the name of another
-module, as rospy.Timer for rospy.timer.Timer, counts there only. Names that we lack raise an error that says so.
+occurs in the code of a test program in `interop/modules` or `tests/drop_in` that imports the module (in its syntax tree or
+that of a program in a string; comments and other strings do not count). What tests use by the name of another module, as
+rospy.Timer for rospy.timer.Timer, counts there only. Names that we lack raise an error that says so.
 
 What counts is what programs use: of stock's modules, 44 public packages use the {used} names of
 `tests/drop_in/used_names.txt`, and `tests/drop_in/test_used_names.py` shows that all but one are there. Names of
@@ -88,20 +88,20 @@ Programs that Debian's packages install, unmodified, with the same results on st
 
 | programs | tests in `interop/modules` |
 |---|---|
-| rostopic, rosnode, rosservice, rosparam, rosmsg, rosgraph, roswtf with our modules below them | `test_stock_tools.py`
-| | roslaunch-deps, -logs, -complete and -check, more scripts of rosbag and tf, rostest's nodes |
-`test_stock_scripts.py` | | rosbag and its scripts, roslaunch, rostest, topic_tools' relay_field, transform and
-mux_select, dynparam | `test_stock_programs.py` | | joint_state_publisher, diagnostic_common_diagnostics,
-diagnostic_analysis, rosdiagnostic, tf_monitor of Python | `test_programs.py` | | tf's and tf2_tools' programs, buffer
-servers and clients | `test_tf_programs.py` | | actionlib_tools' library; clients and servers of actionlib in all pairs,
-with roscpp too | `test_actionlib.py` | | axclient and axserver of actionlib_tools, with a stand-in for wxPython |
-`test_action_windows.py` | | image_view's extract_images_sync | `test_image_view.py` |
+| rostopic, rosnode, rosservice, rosparam, rosmsg, rosgraph, roswtf with our modules below them | `test_stock_tools.py` |
+| roslaunch-deps, -logs, -complete and -check, more scripts of rosbag and tf, rostest's nodes | `test_stock_scripts.py` |
+| rosbag and its scripts, roslaunch, rostest, topic_tools' relay_field, transform and mux_select, dynparam | `test_stock_programs.py` |
+| joint_state_publisher, diagnostic_common_diagnostics, diagnostic_analysis, rosdiagnostic, tf_monitor of Python | `test_programs.py` |
+| tf's and tf2_tools' programs, buffer servers and clients | `test_tf_programs.py` |
+| actionlib_tools' library; clients and servers of actionlib in all pairs, with roscpp too | `test_actionlib.py` |
+| axclient and axserver of actionlib_tools, with a stand-in for wxPython | `test_action_windows.py` |
+| image_view's extract_images_sync | `test_image_view.py` |
 | camera_calibration: calibrator, its node without a window, camera checker | `test_camera_calibration.py` |
 | rosunit, interactive_markers, laser_geometry, image_geometry, message_filters | `test_rosunit.py` and so on |
 | ports of the classic tutorials, in mixed pairs too | `test_tutorials.py` |
 
-No test opens a window: axclient and axserver print what theirs would show, and camera_calibration's are left out.
-Compiled modules, such as PyKDL, are left out; what Python offers of them is in `tf2_kdl` and `tf_conversions`.
+No test opens a window: axclient and axserver print what theirs would show, and camera_calibration's are left out. Compiled
+modules, such as PyKDL, are left out; what Python offers of them is in `tf2_kdl` and `tf_conversions`.
 """
 
 

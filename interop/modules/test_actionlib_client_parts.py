@@ -57,8 +57,8 @@ one, other = (CommStateMachine(TestActionGoal(goal_id=GoalID(id=name)), None, No
 attempt(one.transition_to, CommState.PENDING)
 attempt(one.update_feedback, TestActionFeedback(status=status(1, "a")))
 a, again, b, empty = ClientGoalHandle(one), ClientGoalHandle(one), ClientGoalHandle(other), ClientGoalHandle(None)
-print(a == again, a != again, a == b, a != b, a == None, a != None, empty == ClientGoalHandle(None), hash(a) ==
-hash(again)) print(one == one, one == other, len({one, other, a.comm_state_machine}), a in [b, again])
+print(a == again, a != again, a == b, a != b, a == None, a != None, empty == ClientGoalHandle(None), hash(a) == hash(again))
+print(one == one, one == other, len({one, other, a.comm_state_machine}), a in [b, again])
 for wrong in (3, "a", empty):
     attempt(lambda: a == wrong)
     attempt(lambda: one == wrong)
@@ -104,8 +104,7 @@ from actionlib.simple_action_client import SimpleActionClient, SimpleGoalState
 client = SimpleActionClient("act", TestAction)
 below = client.action_client
 print(client.simple_state == SimpleGoalState.DONE, client.gh)
-for ask in (client.get_state, client.get_result, client.get_goal_status_text, client.wait_for_result,
-client.cancel_goal,
+for ask in (client.get_state, client.get_result, client.get_goal_status_text, client.wait_for_result, client.cancel_goal,
             client.stop_tracking_goal):
     attempt(ask)
 sent = []
@@ -161,8 +160,8 @@ send()
 attempt(client.wait_for_result, 0.1)
 rospy.logdebug = lambda text, *args: print("   ", text % args) if "reempt" in text or "ancel" in text else None
 attempt(client.send_goal_and_wait, TestGoal(), rospy.Duration(0.05), rospy.Duration(0.05))
-attempt(client.send_goal_and_wait, TestGoal(), execute_timeout=rospy.Duration(0.05),
-preempt_timeout=rospy.Duration(0.05)) def cancelled(request):
+attempt(client.send_goal_and_wait, TestGoal(), execute_timeout=rospy.Duration(0.05), preempt_timeout=rospy.Duration(0.05))
+def cancelled(request):
     below.manager.update_results(TestActionResult(status=now(2)))
 below.manager.register_cancel_fn(cancelled)
 attempt(client.send_goal_and_wait, TestGoal(), rospy.Duration(0.05), rospy.Duration(5))

@@ -28,8 +28,7 @@ from actionlib.handle_tracker_deleter import HandleTrackerDeleter
 from actionlib.server_goal_handle import ServerGoalHandle
 def show(tracker):
     own = tracker.status
-    print("   =", own.goal_id.id.split("-")[0], own.goal_id.stamp.secs if own.goal_id.stamp.secs < 99 else "now",
-    own.status,
+    print("   =", own.goal_id.id.split("-")[0], own.goal_id.stamp.secs if own.goal_id.stamp.secs < 99 else "now", own.status,
           own.text, tracker.goal is None, tracker.handle_tracker, tracker.handle_destruction_time.is_zero())
 show(StatusTracker(GoalID(id="x", stamp=rospy.Time(4)), GoalStatus.RECALLING))
 for goal_id in (GoalID(id="x", stamp=rospy.Time(4)), GoalID(id="x"), GoalID(stamp=rospy.Time(4)), GoalID()):
@@ -42,16 +41,14 @@ class Server:
     lock = threading.RLock()
     ActionResultType = TestResult
     publish_status = lambda self: print("    publishes status")
-    publish_result = lambda self, status, result: print("    publishes result", status.status, status.text,
-    result.result) publish_feedback = lambda self, status, feedback: print("    publishes feedback", status.status,
-    feedback.feedback)
+    publish_result = lambda self, status, result: print("    publishes result", status.status, status.text, result.result)
+    publish_feedback = lambda self, status, feedback: print("    publishes feedback", status.status, feedback.feedback)
 def handle(number=0, name="g"):
     tracker = StatusTracker(goal=TestActionGoal(goal_id=GoalID(id=name, stamp=rospy.Time(5)), goal=TestGoal(7)))
     tracker.status.status = number
     return ServerGoalHandle(tracker, Server(), None)
 for number in range(11):
-    for name in ("set_accepted", "set_canceled", "set_rejected", "set_aborted", "set_succeeded",
-    "set_cancel_requested"):
+    for name in ("set_accepted", "set_canceled", "set_rejected", "set_aborted", "set_succeeded", "set_cancel_requested"):
         print(name, number)
         made = handle(number)
         attempt(getattr(made, name))
@@ -65,8 +62,8 @@ show(made.status_tracker)
 for ask in (made.get_goal, made.get_goal_id, made.get_goal_status, made.get_default_result):
     attempt(ask)
 none, half, other = ServerGoalHandle(), ServerGoalHandle(made.status_tracker), handle(0, "h")
-print(made == handle(), made != handle(), made == other, made == none, none == none, none != none, hash(made) ==
-hash("g")) attempt(lambda: made == 3)
+print(made == handle(), made != handle(), made == other, made == none, none == none, none != none, hash(made) == hash("g"))
+attempt(lambda: made == 3)
 attempt(lambda: none == 3)
 for empty in (none, half):
     for ask in (empty.get_goal, empty.get_goal_id, empty.get_goal_status, empty.get_default_result, empty.set_accepted,
@@ -96,21 +93,19 @@ def on_goal(handle):
 def on_cancel(handle):
     print("    cancel", handle.get_goal_id().id, handle.get_goal_status().status)
 server = ActionServer("act", TestAction, on_goal, on_cancel, False)
-print(server.started, server.ns, server.ActionResultType is TestResult, server.status_list, server.last_cancel,
-server.goal_sub) attempt(server.internal_goal_callback, TestActionGoal())
+print(server.started, server.ns, server.ActionResultType is TestResult, server.status_list, server.last_cancel, server.goal_sub)
+attempt(server.internal_goal_callback, TestActionGoal())
 attempt(server.internal_cancel_callback, GoalID())
 attempt(server.publish_status_async, None)
 attempt(server.publish_status)
 with_topics(server)
 def goal(name, secs=0):
     print("goal", name, secs)
-    attempt(server.internal_goal_callback, TestActionGoal(goal_id=GoalID(id=name, stamp=rospy.Time(secs)),
-    goal=TestGoal(7)))
+    attempt(server.internal_goal_callback, TestActionGoal(goal_id=GoalID(id=name, stamp=rospy.Time(secs)), goal=TestGoal(7)))
 def cancel(name, secs=0):
     print("cancel", name, secs)
     attempt(server.internal_cancel_callback, GoalID(id=name, stamp=rospy.Time(secs)))
-    print("    last", server.last_cancel.secs, [(each.status.goal_id.id, each.status.status) for each in
-    server.status_list])
+    print("    last", server.last_cancel.secs, [(each.status.goal_id.id, each.status.status) for each in server.status_list])
 goal("a", 10)
 goal("a", 10)
 goal("b", 20)
@@ -158,9 +153,9 @@ def state(topic):
     return None if topic is None else topic.resolved_name
 server = actionlib.ActionServer("act", TestAction, print, auto_start=False)
 attempt(server.initialize)
-print(server.started, server.status_frequency, server.status_list_timeout.to_sec(), server.pub_queue_size,
-server.sub_queue_size) print([state(topic) for topic in (server.status_pub, server.result_pub, server.feedback_pub,
-server.goal_sub, server.cancel_sub)]) attempt(server.stop)
+print(server.started, server.status_frequency, server.status_list_timeout.to_sec(), server.pub_queue_size, server.sub_queue_size)
+print([state(topic) for topic in (server.status_pub, server.result_pub, server.feedback_pub, server.goal_sub, server.cancel_sub)])
+attempt(server.stop)
 for name, value in (("act/status_frequency", 7), ("act/status_frequency", 0), ("/actionlib_status_frequency", 2.5),
                     ("act/status_list_timeout", 2), ("actionlib_server_pub_queue_size", 3),
                     ("actionlib_server_pub_queue_size", -3), ("actionlib_server_sub_queue_size", 4),
@@ -203,8 +198,7 @@ def show():
     def name(handle):
         return handle.goal and (handle.goal.goal_id.id, handle.get_goal_status().status)
     print("   =", name(server.current_goal), name(server.next_goal), server.new_goal, server.preempt_request,
-          server.new_goal_preempt_request, server.is_active(), server.is_preempt_requested(),
-          server.is_new_goal_available())
+          server.new_goal_preempt_request, server.is_active(), server.is_preempt_requested(), server.is_new_goal_available())
 def do(name, *args):
     print(name)
     attempt(getattr(server, name), *args)

@@ -58,8 +58,7 @@ import os, sys, xmlrpc.client
 def serve(uri, me, end, kinds):
     node = xmlrpc.client.ServerProxy(uri)
     def registered():
-        return {f"pub {n}" for n, _ in node.getPublications(me)[2]} | {f"sub {n}" for n, _ in
-        node.getSubscriptions(me)[2]}
+        return {f"pub {n}" for n, _ in node.getPublications(me)[2]} | {f"sub {n}" for n, _ in node.getSubscriptions(me)[2]}
     kept, before = [], registered()
     for line in sys.argv[1].splitlines():
         kind, _, name = line.partition(" ")

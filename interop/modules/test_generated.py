@@ -144,9 +144,8 @@ for package in sys.argv[1:]:
         for name in types:
             only = {}
             exec(f"from {package}.{kind}.{name} import *", only)
-            print(name, sorted(only), getattr(module, name).__name__,
-            import_module(f"{package}.{kind}.{name}").__name__) print([getattr(module, name).__dict__[each] is value for
-            each, value in sorted(only.items()) if each[0] != "_"])
+            print(name, sorted(only), getattr(module, name).__name__, import_module(f"{package}.{kind}.{name}").__name__)
+            print([getattr(module, name).__dict__[each] is value for each, value in sorted(only.items()) if each[0] != "_"])
 """
 
 

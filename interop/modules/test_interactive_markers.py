@@ -79,8 +79,8 @@ apply()
 say("pose of none", server.setPose, "none", pose)
 say("pose", server.setPose, "a", Pose(Point(6.0, 0, 0), Quaternion()), Header(0, rospy.Time(9), "odom"))
 apply()
-say("callback", server.setCallback, "a", lambda it: print("click", it.event_type),
-InteractiveMarkerFeedback.BUTTON_CLICK) say("callback of none", server.setCallback, "none", got)
+say("callback", server.setCallback, "a", lambda it: print("click", it.event_type), InteractiveMarkerFeedback.BUTTON_CLICK)
+say("callback of none", server.setCallback, "none", got)
 for kind in range(7):
     server.processFeedback(feedback("a", kind, "one", float(kind)))
     where("a")
@@ -212,8 +212,7 @@ class Topic:
 server = InteractiveMarkerServer(topic_ns="marks", server_id="/own", q_size=5)
 server.update_pub = server.init_pub = Topic("quiet")
 def show(context):
-    print("   =", getattr(context, "update_type", None), context.default_feedback_cb is None,
-    sorted(context.feedback_cbs),
+    print("   =", getattr(context, "update_type", None), context.default_feedback_cb is None, sorted(context.feedback_cbs),
           context.int_marker.name, context.int_marker.pose.position.x, getattr(context, "last_client_id", None))
 def nothing(it):
     pass

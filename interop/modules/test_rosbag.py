@@ -26,8 +26,7 @@ def form(function):
 found = {}
 for module in (rosbag.bag, rosbag.rosbag_main, rosbag.migration):
     for name, value in vars(module).items():
-        if name.startswith("_") or inspect.ismodule(value) or getattr(value, "__module__", "") not in (module.__name__,
-        "rosbag._tool"):
+        if name.startswith("_") or inspect.ismodule(value) or getattr(value, "__module__", "") not in (module.__name__, "rosbag._tool"):
             continue
         if inspect.isfunction(value):
             found[module.__name__ + "." + name] = form(value)

@@ -320,9 +320,9 @@ PROCESSES = """
 import os, signal, time
 import roslaunch
 text = '''<launch><node pkg="scripted" type="run" name="one" args="stay" respawn="true" respawn_delay="0.1"/>
-<node pkg="scripted" type="run" name="two" args="stay"/><node pkg="scripted" type="run" name="three"
-args="4"/></launch>''' parent = roslaunch.parent.ROSLaunchParent(roslaunch.rlutil.get_or_generate_uuid(None, False), [],
-roslaunch_strs=[text]) parent.start(auto_terminate=False)
+<node pkg="scripted" type="run" name="two" args="stay"/><node pkg="scripted" type="run" name="three" args="4"/></launch>'''
+parent = roslaunch.parent.ROSLaunchParent(roslaunch.rlutil.get_or_generate_uuid(None, False), [], roslaunch_strs=[text])
+parent.start(auto_terminate=False)
 pm = parent.pm
 def until(condition):
     end = time.monotonic() + 20

@@ -60,8 +60,7 @@ def kind(publisher, *args):
     try:
         return publisher.publish(*args)
     except Exception as error:
-        return [each.__name__ for each in type(error).__mro__ if each.__module__.startswith("rospy")] or
-        type(error).__name__
+        return [each.__name__ for each in type(error).__mro__ if each.__module__.startswith("rospy")] or type(error).__name__
 wrong = ((strings, String(5)), (strings, 5), (points, "x", 1, 2), (points, Point(None, 1, 2)))
 print([kind(*each) for each in wrong])
 subscribers = [rospy.Subscriber("strings", String), rospy.Subscriber("points", Point)]
@@ -135,13 +134,11 @@ for cls in (rospy.Time, rospy.Duration):
     for args in ((), (1,), (1, 2), (1.5,), (1.5, 1), (0, 2 * 10**9), (1, -1), (-1,), (-0.5,), (None,)):
         try:
             made = cls(*args)
-            print(cls.__name__, args, made.secs, made.nsecs, str(made), made.to_sec(), made.to_nsec(), made.is_zero(),
-            bool(made))
+            print(cls.__name__, args, made.secs, made.nsecs, str(made), made.to_sec(), made.to_nsec(), made.is_zero(), bool(made))
         except Exception as error:
             print(cls.__name__, args, type(error).__name__)
 import operator
-values = [rospy.Time(3, 5), rospy.Time(3, 5), rospy.Time(4), rospy.Duration(2, 5), rospy.Duration(-1), rospy.Duration(2,
-5), 2,
+values = [rospy.Time(3, 5), rospy.Time(3, 5), rospy.Time(4), rospy.Duration(2, 5), rospy.Duration(-1), rospy.Duration(2, 5), 2,
           0.5, "a", None]
 for name in ("add", "sub", "mul", "truediv", "floordiv", "lt", "le", "eq", "ne", "gt", "ge"):
     for a in values[:6]:
@@ -152,8 +149,7 @@ for name in ("add", "sub", "mul", "truediv", "floordiv", "lt", "le", "eq", "ne",
                     print(name, left, right, type(result).__name__, result)
                 except Exception as error:
                     print(name, left, right, type(error).__name__)
-print(len({rospy.Time(3, 5), rospy.Time(3, 5), rospy.Duration(3, 5)}), rospy.Time.from_sec(1.25),
-rospy.Time(2).to_time())
+print(len({rospy.Time(3, 5), rospy.Time(3, 5), rospy.Duration(3, 5)}), rospy.Time.from_sec(1.25), rospy.Time(2).to_time())
 """
 
 
@@ -288,8 +284,7 @@ def test_loggers_and_files(launcher: Master) -> None:
 
 NAMES = """
 import rospy.service
-for name in ("ROSException", "ROSSerializationException", "ROSInitException", "ROSInterruptException",
-"ROSInternalException",
+for name in ("ROSException", "ROSSerializationException", "ROSInitException", "ROSInterruptException", "ROSInternalException",
              "ROSTimeMovedBackwardsException", "TransportException", "TransportTerminated", "TransportInitError"):
     print(name, [each.__name__ for each in getattr(rospy.exceptions, name).__mro__], getattr(rospy, name).__name__)
 print([each.__name__ for each in rospy.service.ServiceException.__mro__])
@@ -297,8 +292,7 @@ print(sorted(rospy.__all__))
 starred = {}
 exec("from rospy import *", starred)
 print(sorted(name for name in starred if name != "__builtins__"))
-print([hasattr(rospy, name) for name in ("wait_for_message", "Timer", "ROSTimeMovedBackwardsException",
-"loginfo_throttle_identical",
+print([hasattr(rospy, name) for name in ("wait_for_message", "Timer", "ROSTimeMovedBackwardsException", "loginfo_throttle_identical",
       "client", "core", "exceptions", "impl", "msg", "msproxy", "names", "rostime", "service", "timer", "topics")])
 """
 
@@ -309,20 +303,18 @@ def test_exceptions_and_names(master: Master) -> None:
 
 LIBRARIES = """
 import importlib
-for name in ("actionlib", "diagnostic_updater", "dynamic_reconfigure.client", "dynamic_reconfigure.server", "genpy",
-"message_filters",
-             "rosbag", "rosgraph", "roslaunch", "roslib.message", "rosmsg", "rosnode", "rosparam", "rospkg",
-             "rosservice", "rostopic", "std_msgs.msg", "tf", "tf.transformations", "tf2_ros"):
+for name in ("actionlib", "diagnostic_updater", "dynamic_reconfigure.client", "dynamic_reconfigure.server", "genpy", "message_filters",
+             "rosbag", "rosgraph", "roslaunch", "roslib.message", "rosmsg", "rosnode", "rosparam", "rospkg", "rosservice", "rostopic",
+             "std_msgs.msg", "tf", "tf.transformations", "tf2_ros"):
     print(importlib.import_module(name).__name__)
 import genpy, message_filters, rosgraph, roslib, roslib.message, rospkg, tf, tf2_ros
-print(roslib.message.get_message_class("std_msgs/String") is String,
-roslib.message.get_message_class("std_msgs/Nothing")) t("manifest", lambda: roslib.load_manifest("rospy"))
+print(roslib.message.get_message_class("std_msgs/String") is String, roslib.message.get_message_class("std_msgs/Nothing"))
+t("manifest", lambda: roslib.load_manifest("rospy"))
 print(issubclass(String, genpy.Message), rospkg.RosPack.__name__)
-print(rosgraph.is_master_online(), rosgraph.get_master_uri() == os.environ["ROS_MASTER_URI"], rosgraph.myargv(["p",
-"a:=b", "c"])) master = rosgraph.Master("/asks")
+print(rosgraph.is_master_online(), rosgraph.get_master_uri() == os.environ["ROS_MASTER_URI"], rosgraph.myargv(["p", "a:=b", "c"]))
+master = rosgraph.Master("/asks")
 print(rosgraph.is_master_online(), master.getPid() > 0)
-for ask in (lambda: master.lookupNode("/nobody"), lambda: master.lookupService("/none"), lambda:
-master.getParam("/none")):
+for ask in (lambda: master.lookupNode("/nobody"), lambda: master.lookupService("/none"), lambda: master.getParam("/none")):
     try:
         ask()
     except rosgraph.MasterException as error:
@@ -330,11 +322,9 @@ master.getParam("/none")):
 for cls in (message_filters.Cache, message_filters.TimeSynchronizer, message_filters.ApproximateTimeSynchronizer):
     import inspect
     print(cls.__name__, list(inspect.signature(cls).parameters))
-for name in ("LookupException", "ConnectivityException", "ExtrapolationException", "InvalidArgumentException",
-"TimeoutException"):
+for name in ("LookupException", "ConnectivityException", "ExtrapolationException", "InvalidArgumentException", "TimeoutException"):
     print(name, [each.__name__ for each in getattr(tf2_ros, name).__mro__][1:2])
-for name in ("Buffer", "TransformListener", "TransformBroadcaster", "StaticTransformBroadcaster", "BufferClient",
-"BufferInterface"):
+for name in ("Buffer", "TransformListener", "TransformBroadcaster", "StaticTransformBroadcaster", "BufferClient", "BufferInterface"):
     print(hasattr(tf2_ros, name), hasattr(tf, name))
 """
 

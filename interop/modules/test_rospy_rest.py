@@ -17,9 +17,9 @@ rospy.init_node("rest")
 manager = get_topic_manager()
 impl = manager.get_publisher_impl("/rosout")
 until(impl.get_num_connections)
-t("impl", lambda: (impl.name, impl.resolved_name, impl.type, impl.is_latch, impl.ref_count, impl.queue_size,
-impl.closed)) t("topics", lambda: (manager.get_publications(), manager.get_topics(),
-manager.has_publication("/rosout"))) t("connections", lambda: [each[2:5] for each in manager.get_pub_sub_info()])
+t("impl", lambda: (impl.name, impl.resolved_name, impl.type, impl.is_latch, impl.ref_count, impl.queue_size, impl.closed))
+t("topics", lambda: (manager.get_publications(), manager.get_topics(), manager.has_publication("/rosout")))
+t("connections", lambda: [each[2:5] for each in manager.get_pub_sub_info()])
 got = []
 rospy.Subscriber("/rosout", Log, lambda message: message.name == "/rest" and got.append(message.msg))
 own = rospy.Publisher("/rosout", Log, queue_size=10)
@@ -39,8 +39,7 @@ class Told(logging.Handler):
     def emit(self, record):
         text = record.getMessage()
         if text.startswith("bad callback"):
-            told.append((record.name, record.levelname, text.splitlines()[0].split(" at 0x")[0], text.splitlines()[1],
-            text.strip().splitlines()[-1]))
+            told.append((record.name, record.levelname, text.splitlines()[0].split(" at 0x")[0], text.splitlines()[1], text.strip().splitlines()[-1]))
 logging.getLogger("rosout").addHandler(Told())
 def wrong(message):
     raise RuntimeError(message.data)
@@ -62,8 +61,7 @@ for callback, extra in ((wrong, None), (Object().method, "more"), (len, None)):
 TIMES = """
 import genpy
 for cls in (rospy.Time, rospy.Duration, genpy.Time, genpy.Duration):
-    for given in (("a",), (1, "b"), ("1",), ("",), (b"x",), (None,), ([],), (1j,), (1.5, 2), (1, 2.5), (-1,), (0, -1),
-    (True,), (1, None)):
+    for given in (("a",), (1, "b"), ("1",), ("",), (b"x",), (None,), ([],), (1j,), (1.5, 2), (1, 2.5), (-1,), (0, -1), (True,), (1, None)):
         try:
             print(cls.__name__, given, repr(cls(*given)))
         except Exception as error:
@@ -80,9 +78,8 @@ for turn in range(200):
     context = genmsg.msg_loader.MsgContext.create_default()
     try:
         spec = genmsg.msg_loader.load_srv_from_string(context, text, "p/S")
-        print(repr(text), spec.request.fields(), repr(spec.request.text), spec.response.fields(),
-        repr(spec.response.text)) print(genmsg.gentools.compute_md5(context, spec),
-        str(roslib.srvs.load_from_string(text, "p", "S")))
+        print(repr(text), spec.request.fields(), repr(spec.request.text), spec.response.fields(), repr(spec.response.text))
+        print(genmsg.gentools.compute_md5(context, spec), str(roslib.srvs.load_from_string(text, "p", "S")))
     except genmsg.InvalidMsgSpec as error:
         print(repr(text), type(error).__name__)
 """

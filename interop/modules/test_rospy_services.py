@@ -148,8 +148,8 @@ def show(what, header):
     more += ["persistent"] if header.get("persistent") == "0" else []
     print("HEADER", what, sorted(field for field in header.items() if field[0] not in more), flush=True)
 if sys.argv[1] == "serve":
-    service = rospy.Service("told", SetBool, lambda request: (show("request", request._connection_header), [True,
-    ""])[1]) print("ready", flush=True)
+    service = rospy.Service("told", SetBool, lambda request: (show("request", request._connection_header), [True, ""])[1])
+    print("ready", flush=True)
     rospy.spin()
     sys.exit()
 for kept in (False, True):

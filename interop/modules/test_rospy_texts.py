@@ -21,8 +21,7 @@ class Told(logging.Handler):
 rospy.init_node("texts", anonymous=True)
 logging.getLogger("rosout").addHandler(Told())
 def shown(message):
-    return ascii(message) if not hasattr(message, "_slot_types") else [shown(getattr(message, s)) for s in
-    message.__slots__]
+    return ascii(message) if not hasattr(message, "_slot_types") else [shown(getattr(message, s)) for s in message.__slots__]
 """
 )
 
@@ -32,8 +31,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from sensor_msgs.msg import Image, JointState
 from genpy.dynamic import generate_dynamic
 dice = random.Random(SEED)
-PIECES = [b"a", b"\\xe4", b"\\xc3\\xa4", b"\\xe2\\x82", b"\\xf0\\x9f\\x98\\x80", b"\\xed\\xa0\\x80", b"\\xff", b"\\0",
-b"\\xc0\\x80", b"\\n"] def text():
+PIECES = [b"a", b"\\xe4", b"\\xc3\\xa4", b"\\xe2\\x82", b"\\xf0\\x9f\\x98\\x80", b"\\xed\\xa0\\x80", b"\\xff", b"\\0", b"\\xc0\\x80", b"\\n"]
+def text():
     body = b"".join(dice.choices(PIECES, k=dice.choice((0, 1, 2, 5))))
     return struct.pack("<I", len(body)) + body
 def array(one):
@@ -49,9 +48,8 @@ MAKERS = {
     DiagnosticStatus: status,
     DiagnosticArray: lambda: header() + array(status),
     JointState: lambda: header() + array(text) + numbers() + numbers() + numbers(),
-    Image: lambda: header() + struct.pack("<II", 1, 2) + text() + b"\\0" + struct.pack("<I", 3) + array(lambda:
-    b"\\xff"), generate_dynamic("a/A", "int8 n\\nstring[2] two\\nB[] all\\n" + 80 * "=" + "\\nMSG: a/B\\nstring
-    one\\n")["a/A"]:
+    Image: lambda: header() + struct.pack("<II", 1, 2) + text() + b"\\0" + struct.pack("<I", 3) + array(lambda: b"\\xff"),
+    generate_dynamic("a/A", "int8 n\\nstring[2] two\\nB[] all\\n" + 80 * "=" + "\\nMSG: a/B\\nstring one\\n")["a/A"]:
         lambda: b"\\7" + text() + text() + array(text),
 }
 for turn in range(60):

@@ -24,8 +24,8 @@ def kind(call):
     except Exception as error:
         return "wrong" if isinstance(error, (AttributeError, TypeError)) else type(error).__name__
 any_message, empty, buffer = rospy.AnyMsg(), rospy.Message(), BytesIO()
-print(isinstance(any_message, rospy.Message), isinstance(any_message, genpy.Message), issubclass(rospy.AnyMsg,
-genpy.Message)) print(any_message._buff, any_message._type, any_message._md5sum, any_message.__slots__)
+print(isinstance(any_message, rospy.Message), isinstance(any_message, genpy.Message), issubclass(rospy.AnyMsg, genpy.Message))
+print(any_message._buff, any_message._type, any_message._md5sum, any_message.__slots__)
 print(kind(lambda: any_message.serialize(buffer)), buffer.getvalue())
 try:
     any_message.serialize(buffer)
@@ -36,12 +36,12 @@ buffer = BytesIO()
 any_message.deserialize(b"bytes").serialize(buffer)
 print(buffer.getvalue(), any_message == rospy.AnyMsg().deserialize(b"bytes"), any_message == rospy.AnyMsg())
 print(isinstance(kind(lambda: rospy.AnyMsg("text")), str))
-print(empty.serialize(buffer), buffer.getvalue(), empty._connection_header, empty == rospy.Message(),
-empty.__getstate__()) print(kind(lambda: rospy.Message(1, 2)), kind(lambda: rospy.Message(a=1)), kind(lambda:
-rospy.Message(None)._connection_header)) class Own(genpy.Message):
+print(empty.serialize(buffer), buffer.getvalue(), empty._connection_header, empty == rospy.Message(), empty.__getstate__())
+print(kind(lambda: rospy.Message(1, 2)), kind(lambda: rospy.Message(a=1)), kind(lambda: rospy.Message(None)._connection_header))
+class Own(genpy.Message):
     __slots__ = ["a", "b"]
-print(Own(1, 2).b, Own(b=3).a, kind(lambda: Own(1)), kind(lambda: Own(c=1)), Own(1, 2) == Own(1, 2), Own(1, 2) == Own(2,
-1)) class Raw(rospy.AnyMsg):
+print(Own(1, 2).b, Own(b=3).a, kind(lambda: Own(1)), kind(lambda: Own(c=1)), Own(1, 2) == Own(1, 2), Own(1, 2) == Own(2, 1))
+class Raw(rospy.AnyMsg):
     pass
 print(isinstance(Raw(), rospy.Message), Raw().deserialize(b"x")._buff)
 for name in "serialize_message", "deserialize_messages", "args_kwds_to_message":
@@ -50,8 +50,7 @@ for name in "serialize_message", "deserialize_messages", "args_kwds_to_message":
     for first in values:
         for second in values:
             for third in (None, String, String("s"), {}):
-                print(name, values.index(first), values.index(second), str(third)[:20], kind(lambda: function(first,
-                second, third)))
+                print(name, values.index(first), values.index(second), str(third)[:20], kind(lambda: function(first, second, third)))
 pointed = PointStamped()
 pointed.header.frame_id = None
 rospy.msg.serialize_message(buffer, 7, pointed)
@@ -66,8 +65,7 @@ for case in range(300):
     for number in range(rng.randrange(5)):
         rospy.msg.serialize_message(buffer, number, String("x" * rng.randrange(9)))
     if rng.random() < 0.5:
-        buffer.write(rng.choice([b"\\x05", b"\\x05\\0\\0\\0", b"\\x05\\0\\0\\0\\x01\\0\\0\\0",
-        b"\\x05\\0\\0\\0\\x09\\0\\0\\0z"]))
+        buffer.write(rng.choice([b"\\x05", b"\\x05\\0\\0\\0", b"\\x05\\0\\0\\0\\x01\\0\\0\\0", b"\\x05\\0\\0\\0\\x09\\0\\0\\0z"]))
     if rng.random() < 0.2:
         buffer.seek(-min(buffer.tell(), rng.randrange(6)), 1)
     queue = [String("old")] * rng.randrange(3)
@@ -125,8 +123,7 @@ for name in ("", "/a/b", "/c"):
     t("set", lambda: rospy.names._set_caller_id(name))
     t("said", lambda: (rospy.get_name(), rospy.get_namespace(), rospy.get_caller_id(), rospy.names._caller_id))
 t("simple", lambda: [genpy.base.is_simple(each) for each in ("int8", "x", [], None)])
-t("modules", lambda: [each.__name__ for each in (rospy.client.time, rospy.core.logging, rospy.msg.genpy,
-rospy.rostime.rospy,
+t("modules", lambda: [each.__name__ for each in (rospy.client.time, rospy.core.logging, rospy.msg.genpy, rospy.rostime.rospy,
                                                  rospy.core.rosgraph, rospy.topics.threading)])
 class Shown(logging.Handler):
     def emit(self, record):

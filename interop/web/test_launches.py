@@ -20,11 +20,10 @@ PATIENCE = 20.0
 ROW = "[...document.querySelectorAll('.process')].find((row) => row.querySelector('.node').textContent === {!r})"
 LAUNCH = """<launch>
   <node pkg="minimal_nodes" type="minimal_publisher" name="talker" required="true"/>
-  <node pkg="minimal_nodes" type="minimal_publisher" name="quits" launch-prefix="bash -c 'echo &quot;it is
-  &lt;b&gt;broken&quot;; exit 3'"/> <node pkg="minimal_nodes" type="minimal_publisher" name="again" launch-prefix="bash
-  -c 'exit 4'" respawn="true" respawn_delay="300"/>
+  <node pkg="minimal_nodes" type="minimal_publisher" name="quits" launch-prefix="bash -c 'echo &quot;it is &lt;b&gt;broken&quot;; exit 3'"/>
+  <node pkg="minimal_nodes" type="minimal_publisher" name="again" launch-prefix="bash -c 'exit 4'" respawn="true" respawn_delay="300"/>
 </launch>
-"""
+"""  # noqa: E501  as it would be written
 
 Start = Callable[..., "subprocess.Popen[bytes]"]
 

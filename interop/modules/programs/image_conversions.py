@@ -12,9 +12,9 @@ import numpy as np
 from cv_bridge import CvBridge
 from sensor_msgs.msg import Image
 
-ENCODINGS = """mono8 mono16 bgr8 rgb8 bgra8 rgba8 bgr16 rgb16 bgra16 rgba16 8UC1 8UC2 8UC3 8UC4 8SC1 8SC3 16UC1 16UC2
-16UC3 16UC4 16SC1 16SC2 16SC3 32SC1 32SC3 32FC1 32FC2 32FC3 32FC4 64FC1 64FC2 bayer_rggb8 bayer_bggr8 bayer_gbrg8
-bayer_grbg8 bayer_rggb16 bayer_bggr16 bayer_gbrg16 bayer_grbg16 yuv422 8UC nope""".split()
+ENCODINGS = """mono8 mono16 bgr8 rgb8 bgra8 rgba8 bgr16 rgb16 bgra16 rgba16 8UC1 8UC2 8UC3 8UC4 8SC1 8SC3 16UC1 16UC2 16UC3
+16UC4 16SC1 16SC2 16SC3 32SC1 32SC3 32FC1 32FC2 32FC3 32FC4 64FC1 64FC2 bayer_rggb8 bayer_bggr8 bayer_gbrg8 bayer_grbg8
+bayer_rggb16 bayer_bggr16 bayer_gbrg16 bayer_grbg16 yuv422 8UC nope""".split()
 SIZES = [(1, 1), (1, 6), (5, 1), (4, 6)]
 CHANNELS = {"mono": 1, "bgr": 3, "rgb": 3, "bgra": 4, "rgba": 4}
 REAL = [0.0, -0.5, 1.5, 2.5, 254.5, 300.0, -7e4, 1e10, -1e10, 1e30, float("inf"), float("-inf"), float("nan")]

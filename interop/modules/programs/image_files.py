@@ -19,8 +19,8 @@ CHANNELS = {0: 1, 2: 3, 3: 1, 4: 2, 6: 4}
 DEPTHS = {0: (1, 2, 4, 8, 16), 2: (8, 16), 3: (1, 2, 4, 8), 4: (8, 16), 6: (8, 16)}
 PASSES = [(0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2)]
 SIZES = [(1, 1), (5, 1), (1, 5), (3, 2), (11, 9)]
-ENCODINGS = """passthrough bgr8 rgb8 bgra8 rgba8 mono8 mono16 bgr16 rgb16 bgra16 rgba16 8UC1 16UC1 8UC3 16UC3 8UC4 32FC3
-8SC3 bayer_rggb8 yuv422 nope""".split()
+ENCODINGS = """passthrough bgr8 rgb8 bgra8 rgba8 mono8 mono16 bgr16 rgb16 bgra16 rgba16 8UC1 16UC1 8UC3 16UC3 8UC4 32FC3 8SC3
+bayer_rggb8 yuv422 nope""".split()
 FORMATS = ["png", "jpg", "jpeg", "bmp", "tiff", "webp", "pgm", "ppm", "PNG", "nope", "exr"]
 
 

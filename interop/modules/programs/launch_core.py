@@ -240,9 +240,8 @@ print(core.is_child_mode())
 core.printerrlog("child")
 
 # Addresses once more
-URIS = """http://localhost:44/ http://myself:3 http://127.0.0.1:8 https://localhost:1/x?y#z HTTP://LOCALHOST:5/
-localhost:5 http://u:p@localhost:7/ http://localhost:0 http://localhost: http://[::1]:5/ rosrpc://localhost:5
-http:///x""".split()
+URIS = """http://localhost:44/ http://myself:3 http://127.0.0.1:8 https://localhost:1/x?y#z HTTP://LOCALHOST:5/ localhost:5
+http://u:p@localhost:7/ http://localhost:0 http://localhost: http://[::1]:5/ rosrpc://localhost:5 http:///x""".split()
 for host in (None, "myself", "localhost"):
     for ip in (None, "192.0.2.9"):
         for name, value in (("ROS_HOSTNAME", host), ("ROS_IP", ip)):

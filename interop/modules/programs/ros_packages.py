@@ -45,8 +45,7 @@ OLD = """<package><description brief="Brief">Long <i>text</i></description><auth
 <logo>http://logo</logo><version>0.1</version><versioncontrol type="svn" url="http://svn"/>
 <depend package="other_old"/><rosdep name="boost"/><rosdep name="eigen"/>
 <platform os="ubuntu" version="9.04" notes="n"/><platform os="mac" version="1"/>
-<export><cpp cflags="-I${{prefix}}/include" lflags="-L${{prefix}}"/><roslint/>{export}</export><odd
-a="1">x</odd></package>"""
+<export><cpp cflags="-I${{prefix}}/include" lflags="-L${{prefix}}"/><roslint/>{export}</export><odd a="1">x</odd></package>"""
 put(
     "newer/package.xml",
     NEW.format(
@@ -66,8 +65,7 @@ put(
 put(
     "old_stack/stack.xml",
     """<stack><description brief="S">Stack</description><author>A</author><license>BSD</license>
-<review status="unreviewed" notes=""/><url>http://s</url><version>1.9</version><depend
-stack="second_stack"/></stack>""",
+<review status="unreviewed" notes=""/><url>http://s</url><version>1.9</version><depend stack="second_stack"/></stack>""",
 )
 put("second_stack/stack.xml", "<stack><description>b</description><author>A</author><license>B</license></stack>")
 put("old_stack/older/manifest.xml", OLD.format(export='<rosdoc config="r.yaml"/>'))

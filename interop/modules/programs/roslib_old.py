@@ -54,8 +54,8 @@ put("three/manifest.xml", f"<package>{BASE}<rosdep name='boost'/></package>")
 put(
     "four/package.xml",
     """<package><name>four</name><version>1.0.0</version><description>d</description><license>B</license>
-<maintainer email="a@b.com">A</maintainer><run_depend>two</run_depend><build_depend>three</build_depend><export><two
-plugin="${prefix}/p.xml"/></export> </package>""",
+<maintainer email="a@b.com">A</maintainer><run_depend>two</run_depend><build_depend>three</build_depend><export><two plugin="${prefix}/p.xml"/></export>
+</package>""",
 )
 put("wrong/manifest.xml", "<package><license>B")
 put("one/nodes/run.py", "#!/usr/bin/env python3\n", 0o755)

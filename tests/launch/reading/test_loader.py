@@ -134,8 +134,7 @@ def test_scopes_of_nodes_x61_x62_x65_x67_x68() -> None:
         """<launch>
         <param name="~p" value="1"/><env name="E" value="o"/><remap from="c" to="t"/>
         <group ns="a"><remap from="c" to="h"/><remap from="x" to="y"/>
-          <node pkg="pkg" type="t" name="n" ns="b" args="'one word' two" launch-prefix="nice -n 5" respawn="true"
-          respawn_delay="2" output="screen">
+          <node pkg="pkg" type="t" name="n" ns="b" args="'one word' two" launch-prefix="nice -n 5" respawn="true" respawn_delay="2" output="screen">
             <env name="E" value="own"/><remap from="c" to="l"/><param name="q" value="2"/><param name="/g" value="3"/>
           </node></group>
         <node pkg="pkg" type="t" name="m" ns="/z" required="true" clear_params="true" cwd="node"/></launch>"""
