@@ -69,11 +69,21 @@ def limited(pid: int, kind: int, most: int) -> Iterator[None]:
 
 @contextlib.contextmanager
 def stopped(*processes: Process) -> Iterator[None]:
-    """Let processes stand still, as Ctrl-Z does."""
+    """Let processes stand still, as Ctrl-Z does; returns when all their threads do."""
     for process in processes:
         process.signal(signal.SIGSTOP)
     try:
+        for process in processes:
+            deadline = time.monotonic() + 10
+            while not _stands_still(process.pid):
+                assert time.monotonic() < deadline, f"{process.pid} does not stop"
+                time.sleep(0.005)
         yield
     finally:
         for process in processes:
             process.signal(signal.SIGCONT)
+
+
+def _stands_still(pid: int) -> bool:
+    states = (stat.read_text().rpartition(")")[2].split()[0] for stat in Path(f"/proc/{pid}/task").glob("*/stat"))
+    return all(state in "Tt" for state in states)
