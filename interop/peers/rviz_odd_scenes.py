@@ -179,7 +179,9 @@ def hidden_frames() -> Scene:
     """Frames of which a file hides one."""
     tf = {"Class": "rviz/TF", "Name": "TF", "Marker Scale": 8, "Show Names": False, "Show Arrows": False}
     frames = [frame("map", "shown_frame", -3.0, 1.0), frame("map", "hidden_frame", 3.0, -1.0)]
-    return Scene([], [{**tf, "Frames": {"hidden_frame": {"Value": False}}}], frames=frames)
+    earlier = ("left", "right")  # of another scene: rviz still has them for some seconds
+    hidden = {name: {"Value": False} for name in ("hidden_frame", *earlier)}
+    return Scene([], [{**tf, "Frames": hidden}], frames=frames)
 
 
 ODD_SCENES = {each.__name__: each for each in (odd_markers, odd_clouds, odd_scans, odd_areas, hidden_frames)}
