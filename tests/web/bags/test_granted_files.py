@@ -76,6 +76,7 @@ def test_a_damaged_list_is_written_anew(tmp_path: Path, damage: bytes) -> None:
     [
         ("writable", r"may be read or written by others \(mode 622\): remove it"),
         ("readable", r"may be read or written by others \(mode 604\): remove it"),
+        ("group", r"may be read or written by others \(mode 620\): remove it"),
         ("link", "is a symbolic link: remove it"),
         ("dangling", "is a symbolic link: remove it"),
         ("pipe", "is not a file: remove it"),
@@ -96,7 +97,7 @@ def test_a_list_that_is_not_to_be_trusted(
         file.symlink_to(tmp_path / ("good" if kind == "link" else "nowhere"))
     else:
         (tmp_path / "good").rename(file)
-        file.chmod({"writable": 0o622, "readable": 0o604}.get(kind, 0o600))
+        file.chmod({"writable": 0o622, "readable": 0o604, "group": 0o620}.get(kind, 0o600))
         if kind == "owner":
             user = os.geteuid()
             monkeypatch.setattr(os, "geteuid", lambda: user + 1)
