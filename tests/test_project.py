@@ -70,6 +70,17 @@ def imports(path: Path) -> list[str]:
     return found
 
 
+@cache
+def imports_for_types(path: Path) -> set[str]:
+    """Return the full names of the modules that a file imports for type checkers only."""
+    nodes = [node for node in ast.walk(parsed(path)) if isinstance(node, ast.ImportFrom)]
+    tests = [node for node in parsed(path).body if isinstance(node, ast.If)]
+    guarded = [inner for test in tests if ast.unparse(test.test) == "TYPE_CHECKING" for inner in test.body]
+    return {node.module or "" for node in nodes if node in guarded} - {
+        node.module or "" for node in nodes if node not in guarded
+    }
+
+
 def module_of(path: Path) -> str:
     """Return the full name of a file's module."""
     return ".".join(path.relative_to(SOURCE.parent).with_suffix("").parts).removesuffix(".__init__")
@@ -92,14 +103,19 @@ def test_imports_run_one_way() -> None:
 
 
 def test_no_circles() -> None:
-    """No file needs, by way of others, one that needs it; imports for type checkers count."""
+    """No file needs, by way of others, one that needs it.
+
+    Imports for type checkers count, too, except between two files of one folder.
+    """
     modules = {module_of(path): path for path in sources()}
     needs: dict[str, set[str]] = {}
     for module, path in modules.items():
         names = {*imports(path)} & {*modules}
         # "from pyros1.bag import api" needs api, and of the package no more than importing any of its modules does.
         deeper = {name.rpartition(".")[0] for name in names}
-        needs[module] = names - {module} - {name for name in names if name in deeper}
+        folder = module.rpartition(".")[0]
+        neighbours = {name for name in imports_for_types(path) if name.rpartition(".")[0] == folder}
+        needs[module] = names - {module} - neighbours - {name for name in names if name in deeper}
     left = dict(needs)
     while ready := [module for module, others in left.items() if not others & left.keys()]:
         for module in ready:
