@@ -22,7 +22,7 @@ import pyros1.aio
 from pyros1.aio.messages import MAX_PENDING
 from pyros1.ground.errors import NodeShutdownError, ServiceError, WaitTimeoutError
 from pyros1.msgs.std_msgs.msg import Float64
-from pyros1.node.subscribing.time_slices import MAX_BATCH
+from pyros1.node.subscribing.delivery_loop import MAX_BATCH
 
 
 def run(work: Callable[[], Coroutine[Any, Any, None]]) -> None:

@@ -53,10 +53,8 @@ def source(data: bytes) -> None:
         near.sendall(b"".join(struct.pack("<I", len(body)) + body for body in bodies))
         near.shutdown(socket.SHUT_WR)
         try:
-            while count := link.receive():
-                assert isinstance(count, int)
-                link.split(count)
-                for item in link.items or ():
+            while (batch := link.receive()) is not None:
+                for item in batch.newest(len(batch)):
                     body: Any = item
                     whole = body if isinstance(body, bytes) else body.join()
                     assert len(whole) <= max(_SIZE, len(data))

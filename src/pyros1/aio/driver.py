@@ -1,4 +1,4 @@
-"""Runs deliveries on an asyncio loop, in place of threads."""
+"""Runs delivery loops on an asyncio loop, in place of threads."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ import contextlib
 import socket
 import threading
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
-from pyros1.node.subscribing.drivers import Channel
+if TYPE_CHECKING:
+    from pyros1.node.subscribing.delivery_loop import DeliveryLoop
 
 
 class LoopDriver:
@@ -16,7 +18,7 @@ class LoopDriver:
 
     Args:
         loop: the running loop.
-        on_error: called with an exception that a channel did not handle.
+        on_error: called with an exception that a delivery loop did not handle.
     """
 
     cooperative = True
@@ -26,31 +28,31 @@ class LoopDriver:
         self._loop = loop
         self._thread = threading.get_ident()
         self._on_error = on_error
-        self._channels: dict[int, Channel] = {}
-        self._read: int | None = None  # the socket for which a channel is running, until it is rearmed
+        self._deliveries: dict[int, DeliveryLoop] = {}
+        self._read: int | None = None  # the socket for which a delivery loop is running, until it is rearmed
 
-    def register(self, fd: int, channel: Channel) -> None:
-        """Run a channel when a socket can be read: once, then again after each `rearm`."""
-        self._channels[fd] = channel
+    def register(self, fd: int, delivery: DeliveryLoop) -> None:
+        """Run a delivery loop when a socket can be read: once, then again after each `rearm`."""
+        self._deliveries[fd] = delivery
         self._loop.add_reader(fd, self._on_readable, fd)
 
     def rearm(self, fd: int) -> None:
-        """Watch a socket again after its channel was run."""
+        """Watch a socket again after its delivery loop was run."""
         if fd == self._read:
             self._read = None  # the loop is still watching it
-        elif fd in self._channels:
+        elif fd in self._deliveries:
             self._loop.add_reader(fd, self._on_readable, fd)
 
     def unregister(self, fd: int) -> None:
         """Unregister a socket; call this before closing it."""
-        self._channels.pop(fd, None)
+        self._deliveries.pop(fd, None)
         with contextlib.suppress(RuntimeError):  # the loop is closed
             self._loop.remove_reader(fd)
 
-    def wake(self, channel: Channel) -> None:
-        """Run a channel soon. Any thread."""
+    def wake(self, delivery: DeliveryLoop) -> None:
+        """Run a delivery loop soon. Any thread."""
         with contextlib.suppress(RuntimeError):  # the loop is closed
-            self._loop.call_soon_threadsafe(self._run, channel)
+            self._loop.call_soon_threadsafe(self._run, delivery)
 
     def call(self, function: Callable[[], None], timeout: float) -> None:
         """Call a function in the loop's thread; wait for it at most ``timeout`` seconds."""
@@ -68,21 +70,21 @@ class LoopDriver:
         function()
 
     def _on_readable(self, fd: int) -> None:
-        channel = self._channels.get(fd)
-        if channel is None:
+        delivery = self._deliveries.get(fd)
+        if delivery is None:
             return
         self._read = fd
-        self._run(channel, fd)
-        if self._read is not None and fd in self._channels:
+        self._run(delivery, fd)
+        if self._read is not None and fd in self._deliveries:
             self._loop.remove_reader(fd)
         self._read = None
 
-    def _run(self, channel: Channel, fd: int | None = None) -> None:
+    def _run(self, delivery: DeliveryLoop, fd: int | None = None) -> None:
         try:
-            if channel.driver is self:
-                channel.run(fd)
+            if delivery.driver is self:
+                delivery.run(fd)
             else:
-                channel.driver.wake(channel)  # it has moved
+                delivery.driver.wake(delivery)  # it has moved
         except Exception as error:  # noqa: BLE001  a bug in pyros1; the other subscriptions must go on
             self._on_error(error)
 

@@ -7,12 +7,12 @@ import threading
 from collections.abc import AsyncIterator
 from typing import TYPE_CHECKING, Generic, TypeVar
 
-from pyros1.node.subscribing.inbox import Inbox, InboxSet
+from pyros1.node.subscribing.queues import Inbox, InboxSet
 
 if TYPE_CHECKING:
     from types import TracebackType
 
-    from pyros1.node.subscribing.sources import Item, Source
+    from pyros1.node.subscribing.queues import Item, Source
     from pyros1.node.subscribing.subscriber import Subscriber
 
 _M = TypeVar("_M")
@@ -40,13 +40,13 @@ class Messages(Generic[_M]):
         self._thread = threading.get_ident()
         self._limit = limit
         self._urgent = urgent
-        self._inboxes: dict[Source, Inbox[Source, Item]] = {}
-        self._inbox_set: InboxSet[Source, Item] = InboxSet()
+        self._inboxes: dict[Source, Inbox] = {}
+        self._inbox_set = InboxSet()
         self._ready = asyncio.Event()
         self._wake_scheduled = False  # the loop will check
         self._ended = False
         self._abandoned = False
-        self._full_inboxes: set[Inbox[Source, Item]] = set()  # those whose publishers are held back
+        self._full_inboxes: set[Inbox] = set()  # those whose publishers are held back
         self._cleanup_at = 1  # number of inboxes from which those of disconnected publishers are removed
         self._subscriber: Subscriber[_M] | None = None
 
@@ -68,7 +68,7 @@ class Messages(Generic[_M]):
             self._wake_scheduled = True
             self._wake()
 
-    def _open(self, source: Source) -> Inbox[Source, Item]:
+    def _open(self, source: Source) -> Inbox:
         """Create a queue for a publisher; remove those of disconnected publishers."""
         if len(self._inboxes) >= self._cleanup_at:
             for old, inbox in list(self._inboxes.items()):

@@ -23,9 +23,9 @@ from pyros1.node.publishing.publisher import Publisher
 from pyros1.node.services.client import ServiceClient
 from pyros1.node.services.server import ServiceServer
 from pyros1.node.signals import SignalHandlers
-from pyros1.node.subscribing.drivers import Driver
 from pyros1.node.subscribing.hints import Hints
 from pyros1.node.subscribing.subscriber import Subscriber
+from pyros1.node.subscribing.threads import Driver
 from pyros1.node.watching.liveness import Sighting
 from pyros1.node.watching.watch import Watch
 

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from pyros1.net.rpc_caller import RpcCaller
     from pyros1.node.callback_queue import CallbackQueue
     from pyros1.node.log.logger import Log
-    from pyros1.node.subscribing.sources import InboxSource, Receiver
+    from pyros1.node.subscribing.delivery_loop import DeliveryLoop
+    from pyros1.node.subscribing.queues import Source
     from pyros1.wire.handshake import TopicType
 
 _MAX_HOSTS = 1000
@@ -42,15 +43,15 @@ class PublicationView(Protocol):
     def accept(self, sock: socket.socket, header: dict[str, str]) -> None: ...
     def accept_datagrams(self, header: dict[str, str], peer_address: tuple[str, int], size: int) -> Any: ...
     def connect_local(
-        self, receiver: Receiver, uri: str, header: dict[str, str], on_closed: Callable[[Any], None]
-    ) -> InboxSource: ...
+        self, receiver: DeliveryLoop, uri: str, header: dict[str, str], on_closed: Callable[[Any], None]
+    ) -> Source: ...
 
 
 class SubscriptionView(Protocol):
     """The interface of a subscription for other parts of the node; see `subscribing.subscription.Subscription`."""
 
     type: TopicType
-    delivery: Any
+    delivery: DeliveryLoop
     on_change: list[Callable[[], None]]
 
     @property

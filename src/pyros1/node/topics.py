@@ -17,7 +17,7 @@ from pyros1.node.publishing.publication import CLOSE_TIMEOUT, Publication
 from pyros1.node.publishing.publisher import Publisher
 from pyros1.node.subscribing.hints import DEFAULT_TRANSPORTS, Hints
 from pyros1.node.subscribing.subscriber import Subscriber, array_view
-from pyros1.node.subscribing.subscription import Stream, Subscription
+from pyros1.node.subscribing.subscription import Subscription
 from pyros1.node.topic_type import topic_type
 
 if TYPE_CHECKING:
@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     from pyros1.node.context import Context
     from pyros1.node.registrar import Registrar
     from pyros1.node.subscribing.deadline import Deadline, Missed
-    from pyros1.node.subscribing.drivers import Driver
+    from pyros1.node.subscribing.dispatcher import Stream
+    from pyros1.node.subscribing.threads import Driver
     from pyros1.node.watching.notifiers import Notifiers
     from pyros1.wire.handshake import TopicType
 

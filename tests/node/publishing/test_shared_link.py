@@ -83,9 +83,10 @@ class Ends:
         until = time.monotonic() + PATIENCE
         while len(items) < count and time.monotonic() < until:
             with contextlib.suppress(BlockingIOError):
-                self.source.split(int(self.source.receive(wait=True)))  # type: ignore[arg-type]  # bytes came
-                items += self.source.items or ()
-                self.source.items = None
+                batch = self.source.receive(wait=True)
+                assert batch is not None, "the stream ended"
+                items += batch.newest(len(batch))
+                del batch
         return items
 
     def outstanding(self) -> set[int]:

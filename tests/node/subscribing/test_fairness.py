@@ -84,7 +84,7 @@ def flood(fake_node: Any) -> Iterator[Callable[[float], None]]:
 @pytest.fixture(autouse=True)
 def short_queues(monkeypatch: pytest.MonkeyPatch) -> None:
     """Let few messages wait where nobody has set a bound: they only delay those behind them."""
-    for module in ("delivery", "delivery_loop"):
+    for module in ("delivery_loop", "dispatcher"):
         monkeypatch.setattr(f"pyros1.node.subscribing.{module}.UNBOUNDED_LIMIT", 50)
 
 

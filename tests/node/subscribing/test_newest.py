@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import struct
 import threading
-from collections import deque
 from typing import Any
 
 import pytest
 
 from pyros1.msgs.std_msgs.msg import Float64
+from pyros1.node.subscribing.delivery_loop import MAX_CALLBACK_TIME
+from pyros1.node.subscribing.queues import Items
 from pyros1.node.subscribing.tcp_source import TcpSource
-from pyros1.node.subscribing.time_slices import MAX_CALLBACK_TIME
 
 MANY = 100
 
@@ -28,17 +28,13 @@ def fall_behind(got: Any) -> None:
 
 @pytest.fixture(params=["buffer", "items"])
 def received(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
-    """Let links keep what they receive in the buffer, or as items like links with shared memory."""
+    """Let links receive frames in a buffer, or items like links with shared memory."""
     if request.param == "items":
-        split = TcpSource.split
 
-        def as_items(link: TcpSource, count: int) -> list[tuple[int, int]]:
-            found = split(link, count)
-            if found:
-                link.items = deque(link.buffer.take_bodies(found))
-            return found
+        def as_items(link: TcpSource, frames: list[tuple[int, int]]) -> Items:
+            return Items(link, link.buffer.take_bodies(frames))
 
-        monkeypatch.setattr(TcpSource, "split", as_items)
+        monkeypatch.setattr(TcpSource, "batch", as_items)
     return str(request.param)
 
 

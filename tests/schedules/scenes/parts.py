@@ -32,15 +32,12 @@ PUBLISHING = (
 SUBSCRIBING = tuple(
     f"pyros1.node.subscribing.{name}"
     for name in (
-        "delivery",
         "delivery_loop",
+        "dispatcher",
+        "queues",
         "subscription",
-        "links",
+        "tcp_source",
         "threads",
-        "inbox",
-        "backlog",
-        "spin_queues",
-        "flood_detector",
     )
 )
 

@@ -15,6 +15,7 @@ from pyros1.msgs.std_msgs.msg import UInt8MultiArray
 from pyros1.node.publishing import pool as pools
 from pyros1.node.publishing import shared_link
 from pyros1.node.publishing.publication import Publication
+from pyros1.node.subscribing.queues import Batch
 from pyros1.node.subscribing.shared_source import SharedSource
 from pyros1.wire.handshake import Refusal, subscriber_header
 from pyros1.wire.header import HeaderReader
@@ -89,27 +90,21 @@ class Reader:
 
     def _take(self, source: SharedSource) -> None:
         hands: list[tuple[int, Any]] = []
-        count: Any = 0
-        while self._most is None or len(self.numbers) < self._most:
-            for start, stop in source.split(count):
-                if source.items is None:
-                    hands.append(self._note(bytes(source.buffer.data[start:stop])))
-            for body in source.items or ():
-                hands.append(self._note(body))
-            source.items = None
+        batch: Batch | None = source.split(0)
+        while batch is not None and (self._most is None or len(self.numbers) < self._most):
+            hands += map(self._note, batch.newest(len(batch)))
+            batch = None  # the memory of messages that nobody keeps may be reused
             while len(hands) > self._keeps:
                 self._check(*hands.pop(0))
             try:
-                count = source.receive(wait=True)
+                batch = source.receive(wait=True)
             except BlockingIOError:
-                count = 0
+                batch = source.split(0)
                 for held in hands:
                     self._check(*held)
                 hands.clear()
                 continue
             except ConnectionResetError:
-                break
-            if not count:
                 break
         for held in hands:
             self._check(*held)

@@ -179,8 +179,8 @@ class Within(Subscribing):
         *Subscribing.limits,
         ("pyros1.node.strand", "MAX_JOBS_PER_TURN", 2),
         ("pyros1.node.publishing.local_link", "UNBOUNDED_LIMIT", 2),
-        ("pyros1.node.subscribing.delivery", "UNBOUNDED_LIMIT", 2),
         ("pyros1.node.subscribing.delivery_loop", "UNBOUNDED_LIMIT", 2),
+        ("pyros1.node.subscribing.dispatcher", "UNBOUNDED_LIMIT", 2),
     )
 
     def play(self, stage: Stage) -> None:

@@ -12,14 +12,13 @@ from threading import current_thread
 from typing import TYPE_CHECKING, Any
 
 from pyros1.net.loop import LoopThread
-from pyros1.node.subscribing.inbox import Inbox
-from pyros1.node.subscribing.sources import UNBOUNDED_LIMIT
+from pyros1.node.subscribing.queues import UNBOUNDED_LIMIT, Inbox
 from pyros1.wire.outqueue import frame_size
 
 if TYPE_CHECKING:
     from pyros1.msgs import Message
     from pyros1.node.strand import Strand
-    from pyros1.node.subscribing.sources import Item, Receiver, Source
+    from pyros1.node.subscribing.delivery_loop import DeliveryLoop
     from pyros1.wire.outqueue import Frame
 
 _MIN_MESSAGE_SIZE = 256
@@ -31,7 +30,7 @@ class LocalLink:
 
     Args:
         strand: the topic's strand.
-        receiver: the receiving end, part of a subscription.
+        receiver: the delivery loop of the subscription.
         uri: the publisher's slave API.
         header: the subscriber's connection header.
         answer: the publisher's connection header.
@@ -47,7 +46,7 @@ class LocalLink:
     def __init__(
         self,
         strand: Strand,
-        receiver: Receiver,
+        receiver: DeliveryLoop,
         uri: str,
         header: dict[str, str],
         answer: dict[str, str],
@@ -69,8 +68,8 @@ class LocalLink:
         self._has_room = self._limit != queue_size
         self._on_closed = on_closed
         self._open = [True]
-        self._inbox: Inbox[Source, Item] = Inbox(self)
-        receiver.open(self._inbox)
+        self._inbox = Inbox(self)
+        receiver.inboxes.open(self._inbox)
 
     def start(self) -> None:
         """Do nothing: there is no greeting within a process."""

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pyros1.node.publishing.pool import Pool
     from pyros1.node.publishing.shared_link import SharedLink
     from pyros1.node.publishing.udp_link import UdpLink
-    from pyros1.node.subscribing.sources import Receiver
+    from pyros1.node.subscribing.delivery_loop import DeliveryLoop
 
 MAX_LINKS = 1024
 
@@ -152,7 +152,7 @@ class PublisherLinks:
         return link
 
     def connect_local(
-        self, receiver: Receiver, uri: str, header: dict[str, str], on_closed: Callable[[LocalLink], None]
+        self, receiver: DeliveryLoop, uri: str, header: dict[str, str], on_closed: Callable[[LocalLink], None]
     ) -> LocalLink:
         """Link a subscription of the same process, without a socket.
 

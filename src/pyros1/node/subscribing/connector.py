@@ -8,25 +8,25 @@ import selectors
 import socket
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import Error, ProtocolError
 from pyros1.net.acceptor import is_out_of_files
 from pyros1.net.connect import connect
 from pyros1.net.keepalive import set_nodelay_and_keepalive
 from pyros1.node import same_host
-from pyros1.node.context import Context, find_local_context
+from pyros1.node.context import find_local_context
 from pyros1.node.log.levels import ERROR, WARN
 from pyros1.node.subscribing import dialogue as do
 from pyros1.node.subscribing.dialogue import Action, Dialogue, State
 from pyros1.node.subscribing.tcp_source import TcpSource
-from pyros1.wire.handshake import Refusal, TopicType
+from pyros1.wire.handshake import Refusal
 from pyros1.wire.header import encode_header
 from pyros1.wire.local import offer
 
 if TYPE_CHECKING:
     from pyros1.net.loop import TimerHandle
-    from pyros1.node.subscribing.hints import Hints
+    from pyros1.node.subscribing.subscription import Subscription
     from pyros1.node.subscribing.udp_source import UdpSource
 
 STEP_TIMEOUT = 10.0
@@ -38,33 +38,6 @@ MAX_REPORTS = 3
 _RECEIVE_SIZE = 65536
 
 
-class ConnectorOwner(Protocol):
-    """The part of a subscription that a connector needs."""
-
-    context: Context
-    topic: str
-    type: TopicType
-    hints: Hints
-
-    def request_header(self) -> dict[str, str]:
-        """Return the connection header that is sent to publishers."""
-
-    def link(self, link: TcpSource) -> None:
-        """Add a link over TCP."""
-
-    def link_local(self, uri: str, publication: Any) -> None:
-        """Link to a publication of this process."""
-
-    def offer_datagrams(self, uri: str) -> UdpSource:
-        """Return a UDP socket to offer to a publisher."""
-
-    def add_local(self, link: UdpSource) -> None:
-        """Add a link that puts messages into an inbox."""
-
-    def forget(self, uri: str) -> None:
-        """Remove the connector of a publisher, as it has nothing left to do."""
-
-
 class Connector:
     """Keeps a subscription connected to one publisher. All methods run on the loop.
 
@@ -73,7 +46,7 @@ class Connector:
         uri: the publisher's slave API.
     """
 
-    def __init__(self, subscription: ConnectorOwner, uri: str) -> None:
+    def __init__(self, subscription: Subscription, uri: str) -> None:
         self.uri = uri
         self.dialogue = Dialogue(
             subscription.topic,

@@ -1,79 +1,270 @@
-"""The work of a delivery's owner: it takes messages from links and inboxes, and delivers them, in turns.
+"""The delivery loop of a subscription: it receives from all links, and delivers the messages to callbacks.
 
-See `delivery`, whose base this is.
+One thread at a time, of those that the subscriptions of a node share, runs it: the *owner*. A thread with new work
+puts it into a line and becomes the owner, unless there is one already, which checks the lines before it ends. A driver
+provides the thread: the node's threads, or an asyncio loop, which gets it back after each round of turns.
+
+* Sources take turns: a turn is one receive, or MAX_TURN_TIME seconds of callbacks if other sources wait. New links and
+  other jobs come between the turns. So a source that never pauses does not starve the others.
+* With a limit, callbacks that fall more than MAX_CALLBACK_TIME seconds behind get fresh data: the sockets are drained,
+  and only the newest `limit` messages of each publisher are decoded and delivered.
+* Without a limit nothing is dropped here: TCP holds the publisher back, whose queue size then decides.
+* While messages flow on a subscription's only link, the owner waits in its receive, which delays other work.
+* While a subscriber with its own queue (`Stream`) has too many messages, nothing is received: TCP holds all publishers
+  back.
+* If all subscribers want it (`in_publisher`), a message of this process is delivered in its publisher's thread, which
+  becomes the owner meanwhile, unless there is an owner or earlier messages wait.
 """
 
 from __future__ import annotations
 
-from collections import deque
+import threading
+import time
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from pyros1.msgs.large_arrays import SplitBody
-from pyros1.node.subscribing.backlog import Backlog
-from pyros1.node.subscribing.flood_detector import FloodDetector
-from pyros1.node.subscribing.inbox import Inbox, InboxSet
-from pyros1.node.subscribing.links import Links
-from pyros1.node.subscribing.sources import UNBOUNDED_LIMIT, Item, Source, Unfinished
-from pyros1.node.subscribing.spin_queues import SpinQueues
-from pyros1.node.subscribing.tcp_source import MIN_LARGE_FRAME, TcpSource
-from pyros1.node.subscribing.time_slices import (
-    BATCH_GROWTH_TIME,
-    DRAIN_TIME,
-    MAX_BATCH,
-    MAX_CALLBACK_TIME,
-    MAX_FLOW_GAP,
-    MAX_TURN_TIME,
-)
+from pyros1.node.subscribing.queues import UNBOUNDED_LIMIT, Backlog, Batch, Inbox, InboxSet, Item, Source
+from pyros1.node.subscribing.tcp_source import FloodDetector, TcpLinks, TcpSource
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from pyros1.node.callback_queue import CallbackQueue
-    from pyros1.node.subscribing.drivers import StreamState
+    from pyros1.node.subscribing.dispatcher import Dispatcher, SpinQueues
+    from pyros1.node.subscribing.threads import Driver
+
+MAX_FLOW_GAP = 0.02
+"""Messages less than this many seconds apart flow: a separate thread then delivers them sooner."""
+MAX_CALLBACK_TIME = 0.001
+"""Seconds that callbacks may take for the messages of one receive: beyond that they are too slow."""
+MAX_TURN_TIME = 0.002
+"""Seconds of callbacks after which it is another source's turn."""
+MAX_BATCH = 128
+BATCH_GROWTH_TIME = MAX_TURN_TIME / 8
+"""Maximum number of messages between two clock readings; up to BATCH_GROWTH_TIME in a turn it doubles after each."""
+_NONBLOCKING = (False,)
 
 
 class DeliveryLoop:
-    """Takes and delivers the messages of one subscription.
+    """Receives and delivers the messages of one subscription.
 
     Args:
-        deliver, deliver_item, on_arrival, callbacks: see `delivery.Delivery`.
+        dispatcher: passes the messages to the subscribers.
+        driver: runs this, until the links are moved to another one.
+        spin_queues: receives messages in place of the dispatcher, in a node that spins; else None.
+        on_lost: called by the owner with (link, reason) when a link has ended; reason is None for an orderly end.
 
     Attributes:
-        limit, streams, links: see there.
+        limit: maximum number of messages of each publisher that may wait for slow callbacks; None for no limit.
+        in_publisher: whether callbacks run in the threads of publishers of this process.
+        links: its TCP links, with their driver.
+        inboxes: the inboxes of its other links.
     """
-
-    links: Links
 
     def __init__(
         self,
-        deliver: Callable[[Source, bytes, int, int], None],
-        deliver_item: Callable[[Source, Item], None],
-        on_arrival: Callable[[Source, Item], bool],
-        callbacks: CallbackQueue | None,
+        dispatcher: Dispatcher,
+        driver: Driver,
+        spin_queues: SpinQueues | None,
+        on_lost: Callable[[TcpSource, str | None], None],
     ) -> None:
+        self.driver = driver
         self.limit: int | None = None
-        self.streams: tuple[StreamState, ...] = ()
-        self._deliver = deliver
-        self._deliver_item = deliver_item
-        self._on_arrival = on_arrival
-        self._callbacks = callbacks
+        self.in_publisher = False
+        self.links = TcpLinks(self, on_lost)
+        self.inboxes = InboxSet()
+        self._dispatcher = dispatcher
+        self._spin_queues = spin_queues
+        self._receiver: Dispatcher | SpinQueues = spin_queues or dispatcher
         # Lists: they are short, and each deque would take 760 bytes of every subscription.
         self._new_links: list[TcpSource] = []
         self._readable: list[int] = []
         self._jobs: list[Callable[[], None]] = []
-        self._unfinished: list[Unfinished] = []
-        self.inbox_set: InboxSet[Source, Item] = InboxSet()
-        self._ready_inboxes = self.inbox_set.ready
-        self._spin_queues: SpinQueues[Source, Item] = SpinQueues(deliver_item)
-        self._dropped = 0  # except for those of these two
-        queues = (
+        self._unfinished: list[Batch] = []
+        self._ready_inboxes = self.inboxes.ready
+        lines = (
             (self._unfinished, self._resume),
             (self._readable, self._receive_from),
             (self._ready_inboxes, self._deliver_from_inbox),
         )
-        self._queues: tuple[tuple[list[Any], Callable[[Any], None]], ...] = queues
+        self._lines: tuple[tuple[list[Any], Callable[[Any], None]], ...] = lines
+        self._dropped = 0  # but for inboxes and queues for `spin`
+        self._owner_lock = threading.Lock()
+        self._owner = 0  # the owner's thread
+        self._is_woken = False  # a thread has been woken and will become the owner
         self._closed = False
+        self._is_disposed = False
+
+    # From other threads -----------------------------------------------------------------------------------------------
+
+    def add(self, link: TcpSource) -> None:
+        """Start receiving from a link."""
+        self._new_links.append(link)
+        self._is_disposed = False
+        self.wake()
+        if self._closed:
+            self.close()
+
+    def submit(self, job: Callable[[], None], by_callback: bool = False) -> None:
+        """Run a job between messages; or at once, if that is allowed, for a callback, which may wait for it."""
+        if by_callback and self._owner == threading.get_ident():
+            job()
+            return
+        self._jobs.append(job)
+        self.wake()
+
+    def wake(self) -> None:
+        """Wake a thread to do the pending work, unless one is doing it."""
+        if not self._is_woken and not self._owner_lock.locked():
+            self._is_woken = True
+            try:
+                self.driver.wake(self)
+            except BaseException:  # of a signal handler
+                self._is_woken = False
+                raise
+
+    @property
+    def dropped(self) -> int:
+        """Number of messages lost because callbacks were too slow, or in transit as datagrams."""
+        in_spin_queues = 0 if self._spin_queues is None else self._spin_queues.dropped
+        return self._dropped + self.inboxes.dropped + in_spin_queues
+
+    @property
+    def waiting(self) -> int:
+        """Number of messages that wait in inboxes or for `spin`."""
+        return len(self.inboxes) + (0 if self._spin_queues is None else self._spin_queues.waiting)
+
+    def push(self, inbox: Inbox, item: Item, limit: int | None) -> None:
+        """Put a message into an inbox. Never waits; one thread at a time for each inbox.
+
+        Args:
+            limit: maximum number of waiting messages, if the subscribers have set no limit; 0 or None for no limit.
+        """
+        own = self.limit
+        maximum = own if own is not None else limit
+        if maximum and inbox.full(maximum) and self._owner != threading.get_ident():
+            self._drain_inboxes()
+        inbox.put(item, maximum)
+        if not inbox.is_ready:
+            self.inboxes.mark_ready(inbox)
+        if not self._is_woken and not self._owner_lock.locked():
+            self.wake()
+
+    def deliver_now(self, source: Source, item: Item) -> bool:
+        """Deliver a message in the calling thread, its publisher's; return False if another thread must do it."""
+        acquired = False
+        try:
+            # No signal handler can run between this and the next.
+            (acquired,) = map(self._owner_lock.acquire, _NONBLOCKING)
+            if not acquired or self._closed or not self.in_publisher:
+                return False
+            self._owner = threading.get_ident()
+            if self._jobs:
+                if self.driver.cooperative:  # they may remove sockets, which only the driver's thread can
+                    return False
+                self._run_jobs()  # a callback that subscribed before the message was sent gets it
+            self._receiver.deliver_item(source, item)
+            return True
+        finally:
+            if acquired:
+                self._release_ownership()
+                # Nobody was woken for it meanwhile. `_has_work` would take as long as the rest.
+                if self._closed:
+                    if not self._is_disposed:  # the driver's threads may have ended, if the node has
+                        self.close(wait=False)
+                elif self._ready_inboxes or self._readable or self._new_links or self._jobs or self._unfinished:
+                    self.driver.wake(self)
+
+    def _drain_inboxes(self) -> None:
+        """Pass messages in inboxes to the streams, in place of the driver's loop, which may be busy for long."""
+        if not self.driver.cooperative or self._jobs or not self._owner_lock.acquire(blocking=False):
+            time.sleep(0)  # let the owner do it, in case it only waits for the interpreter's lock
+            return
+        self._owner = threading.get_ident()
+        try:
+            for _ in range(len(self._ready_inboxes)):
+                # Otherwise a callback has been added: not on this thread.
+                if self.driver.cooperative and not self._dispatcher.is_held_back:
+                    self._deliver_from_inbox(self._ready_inboxes.pop(0))
+        finally:
+            self._release_ownership()
+            if self._closed:
+                self.driver.wake(self)
+
+    def recover(self, inbox: Inbox) -> None:
+        """Look for messages in an inbox, in case its sender was interrupted before it announced them."""
+        self.inboxes.mark_ready(inbox)
+        self.wake()
+
+    def wait_for_room(self, inbox: Inbox) -> None:
+        """Wait until fewer than UNBOUNDED_LIMIT messages wait, if no limit is set."""
+        # A callback that publishes to its own topic would wait for itself.
+        if self.limit is None and self._owner != threading.get_ident():
+            self.inboxes.wait_for_room(inbox, UNBOUNDED_LIMIT, lambda: self._closed)
+
+    def stop(self) -> None:
+        """Stop delivering; `close` must still be called."""
+        self._closed = True
+
+    def close(self, timeout: float = 5.0, wait: bool = True) -> None:
+        """Close all links; wait at most ``timeout`` seconds for a running callback, or leave the rest to its thread."""
+        self._closed = True
+        if self._owner == threading.get_ident():
+            return  # a callback ends its own subscription: the owner does the rest
+        if self._owner_lock.acquire(timeout=timeout if wait else 0):
+            self.driver.call(self._dispose, timeout)
+            self._owner_lock.release()
+
+    # The owner --------------------------------------------------------------------------------------------------------
+
+    def run(self, fd: int | None) -> None:
+        """Become the owner, unless there is one, and do all pending work.
+
+        Args:
+            fd: descriptor of a link's socket that can be read.
+        """
+        if fd is not None:
+            self._readable.append(fd)
+        self._is_woken = False
+        cooperative = self.driver.cooperative
+        while not self._is_disposed if self._closed else self._has_work:
+            if not self._owner_lock.acquire(blocking=False):
+                return  # the owner checks for it when it has ended
+            self._owner = threading.get_ident()
+            try:
+                self._work()
+            except BaseException:
+                self._release_ownership()
+                self.driver.wake(self)  # for what was left
+                raise
+            self._release_ownership()
+            if cooperative and not self._closed:
+                if self._has_work:
+                    self.wake()
+                return
+
+    def _release_ownership(self) -> None:
+        self._owner = 0
+        self._owner_lock.release()
+
+    def _work(self) -> None:
+        cooperative = self.driver.cooperative
+        while not self._closed and self._has_work:
+            self._run_jobs()
+            # One turn for each source in line now; sources that are added come after them.
+            for _ in range(len(self._new_links)):
+                # If callbacks fall behind, `_catch_up` drains the other sources as well.
+                if self._new_links and (batch := self.links.open(self._new_links.pop(0))):
+                    self._deliver(batch)
+            for line, take_turn in self._lines:
+                for _ in range(len(line)):
+                    if self._dispatcher.is_held_back:
+                        break
+                    take_turn(line.pop(0))
+            self.inboxes.notify_all()
+            if cooperative:
+                break
+        if self._closed:
+            self._dispose()
 
     @property
     def _has_work(self) -> object:
@@ -81,17 +272,34 @@ class DeliveryLoop:
         return (
             self._new_links
             or self._jobs
-            or ((self._readable or self._ready_inboxes or self._unfinished) and not self._is_held_back)
+            or ((self._readable or self._ready_inboxes or self._unfinished) and not self._dispatcher.is_held_back)
         )
-
-    @property
-    def _is_held_back(self) -> bool:
-        """Whether publishers are held back."""
-        return any(each.full for each in self.streams) and not any(each.urgent for each in self.streams)
 
     def _run_jobs(self) -> None:
         for _ in range(len(self._jobs)):
             self._jobs.pop(0)()
+
+    def forget(self, source: Source) -> None:
+        """Forget a source that has ended; but first its inbox must be empty. Called by the owner."""
+        self._dispatcher.forget(source)
+        for inbox in [each for each in list(self.inboxes.inboxes) if each.source is source]:
+            if len(inbox):
+                return  # `_mark_empty` continues
+            self.inboxes.forget(inbox)
+        if self._spin_queues is not None:
+            self._spin_queues.forget(source)
+
+    def _dispose(self) -> None:
+        self._is_disposed = True
+        for link in self.links:
+            self.links.close(link)
+        while self._new_links:
+            self._new_links.pop(0).close()
+        self._jobs.clear()
+        self._unfinished.clear()
+        self.inboxes.notify_all()
+
+    # Turns of TCP links -----------------------------------------------------------------------------------------------
 
     def _receive_from(self, fd: int) -> None:
         link = self.links.get(fd)
@@ -102,10 +310,34 @@ class DeliveryLoop:
         link.last_time = now
         try:
             self._receive(link)
-            if (flowing or link.spins) and link.can_wait and len(self.links) == 1 and not self.inbox_set.inboxes:
+            if (flowing or link.spins) and link.can_wait and len(self.links) == 1 and not self.inboxes.inboxes:
                 self._receive_while_flowing(link)
         finally:
             self._rearm(link)
+
+    def _receive_while_flowing(self, link: TcpSource) -> None:
+        """While messages flow on the only link, wait in its receive: one system call less for each."""
+        flood = FloodDetector(link)
+        while not (self._closed or self._has_work or self._unfinished) and self.driver.has_waiting_thread:
+            if not self._receive(link, wait=True):
+                break
+            flood.pause()
+
+    def _receive(self, link: TcpSource, wait: bool = False) -> bool:
+        """Receive once and deliver; return whether more may be available."""
+        batch = self.links.receive(link, wait)
+        if self._jobs:  # these messages are older than the next receive: a new subscriber must get them first
+            self._run_jobs()
+        if batch is None:
+            return False
+        self._deliver(batch)
+        return True
+
+    def _resume(self, batch: Batch) -> None:
+        try:
+            self._deliver_in_turn(batch)
+        finally:
+            self._rearm(batch.link)
 
     def _rearm(self, link: TcpSource) -> None:
         """Wait for a link's socket again; a link without a wait, or a turn ahead, would never receive again."""
@@ -114,149 +346,56 @@ class DeliveryLoop:
 
     def _is_unfinished(self, link: TcpSource) -> bool:
         """Return whether a link has received messages that it must deliver before it receives more."""
-        return any(unfinished.link is link for unfinished in self._unfinished)
+        return any(batch.link is link for batch in self._unfinished)
 
-    def _resume(self, unfinished: Unfinished) -> None:
-        try:
-            if unfinished.items:
-                self._deliver_items(unfinished.link, unfinished.items)
-            else:
-                self._deliver_frames(*unfinished[:4])
-        finally:
-            self._rearm(unfinished.link)
-
-    def _receive_while_flowing(self, link: TcpSource) -> None:
-        """While messages flow on the only link, wait in its receive: one system call less for each."""
-        flood = FloodDetector(link)
-        while not (self._closed or self._has_work or self._unfinished) and self.links.driver.has_waiting_thread:
-            if not self._receive(link, wait=True):
-                break
-            flood.pause()
-
-    def _receive(self, link: TcpSource, wait: bool = False) -> bool:
-        """Receive once and deliver; return whether more may be available."""
-        frames = self.links.receive(link, wait)
-        if self._jobs:  # these frames are older than the next receive: a new subscriber must get them first
-            self._run_jobs()
-        if frames is None:
-            return False
-        if isinstance(frames, SplitBody):
-            self._deliver_received_item(link, frames)
-        elif frames:
-            self._deliver_received(link, frames)
-        return True
-
-    def _deliver_received(self, link: TcpSource, frames: list[tuple[int, int]]) -> None:
-        if link.items is not None:
-            self._deliver_received_items(link, link.items)
-            return
-        if frames[-1][1] > MIN_LARGE_FRAME and len(frames) == 1:  # a single body is not copied again
-            self._deliver_received_item(link, link.buffer.take_bodies(frames)[0])
-            return
-        data = link.buffer.take(frames)
-        if self._callbacks is not None:
-            for start, end in frames:
-                self._queue_for_spin(link, data[start:end])
-            return
-        deliver, limit = self._deliver, self.limit
-        if limit is None:
-            self._deliver_frames(link, data, frames, 0)
-            return
-        slow_after = perf_counter() + MAX_CALLBACK_TIME
-        for index, (start, end) in enumerate(frames, 1):
-            deliver(link, data, start, end)
-            if perf_counter() > slow_after:
-                self._dropped += max(0, len(frames) - index - limit)
-                self._catch_up([(link, data[a:b]) for a, b in frames[index:][-limit:]])
-                return
-
-    def _deliver_received_items(self, link: TcpSource, items: deque[bytes | SplitBody]) -> None:
-        """Deliver messages some of which are not in the link's buffer."""
-        link.items = None
-        if self._callbacks is not None:
-            while items:
-                self._queue_for_spin(link, items.popleft())
-            return
+    def _deliver(self, batch: Batch) -> None:
+        """Deliver what a link has just received, or queue it for `spin`."""
         limit = self.limit
-        if limit is None:
-            self._deliver_items(link, items)
-            return
-        slow_after = perf_counter() + MAX_CALLBACK_TIME
-        while items:
-            self._deliver_item(link, items.popleft())
-            if perf_counter() > slow_after:
-                self._dropped += max(0, len(items) - limit)
-                unfinished: list[tuple[Source, Item]] = [(link, item) for item in items]
-                items.clear()
-                self._catch_up(unfinished[-limit:])
-                return
+        if self._spin_queues is not None:
+            batch.deliver(self._receiver, len(batch))
+        elif limit is None:
+            self._deliver_in_turn(batch)
+        elif batch.deliver_until(self._receiver, perf_counter() + MAX_CALLBACK_TIME):
+            self._catch_up(batch, limit)
 
-    def _deliver_items(self, link: TcpSource, items: deque[bytes | SplitBody]) -> None:
-        """Deliver items; not all, if other sources wait and the link's turn is over."""
-        start = perf_counter()
-        while items and not self._closed:
-            is_turn_over = perf_counter() > start + MAX_TURN_TIME and (self._has_work or self.links.driver.cooperative)
-            if is_turn_over or self._is_held_back:
-                self._unfinished.append(Unfinished(link, b"", [], 0, items))
-                return
-            self._deliver_item(link, items.popleft())
-
-    def _deliver_frames(self, link: TcpSource, data: bytes, frames: list[tuple[int, int]], position: int) -> None:
-        """Deliver the frames from a position on; not all, if other sources wait and the link's turn is over."""
-        deliver, batch, start = self._deliver, 1, perf_counter()
-        while not self._closed:
-            for start, end in frames[position : position + batch]:
-                deliver(link, data, start, end)
-            position += batch
-            if position >= len(frames):
-                return
+    def _deliver_in_turn(self, batch: Batch) -> None:
+        """Deliver messages; not all, if other sources wait and the link's turn is over."""
+        count, start = 1, perf_counter()
+        while not self._closed and batch.deliver(self._receiver, count):
             now = perf_counter()
-            is_turn_over = now > start + MAX_TURN_TIME and (self._has_work or self.links.driver.cooperative)
-            if is_turn_over or self._is_held_back:
-                self._unfinished.append(Unfinished(link, data, frames, position))
+            is_turn_over = now > start + MAX_TURN_TIME and (self._has_work or self.driver.cooperative)
+            if is_turn_over or self._dispatcher.is_held_back:
+                self._unfinished.append(batch)
                 return
             if now < start + BATCH_GROWTH_TIME:
-                batch = min(2 * batch, MAX_BATCH)
+                count = min(2 * count, MAX_BATCH)
 
-    def _deliver_received_item(self, source: Source, item: Item) -> None:
-        if self._callbacks is not None:
-            self._queue_for_spin(source, item)
-            return
-        slow_after = perf_counter() + MAX_CALLBACK_TIME
-        self._deliver_item(source, item)
-        if self.limit is not None and perf_counter() > slow_after:
-            self._catch_up([])
+    # Slow callbacks ---------------------------------------------------------------------------------------------------
 
-    def _catch_up(self, unfinished: list[tuple[Source, Item]]) -> None:
+    def _catch_up(self, batch: Batch, limit: int) -> None:
         """Deliver the newest messages of each publisher in turn, while callbacks are slower than messages."""
-        backlog: Backlog[Source, Item] = Backlog(self.limit or 1)
-        for source, item in unfinished:
-            backlog.put(source, item)
-        while self._unfinished:  # from before the queue was bounded
-            link, data, frames, position, items = self._unfinished.pop(0)
-            for item in items or (data[start:end] for start, end in frames[position:]):
-                backlog.put(link, item)
-            self._rearm(link)
+        backlog = Backlog(limit)
+        backlog.put_batch(batch)
+        while self._unfinished:  # from before there was a limit
+            backlog.put_batch(earlier := self._unfinished.pop(0))
+            self._rearm(earlier.link)
         while not self._closed:
-            self._drain_links(backlog)
+            self._drain_all(backlog)
             self._run_jobs()  # after taking messages: a callback that subscribed before they were sent gets them
             if not backlog:
                 return
             slow_after = perf_counter() + MAX_CALLBACK_TIME
             while backlog and perf_counter() < slow_after:
-                self._deliver_item(*backlog.take())
+                self._receiver.deliver_item(*backlog.take())
             if not backlog and perf_counter() < slow_after:
                 return  # callbacks keep up again
 
-    def _drain_links(self, backlog: Backlog[Source, Item]) -> None:
-        """Receive what has arrived on all links."""
+    def _drain_all(self, backlog: Backlog) -> None:
+        """Put what has arrived on all links into the backlog."""
         for _ in range(len(self._new_links)):
-            link = self._new_links.pop(0)
-            backlog.put_frames(link, self.links.open(link))
-        for link in self.links:
-            deadline = perf_counter() + DRAIN_TIME / (len(self.links) or 1)
-            while perf_counter() < deadline and (frames := self.links.receive(link)) is not None:
-                backlog.put_frames(link, frames)
+            if (batch := self.links.open(self._new_links.pop(0))) is not None:
+                backlog.put_batch(batch)
+        self.links.drain(backlog)
         for _ in range(len(self._ready_inboxes)):
             inbox = self._ready_inboxes.pop(0)
             for _ in range(len(inbox)):
@@ -267,20 +406,22 @@ class DeliveryLoop:
         self._dropped += backlog.dropped
         backlog.dropped = 0
 
-    def _deliver_from_inbox(self, inbox: Inbox[Source, Item]) -> None:
+    # Turns of inboxes -------------------------------------------------------------------------------------------------
+
+    def _deliver_from_inbox(self, inbox: Inbox) -> None:
         """Give an inbox its turn. It keeps its place even if a callback raises an exception that is not caught."""
-        deliver = self._deliver_item if self._callbacks is None else self._queue_for_spin
+        deliver_item = self._receiver.deliver_item
         batch, start, now = 1, perf_counter(), 0.0
-        while now < start + MAX_TURN_TIME and not self._is_held_back:
+        while now < start + MAX_TURN_TIME and not self._dispatcher.is_held_back:
             for _ in range(batch):
                 item = inbox.take()
                 if self._jobs:
-                    self._run_jobs()  # as above
+                    self._run_jobs()  # as in `_receive`
                 if item is None or self._closed:
                     self._mark_empty(inbox)
                     return
                 try:
-                    deliver(inbox.source, item)
+                    deliver_item(inbox.source, item)
                 except BaseException:
                     self._ready_inboxes.append(inbox)
                     raise
@@ -289,23 +430,7 @@ class DeliveryLoop:
                 batch = min(2 * batch, MAX_BATCH)
         self._ready_inboxes.append(inbox)
 
-    def _mark_empty(self, inbox: Inbox[Source, Item]) -> None:
+    def _mark_empty(self, inbox: Inbox) -> None:
         ended = not inbox.source.connected  # first: a source may just be adding its last messages and ending
-        if self.inbox_set.mark_empty(inbox) and ended:
-            self._forget(inbox)
-
-    def forget(self, source: Source) -> None:
-        """Remove a source whose inbox has ended. Called by the owner."""
-        for inbox in [each for each in list(self.inbox_set.inboxes) if each.source is source and not len(each)]:
-            self._forget(inbox)
-
-    def _forget(self, inbox: Inbox[Source, Item]) -> None:
-        self.inbox_set.forget(inbox)
-        self._spin_queues.forget(inbox.source)
-
-    def _queue_for_spin(self, source: Source, item: Item) -> None:
-        if not self._on_arrival(source, item):
-            return
-        call = self._spin_queues.put(source, item, self.limit or UNBOUNDED_LIMIT)
-        if call is not None and self._callbacks is not None:
-            self._callbacks.push(call)
+        if self.inboxes.mark_empty(inbox) and ended:
+            self.forget(inbox.source)

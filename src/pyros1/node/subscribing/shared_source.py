@@ -13,6 +13,7 @@ from typing import Any
 
 from pyros1.ground.errors import ProtocolError
 from pyros1.msgs.large_arrays import SplitBody
+from pyros1.node.subscribing.queues import Batch, Items
 from pyros1.node.subscribing.tcp_source import TcpSource
 from pyros1.wire.framing import MAX_MESSAGE_SIZE
 from pyros1.wire.local import (
@@ -156,17 +157,15 @@ class SharedSource(TcpSource):
         self._control_socket.close()
         super().close()
 
-    def split(self, count: int) -> list[tuple[int, int]]:
-        """Like TcpSource's; if there are references, `items` has all messages.
+    def batch(self, frames: list[tuple[int, int]]) -> Batch:
+        """Like TcpSource's; references become the messages that they refer to.
 
         Raises:
-            ProtocolError: a frame is too large, or a reference cannot be followed.
+            ProtocolError: a reference cannot be followed.
         """
-        frames = super().split(count)
-        self.items = None
-        if frames and self.buffer.data.find(self._token, frames[0][0], frames[-1][1]) >= 0:
-            self.items = deque(self._resolve(body) for body in self.buffer.take_bodies(frames))
-        return frames
+        if self.buffer.data.find(self._token, frames[0][0], frames[-1][1]) < 0:
+            return super().batch(frames)
+        return Items(self, map(self._resolve, self.buffer.take_bodies(frames)))
 
     def _resolve(self, body: bytes) -> bytes | SplitBody:
         """Return the message that a frame contains or refers to."""

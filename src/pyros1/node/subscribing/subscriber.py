@@ -14,9 +14,9 @@ from pyros1.node.context import wait_for_links
 
 if TYPE_CHECKING:
     from pyros1.node.subscribing.deadline import Deadline
-    from pyros1.node.subscribing.sources import InboxSource, Item, Source
-    from pyros1.node.subscribing.subscription import Stream, Subscription
-    from pyros1.node.subscribing.tcp_source import TcpSource
+    from pyros1.node.subscribing.dispatcher import Stream
+    from pyros1.node.subscribing.queues import Item, Source
+    from pyros1.node.subscribing.subscription import Subscription
 
 _M = TypeVar("_M")
 Decode = Callable[..., Any]
@@ -138,7 +138,7 @@ class Subscriber(Generic[_M]):
 
     def message(self, source: Source, item: Item) -> _M | None:
         """Return the message that the stream received; None, after logging it, if it cannot be decoded."""
-        message: _M | None = self._subscription.message(self, source, item)
+        message: _M | None = self._subscription.dispatcher.message(self, source, item)
         return message
 
     def resume_publishers(self) -> None:
@@ -146,7 +146,7 @@ class Subscriber(Generic[_M]):
         self._subscription.delivery.wake()
 
     @property
-    def links(self) -> tuple[TcpSource | InboxSource, ...]:
+    def links(self) -> tuple[Source, ...]:
         """The links to the topic's publishers: the ``uri`` of the node, its connection ``header``, ``transport`` and
         ``address``, and the number of ``messages`` so far."""
         return self._subscription.links

@@ -7,57 +7,24 @@ connection per node. https://wiki.ros.org/rospy/Overview/Publishers%20and%20Subs
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sized
-from typing import TYPE_CHECKING, Any, Protocol
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
 
-from pyros1.ground.errors import LengthError, MessageError, NodeError
-from pyros1.msgs.large_arrays import layout
-from pyros1.node.log.levels import ERROR, WARN
+from pyros1.ground.errors import NodeError
 from pyros1.node.subscribing.connector import Connector
-from pyros1.node.subscribing.delivery import Delivery
-from pyros1.node.subscribing.drivers import StreamState
-from pyros1.node.subscribing.hints import Hints
-from pyros1.node.subscribing.sources import InboxSource, Item, Source
-from pyros1.node.subscribing.tcp_source import MIN_LARGE_FRAME, TcpSource
+from pyros1.node.subscribing.delivery_loop import DeliveryLoop
+from pyros1.node.subscribing.dispatcher import Dispatcher, SpinQueues
 from pyros1.node.topic_type import topic_type
 from pyros1.wire.handshake import ANY, subscriber_header
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context, PublicationView
-    from pyros1.node.subscribing.drivers import Driver
+    from pyros1.node.subscribing.hints import Hints
+    from pyros1.node.subscribing.queues import Source
+    from pyros1.node.subscribing.subscriber import Subscriber
+    from pyros1.node.subscribing.tcp_source import TcpSource
+    from pyros1.node.subscribing.threads import Driver
     from pyros1.node.subscribing.udp_source import UdpSource
-
-
-class Stream(StreamState, Protocol):
-    """A subscriber's own queue."""
-
-    def put(self, source: Source, item: Item) -> None:
-        """Accept a message. One thread at a time."""
-
-
-class SubscriberCallback(Protocol):
-    """The part of a subscriber that a subscription needs; see `subscriber.Subscriber`.
-
-    Attributes:
-        direct: whether the callback runs in the thread that receives, even in a node that spins.
-        in_publisher: whether it runs in the thread of a publisher of this process.
-        stream: receives the messages undecoded, in place of a callback.
-        made: class of messages that need not be converted for the callback; None: all must be converted.
-    """
-
-    made: type[Any] | None
-    type: type[Any]
-    queue_size: int | None
-    direct: bool
-    in_publisher: bool
-    stream: Stream | None
-    decode: Callable[..., Any]
-
-    def take(self, item: Item, exact: bool = False) -> Any:
-        """Return the message of an item; see `subscriber.Subscriber.take`."""
-
-    def call(self, message: Any) -> None:
-        """Run the callback."""
 
 
 class Subscription:
@@ -68,7 +35,13 @@ class Subscription:
         topic: full name.
         message_class: of the first subscriber; AnyMsg accepts every type.
         hints: transports and options for links to publishers.
-        driver: receives while all subscribers are streams that drop nothing; None: the node's threads.
+        driver: runs the delivery loop while all subscribers are streams that drop nothing; None: the node's threads.
+
+    Attributes:
+        type: in the form of connection headers.
+        on_change: called, without arguments, when links come and go.
+        dispatcher: passes messages to the subscribers.
+        delivery: receives from the links.
     """
 
     def __init__(
@@ -77,33 +50,22 @@ class Subscription:
         self.context = context
         self.topic = topic
         self.type = topic_type(message_class)
-        self.subscribers: tuple[SubscriberCallback, ...] = ()
         self.on_change: list[Callable[[], None]] = []
         self.hints = hints
+        self.dispatcher = Dispatcher(context, topic)
+        self._spin_queues = None if context.callbacks is None else SpinQueues(self.dispatcher, context.callbacks)
+        self.delivery = DeliveryLoop(
+            self.dispatcher, driver or context.delivery_threads, self._spin_queues, self._link_lost
+        )
         self._connectors: dict[str, Connector] = {}  # loop only
-        self._in_links: tuple[TcpSource, ...] = ()
-        self._local_links: tuple[InboxSource, ...] = ()
-        self._latched: dict[int, tuple[Source, Item]] = {}  # as delivered
-        self._early_latched: dict[int, tuple[Source, Item]] = {}  # in a node that spins: as arrived
+        self._tcp_links: tuple[TcpSource, ...] = ()
+        self._inbox_links: tuple[Source, ...] = ()  # over UDP and within the process
         self._lock = threading.RLock()  # a signal handler may end the node on top of a method of this object
         self._closed = False
-        self._direct: tuple[SubscriberCallback, ...] = ()
-        # Those of both that have received the latched messages, and now receive all further messages.
-        self._active: tuple[SubscriberCallback, ...] = ()
-        self._active_direct: tuple[SubscriberCallback, ...] = ()
-        self._streams: tuple[Stream, ...] = ()
-        self.delivery = Delivery(
-            driver or context.delivery_threads,
-            self._deliver,
-            self._deliver_item,
-            self._link_lost,
-            self._on_arrival,
-            context.callbacks,
-        )
 
     # Subscribers ------------------------------------------------------------------------------------------------------
 
-    def add(self, subscriber: SubscriberCallback) -> None:
+    def add(self, subscriber: Subscriber[Any]) -> None:
         """Add a subscriber and give it earlier latched messages (T18).
 
         Raises:
@@ -117,44 +79,21 @@ class Subscription:
                 )
             if self.type.md5sum == ANY:
                 self.type = requested_type
-            if subscriber.direct and self.context.callbacks is not None:
-                self._direct = (*self._direct, subscriber)
-            else:
-                self.subscribers = (*self.subscribers, subscriber)
+            self.dispatcher.add(subscriber)
             self._set_limit()
         stream = subscriber.stream
         busy = stream is None or stream.wants_newest  # a callback may wait
         if busy and self.delivery.driver.cooperative:
             self.delivery.submit(lambda: self.delivery.links.move(self.context.delivery_threads))
-        self.delivery.submit(lambda: self._activate(subscriber), by_callback=True)
+        self.delivery.submit(lambda: self.dispatcher.activate(subscriber), by_callback=True)
 
-    def remove(self, subscriber: SubscriberCallback) -> bool:
+    def remove(self, subscriber: Subscriber[Any]) -> bool:
         """Remove a subscriber; return whether any is left."""
         with self._lock:
-            self.subscribers = tuple(other for other in self.subscribers if other is not subscriber)
-            self._direct = tuple(other for other in self._direct if other is not subscriber)
-            self._active = tuple(other for other in self._active if other is not subscriber)
-            self._active_direct = tuple(other for other in self._active_direct if other is not subscriber)
-            self._set_streams(tuple(other for other in self._streams if other is not subscriber.stream))
+            self.dispatcher.remove(subscriber)
             self._set_limit()
-        return bool(self.subscribers or self._direct)
-
-    def _activate(self, subscriber: SubscriberCallback) -> None:
-        """Deliver the latched messages to a subscriber, and from now on all others. Called by the delivery's owner."""
-        with self._lock:
-            early = subscriber.direct and self.context.callbacks is not None
-            latched = list((self._early_latched if early else self._latched).values())
-            if subscriber in self.subscribers and subscriber.stream is not None:
-                self._set_streams((*self._streams, subscriber.stream))
-            elif subscriber in self.subscribers:
-                self._active = (*self._active, subscriber)
-            elif subscriber in self._direct:
-                self._active_direct = (*self._active_direct, subscriber)
-        self._replay(subscriber, latched)
-
-    def _set_streams(self, streams: tuple[Stream, ...]) -> None:
-        self._streams = self.delivery.streams = streams
         self.delivery.wake()  # the subscriber that held publishers back may be gone
+        return bool(self.dispatcher.subscribers or self.dispatcher.direct)
 
     def limit_changed(self) -> None:
         """Apply the new limit of a subscriber."""
@@ -166,10 +105,14 @@ class Subscription:
 
         Streams limit themselves. Messages are delivered in the publisher's thread if all callbacks to be run want that.
         """
-        sizes = [subscriber.queue_size for subscriber in self.subscribers]
-        no_limit = None in sizes or all(subscriber.stream is not None for subscriber in self.subscribers)
-        self.delivery.limit = None if no_limit else max(size for size in sizes if size is not None)
-        run = self._direct if self.context.callbacks is not None else self.subscribers
+        subscribers = self.dispatcher.subscribers
+        sizes = [subscriber.queue_size for subscriber in subscribers]
+        no_limit = None in sizes or all(subscriber.stream is not None for subscriber in subscribers)
+        limit = None if no_limit else max(size for size in sizes if size is not None)
+        self.delivery.limit = limit
+        if self._spin_queues is not None:
+            self._spin_queues.limit = limit
+        run = self.dispatcher.direct if self.context.callbacks is not None else subscribers
         self.delivery.in_publisher = bool(run) and all(subscriber.in_publisher for subscriber in run)
 
     # Publishers -------------------------------------------------------------------------------------------------------
@@ -214,7 +157,7 @@ class Subscription:
             return
         link.spins = self.hints.low_latency
         with self._lock:
-            self._in_links = (*self._in_links, link)
+            self._tcp_links = (*self._tcp_links, link)
         self.delivery.add(link)
         self._changed()
 
@@ -240,33 +183,24 @@ class Subscription:
             context.loop, self.delivery, header, uri, context.address, context.allowlist, size, self._local_closed
         )
 
-    def add_local(self, link: InboxSource) -> None:
+    def add_local(self, link: Source) -> None:
         """Add a link that puts messages into an inbox. On the loop."""
         with self._lock:
             if link.connected:  # not if the publisher has ended meanwhile, on its own thread
-                self._local_links = (*self._local_links, link)
+                self._inbox_links = (*self._inbox_links, link)
         self._changed()
 
-    def _local_closed(self, link: InboxSource) -> None:
+    def _local_closed(self, link: Source) -> None:
         """Note that a link that puts messages into an inbox has ended. Any thread."""
         with self._lock:
-            self._local_links = tuple(other for other in self._local_links if other is not link)
-        self.delivery.submit(lambda: self._ended(link))
+            self._inbox_links = tuple(other for other in self._inbox_links if other is not link)
+        self.delivery.submit(lambda: self.delivery.forget(link))
         self.context.loop.call_soon(self._reconnect, link.uri, None)
         self._changed()
 
-    def _ended(self, link: InboxSource) -> None:
-        self._forget(link)
-        self.delivery.forget(link)
-
-    def _forget(self, source: Source) -> None:
-        self._latched.pop(id(source), None)
-        self._early_latched.pop(id(source), None)
-
     def _link_lost(self, link: TcpSource, reason: str | None) -> None:
         with self._lock:
-            self._in_links = tuple(other for other in self._in_links if other is not link)
-        self._forget(link)
+            self._tcp_links = tuple(other for other in self._tcp_links if other is not link)
         self.context.loop.call_soon(self._reconnect, link.uri, reason)
         self._changed()
 
@@ -281,141 +215,22 @@ class Subscription:
             callback()
 
     @property
-    def links(self) -> tuple[TcpSource | InboxSource, ...]:
+    def links(self) -> tuple[Source, ...]:
         """The open links."""
-        return self._in_links + self._local_links
-
-    # Messages, on the reader thread or the one that spins -------------------------------------------------------------
-
-    def _on_arrival(self, source: Source, item: Item) -> bool:
-        """Call the subscribers that do not wait for `spin`, in a node that spins; return whether others do."""
-        if source.header.get("latching") == "1" and source.connected:
-            self._early_latched[id(source)] = (source, item)
-        if self._active_direct:
-            self._call(self._active_direct, source, item)
-        return bool(self.subscribers)
-
-    def _deliver(self, source: Source, data: bytes, start: int, end: int) -> None:
-        active = self._active
-        if source.header.get("latching") == "1":
-            active = self._keep_latched(source, data[start:end])
-        if self._streams:
-            self._put_into_streams(source, data[start:end])
-        self._call(active, source, data, start, end)
-
-    def _deliver_item(self, source: Source, item: Item) -> None:
-        active, header = self._active, source.header
-        if header.get("latching") == "1":
-            active = self._keep_latched(source, item)
-        if self._streams:
-            self._put_into_streams(source, item)
-        if len(active) == 1 and item.__class__ is active[0].made:  # most often, within a process
-            message: Any = item
-            message._connection_header = header
-            active[0].call(message)
-            return
-        self._call(active, source, item)
-
-    def _put_into_streams(self, source: Source, item: Item) -> None:
-        for stream in self._streams:
-            stream.put(source, item)
-
-    def _keep_latched(self, source: Source, item: Item) -> tuple[SubscriberCallback, ...]:
-        """Keep a latched message for later subscribers; return the subscribers that receive it now."""
-        with self._lock:
-            if source.connected:  # not a message that was still queued when its publisher left
-                self._latched[id(source)] = (source, item)
-            return self._active
-
-    def _call(
-        self, subscribers: tuple[SubscriberCallback, ...], source: Source, data: Any, start: int = 0, end: int = -1
-    ) -> None:
-        """Run the callbacks.
-
-        Args:
-            data: a buffer with a frame's body from ``start`` to ``end``; or an item, if ``end`` is -1.
-        """
-        header = source.header
-        message = made_by = None
-        for subscriber in subscribers:
-            if subscriber.decode is not made_by or message is None:
-                try:
-                    message = subscriber.decode(data, start, end, True) if end >= 0 else subscriber.take(data, True)
-                except LengthError as error:
-                    self._warn_wrong_length(source, error)
-                    message = subscriber.decode(data, start, end) if end >= 0 else subscriber.take(data)
-                except MessageError as error:
-                    self._log_undecodable(source, error)
-                    continue
-                message._connection_header = header
-                made_by = subscriber.decode
-                if end - start >= MIN_LARGE_FRAME:
-                    _expect_array(source, message, end - start)
-                elif end < 0 and isinstance(data, bytes) and len(data) >= MIN_LARGE_FRAME:
-                    _expect_array(source, message, len(data))
-            subscriber.call(message)
-
-    def message(self, subscriber: SubscriberCallback, source: Source, item: Item) -> Any:
-        """Return the message that a stream received; None, after logging it, if it cannot be decoded."""
-        try:
-            message = subscriber.take(item, exact=True)
-        except LengthError as error:
-            self._warn_wrong_length(source, error)
-            message = subscriber.take(item)
-        except MessageError as error:
-            self._log_undecodable(source, error)
-            return None
-        message._connection_header = source.header
-        if isinstance(item, bytes) and len(item) >= MIN_LARGE_FRAME:
-            _expect_array(source, message, len(item))
-        return message
-
-    def _log_undecodable(self, source: Source, error: MessageError) -> None:
-        who = source.header.get("callerid", "?")
-        self.context.log.peer(ERROR, "%s from %s: %s (message dropped)", self.topic, who, error)
-
-    def _warn_wrong_length(self, source: Source, error: LengthError) -> None:
-        """Log that messages do not end where they should. They are received nevertheless, like in stock nodes."""
-        who = source.header.get("callerid", "?")
-        text = "%s from %s: received %s: is its definition different, or does it append a checksum?"
-        self.context.log.peer(WARN, text, self.topic, who, error, max_texts=1, link=(self.topic, who))
-
-    def _replay(self, subscriber: SubscriberCallback, latched: list[tuple[Source, Item]]) -> None:
-        for source, item in latched:
-            if subscriber.stream is not None:
-                subscriber.stream.put(source, item)
-                continue
-            try:
-                message = subscriber.take(item)
-            except MessageError:
-                continue  # was logged when it came
-            message._connection_header = source.header
-            if self.context.callbacks is not None and not subscriber.direct:
-                self.context.callbacks.push(lambda message=message: subscriber.call(message))  # type: ignore[misc]
-            else:
-                subscriber.call(message)
+        return self._tcp_links + self._inbox_links
 
     def close(self, timeout: float = 5.0, wait: bool = True) -> None:
         """End all links; wait for a running callback at most ``timeout`` seconds, or not at all."""
         self._closed = True
         self.context.loop.call_soon(self._stop_connectors)
-        for link in self._local_links:
+        for link in self._inbox_links:
             link.close()
         self.delivery.close(timeout, wait)
         with self._lock:
-            self._in_links = ()
+            self._tcp_links = ()
         self._changed()
 
     def _stop_connectors(self) -> None:
         for connector in list(self._connectors.values()):
             connector.stop()
         self._connectors.clear()
-
-
-def _expect_array(source: Source, message: Any, size: int) -> None:
-    """Record for a link where the array of a large message was in its frame."""
-    where = layout(type(message))
-    if where is not None and isinstance(source, TcpSource):
-        array = getattr(message, where.field, None)
-        if isinstance(array, Sized) and len(array) >= MIN_LARGE_FRAME:  # a program's own class may hold anything there
-            source.expect(size, len(array), where.tail, where.has_length_field)

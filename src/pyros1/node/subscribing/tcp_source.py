@@ -1,18 +1,27 @@
-"""The receiving end of a link from a publisher, over TCP."""
+"""The TCP links of a subscription: one (`TcpSource`) and all (`TcpLinks`)."""
 
 from __future__ import annotations
 
 import socket
 import struct
-from collections import deque
+import time
 from time import perf_counter
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
+from pyros1.ground.errors import ProtocolError
 from pyros1.msgs.large_arrays import SplitBody
 from pyros1.net.socket_close import shutdown_and_close
 from pyros1.net.spin_wait import DONTWAIT, yield_processor
 from pyros1.net.timeouts import set_socket_timeouts
+from pyros1.node.subscribing.queues import Frames, Items
 from pyros1.wire.framing import FrameBuffer
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
+    from pyros1.node.subscribing.delivery_loop import DeliveryLoop
+    from pyros1.node.subscribing.queues import Backlog, Batch
+    from pyros1.node.subscribing.threads import Driver
 
 MIN_LARGE_FRAME = 1 << 17
 """Size in bytes from which a frame is received in pieces, its array directly into the final object."""
@@ -25,6 +34,18 @@ SPIN_TIME = 0.002
 """Seconds that an eager link looks for the next message without sleeping."""
 _ALL = getattr(socket, "MSG_WAITALL", 0)
 _read_size = struct.Struct("<I").unpack_from
+DRAIN_TIME = 0.02
+"""Maximum seconds spent on draining sockets before callbacks continue: a flood must not starve them."""
+
+MAX_FLOOD_GAP = 30e-6
+MAX_FLOOD_MESSAGES = 16
+MAX_FLOOD_BYTES = 65536
+"""A flood: MIN_FLOOD_STREAK receives in a row, of at most MAX_FLOOD_MESSAGES messages and MAX_FLOOD_BYTES bytes each,
+less than MAX_FLOOD_GAP seconds apart.
+"""
+MIN_FLOOD_STREAK = 100
+GATHER_TIME = 200e-6
+"""Seconds of a pause, in which messages gather."""
 
 
 class ArrayLayout(NamedTuple):
@@ -59,8 +80,6 @@ class TcpSource:
     """
 
     transport = "TCPROS"
-    items: deque[bytes | SplitBody] | None = None
-    """The messages of the last receive, if they are not all in the buffer; see `SharedSource`."""
 
     def __init__(self, sock: socket.socket, uri: str, header: dict[str, str], first: bytes) -> None:
         self.sock = sock
@@ -84,28 +103,30 @@ class TcpSource:
         except OSError:
             self.address = "TCPROS connection on port 0 to [unknown]"
 
-    def receive(self, wait: bool = False) -> int | SplitBody:
-        """Receive into the buffer, or a large frame in pieces.
+    def receive(self, wait: bool = False) -> Batch | None:
+        """Receive once.
 
         Args:
-            wait: whether to wait up to RECEIVE_TIMEOUT seconds, if the link is patient.
+            wait: whether to wait up to RECEIVE_TIMEOUT seconds, if the link can.
 
         Returns:
-            The number of bytes that came into the buffer, 0 at the end of the stream; or a whole frame's body.
+            The messages that are complete now, if any; None at the end of the stream.
 
         Raises:
             BlockingIOError: no bytes have come.
             OSError: the connection is broken.
+            ProtocolError: a frame is too large.
         """
         flags = 0 if wait else DONTWAIT
         if self.expected is not None and not self.buffer.partial:
             return self._receive_large(self.expected, flags)
-        if wait and self.spins and (count := self._spin_receive()) is not None:
-            return count
-        return self.sock.recv_into(self.buffer.writable(), 0, flags)
+        count = self._spin_receive() if wait and self.spins else None
+        if count is None:
+            count = self.sock.recv_into(self.buffer.writable(), 0, flags)
+        return self.split(count) if count else None
 
     def _spin_receive(self) -> int | None:
-        """Poll for bytes, and return like `receive`; None after SPIN_TIME seconds without any."""
+        """Poll for bytes, and return how many came, 0 at the end; None after SPIN_TIME seconds without any."""
         free_space, receive, deadline = self.buffer.writable(), self.sock.recv_into, perf_counter() + SPIN_TIME
         while perf_counter() < deadline:
             try:
@@ -118,8 +139,8 @@ class TcpSource:
         """Close the link's sockets."""
         shutdown_and_close(self.sock)
 
-    def split(self, count: int) -> list[tuple[int, int]]:
-        """Count the bytes that came into the buffer, and return (start, end) of its complete frames.
+    def split(self, count: int) -> Batch:
+        """Count the bytes that came into the buffer, and return the messages that are complete now.
 
         Args:
             count: number of bytes.
@@ -130,7 +151,13 @@ class TcpSource:
         self.bytes_received += count
         frames = self.buffer.received(count)
         self.messages += len(frames)
-        return frames
+        return self.batch(frames) if frames else Frames(self, b"", frames)
+
+    def batch(self, frames: list[tuple[int, int]]) -> Batch:
+        """Take complete frames out of the buffer."""
+        if frames[-1][1] > MIN_LARGE_FRAME and len(frames) == 1:  # a single body is not copied again
+            return Items(self, self.buffer.take_bodies(frames))
+        return Frames(self, self.buffer.take(frames), frames)
 
     def expect(self, size: int, array: int, tail: int, has_length_field: bool) -> None:
         """Note where the array of a large frame is, for frames of the same shape.
@@ -145,7 +172,7 @@ class TcpSource:
         if self.can_wait and _ALL and begin >= 4:
             self.expected = ArrayLayout(begin, tail, max(MAX_RESERVED, 2 * array), has_length_field)
 
-    def _receive_large(self, expected: ArrayLayout, flags: int) -> int | SplitBody:
+    def _receive_large(self, expected: ArrayLayout, flags: int) -> Batch | None:
         """Receive a frame of the expected shape; all other bytes go to the buffer.
 
         The wait for the array is short, like that of any receive: the rest of a slow frame also goes to the buffer.
@@ -160,11 +187,11 @@ class TcpSource:
                 if len(data) == array and len(end) == tail:
                     self.messages += 1
                     self.bytes_received += size + 4
-                    return SplitBody(received[4:-4], data, end, has_length_field)
+                    return Items(self, [SplitBody(received[4:-4], data, end, has_length_field)])
                 received = b"".join((received, data, end))
         self.expected = None
         self.buffer.feed(received)
-        return len(received)
+        return self.split(len(received)) if received else None
 
     def _receive_rest(self, size: int) -> bytes:
         if not size:
@@ -181,3 +208,116 @@ def _set_receive_timeout(sock: socket.socket) -> bool:
         return True
     sock.setblocking(False)
     return False
+
+
+class FloodDetector:
+    """Watches a link for a flood of single messages, while its receiver stays with it.
+
+    A publisher that sends each message separately wakes the receiver for each, which costs the publisher more than
+    sending. So the receiver lets them gather for a moment.
+    """
+
+    def __init__(self, link: TcpSource) -> None:
+        self._link = link
+        self._streak = 0
+        self._messages = link.messages
+        self._size = link.bytes_received
+        self._last = perf_counter()
+
+    def pause(self) -> None:
+        """Pause after a receive if a flood of single messages is arriving."""
+        link, now = self._link, perf_counter()
+        count = link.messages - self._messages
+        if now - self._last > count * MAX_FLOOD_GAP or link.bytes_received - self._size > MAX_FLOOD_BYTES:
+            self._streak = 0
+        elif count <= MAX_FLOOD_MESSAGES:
+            self._streak += 1
+            if self._streak > MIN_FLOOD_STREAK:
+                time.sleep(GATHER_TIME)
+        self._messages, self._size, self._last = link.messages, link.bytes_received, now
+
+
+class TcpLinks:
+    """The TCP links of a subscription. Only the owner of its delivery loop may use them.
+
+    Args:
+        delivery: the delivery loop, whose driver waits for the sockets.
+        on_lost: called with (link, reason) when a link has ended; reason is None for an orderly end.
+    """
+
+    def __init__(self, delivery: DeliveryLoop, on_lost: Callable[[TcpSource, str | None], None]) -> None:
+        self._delivery = delivery
+        self._on_lost = on_lost
+        self._links: dict[int, TcpSource] = {}
+
+    def __len__(self) -> int:
+        return len(self._links)
+
+    def __iter__(self) -> Iterator[TcpSource]:
+        return iter(list(self._links.values()))
+
+    def get(self, fd: int) -> TcpSource | None:
+        """Return the link with that descriptor, None if it is closed."""
+        return self._links.get(fd)
+
+    def open(self, link: TcpSource) -> Batch | None:
+        """Start waiting for a new link; return what came together with its header, None if it is lost already."""
+        driver = self._delivery.driver
+        if driver.cooperative:
+            link.can_wait = False
+        self._links[link.fd] = link
+        driver.register(link.fd, self._delivery)
+        try:
+            return link.split(0)
+        except ProtocolError as error:
+            self._lose(link, str(error))
+            return None
+
+    def rearm(self, link: TcpSource) -> None:
+        """Wait for a link again, unless it is closed."""
+        if self._links.get(link.fd) is link:
+            self._delivery.driver.rearm(link.fd)
+
+    def move(self, driver: Driver) -> None:
+        """Move the links, and the delivery loop, to another driver."""
+        for fd in self._links:
+            self._delivery.driver.unregister(fd)
+        self._delivery.driver = driver
+        for fd in self._links:
+            driver.register(fd, self._delivery)
+
+    def close(self, link: TcpSource) -> None:
+        """Close a link, without reporting it as lost."""
+        if self._links.pop(link.fd, None) is not None:
+            link.connected = False
+            self._delivery.forget(link)
+            self._delivery.driver.unregister(link.fd)
+            link.close()
+
+    def receive(self, link: TcpSource, wait: bool = False) -> Batch | None:
+        """Receive once from a link; return None if nothing has come, or the link is lost. See `TcpSource.receive`."""
+        try:
+            batch = link.receive(wait)
+        except BlockingIOError:
+            return None
+        except OSError as error:
+            self._lose(link, error.strerror or str(error))
+            return None
+        except ProtocolError as error:
+            self._lose(link, str(error))
+            return None
+        if batch is None:
+            self._lose(link, None)
+        return batch
+
+    def drain(self, backlog: Backlog) -> None:
+        """Put what has arrived on all links into a backlog."""
+        for link in self:
+            deadline = perf_counter() + DRAIN_TIME / (len(self) or 1)
+            while perf_counter() < deadline and (batch := self.receive(link)) is not None:
+                backlog.put_batch(batch)
+
+    def _lose(self, link: TcpSource, reason: str | None) -> None:
+        if link.fd in self._links:
+            self.close(link)
+            self._on_lost(link, reason)

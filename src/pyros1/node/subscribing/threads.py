@@ -13,14 +13,14 @@ import sys
 import threading
 from collections import deque
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from pyros1.net.poller import WAKE, Poller
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from pyros1.node.subscribing.drivers import Channel
+    from pyros1.node.subscribing.delivery_loop import DeliveryLoop
 
 MIN_WAITING_THREADS = 2
 """Number of threads that wait without a time limit."""
@@ -28,12 +28,41 @@ IDLE_TIMEOUT = 5.0
 """Seconds after which a further thread ends if nothing wakes it."""
 
 
+class Driver(Protocol):
+    """Runs delivery loops when they have work: the threads of a node, or an asyncio loop (`pyros1.aio.driver`).
+
+    Attributes:
+        cooperative: whether `DeliveryLoop.run` must return after each round of turns.
+    """
+
+    cooperative: bool
+
+    @property
+    def has_waiting_thread(self) -> bool:
+        """Whether another thread waits for the next message, so that this one may wait for a link."""
+
+    def register(self, fd: int, delivery: DeliveryLoop) -> None:
+        """Run a delivery loop when a socket can be read: once, and again after each `rearm`."""
+
+    def rearm(self, fd: int) -> None:
+        """Watch a socket again after its delivery loop was run."""
+
+    def unregister(self, fd: int) -> None:
+        """Unregister a socket; call this before closing it."""
+
+    def wake(self, delivery: DeliveryLoop) -> None:
+        """Run a delivery loop soon. Any thread."""
+
+    def call(self, function: Callable[[], None], timeout: float) -> None:
+        """Call a function that unregisters sockets, in the right thread; wait for it at most ``timeout`` seconds."""
+
+
 class DeliveryThreads:
     """The receiving threads of one node, and their sockets.
 
     Args:
         name: the node's name, for the names of the threads.
-        on_error: called with an exception that a channel did not handle.
+        on_error: called with an exception that a delivery loop did not handle.
     """
 
     cooperative = False
@@ -42,33 +71,33 @@ class DeliveryThreads:
         self._name = name
         self._on_error = on_error
         self._poller = Poller()
-        self._channels: dict[int, Channel] = {}
-        self._woken: deque[Channel] = deque()
-        self._lock = threading.RLock()  # a signal handler may wake a channel on top of a method of this object
+        self._deliveries: dict[int, DeliveryLoop] = {}
+        self._woken: deque[DeliveryLoop] = deque()
+        self._lock = threading.RLock()  # a signal handler may wake a delivery loop on top of a method of this object
         self._waiting = 0
         self._start_failed = False  # the system could not start another thread
         self._threads: set[threading.Thread] = set()
         self._started = 0
         self._closed = False
 
-    def register(self, fd: int, channel: Channel) -> None:
-        """Run a channel when a socket can be read: once, and again after each `rearm`."""
-        self._channels[fd] = channel
+    def register(self, fd: int, delivery: DeliveryLoop) -> None:
+        """Run a delivery loop when a socket can be read: once, and again after each `rearm`."""
+        self._deliveries[fd] = delivery
         self._poller.register(fd)
         self._begin()
 
     def rearm(self, fd: int) -> None:
-        """Watch a socket again after its channel was run."""
+        """Watch a socket again after its delivery loop was run."""
         self._poller.rearm(fd)
 
     def unregister(self, fd: int) -> None:
         """Unregister a socket; call this before closing it."""
-        self._channels.pop(fd, None)
+        self._deliveries.pop(fd, None)
         self._poller.unregister(fd)
 
-    def wake(self, channel: Channel) -> None:
-        """Run a channel soon, on one of the threads."""
-        self._woken.append(channel)
+    def wake(self, delivery: DeliveryLoop) -> None:
+        """Run a delivery loop soon, on one of the threads."""
+        self._woken.append(delivery)
         self._poller.wake()
         self._begin()
 
@@ -163,14 +192,14 @@ class DeliveryThreads:
 
     def _run(self, fd: int) -> None:
         if fd != WAKE:
-            channel = self._channels.get(fd)
-            if channel is not None:
-                channel.run(fd)
+            delivery = self._deliveries.get(fd)
+            if delivery is not None:
+                delivery.run(fd)
             return
         try:
-            channel = self._woken.popleft()
+            delivery = self._woken.popleft()
         except IndexError:
             return  # another thread was quicker
         if self._woken:
             self._poller.wake()  # too many at once for one wake-up each
-        channel.run(None)
+        delivery.run(None)

@@ -13,8 +13,7 @@ from typing import TYPE_CHECKING, Any
 from pyros1.net.hosts import is_own_address
 from pyros1.net.loop import READ
 from pyros1.net.ports import datagram_socket
-from pyros1.node.subscribing.inbox import Inbox
-from pyros1.node.subscribing.sources import UNBOUNDED_LIMIT
+from pyros1.node.subscribing.queues import UNBOUNDED_LIMIT, Inbox
 from pyros1.wire.datagram import LARGEST_SIZE, Assembler
 from pyros1.wire.header import encode_header
 
@@ -22,7 +21,7 @@ if TYPE_CHECKING:
     from pyros1.net.allowlist import Allowlist
     from pyros1.net.hosts import LocalAddress
     from pyros1.net.loop import Loop
-    from pyros1.node.subscribing.sources import Item, Receiver, Source
+    from pyros1.node.subscribing.delivery_loop import DeliveryLoop
 
 _MAX_PER_TURN = 256
 """Maximum number of datagrams received before the loop does other work."""
@@ -37,7 +36,7 @@ class UdpSource:
 
     Args:
         loop: the node's loop.
-        receiver: receives the messages.
+        delivery: delivers the messages.
         header: the subscriber's connection header.
         uri: the publisher's slave API.
         address: address to listen on.
@@ -58,7 +57,7 @@ class UdpSource:
     def __init__(
         self,
         loop: Loop,
-        receiver: Receiver,
+        delivery: DeliveryLoop,
         header: dict[str, str],
         uri: str,
         address: LocalAddress,
@@ -71,14 +70,14 @@ class UdpSource:
         self.messages = 0
         self.bytes_received = 0
         self.address = ""
-        self._receiver = receiver
+        self._delivery = delivery
         self._loop = loop
         self._header = header
         self._on_closed = on_closed
         self._host = address.advertised
         self._size = size
         self._open = False
-        self._inbox: Inbox[Source, Item] = Inbox(self)
+        self._inbox = Inbox(self)
         self._assembler = Assembler(0)
         self._allowlist = allowlist
         self._known: dict[str, bool] = {}  # senders, and whether their datagrams are accepted
@@ -110,7 +109,7 @@ class UdpSource:
         port, number = self._sock.getsockname()[1], self._sock.fileno()
         self.address = f"UDPROS connection on port {port} to [{peer_address[0]}:{peer_address[1]} on socket {number}]"
         self._open = True
-        self._receiver.open(self._inbox)
+        self._delivery.inboxes.open(self._inbox)
         self._loop.register(self._sock, READ, self._receive)
 
     def _receive(self, _mask: int) -> None:
@@ -127,7 +126,7 @@ class UdpSource:
             if body is not None:
                 self.messages += 1
                 self.bytes_received += len(body) + _LENGTH
-                self._receiver.push(self._inbox, body, UNBOUNDED_LIMIT)  # the loop must not wait for callbacks
+                self._delivery.push(self._inbox, body, UNBOUNDED_LIMIT)  # the loop must not wait for callbacks
             if not self._open:
                 return
 

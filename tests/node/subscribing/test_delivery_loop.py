@@ -1,4 +1,4 @@
-"""delivery: fresh data for slow callbacks, nothing lost without a bound, and peers that send nonsense.
+"""delivery_loop: fresh data for slow callbacks, nothing lost without a bound, and peers that send nonsense.
 
 Feature: a slow callback gets fresh messages -- as many as `queue_size`
 """
@@ -6,14 +6,14 @@ Feature: a slow callback gets fresh messages -- as many as `queue_size`
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 
 from pyros1.msgs.std_msgs.msg import Float64, String
-from pyros1.node.subscribing.delivery import Delivery
-from pyros1.node.subscribing.inbox import Inbox
-from pyros1.node.subscribing.time_slices import MAX_CALLBACK_TIME
+from pyros1.node.subscribing.delivery_loop import MAX_CALLBACK_TIME, DeliveryLoop
+from pyros1.node.subscribing.queues import Inbox
 from pyros1.wire.framing import MAX_MESSAGE_SIZE
 from pyros1.wire.header import encode_header
 
@@ -499,19 +499,43 @@ class _Here:
     connected = True
 
 
+class _Dispatcher:
+    """Gives each message to a function."""
+
+    is_held_back = False
+
+    def __init__(self, deliver: Callable[[Any], object]) -> None:
+        self._deliver = deliver
+
+    def deliver_item(self, _: Any, item: Any) -> None:
+        self._deliver(item)
+
+
+def here() -> Inbox:
+    """Return the inbox of a source within the process."""
+    source: Any = _Here()
+    return Inbox(source)
+
+
+def loop_with(driver: Any, deliver: Callable[[Any], object]) -> Any:
+    """Return a delivery loop that gives each message to a function."""
+    dispatcher: Any = _Dispatcher(deliver)
+    return DeliveryLoop(dispatcher, driver, None, lambda link, reason: None)
+
+
 def test_who_subscribed_before_a_message_was_sent_gets_it_though_others_are_behind() -> None:
     """A job that begins a subscriber comes before the messages that were put after it."""
     said: list[object] = []
-    inbox: Inbox[Any, Any] = Inbox(_Here())
+    inbox = here()
 
-    def deliver(_: Any, item: object) -> None:
+    def deliver(item: object) -> None:
         said.append(item)
         if item == "old":
             delivery.submit(lambda: said.append("begun"), by_callback=True)
             delivery.push(inbox, "new", 50)
 
-    delivery: Delivery = Delivery(_Driver(), None, deliver, None, None, None)  # type: ignore[arg-type]
-    delivery.open(inbox)
+    delivery = loop_with(_Driver(), deliver)
+    delivery.inboxes.open(inbox)
     delivery.push(inbox, "old", 50)
     delivery.run(None)
     assert said == ["old", "begun", "new"]
@@ -521,7 +545,7 @@ def test_only_the_thread_of_an_asyncio_loop_does_the_jobs_of_its_deliveries() ->
     """They may move links from the loop to other threads, which a publisher's thread must not do."""
     said: list[object] = []
     driver = _Driver()
-    delivery: Delivery = Delivery(driver, None, lambda _, item: said.append(item), None, None, None)  # type: ignore[arg-type]
+    delivery = loop_with(driver, said.append)
     delivery.in_publisher = driver.cooperative = True
     delivery.submit(lambda: said.append("moved"))
     assert not delivery.deliver_now(_Here(), "message")
@@ -533,15 +557,15 @@ def test_only_the_thread_of_an_asyncio_loop_does_the_jobs_of_its_deliveries() ->
 
 def test_a_callback_that_raises_what_nobody_catches_costs_no_other_message() -> None:
     said: list[object] = []
-    inbox: Inbox[Any, Any] = Inbox(_Here())
+    inbox = here()
 
-    def deliver(_: Any, item: object) -> None:
+    def deliver(item: object) -> None:
         said.append(item)
         if item == "bad":
             raise GeneratorExit
 
-    delivery: Delivery = Delivery(_Driver(), None, deliver, None, None, None)  # type: ignore[arg-type]
-    delivery.open(inbox)
+    delivery = loop_with(_Driver(), deliver)
+    delivery.inboxes.open(inbox)
     for item in ("good", "bad", "next"):
         delivery.push(inbox, item, 50)
     with pytest.raises(GeneratorExit):

@@ -1,0 +1,335 @@
+"""The dispatcher of a subscription: decodes each message for the topic's subscribers, and calls them.
+
+It also keeps the latched message of each publisher, for subscribers that come later (T18). In a node that spins, the
+delivery loop gives messages to `SpinQueues` instead, where they wait for the dispatcher until the program spins.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Sized
+from typing import TYPE_CHECKING, Any, Protocol
+
+from pyros1.ground.errors import LengthError, MessageError
+from pyros1.msgs.large_arrays import layout
+from pyros1.node.log.levels import ERROR, WARN
+from pyros1.node.subscribing.queues import UNBOUNDED_LIMIT, Inbox
+from pyros1.node.subscribing.tcp_source import MIN_LARGE_FRAME, TcpSource
+
+if TYPE_CHECKING:
+    from pyros1.node.callback_queue import CallbackQueue
+    from pyros1.node.context import Context
+    from pyros1.node.subscribing.queues import Item, Source
+    from pyros1.node.subscribing.subscriber import Subscriber
+
+
+class Stream(Protocol):
+    """A subscriber's own queue, such as an asyncio iteration's."""
+
+    @property
+    def full(self) -> bool:
+        """Whether it is full, so that publishers must be held back."""
+
+    @property
+    def wants_newest(self) -> bool:
+        """Whether messages must be received even while their consumer is busy, so that the newest ones are kept."""
+
+    @property
+    def urgent(self) -> bool:
+        """Whether it waits for a message, so that full queues of other streams must not hold publishers back."""
+
+    def put(self, source: Source, item: Item) -> None:
+        """Accept a message. One thread at a time."""
+
+
+class Dispatcher:
+    """Passes the messages of one topic to its subscribers.
+
+    Args:
+        context: the node.
+        topic: full name.
+
+    Attributes:
+        subscribers: those whose callbacks the delivery loop runs; in a node that spins, those that wait for `spin`.
+        direct: in a node that spins, those that do not wait for it; in other nodes there are none.
+        streams: the queues of subscribers that have their own.
+    """
+
+    def __init__(self, context: Context, topic: str) -> None:
+        self.subscribers: tuple[Subscriber[Any], ...] = ()
+        self.direct: tuple[Subscriber[Any], ...] = ()
+        self.streams: tuple[Stream, ...] = ()
+        self._context = context
+        self._topic = topic
+        # Those of both that have received the latched messages, and now receive all further messages.
+        self._active: tuple[Subscriber[Any], ...] = ()
+        self._active_direct: tuple[Subscriber[Any], ...] = ()
+        self._latched: dict[Source, Item] = {}  # as delivered
+        self._latched_on_arrival: dict[Source, Item] = {}  # in a node that spins
+        self._lock = threading.RLock()  # a signal handler may end the node on top of a method of this object
+
+    @property
+    def is_held_back(self) -> bool:
+        """Whether publishers must be held back, as a stream is full and none is urgent."""
+        streams = self.streams
+        return bool(streams) and any(each.full for each in streams) and not any(each.urgent for each in streams)
+
+    # Subscribers ------------------------------------------------------------------------------------------------------
+
+    def add(self, subscriber: Subscriber[Any]) -> None:
+        """Add a subscriber; it receives nothing before `activate`."""
+        with self._lock:
+            if subscriber.direct and self._context.callbacks is not None:
+                self.direct = (*self.direct, subscriber)
+            else:
+                self.subscribers = (*self.subscribers, subscriber)
+
+    def remove(self, subscriber: Subscriber[Any]) -> None:
+        """Remove a subscriber."""
+        with self._lock:
+            self.subscribers = tuple(other for other in self.subscribers if other is not subscriber)
+            self.direct = tuple(other for other in self.direct if other is not subscriber)
+            self._active = tuple(other for other in self._active if other is not subscriber)
+            self._active_direct = tuple(other for other in self._active_direct if other is not subscriber)
+            self.streams = tuple(other for other in self.streams if other is not subscriber.stream)
+
+    def activate(self, subscriber: Subscriber[Any]) -> None:
+        """Deliver the latched messages to a subscriber, and from now on all others. Called by the delivery's owner."""
+        with self._lock:
+            latched = self._latched
+            if subscriber in self.direct:
+                self._active_direct = (*self._active_direct, subscriber)
+                latched = self._latched_on_arrival
+            elif subscriber in self.subscribers and subscriber.stream is not None:
+                self.streams = (*self.streams, subscriber.stream)
+            elif subscriber in self.subscribers:
+                self._active = (*self._active, subscriber)
+            messages = list(latched.items())
+        for source, item in messages:
+            self._replay(subscriber, source, item)
+
+    def _replay(self, subscriber: Subscriber[Any], source: Source, item: Item) -> None:
+        """Deliver a latched message to a new subscriber."""
+        if subscriber.stream is not None:
+            subscriber.stream.put(source, item)
+            return
+        try:
+            message = subscriber.take(item)
+        except MessageError:
+            return  # was logged when it came
+        message._connection_header = source.header
+        if self._context.callbacks is not None and not subscriber.direct:
+            self._context.callbacks.push(lambda: subscriber.call(message))
+        else:
+            subscriber.call(message)
+
+    def forget(self, source: Source) -> None:
+        """Forget the latched message of a source that has ended. Called by the delivery's owner."""
+        with self._lock:
+            self._latched.pop(source, None)
+            self._latched_on_arrival.pop(source, None)
+
+    # Messages, on the reader thread or the one that spins -------------------------------------------------------------
+
+    def arrived(self, source: Source, item: Item) -> bool:
+        """Call the subscribers that do not wait for `spin`, in a node that spins; return whether others do."""
+        if source.header.get("latching") == "1":
+            self._latched_on_arrival[source] = item
+        if self._active_direct:
+            self._call(self._active_direct, source, item)
+        return bool(self.subscribers)
+
+    def deliver_frame(self, source: Source, data: bytes, start: int, end: int) -> None:
+        """Deliver a message, a part of a buffer."""
+        active = self._active
+        if source.header.get("latching") == "1":
+            active = self._keep_latched(source, data[start:end])
+        for stream in self.streams:
+            stream.put(source, data[start:end])
+        self._call(active, source, data, start, end)
+
+    def deliver_item(self, source: Source, item: Item) -> None:
+        """Deliver a message."""
+        active, header = self._active, source.header
+        if header.get("latching") == "1":
+            active = self._keep_latched(source, item)
+        for stream in self.streams:
+            stream.put(source, item)
+        if len(active) == 1 and item.__class__ is active[0].made:  # most often, within a process
+            message: Any = item
+            message._connection_header = header
+            active[0].call(message)
+            return
+        self._call(active, source, item)
+
+    def _keep_latched(self, source: Source, item: Item) -> tuple[Subscriber[Any], ...]:
+        """Keep a latched message for later subscribers; return the subscribers that receive it now."""
+        with self._lock:
+            if source.connected:  # not a message that waited for callbacks or `spin` when its publisher left
+                self._latched[source] = item
+            return self._active
+
+    def _call(
+        self, subscribers: tuple[Subscriber[Any], ...], source: Source, data: Any, start: int = 0, end: int = -1
+    ) -> None:
+        """Run the callbacks.
+
+        Args:
+            data: a buffer with a frame's body from ``start`` to ``end``; or an item, if ``end`` is -1.
+        """
+        header = source.header
+        message = made_by = None
+        for subscriber in subscribers:
+            if subscriber.decode is not made_by or message is None:
+                try:
+                    message = subscriber.decode(data, start, end, True) if end >= 0 else subscriber.take(data, True)
+                except LengthError as error:
+                    self._warn_wrong_length(source, error)
+                    message = subscriber.decode(data, start, end) if end >= 0 else subscriber.take(data)
+                except MessageError as error:
+                    self._log_undecodable(source, error)
+                    continue
+                message._connection_header = header
+                made_by = subscriber.decode
+                if end - start >= MIN_LARGE_FRAME:
+                    _expect_array(source, message, end - start)
+                elif end < 0 and isinstance(data, bytes) and len(data) >= MIN_LARGE_FRAME:
+                    _expect_array(source, message, len(data))
+            subscriber.call(message)
+
+    def message(self, subscriber: Subscriber[Any], source: Source, item: Item) -> Any:
+        """Return the message that a stream received; None, after logging it, if it cannot be decoded."""
+        try:
+            message = subscriber.take(item, exact=True)
+        except LengthError as error:
+            self._warn_wrong_length(source, error)
+            message = subscriber.take(item)
+        except MessageError as error:
+            self._log_undecodable(source, error)
+            return None
+        message._connection_header = source.header
+        if isinstance(item, bytes) and len(item) >= MIN_LARGE_FRAME:
+            _expect_array(source, message, len(item))
+        return message
+
+    def _log_undecodable(self, source: Source, error: MessageError) -> None:
+        who = source.header.get("callerid", "?")
+        self._context.log.peer(ERROR, "%s from %s: %s (message dropped)", self._topic, who, error)
+
+    def _warn_wrong_length(self, source: Source, error: LengthError) -> None:
+        """Log that messages do not end where they should. They are received nevertheless, like in stock nodes."""
+        who = source.header.get("callerid", "?")
+        text = "%s from %s: received %s: is its definition different, or does it append a checksum?"
+        self._context.log.peer(WARN, text, self._topic, who, error, max_texts=1, link=(self._topic, who))
+
+
+def _expect_array(source: Source, message: Any, size: int) -> None:
+    """Record for a link where the array of a large message was in its frame."""
+    where = layout(type(message))
+    if where is not None and isinstance(source, TcpSource):
+        array = getattr(message, where.field, None)
+        if isinstance(array, Sized) and len(array) >= MIN_LARGE_FRAME:  # a program's own class may hold anything there
+            source.expect(size, len(array), where.tail, where.has_length_field)
+
+
+class SpinQueue:
+    """The messages of one source that wait for `spin`; one call is queued for each.
+
+    Args:
+        source: the source of the messages.
+        dispatcher: runs the callbacks.
+    """
+
+    def __init__(self, source: Source, dispatcher: Dispatcher) -> None:
+        self._inbox = Inbox(source)
+        self._dispatcher = dispatcher
+        self._calls: deque[None] = deque()  # one for each call of `deliver_next` that has not begun
+        self._in_progress: deque[None] = deque()  # one for each call that takes its message now
+
+    def __len__(self) -> int:
+        return len(self._inbox)
+
+    @property
+    def dropped(self) -> int:
+        """Number of messages lost so far; may be off by one while a message is taken."""
+        return self._inbox.dropped
+
+    @property
+    def is_drained(self) -> bool:
+        """Whether all messages have been taken, so that `dropped` is right."""
+        return not (self._calls or self._in_progress)
+
+    def put(self, item: Item, limit: int) -> bool:
+        """Add a message. One thread at a time.
+
+        Returns:
+            Whether one more call of `deliver_next` must be queued.
+        """
+        self._inbox.put(item, limit)
+        if len(self._calls) >= limit:  # there are never more messages than calls
+            return False
+        self._calls.append(None)
+        return True
+
+    def deliver_next(self) -> None:
+        """Deliver the oldest message, in the thread that spins."""
+        self._in_progress.append(None)
+        self._calls.popleft()
+        item = self._inbox.take()
+        self._in_progress.pop()
+        if item is not None:
+            self._dispatcher.deliver_item(self._inbox.source, item)
+
+
+class SpinQueues:
+    """Receives messages in place of the dispatcher, in a node that spins: they wait here for `spin`.
+
+    Args:
+        dispatcher: runs the callbacks.
+        callbacks: the node's callback queue.
+
+    Attributes:
+        limit: maximum number of waiting messages of each source; None: UNBOUNDED_LIMIT. The oldest are dropped.
+    """
+
+    def __init__(self, dispatcher: Dispatcher, callbacks: CallbackQueue) -> None:
+        self.limit: int | None = None
+        self._dispatcher = dispatcher
+        self._callbacks = callbacks
+        self._queues: dict[Source, SpinQueue] = {}
+        self._ended: list[SpinQueue] = []  # of removed sources: their last messages wait
+        self._dropped = 0  # in removed queues
+
+    @property
+    def waiting(self) -> int:
+        """Number of waiting messages."""
+        return sum(map(len, [*self._queues.values(), *self._ended]))
+
+    @property
+    def dropped(self) -> int:
+        """Number of messages lost so far."""
+        return self._dropped + sum(queue.dropped for queue in [*self._queues.values(), *self._ended])
+
+    def deliver_frame(self, source: Source, data: bytes, start: int, end: int) -> None:
+        """Queue a message, a part of a buffer. One thread at a time."""
+        self.deliver_item(source, data[start:end])
+
+    def deliver_item(self, source: Source, item: Item) -> None:
+        """Queue a message. One thread at a time."""
+        if not self._dispatcher.arrived(source, item):
+            return
+        queue = self._queues.get(source)
+        if queue is None:
+            queue = self._queues[source] = SpinQueue(source, self._dispatcher)
+        if queue.put(item, self.limit or UNBOUNDED_LIMIT):
+            self._callbacks.push(queue.deliver_next)
+
+    def forget(self, source: Source) -> None:
+        """Remove a source that has ended. Its waiting messages are still delivered by the queued calls."""
+        queue = self._queues.pop(source, None)
+        if queue is not None:
+            self._ended.append(queue)
+        for queue in [each for each in self._ended if each.is_drained]:
+            self._ended.remove(queue)
+            self._dropped += queue.dropped

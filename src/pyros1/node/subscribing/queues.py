@@ -1,0 +1,320 @@
+"""Messages that wait to be delivered, still encoded, and the sources they come from.
+
+* `Batch`: what one receive from a TCP link brings.
+* `Inbox`: between the thread that puts messages and the thread that delivers them, which may work at the same time,
+  without a lock. Messages beyond the limit are dropped by the deque itself, within its `append`, so the newest message
+  can never be dropped for one that was taken meanwhile.
+* `Backlog`: while callbacks are slower than messages.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections import deque
+from collections.abc import Callable, Iterable
+from time import perf_counter
+from typing import TYPE_CHECKING, Protocol, TypeVar
+
+from pyros1.msgs import AnyMsg, Message
+from pyros1.msgs.large_arrays import SplitBody
+from pyros1.net.signal_safe import Condition
+
+if TYPE_CHECKING:
+    from pyros1.node.subscribing.dispatcher import Dispatcher, SpinQueues
+    from pyros1.node.subscribing.tcp_source import TcpSource
+
+T = TypeVar("T")
+UNBOUNDED_LIMIT = 1000
+"""Maximum number of waiting messages if neither side set a queue size; beyond that the publisher waits, as with TCP."""
+Item = bytes | SplitBody | Message | AnyMsg
+"""A message that waits: encoded, or handed over by a publisher in this process."""
+
+
+class Source(Protocol):
+    """The receiving end of a link: over TCP, over UDP, with shared memory, or within the process.
+
+    Attributes:
+        header: the publisher's connection header.
+        uri: the publisher's slave API.
+        transport, address: as for `getBusInfo`.
+        messages: number of messages so far.
+    """
+
+    header: dict[str, str]
+    uri: str
+    transport: str
+    address: str
+    messages: int
+
+    @property
+    def connected(self) -> bool:
+        """Whether the link is up."""
+
+    def close(self) -> None:
+        """End the link."""
+
+
+class _Queue(deque[T]):
+    """A deque that is equal only to itself, so that `remove` does not find another empty one."""
+
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__  # type: ignore[assignment]  # deques have none, since they compare by content
+
+
+class Inbox:
+    """Queue of the messages of one source.
+
+    Args:
+        source: the source of the messages.
+
+    Attributes:
+        lost: number of messages that were lost on the way here; the source counts them.
+        is_ready: whether it is in the line of inboxes with messages.
+    """
+
+    __slots__ = ("_limit", "_newest", "_put", "_queues", "_taken", "is_ready", "lost", "source")
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.lost = 0
+        self.is_ready = False
+        self._limit: int | None = None
+        self._newest: _Queue[Item] = _Queue()
+        self._queues: deque[_Queue[Item]] = deque([self._newest])  # a new limit begins a new queue
+        self._put = self._taken = 0
+
+    def __len__(self) -> int:
+        return sum(map(len, list(self._queues)))
+
+    @property
+    def dropped(self) -> int:
+        """Number of messages lost so far, here or before; may briefly be one too low, but never too high."""
+        return self.lost + max(0, self._put - len(self) - self._taken)  # in this order: other threads add and take
+
+    def full(self, limit: int) -> bool:
+        """Return whether the next message will replace an older one."""
+        return len(self._newest) >= limit
+
+    def put(self, item: Item, limit: int | None) -> None:
+        """Add a message. One thread at a time.
+
+        Args:
+            limit: maximum number of waiting messages, beyond which the oldest are dropped; 0 or None for no limit.
+        """
+        if limit != self._limit:
+            self._limit = limit
+            newest: _Queue[Item] = _Queue(maxlen=limit or None)
+            self._queues.append(newest)  # from now on nothing is put into the earlier queues
+            self._newest = newest
+        self._newest.append(item)
+        self._put += 1
+
+    def take(self) -> Item | None:
+        """Take the oldest message, None if there is none."""
+        while True:
+            queue = self._queues[0]
+            last = queue is self._newest  # checked first: only queues before the last one stay empty once they are
+            self._taken += 1  # first: a message that is being taken does not count as lost
+            try:
+                return queue.popleft()
+            except IndexError:
+                self._taken -= 1
+                if last:
+                    return None
+                with contextlib.suppress(ValueError):  # if another thread takes messages as well
+                    self._queues.remove(queue)
+
+
+class InboxSet:
+    """All inboxes of one delivery loop, or of one asyncio iteration.
+
+    Attributes:
+        ready: inboxes with messages, in the order of their turns.
+        inboxes: all inboxes.
+    """
+
+    def __init__(self) -> None:
+        self.ready: list[Inbox] = []  # short as a rule; see `DeliveryLoop`
+        self.inboxes: dict[Inbox, None] = {}
+        self._dropped = 0  # in removed inboxes
+        self._room = Condition()
+
+    def __len__(self) -> int:
+        return sum(map(len, list(self.inboxes)))
+
+    @property
+    def dropped(self) -> int:
+        """Number of messages lost so far, in all inboxes."""
+        return self._dropped + sum(inbox.dropped for inbox in list(self.inboxes))
+
+    def open(self, inbox: Inbox) -> None:
+        """Start taking messages out of an inbox, until it is removed."""
+        self.inboxes[inbox] = None
+
+    def mark_ready(self, inbox: Inbox) -> None:
+        """Put an inbox with messages into the line, if it is not there."""
+        if not inbox.is_ready:
+            inbox.is_ready = True
+            self.ready.append(inbox)
+
+    def mark_empty(self, inbox: Inbox) -> bool:
+        """Note that an inbox was taken out of the line and emptied. Called by the thread that takes messages.
+
+        If a thread has just put a message into it without noticing this, the inbox goes back into the line.
+
+        Returns:
+            Whether it is empty.
+        """
+        inbox.is_ready = False
+        self._room.notify_all()
+        if len(inbox):
+            self.mark_ready(inbox)
+            return False
+        return True
+
+    def forget(self, inbox: Inbox) -> None:
+        """Stop taking messages from an inbox. Called by the thread that takes them."""
+        if inbox in self.inboxes:
+            del self.inboxes[inbox]  # first: its lost messages must not count twice
+            self._dropped += inbox.dropped
+
+    def wait_for_room(self, inbox: Inbox, maximum: int, ended: Callable[[], bool]) -> None:
+        """Wait until fewer than ``maximum`` messages are in an inbox, or something has ended."""
+        while len(inbox) >= maximum and not ended():
+            self._room.wait_for(lambda: len(inbox) < maximum or ended(), 0.1)
+
+    def notify_all(self) -> None:
+        """Wake the threads that wait for room."""
+        self._room.notify_all()
+
+
+class Frames:
+    """The messages of one receive: frames in a buffer.
+
+    Args:
+        link: the link that received them.
+        data: the buffer.
+        frames: (start, end) of each frame's body.
+    """
+
+    __slots__ = ("_position", "data", "frames", "link")
+
+    def __init__(self, link: TcpSource, data: bytes, frames: list[tuple[int, int]]) -> None:
+        self.link = link
+        self.data = data
+        self.frames = frames
+        self._position = 0
+
+    def __len__(self) -> int:
+        return max(0, len(self.frames) - self._position)
+
+    def deliver(self, receiver: Dispatcher | SpinQueues, count: int) -> bool:
+        """Deliver the next messages; return whether any are left.
+
+        Args:
+            receiver: receives them.
+            count: maximum number of messages.
+        """
+        link, data, deliver_frame, begin = self.link, self.data, receiver.deliver_frame, self._position
+        self._position = stop = begin + count
+        for start, end in self.frames[begin:stop]:
+            deliver_frame(link, data, start, end)
+        return stop < len(self.frames)
+
+    def deliver_until(self, receiver: Dispatcher | SpinQueues, deadline: float) -> bool:
+        """Deliver messages until a time, in `perf_counter` seconds; return whether it has passed."""
+        link, data, deliver_frame, begin = self.link, self.data, receiver.deliver_frame, self._position
+        for stop, (start, end) in enumerate(self.frames[begin:], begin + 1):
+            deliver_frame(link, data, start, end)
+            if perf_counter() > deadline:
+                self._position = stop
+                return True
+        self._position = len(self.frames)
+        return False
+
+    def newest(self, count: int) -> list[bytes]:
+        """Return the newest of the messages that are left, in their order."""
+        return [self.data[start:end] for start, end in self.frames[self._position :][-count:]]
+
+
+class Items:
+    """The messages of one receive, if they are not frames in a buffer: large ones, or from shared memory.
+
+    Args:
+        link: the link that received them.
+        items: the messages.
+    """
+
+    __slots__ = ("_items", "link")
+
+    def __init__(self, link: TcpSource, items: Iterable[bytes | SplitBody]) -> None:
+        self.link = link
+        self._items = deque(items)
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def deliver(self, receiver: Dispatcher | SpinQueues, count: int) -> bool:
+        """Deliver the next messages; see `Frames.deliver`."""
+        items = self._items
+        for _ in range(min(count, len(items))):
+            receiver.deliver_item(self.link, items.popleft())  # the memory of those delivered may be reused
+        return bool(items)
+
+    def deliver_until(self, receiver: Dispatcher | SpinQueues, deadline: float) -> bool:
+        """Deliver messages until a time; see `Frames.deliver_until`."""
+        while self._items:
+            receiver.deliver_item(self.link, self._items.popleft())
+            if perf_counter() > deadline:
+                return True
+        return False
+
+    def newest(self, count: int) -> list[bytes | SplitBody]:
+        """Return the newest of the messages that are left, in their order."""
+        return list(self._items)[-count:]
+
+
+Batch = Frames | Items
+"""What one receive brings."""
+
+
+class Backlog:
+    """The newest messages of each source; sources take turns.
+
+    Args:
+        limit: maximum number of messages to keep of each source.
+
+    Attributes:
+        dropped: number of messages that were not kept.
+    """
+
+    def __init__(self, limit: int) -> None:
+        self.dropped = 0
+        self._limit = limit
+        self._waiting: dict[Source, deque[Item]] = {}
+
+    def __bool__(self) -> bool:
+        return bool(self._waiting)
+
+    def put(self, source: Source, item: Item) -> None:
+        """Keep a message, in place of the oldest of its source if there are too many."""
+        items = self._waiting.get(source)
+        if items is None:
+            items = self._waiting[source] = deque(maxlen=self._limit)
+        self.dropped += len(items) == self._limit
+        items.append(item)
+
+    def put_batch(self, batch: Batch) -> None:
+        """Keep the newest messages of one receive."""
+        self.dropped += max(0, len(batch) - self._limit)
+        for item in batch.newest(self._limit):
+            self.put(batch.link, item)
+
+    def take(self) -> tuple[Source, Item]:
+        """Take the oldest message of the source whose turn it is."""
+        source = next(iter(self._waiting))
+        items = self._waiting.pop(source)
+        item = items.popleft()
+        if items:
+            self._waiting[source] = items  # behind the other sources now
+        return source, item
