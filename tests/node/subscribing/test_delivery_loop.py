@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from pyros1.msgs.std_msgs.msg import Float64, String
-from pyros1.node.subscribing.delivery_loop import MAX_CALLBACK_TIME, DeliveryLoop
-from pyros1.node.subscribing.queues import Inbox
+from pyros1.node.subscribing.delivery_loop import MAX_BATCH, MAX_CALLBACK_TIME, MAX_TURN_TIME, DeliveryLoop
+from pyros1.node.subscribing.queues import Frames, Inbox
 from pyros1.wire.framing import MAX_MESSAGE_SIZE
 from pyros1.wire.header import encode_header
 
@@ -485,11 +485,13 @@ def test_a_callback_waits_for_the_latched_message_of_its_own_topic(make_node: An
 
 
 class _Driver:
-    """Runs a delivery only when the test says so."""
+    """Runs a delivery loop only when the test says so."""
 
     cooperative, has_waiting_thread = False, True
 
     def wake(self, _: Any) -> None: ...
+    def register(self, fd: int, _: Any) -> None: ...
+    def rearm(self, fd: int) -> None: ...
 
 
 class _Here:
@@ -507,8 +509,25 @@ class _Dispatcher:
     def __init__(self, deliver: Callable[[Any], object]) -> None:
         self._deliver = deliver
 
+    def deliver_frame(self, _: Any, data: bytes, start: int, end: int) -> None:
+        self._deliver(data[start:end])
+
     def deliver_item(self, _: Any, item: Any) -> None:
         self._deliver(item)
+
+
+class _Link:
+    """A TCP link whose messages came together with its header."""
+
+    fd = 7
+
+    def __init__(self, messages: list[bytes]) -> None:
+        self._messages = messages
+
+    def split(self, _: int) -> Frames:
+        link: Any = self
+        frames = [(i, i + 4) for i in range(0, 4 * len(self._messages), 4)]
+        return Frames(link, b"".join(self._messages), frames)
 
 
 def here() -> Inbox:
@@ -521,6 +540,52 @@ def loop_with(driver: Any, deliver: Callable[[Any], object]) -> Any:
     """Return a delivery loop that gives each message to a function."""
     dispatcher: Any = _Dispatcher(deliver)
     return DeliveryLoop(dispatcher, driver, None, lambda link, reason: None)
+
+
+class Clock:
+    """Stands in for `perf_counter`; counts how often it is read."""
+
+    def __init__(self) -> None:
+        self.now, self.readings = 1e5, 0
+
+    def __call__(self) -> float:
+        self.readings += 1
+        return self.now
+
+
+@pytest.fixture
+def clock(monkeypatch: pytest.MonkeyPatch) -> Clock:
+    clock = Clock()
+    monkeypatch.setattr("pyros1.node.subscribing.delivery_loop.perf_counter", clock)
+    return clock
+
+
+@pytest.mark.parametrize("others", [False, True])
+def test_the_turn_of_a_link_is_over_after_a_while_if_others_wait(clock: Clock, others: bool) -> None:
+    said: list[object] = []
+    inbox = here()
+
+    def deliver(item: object) -> None:
+        said.append(item)
+        clock.now += 0.6 * MAX_TURN_TIME
+
+    delivery = loop_with(_Driver(), deliver)
+    messages = [b"%04d" % number for number in range(8)]
+    delivery.add(_Link(messages))
+    if others:
+        delivery.inboxes.open(inbox)
+        delivery.push(inbox, "other", 50)
+    delivery.run(None)
+    assert said == [*messages[:4], "other", *messages[4:]] if others else messages  # a turn of two, and another one
+
+
+def test_while_callbacks_are_fast_the_clock_is_read_once_for_many_messages(clock: Clock) -> None:
+    said: list[object] = []
+    delivery = loop_with(_Driver(), said.append)
+    messages = [b"%04d" % number for number in range(1000)]
+    delivery.add(_Link(messages))
+    delivery.run(None)
+    assert said == messages and clock.readings < 3 * len(messages) / MAX_BATCH
 
 
 def test_who_subscribed_before_a_message_was_sent_gets_it_though_others_are_behind() -> None:
