@@ -19,17 +19,10 @@ pytest does not rewrite the asserts of pyros1: PYTEST_DONT_REWRITE
 
 from __future__ import annotations
 
-from pyros1.ground.starting import prepare as _prepare
-
-_prepare()  # before the imports, which take time
-
-from pyros1.ground.generated import install as _install  # noqa: E402
-
-_install()
-
-from typing import TYPE_CHECKING, Any  # noqa: E402
-
+TYPE_CHECKING = False  # as in typing, which small programs need not load
 if TYPE_CHECKING:
+    from typing import Any
+
     from pyros1.ground.errors import (
         ConnectionRefusedByPeerError,
         DeadlineError,
@@ -66,6 +59,8 @@ if TYPE_CHECKING:
     from pyros1.node import Node
     from pyros1.node.subscribing.deadline import Missed
     from pyros1.node.watching.liveness import Sighting
+
+from pyros1 import msgs  # noqa: E402, F401 - here, since several threads may import messages first
 
 __version__ = "0.1.0"
 

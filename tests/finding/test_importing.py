@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 
 import pyros1.msgs
-from pyros1.finding.importing import OWN_MODULES, MessageFinder, installed
+from pyros1.finding.importing import MessageFinder
+from pyros1.ground import generated
 from pyros1.ground.errors import DefinitionError, UnknownTypeError
 from pyros1.msgs import Message, Service, load_message, load_service
 
@@ -82,15 +83,15 @@ def test_a_failing_import_says_what_was_meant(statement: str, text: str) -> None
     assert text in str(caught.value)
 
 
-def test_one_hook_per_process() -> None:
-    assert installed({}) is installed({})
-    assert sum(isinstance(finder, MessageFinder) for finder in sys.meta_path) == 1
+def test_one_finder_per_process() -> None:
+    assert generated.finder() is generated.finder()
+    assert sum(isinstance(each, generated.GeneratedModules) for each in sys.path_importer_cache.values()) == 1
 
 
 def test_own_modules_are_all_known() -> None:
     folder = Path(pyros1.msgs.__file__).parent
     found = {path.stem for path in folder.glob("*.py") if not path.name.startswith("_")}
-    assert found | {"definitions"} == OWN_MODULES
+    assert found | {"definitions"} == generated.OWN_MODULES
 
 
 @pytest.fixture
@@ -100,8 +101,8 @@ def finder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> MessageFinder:
         (folder / "msg").mkdir(parents=True)
         (folder / "package.xml").write_text(f"<package><name>{package}</name></package>")
         (folder / "msg" / "A.msg").write_text(text)
-    finder = MessageFinder({"ROS_PACKAGE_PATH": str(tmp_path)}, prefix="pyros1.msgs")
-    monkeypatch.setattr(sys, "meta_path", [*(f for f in sys.meta_path if not isinstance(f, MessageFinder)), finder])
+    finder = MessageFinder({"ROS_PACKAGE_PATH": str(tmp_path)})
+    monkeypatch.setattr(pyros1.msgs.__path__.modules, "messages", finder)
     yield finder
     for name in [name for name in sys.modules if name.startswith(("pyros1.msgs.base_", "pyros1.msgs.broken"))]:
         del sys.modules[name]

@@ -58,7 +58,7 @@ class Last:
     def __del__(self):
         signal.raise_signal(signal.SIGINT)
 
-interrupts.exit_quietly_on_sigint()
+signal.signal(signal.SIGINT, signal.SIG_DFL)
 with interrupts.keyboard_interrupts():
     last = Last()
     try:

@@ -162,6 +162,6 @@ def run(file: str) -> None:
         except Error as error:  # for example, the master's address is invalid
             sys.exit(f"ERROR: {name}: {error}")
         sys.exit(code)
-    from pyros1.cli.main import entry  # noqa: PLC0415 - not needed by the scripts above
+    from pyros1.cli.dispatch import dispatch  # noqa: PLC0415 - not needed by the scripts above
 
-    sys.exit(entry(["pyros1", *script.split(), *sys.argv[1:]], alone=True))
+    sys.exit(dispatch(["pyros1", *script.split(), *sys.argv[1:]], alone=True))

@@ -21,10 +21,9 @@ from pyros1.drop_in.generated import Messages
 from pyros1.drop_in.left_out import reason_for
 from pyros1.drop_in.sources import folder_of
 from pyros1.drop_in.unicode_errors import register
-from pyros1.finding.importing import installed
 from pyros1.finding.packages import PackageIndex
 from pyros1.ground.errors import PackageNotFoundError
-from pyros1.ground.generated import PREFIX, module_name
+from pyros1.ground.generated import PREFIX, finder, module_name
 
 VARIABLE = "PYROS1_ROSPY"
 """Environment variable: "pyros1" prefers our modules to installed ones, "stock" leaves ours out."""
@@ -54,7 +53,7 @@ class Finder:
         self._folder = folder
         self._names = frozenset(name.partition(".")[0] for name in os.listdir(folder) if name[0] not in "_.")
         self._stock: bool | None = None
-        self._library = installed(os.environ).library
+        self._library = finder().library
         self._index = PackageIndex(environ)
         self._of_package("std_msgs", [], "std_msgs")  # triggers its late imports
 
@@ -120,7 +119,7 @@ class Finder:
                 return ModuleSpec(name, Messages(self._library, package, kind), is_package=True)  # type: ignore[arg-type]
             case ["msg" | "srv" as kind, module] if module[:2] != "__" and self._library.has_package(package):
                 if module[0] != "_":  # an unknown type: this raises an error with a hint
-                    installed(os.environ).find_spec(f"{PREFIX}.{module_name(package)}.{kind}.{module}")
+                    finder().check(f"{PREFIX}.{module_name(package)}.{kind}.{module}")
                 if module[1:] in self._types(package, kind):
                     return ModuleSpec(name, Messages(self._library, package, kind, module[1:]))  # type: ignore[arg-type]
         return None
@@ -154,12 +153,12 @@ def install() -> Finder:
     for each in sys.meta_path:
         if isinstance(each, Finder):
             return each
-    finder = Finder()
-    if not finder.stock:
-        installed(os.environ).stock_names = True
+    ours = Finder()
+    if not ours.stock:
+        finder().stock_names = True
         register()
     if os.environ.get(VARIABLE) == "pyros1":
-        sys.meta_path.insert(0, finder)
+        sys.meta_path.insert(0, ours)
     else:
-        sys.meta_path.append(finder)
-    return finder
+        sys.meta_path.append(ours)
+    return ours

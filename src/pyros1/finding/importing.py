@@ -1,41 +1,37 @@
 """Modules generated from definitions on import, as in ``from pyros1.msgs.std_msgs.msg import Float64``.
 
-A finder in ``sys.meta_path`` answers for ``pyros1.msgs.<package>``, ``.msg`` and ``.srv``. A class is made
-when it is first used and then kept in its module: each type has one class per process, and pickles find it.
+`pyros1.ground.generated` asks for ``pyros1.msgs.<package>``, ``.msg`` and ``.srv``. A class is made when it is first
+used and then kept in its module: each type has one class per process, and pickles find it.
 """
 
 from __future__ import annotations
 
 import importlib
-import sys
-from collections.abc import Callable, Mapping, Sequence
-from importlib.machinery import ModuleSpec
+from collections.abc import Callable, Mapping
 from types import ModuleType
 from typing import Any
 
 from pyros1.finding.library import Library
 from pyros1.ground.errors import UnknownTypeError
-from pyros1.ground.generated import OWN_MODULES, PREFIX, module_name, ros_name
+from pyros1.ground.generated import PREFIX, module_name, ros_name
 from pyros1.msgs.base import Message, Service
 from pyros1.msgs.factory import make_message_class, make_service_class
 from pyros1.msgs.spec import is_type_name
 
 
 class MessageFinder:
-    """Import hook that makes message and service classes.
+    """Finds definitions by name, and makes message and service classes and their modules.
 
     Args:
         environ: environment variables, read when the first definition is needed.
-        prefix: package below which modules are made.
 
     Attributes:
         stock_names: whether classes say that they are from the modules of stock's generator, ``std_msgs.msg._String``:
             in programs for stock, some of which look there for the package, and whose pickles stock can read.
     """
 
-    def __init__(self, environ: Mapping[str, str], prefix: str = PREFIX) -> None:
+    def __init__(self, environ: Mapping[str, str]) -> None:
         self._environ = environ
-        self._prefix = prefix
         self._library: Any = None
         self.stock_names = False
 
@@ -46,39 +42,30 @@ class MessageFinder:
             self._library = Library(self._environ)
         return self._library
 
-    # -- import protocol -----------------------------------------------------------------------------------------------
+    # -- modules -------------------------------------------------------------------------------------------------------
 
-    def find_spec(
-        self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
-    ) -> ModuleSpec | None:
-        """Return the import system's spec for a package with definitions, or its msg or srv module.
+    def check(self, name: str) -> None:
+        """Check that a module can be made.
+
+        Args:
+            name: full name of a package, its msg or srv module, or a type there: Python asks for a type, as if it were
+                a module, only if the msg or srv module does not have it.
 
         Raises:
-            ImportError: there is no such package or type; the text has a hint at what may have been meant. Python asks
-                for a type, as if it were a module, only if the msg or srv module does not have it.
+            ImportError: there is no such package or type; the text has a hint at what may have been meant.
         """
-        if not name.startswith(self._prefix + "."):
-            return None
-        module, *kind = name[len(self._prefix) + 1 :].split(".")
-        if module in OWN_MODULES:
-            return None
+        module, *kind = name[len(PREFIX) + 1 :].split(".")
         package = ros_name(module)
         if not self.library.has_package(package):
             text = f"No module named {name!r}: {self.library.no_package(package)}"
             raise ModuleNotFoundError(text, name=name)
         match kind:
-            case [] | ["msg"] | ["srv"]:
-                return ModuleSpec(name, self, is_package=True)  # type: ignore[arg-type]  # has all a loader needs
             case ["msg" | "srv" as part, short]:
                 raise ImportError(self._missing(f"{package}/{short}", part), name=name)
-        return None
 
-    def create_module(self, spec: ModuleSpec) -> None:
-        """Leave it to the import system."""
-
-    def exec_module(self, module: ModuleType) -> None:
+    def fill(self, module: ModuleType) -> None:
         """Fill a new module: msg and srv modules make each class when it is first used."""
-        package, *kind = module.__name__[len(self._prefix) + 1 :].split(".")
+        package, *kind = module.__name__[len(PREFIX) + 1 :].split(".")
         package = ros_name(package)
         module.__doc__ = f"Definitions of the ROS package {package}."
         if not kind:
@@ -110,11 +97,9 @@ class MessageFinder:
             make(name)
         except UnknownTypeError as error:
             if short in other(package):
-                return f"{error}; did you mean {self._prefix}.{module_name(package)}.{other_kind}.{short}?"
+                return f"{error}; did you mean {PREFIX}.{module_name(package)}.{other_kind}.{short}?"
             return str(error)
-        return (
-            f"{short} is a class, not a module: write from {self._prefix}.{module_name(package)}.{kind} import {short}"
-        )
+        return f"{short} is a class, not a module: write from {PREFIX}.{module_name(package)}.{kind} import {short}"
 
     # -- classes -------------------------------------------------------------------------------------------------------
 
@@ -160,7 +145,7 @@ class MessageFinder:
         if not is_type_name(name) or not self.library.has_package(package):
             # Raises the error that lists the searched places.
             return self.library.message(name) if kind == "msg" else self.library.service(name)
-        module = importlib.import_module(f"{self._prefix}.{module_name(package)}.{kind}")
+        module = importlib.import_module(f"{PREFIX}.{module_name(package)}.{kind}")
         cached = vars(module).get(short)
         if cached is None:
             # Another thread may have made the class meanwhile: the first one stays.
@@ -173,13 +158,3 @@ class MessageFinder:
 
     def _services(self, package: str) -> list[str]:
         return [name + part for name in self.library.services(package) for part in ("", "Request", "Response")]
-
-
-def installed(environ: Mapping[str, str]) -> MessageFinder:
-    """Return the process's import hook; if needed, install it, before `generated.Hook`, which it replaces."""
-    for finder in sys.meta_path:
-        if isinstance(finder, MessageFinder):
-            return finder
-    hook = MessageFinder(environ)
-    sys.meta_path.insert(0, hook)
-    return hook

@@ -78,16 +78,10 @@ def is_default_handler(handler: object) -> bool:
     return handler in (signal.SIG_DFL, signal.default_int_handler) or isinstance(handler, Interrupt)
 
 
-def exit_quietly_on_sigint() -> None:
-    """Make SIGINT end the process at once instead of raising KeyboardInterrupt."""
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
-
-
 @contextmanager
 def keyboard_interrupts() -> Iterator[None]:
-    """Let SIGINT raise KeyboardInterrupt in a ``with`` block after `exit_quietly_on_sigint`, so that everything is
-    cleaned up.
+    """Let SIGINT raise KeyboardInterrupt in a ``with`` block if it would end the process at once, so that everything
+    is cleaned up.
 
     Where an exception cannot propagate, such as in the callback of a weak reference during an import, the interpreter
     prints and drops it; another one is then raised in its place.

@@ -13,9 +13,16 @@ Definitions come from packages on ROS_PACKAGE_PATH, stock ROS installations, and
 from __future__ import annotations
 
 from pyros1.ground import generated
-from pyros1.msgs.base import AnyMsg, Message, Service
-from pyros1.msgs.definition_cache import DefinitionCache
-from pyros1.msgs.dynamic import from_definition
+
+TYPE_CHECKING = False  # as in typing, which small programs need not load
+if TYPE_CHECKING:
+    from typing import Any
+
+    from pyros1.msgs.base import AnyMsg, Message, Service
+    from pyros1.msgs.definition_cache import DefinitionCache
+    from pyros1.msgs.dynamic import from_definition
+
+__path__ = generated.search_path(__path__)
 
 
 def load_message(type_name: str) -> type[Message]:
@@ -41,7 +48,21 @@ def load_service(type_name: str) -> type[Service]:
 __all__ = ["AnyMsg", "DefinitionCache", "Message", "Service", "from_definition", "load_message", "load_service"]
 
 
+_EXPORTS = {
+    **dict.fromkeys(("AnyMsg", "Message", "Service"), "pyros1.msgs.base"),
+    "DefinitionCache": "pyros1.msgs.definition_cache",
+    "from_definition": "pyros1.msgs.dynamic",
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Load and return a public name when it is first used: pyros1 imports this package, but small programs use none."""
+    from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never get here
+
+    return load(__name__, _EXPORTS, name)
+
+
 def __dir__() -> list[str]:
     """Return the public names, and the packages that have definitions, for completion."""
     packages = map(generated.module_name, generated.finder().library.packages())
-    return sorted({*globals(), *packages})
+    return sorted({*globals(), *__all__, *packages})

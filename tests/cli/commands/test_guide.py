@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.cli.main import usage
+from pyros1.cli.dispatch import usage
 from pyros1.cli.running import run_command
 from pyros1.guide import checks
 from pyros1.guide.text import pages, steps
