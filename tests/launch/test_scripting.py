@@ -17,6 +17,7 @@ from pathlib import Path
 import pytest
 
 from pyros1.ground.errors import LaunchError
+from pyros1.launch.plan import ExitPolicy
 from pyros1.launch.scripting import (
     Node,
     ROSLaunch,
@@ -182,9 +183,9 @@ def test_what_makes_no_node(arguments: dict[str, str]) -> None:
 def test_arguments_of_a_node() -> None:
     words = ("a 'b c'", "true", 2.0, [("x", "y")], [("A", "b")], "screen", "node", "nice -n 1")
     plan = Node("p", "dir/t.py", None, "n", None, *words).plan
-    assert (plan.full_name, plan.args, plan.respawn, plan.respawn_delay) == ("/n/t", ["a", "b c"], True, 2.0)
+    assert (plan.full_name, plan.args, plan.exit_policy) == ("/n/t", ["a", "b c"], ExitPolicy(True, 2.0))
     assert (plan.remappings, plan.env, plan.prefix) == ([("x", "y")], {"A": "b"}, ["nice", "-n", "1"])
-    assert (plan.output, plan.cwd, plan.required) == ("screen", "node", False)
+    assert (plan.output, plan.cwd) == ("screen", "node")
 
 
 PROGRAM = """

@@ -11,6 +11,21 @@ from pyros1.launch.reading.on_death import OnDeath
 
 
 @dataclass
+class ExitPolicy:
+    """What happens when a node has exited.
+
+    Attributes:
+        respawn: start the node again.
+        respawn_delay: seconds to wait before that.
+        required: end the whole launch.
+    """
+
+    respawn: bool = False
+    respawn_delay: float = 0.0
+    required: bool = False
+
+
+@dataclass
 class NodePlan:
     """A node to start.
 
@@ -25,9 +40,7 @@ class NodePlan:
         prefix: words before the executable.
         cwd: ``ros_home`` or ``node`` (the executable's folder).
         output: ``log`` or ``screen``.
-        respawn: start the node again whenever it exits.
-        respawn_delay: seconds to wait before that.
-        required: the whole launch ends when the node exits.
+        exit_policy: whether it is started again, or the whole launch ends, when the node exits.
         machine: name of a declared machine, None for this one.
         file: the launch file that defines the node.
         line: the line in that file.
@@ -47,9 +60,7 @@ class NodePlan:
     prefix: list[str] = field(default_factory=list)
     cwd: Literal["ros_home", "node"] = "ros_home"
     output: Literal["log", "screen"] = "log"
-    respawn: bool = False
-    respawn_delay: float = 0.0
-    required: bool = False
+    exit_policy: ExitPolicy = field(default_factory=ExitPolicy)
     machine: str | None = None
     file: str = ""
     line: int = 0

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 from pyros1.ground.errors import LaunchError
 from pyros1.ground.names import canonicalize_name, ns_join
-from pyros1.launch.plan import NodePlan, Plan
+from pyros1.launch.plan import ExitPolicy, NodePlan, Plan
 from pyros1.launch.reading.convert import convert_bool
 from pyros1.launch.reading.resources import Resources
 from pyros1.launch.running.console import Console
@@ -88,9 +88,7 @@ class Node:
             prefix=prefix,
             cwd="node" if cwd == "node" else "ros_home",
             output="screen" if output == "screen" else "log",
-            respawn=_flag(respawn, "respawn"),
-            respawn_delay=respawn_delay,
-            required=_flag(required, "required"),
+            exit_policy=ExitPolicy(_flag(respawn, "respawn"), respawn_delay, _flag(required, "required")),
             file=filename,
         )
 
@@ -116,7 +114,7 @@ class ProcessHandle:
 
     Attributes:
         name: its label, ``name-2``.
-        spec: how it is started; ``respawn``, ``respawn_delay`` and ``required`` may be changed while it runs.
+        spec: how it is started; its ``exit_policy`` may be changed while it runs.
     """
 
     def __init__(self, process: Process, run: ScriptRun) -> None:

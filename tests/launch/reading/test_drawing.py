@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from pyros1.launch.plan import IncludePlan, NodePlan, Plan
+from pyros1.launch.plan import ExitPolicy, IncludePlan, NodePlan, Plan
 from pyros1.launch.reading.conditions import Condition
 from pyros1.launch.reading.drawing import dot, tree
 
 PLAN = Plan(
     nodes=[
-        NodePlan("p", "t", "a", file="m", line=2, required=True),
+        NodePlan("p", "t", "a", file="m", line=2, exit_policy=ExitPolicy(required=True)),
         NodePlan("p", "t", "b", "/g/", file="i", line=1, machine="arm"),
         NodePlan("p", "t", "c", file="m", line=9, wait_for=[Condition("node", "/a"), Condition("topic", "/x")]),
     ],

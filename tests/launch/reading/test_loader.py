@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from pyros1.ground.errors import LaunchError, PackageNotFoundError
-from pyros1.launch.plan import Plan
+from pyros1.launch.plan import ExitPolicy, Plan
 from pyros1.launch.reading.loader import load_plan
 from pyros1.launch.reading.resources import Resources
 
@@ -147,8 +147,8 @@ def test_scopes_of_nodes_x61_x62_x65_x67_x68() -> None:
         ["nice", "-n", "5"],
     )
     assert first.remappings == [("x", "y"), ("c", "l")]
-    assert (first.env, first.output, first.respawn, first.respawn_delay) == ({"E": "own"}, "screen", True, 2.0)
-    assert (second.full_name, second.remappings, second.env, second.required, second.cwd) == (
+    assert (first.env, first.output, first.exit_policy) == ({"E": "own"}, "screen", ExitPolicy(True, 2.0))
+    assert (second.full_name, second.remappings, second.env, second.exit_policy.required, second.cwd) == (
         "/z/m",
         [("c", "t")],
         {"E": "o"},

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from pyros1.ground.errors import LaunchError
-from pyros1.launch.plan import MachinePlan, NodePlan
+from pyros1.launch.plan import ExitPolicy, MachinePlan, NodePlan
 from pyros1.launch.remote.over_ssh import SSH_VARIABLE, Machine, make_machine, ssh_words
 from pyros1.launch.remote.process import RemoteProcess
 from pyros1.launch.running.console import Console
@@ -77,7 +77,9 @@ class Bench:
 
     def start(self, kind: str, *, screen: bool = False, respawn: bool = False) -> bool:
         node = NodePlan("far", kind, "it", "/ns/", ["a", "b c"], [("x", "y")], {"MARK": "set"})
-        spec = ProcessSpec("ns/it-1", "/ns/it", [f"far/{kind}"], {}, "", to_screen=screen, respawn=respawn)
+        spec = ProcessSpec(
+            "ns/it-1", "/ns/it", [f"far/{kind}"], {}, "", to_screen=screen, exit_policy=ExitPolicy(respawn)
+        )
         return self.supervisor.start(spec, self.machine.process(node, "run"))
 
     @property

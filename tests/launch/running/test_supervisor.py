@@ -17,6 +17,7 @@ from typing import Any
 import pytest
 
 from pyros1.ground.errors import LaunchError
+from pyros1.launch.plan import ExitPolicy
 from pyros1.launch.running.console import Console
 from pyros1.launch.running.process import Process
 from pyros1.launch.running.process_spec import ProcessSpec
@@ -59,9 +60,8 @@ class Bench:
     ) -> ProcessSpec:
         words = [sys.executable, "-c", code]
         base = str(self.folder / label)
-        return ProcessSpec(
-            label, f"/{label}", words, dict(os.environ), str(self.folder), base, False, respawn, delay, required
-        )
+        policy = ExitPolicy(respawn, delay, required)
+        return ProcessSpec(label, f"/{label}", words, dict(os.environ), str(self.folder), base, False, policy)
 
     def log(self, label: str) -> str:
         return (self.folder / f"{label}-stdout.log").read_text()

@@ -78,7 +78,7 @@ def _nodes(plan: Plan) -> list[NodePlan]:
 
 
 def _describe(node: NodePlan) -> str:
-    notes = [name for name in ("required", "respawn") if getattr(node, name)]
+    notes = [name for name in ("required", "respawn") if getattr(node.exit_policy, name)]
     notes += [f"on {node.machine}"] if node.machine else []
     notes += [f"after {' '.join(map(str, node.wait_for))}"] if node.wait_for else []
     notes += [f"on death: {node.on_death}"] if node.on_death else []

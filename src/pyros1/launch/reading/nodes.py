@@ -8,7 +8,7 @@ from typing import Literal
 
 from pyros1.ground.errors import LaunchError
 from pyros1.ground.names import is_legal_base_name
-from pyros1.launch.plan import NodePlan, Plan, TestPlan
+from pyros1.launch.plan import ExitPolicy, NodePlan, Plan, TestPlan
 from pyros1.launch.reading.conditions import parse_conditions, parse_seconds
 from pyros1.launch.reading.convert import convert_bool
 from pyros1.launch.reading.document import Element
@@ -120,9 +120,7 @@ class NodeReader:
             prefix=_split(text("launch-prefix"), "launch-prefix"),
             cwd=self._cwd(text("cwd")),
             output=self._output(text("output")),
-            respawn=flag("respawn"),
-            respawn_delay=self._delay(text("respawn_delay")),
-            required=flag("required"),
+            exit_policy=ExitPolicy(flag("respawn"), self._delay(text("respawn_delay")), flag("required")),
             machine=text("machine") or scope.default_machine,
             file=element.file,
             line=element.line,
@@ -136,7 +134,7 @@ class NodeReader:
             plan.wait_timeout = parse_seconds(wait_timeout, "wait-timeout")
         on_death = text("on-death") or ""
         plan.on_death = parse_on_death(on_death, inner.namespace, name, plan.remappings)
-        if plan.respawn and plan.required:
+        if plan.exit_policy.respawn and plan.exit_policy.required:
             raise LaunchError("respawn and required cannot both be set to true.")
         if element.tag == "node":  # tests run one at a time
             self._check_unique(plan, element)

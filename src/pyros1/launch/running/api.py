@@ -141,9 +141,9 @@ class LaunchServer:
                     "spawn_count": process.spawn_count,
                     "name": spec.label,
                     "alive": process.alive,
-                    "respawn": spec.respawn,
-                    "respawn_delay": float(spec.respawn_delay),
-                    "required": spec.required,
+                    "respawn": spec.exit_policy.respawn,
+                    "respawn_delay": float(spec.exit_policy.respawn_delay),
+                    "required": spec.exit_policy.required,
                     "pid": process.pid,
                     "args": spec.words,
                     "cwd": spec.cwd,
@@ -170,8 +170,8 @@ def _entry(process: Process, usage: Usage, now: float, *, has_ended: bool) -> di
         # XML-RPC's integers have 32 bits.
         "memory": float(usage.memory),
         "machine": process.machine,
-        "required": spec.required,
-        "respawn": spec.respawn,
+        "required": spec.exit_policy.required,
+        "respawn": spec.exit_policy.respawn,
         "log": spec.log_base or "",
     }
     if process.exit_code is not None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+from pyros1.launch.plan import ExitPolicy
 
 
 @dataclass
@@ -18,9 +20,7 @@ class ProcessSpec:
         log_base: path of its log files without ``.log``, None for no log files.
         to_screen: inherit stdout; otherwise stdout goes to ``<log_base>-stdout.log``.
         errors_to_file: without ``to_screen``, stderr goes to ``<log_base>-stderr.log``.
-        respawn: start it again whenever it ends.
-        respawn_delay: seconds to wait before that.
-        required: the launch ends when it ends.
+        exit_policy: whether it is started again, or the launch ends, when it ends.
         ends_launch: the launch ends when it ends, without a report: it is a test, or the ``on-death`` action of a
             required process.
         on_death: a process to start when this one has ended on its own; None for none.
@@ -34,9 +34,7 @@ class ProcessSpec:
     cwd: str
     log_base: str | None = None
     to_screen: bool = True
-    respawn: bool = False
-    respawn_delay: float = 0.0
-    required: bool = False
+    exit_policy: ExitPolicy = field(default_factory=ExitPolicy)
     ends_launch: bool = False
     on_death: ProcessSpec | None = None
     errors_to_file: bool = False

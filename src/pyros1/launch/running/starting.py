@@ -5,12 +5,12 @@ from __future__ import annotations
 import contextlib
 import sys
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pyros1.ground.errors import LaunchError
-from pyros1.launch.plan import MachinePlan, NodePlan, Plan, TestPlan
+from pyros1.launch.plan import ExitPolicy, MachinePlan, NodePlan, Plan, TestPlan
 from pyros1.launch.reading.resources import PackageFinder
 from pyros1.launch.running.command_line import (
     check_prefix,
@@ -179,7 +179,7 @@ class Starter:
             f"[{label}] is not started: {missing} did not appear within {node.wait_timeout:g} s "
             f"(wait-for at {node.file}:{node.line})"
         )
-        if node.required or self.options.required:
+        if self._exit_policy(node).required:
             self.supervisor.required_failed = True
             self.supervisor.stop(f"required node {node.full_name} could not be started")
 
@@ -230,9 +230,7 @@ class Starter:
             cwd=str(executable.parent) if node.cwd == "node" else str(home),
             log_base=str(log_base),
             to_screen=self._to_screen(node),
-            respawn=node.respawn,
-            respawn_delay=node.respawn_delay,
-            required=node.required or self.options.required,
+            exit_policy=self._exit_policy(node),
             package=node.package,
         )
 
@@ -245,9 +243,7 @@ class Starter:
             env={},
             cwd="",
             to_screen=self._to_screen(node),
-            respawn=node.respawn,
-            respawn_delay=node.respawn_delay,
-            required=node.required or self.options.required,
+            exit_policy=self._exit_policy(node),
             package=node.package,
         )
 
@@ -279,8 +275,11 @@ class Starter:
                 log_base=str(log_base),
                 to_screen=False,
             )
-        on_death_spec.required, on_death_spec.ends_launch = False, spec.required
+        on_death_spec.exit_policy, on_death_spec.ends_launch = ExitPolicy(), spec.exit_policy.required
         return on_death_spec
+
+    def _exit_policy(self, node: NodePlan) -> ExitPolicy:
+        return replace(node.exit_policy, required=node.exit_policy.required or self.options.required)
 
     def _to_screen(self, node: NodePlan) -> bool:
         return node.output == "screen" if self.options.screen is None else self.options.screen

@@ -205,15 +205,15 @@ class Supervisor:
         if spec.ends_launch:
             self._mark_dead(process)
             return True
-        if spec.respawn and process.disconnected:
+        if spec.exit_policy.respawn and process.disconnected:
             process.restart_due = True
             return False
-        if spec.respawn:
+        if spec.exit_policy.respawn:
             process.signal(signal.SIGTERM)  # processes left behind would accumulate with each run
-            self._schedule(spec.label, spec.respawn_delay, lambda: self._respawn(process))
+            self._schedule(spec.label, spec.exit_policy.respawn_delay, lambda: self._respawn(process))
             return False
         self._mark_dead(process)
-        if spec.required:
+        if spec.exit_policy.required:
             self.required_failed = bool(process.exit_code)
             line = "=" * 80
             self._console.plain_error(f"{line}\nREQUIRED process [{spec.label}] has died!")
@@ -270,7 +270,7 @@ class Supervisor:
             return
         self._console.line(f"[{process.spec.label}] restarting process")
         if not self._start(process):
-            process.restart_due = process.disconnected and process.spec.respawn
+            process.restart_due = process.disconnected and process.spec.exit_policy.respawn
             if not process.restart_due:
                 self._mark_dead(process)
 

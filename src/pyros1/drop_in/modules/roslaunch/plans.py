@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from typing import Any
 
 from pyros1.ground.errors import LaunchError
@@ -31,9 +32,7 @@ def node_of(plan: NodePlan) -> Node:
         node = Node(
             plan.package,
             plan.type,
-            respawn=plan.respawn,
-            respawn_delay=plan.respawn_delay,
-            required=plan.required,
+            **asdict(plan.exit_policy),
             output="screen" if plan.output == "screen" else None,
             **options,
         )

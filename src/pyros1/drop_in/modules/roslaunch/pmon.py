@@ -8,6 +8,7 @@ import threading
 import time
 import traceback
 import weakref
+from dataclasses import asdict
 from typing import Any
 
 from pyros1.drop_in.missing import missing
@@ -142,7 +143,8 @@ class Process:
 def _option(name: str) -> Any:
     """Return the property of an option of a launched process, which applies to the launch immediately."""
     return property(
-        lambda self: getattr(self._handle.spec, name), lambda self, value: setattr(self._handle.spec, name, value)
+        lambda self: getattr(self._handle.spec.exit_policy, name),
+        lambda self, value: setattr(self._handle.spec.exit_policy, name, value),
     )
 
 
@@ -156,8 +158,7 @@ class _Launched(Process):
     def __init__(self, handle: Any) -> None:
         self._handle = handle
         spec = handle.spec
-        options = spec.respawn, spec.respawn_delay, spec.required
-        super().__init__(spec.package, handle.name, spec.words, spec.env, *options, handle=handle)
+        super().__init__(spec.package, handle.name, spec.words, spec.env, **asdict(spec.exit_policy), handle=handle)
 
     def is_alive(self) -> bool:
         """Return whether it is running."""
