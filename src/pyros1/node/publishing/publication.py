@@ -52,8 +52,8 @@ class Publication(PublisherLinks):
         message_class()
         self._encode = message_class._encode_frame
         self.handles = 0
-        self._seq = _sequence_numbers()
-        self.publish: Callable[[Any], None] = self._publish_numbered if message_class._has_header else self._publish
+        self._seq = _sequence_numbers() if message_class._has_header else None
+        self.publish: Callable[[Any], None] = self._publish
         """Send a message to all links; see Publisher.publish."""
 
     # The strand is entered here and not by `Strand.do`, since this is the path of every message.
@@ -67,16 +67,17 @@ class Publication(PublisherLinks):
         try:
             del strand.free[0]
         except IndexError:
-            strand.post(self._send, *_snapshot(*self._prepare(message)))
+            strand.post(self._send_posted, message, *_snapshot(*self._prepare(message)))
         else:
             # Encoded in the strand, so that messages of a signal handler come after this one: a robot that the handler
             # stops must not be started again by this message.
             strand.worker = thread_id
             try:
-                if (
-                    strand.jobs and not strand.run_pending()
-                ):  # some of them may be from this thread: this one comes after them
-                    strand.jobs.append((self._send, _snapshot(*self._prepare(message))))
+                has_turn = not strand.jobs or strand.run_pending()
+                if has_turn and self._seq is not None:
+                    message.header.seq = next(self._seq)
+                if not has_turn:  # some of the other jobs may be from this thread: this one comes after them
+                    strand.jobs.append((self._send_posted, (message, *_snapshot(*self._prepare(message)))))
                 elif self._local and not (self._remote or self.latch):
                     try:
                         copy = message.__class__._copy(message)
@@ -96,36 +97,6 @@ class Publication(PublisherLinks):
                     else:
                         for link in self._remote:
                             link.send(frame)
-            except BaseException:
-                self._recover()
-                raise
-            finally:
-                strand.free.append(True)
-                if strand.jobs:
-                    strand.work()
-        if self.queue_size is None:
-            self._wait_for_links()
-
-    def _publish_numbered(self, message: Any) -> None:
-        if not (self.links or self.latch):
-            return
-        thread_id, strand = get_ident(), self.strand
-        if not strand.free:
-            strand.spin_wait()
-        try:
-            del strand.free[0]
-        except IndexError:
-            strand.post(self._send_numbered, message, *_snapshot(*self._prepare(message)))
-        else:
-            strand.worker = thread_id
-            try:
-                if (
-                    strand.jobs and not strand.run_pending()
-                ):  # some of them may be from this thread: this one comes after them
-                    strand.jobs.append((self._send_numbered, (message, *_snapshot(*self._prepare(message)))))
-                else:
-                    message.header.seq = next(self._seq)
-                    self._send(*self._prepare(message))
             except BaseException:
                 self._recover()
                 raise
@@ -182,13 +153,14 @@ class Publication(PublisherLinks):
             if link not in self._shared or not link.send_reference(place):
                 link.send(frame)
 
-    def _send_numbered(self, message: Any, frame: Frame | None, copy: Any) -> None:
-        """Send a message that was left in the strand, with the number of its turn."""
-        message.header.seq = number = next(self._seq)
-        if copy is not None:
-            copy.header.seq = number
-        if frame is not None:
-            frame = _with_sequence_number(frame, number)
+    def _send_posted(self, message: Any, frame: Frame | None, copy: Any) -> None:
+        """Send a message that was posted to the strand, with the sequence number of its turn."""
+        if self._seq is not None:
+            message.header.seq = number = next(self._seq)
+            if copy is not None:
+                copy.header.seq = number
+            if frame is not None:
+                frame = _with_sequence_number(frame, number)
         self._send(frame, copy)
 
     def _wait_for_links(self) -> None:
@@ -228,7 +200,7 @@ class Publication(PublisherLinks):
 
     def publish_to(self, link: Link, message: Any) -> None:
         """Send a message to one link; see ``Peer.publish``."""
-        if self.message_class._has_header:
+        if self._seq is not None:
             message.header.seq = next(self._seq)
         try:
             frame = message.__class__._encode_frame(message)
