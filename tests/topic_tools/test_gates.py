@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from pyros1.msgs import AnyMsg
-from pyros1.topic_tools.drop import Drop
-from pyros1.topic_tools.throttle import ByteThrottle, MessageThrottle
+from pyros1.topic_tools.gates import ByteThrottle, Drop, MessageThrottle
 
 
 class FakeTime:

@@ -29,7 +29,7 @@ def _relay(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 def _drop(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Republish a topic without some of its messages, until the node ends."""
-    from pyros1.topic_tools.drop import Drop  # noqa: PLC0415
+    from pyros1.topic_tools.gates import Drop  # noqa: PLC0415
 
     if len(args) not in (3, 4):
         raise UsageError("")

@@ -14,7 +14,7 @@ from pyros1.cli.records import Argument
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Republish a topic at a limited rate, until the node ends."""
-    from pyros1.topic_tools.throttle import ByteThrottle, MessageThrottle  # noqa: PLC0415
+    from pyros1.topic_tools.gates import ByteThrottle, MessageThrottle  # noqa: PLC0415
 
     kind = args[0] if args else ""
     numbers = {"messages": ["MSGS_PER_SEC"], "bytes": ["BYTES_PER_SEC", "WINDOW"]}.get(kind)

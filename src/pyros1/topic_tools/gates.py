@@ -1,11 +1,28 @@
-"""throttle: limits messages or bytes per time (https://wiki.ros.org/topic_tools/throttle)."""
+"""Gates for `Relay`: they decide which messages pass (https://wiki.ros.org/topic_tools/drop and .../throttle)."""
 
 from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from itertools import cycle
 
 from pyros1.msgs import AnyMsg
+
+
+class Drop:
+    """A gate that leaves out the first X of every Y messages.
+
+    Args:
+        dropped: number of messages to drop, X.
+        among: size of each group of messages, Y.
+    """
+
+    def __init__(self, dropped: int, among: int) -> None:
+        self._passes = cycle([number >= dropped for number in range(among)])
+
+    def __call__(self, message: AnyMsg) -> bool:
+        """Return whether the message passes."""
+        return next(self._passes)
 
 
 class MessageThrottle:
