@@ -24,6 +24,7 @@ from mutate import Mutant, mutants
 ROOT = Path(__file__).resolve().parents[2]
 SOURCES = Path("src/pyros1")
 EQUIVALENT = Path(__file__).with_name("equivalent.txt")
+HANGS = 30  # seconds that one test of a mutant may take; longer than any takes unchanged
 LEFT_OUT = shutil.ignore_patterns(".git", ".venv*", "build", "dist", "__pycache__", ".*_cache", ".hypothesis")
 
 
@@ -54,6 +55,7 @@ def main() -> int:
     """Return 0 if every mutant was noticed, 1 if not."""
     parser = argparse.ArgumentParser(prog="tests/mutants", description="Make mistakes; see whether a test notices.")
     parser.add_argument("rooms", nargs="*", help="rooms of src/pyros1 (wire, node, bag/format), or files")
+    parser.add_argument("--without", nargs="*", default=[], help="rooms or files to leave out of them")
     parser.add_argument("--sample", type=int, help="how many mutants, chosen at random (default: all)")
     parser.add_argument(
         "--seed", type=int, default=1, help="chooses them; the same seed, the same mutants (default: 1)"
@@ -68,7 +70,10 @@ def main() -> int:
         options.rooms, line = [file], int(number)
     if not options.rooms:
         parser.error("which rooms? for example: wire")
-    files = sorted(file for room in options.rooms for file in modules(room))
+    files = sorted(
+        {file for room in options.rooms for file in modules(room)}
+        - {file for room in options.without for file in modules(room)}
+    )
     if not files:
         parser.error(f"no modules in {' '.join(options.rooms)}")
     tests = options.tests or sorted({tests_of(room) for room in options.rooms})
@@ -97,11 +102,9 @@ def modules(room: str) -> list[Path]:
 
 
 def tests_of(room: str) -> str:
-    """Return the folder of tests of a room, or of the room of a file."""
-    path = Path(room).relative_to(SOURCES).parent if room.endswith(".py") else Path(room)
-    while not (ROOT / "tests" / path).is_dir():
-        path = path.parent
-    return str(Path("tests") / path)
+    """Return the folder of tests of a room, or of the room of a file: those of ``bag`` for ``bag/format``, too."""
+    path = Path(room).relative_to(SOURCES) if room.endswith(".py") else Path(room)
+    return str(Path("tests") / path.parts[0])
 
 
 def copy_checkout(target: Path) -> None:
@@ -140,12 +143,22 @@ def reach(copied: Path, tests: list[str]) -> tuple[coverage.CoverageData, float]
 
 
 def tests_at(reached: coverage.CoverageData, file: Path, mutant: Mutant) -> tuple[str, ...]:
-    """Return the tests that reach a mutant: all of them for a line that runs when its module is imported."""
+    """
+    Return the tests that reach a mutant: all of them for a line that runs when its module is imported.
+
+    Those that most likely notice it come first: of the file of tests with the module's name, then of its folder.
+    """
     name = next((name for name in reached.measured_files() if name.endswith(f"/{file}")), "")
     contexts = reached.contexts_by_lineno(name).get(mutant.line, [])
     if contexts and not any(contexts):
         contexts = list(reached.measured_contexts())
-    return tuple(sorted(test for test in contexts if test))
+    mirrored = Path("tests") / file.relative_to(SOURCES)
+
+    def order(test: str) -> tuple[bool, bool, str]:
+        path = Path(test.partition("::")[0])
+        return path.name != f"test_{mirrored.name}", path.parent != mirrored.parent, test
+
+    return tuple(sorted((test for test in contexts if test), key=order))
 
 
 def run(cases: list[Case], jobs: int, folder: Path, diffs: bool) -> Result:
@@ -185,7 +198,7 @@ def outcome(case: Case, copied: Path) -> str:
     names = copied / "names"
     names.write_text("\n".join(case.tests))
     file.write_bytes(case.mutant.apply(unchanged))
-    command = [sys.executable, "-m", "pytest", "-x", "-p", "no:cacheprovider", "@names"]
+    command = [sys.executable, "-m", "pytest", "-x", "-p", "no:cacheprovider", f"--timeout={HANGS}", "@names"]
     process = subprocess.Popen(
         command,
         cwd=copied,

@@ -66,6 +66,14 @@ def test_this_machine_always_may_come() -> None:
     assert told == []
 
 
+def test_a_peer_whose_address_is_not_of_ip_is_refused() -> None:
+    reports: list[str] = []
+    allowlist = Allowlist(Networks("0.0.0.0/0, ::/0"), reports.append)
+    assert not allowlist.allows("robot", "192.168.1.5")
+    assert not allowlist.allows("", "")
+    assert "refused a connection from robot" in reports[0]
+
+
 def test_others_are_told_of_once_and_not_all_are_remembered() -> None:
     told: list[str] = []
     allowlist = Allowlist(Networks("10.0.0.0/24"), told.append)

@@ -67,3 +67,19 @@ def test_list(run: Run, bag: str) -> None:
 def test_a_topic_that_is_not_there(run: Run, bag: str) -> None:
     assert "did you mean '/ns/x'?" in run("echo", "-b", bag, "/ns/xx")[2]
     assert "did you mean '/ns/x'?" in run("list", "-b", bag, "/ns/xx")[2]
+
+
+@pytest.mark.parametrize(
+    ("words", "reason"),
+    [
+        (("--offset", "-b", "BAG", "chatter"), "offset time option is not valid with bag files"),
+        (("-a",), "Display all option is only valid when echoing from bag files"),
+        (("-b", "BAG"), "topic must be specified"),
+        (("-b", "BAG", "chatter", "ns/x"), "you may only specify one input topic"),
+        (("-b", "BAG", "chatter", "-n", "few"), "COUNT must be an integer"),
+        (("-b", "BAG", "chatter", "-w", "-1"), "Fixed width for numeric values must be at least 2"),
+    ],
+)
+def test_options_of_echo_that_do_not_go_together(run: Run, bag: str, words: tuple[str, ...], reason: str) -> None:
+    code, out, err = run("echo", *(bag if word == "BAG" else word for word in words))
+    assert (code, out) == (2, "") and reason in err

@@ -12,6 +12,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -113,6 +114,19 @@ def test_respawn_appends_to_the_log_x85_x88(bench: Bench) -> None:
     assert bench.log("again-1") == "life 1\nlife 2\nlife 3\n"
     assert bench.out.getvalue().count("[again-1] restarting process") == 2
     assert bench.supervisor.active[0].spawn_count == 3
+
+
+def test_a_node_starts_again_once_its_delay_is_over_x88(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [100.0]
+    monkeypatch.setattr("pyros1.launch.running.supervisor.time", SimpleNamespace(monotonic=lambda: now[0]))
+    supervisor = bench.supervisor
+    supervisor.on_death = lambda process: supervisor.stop("it has died")
+    supervisor.start(bench.spec("again-1", "exit(3)", respawn=True, delay=60.0))
+    assert supervisor.run() == "it has died"
+    for now[0], starts in ((159.9, 1), (160.0, 2)):
+        supervisor.after(0.0, "the timers that are due have run")
+        supervisor.run()
+        assert supervisor.active[0].spawn_count == starts
 
 
 def test_escalation_reaches_the_stuck_in_reverse_order_x90(bench: Bench) -> None:
