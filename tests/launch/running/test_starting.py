@@ -1,0 +1,152 @@
+"""launch.running.starting: from the plan of a node to the description of its process."""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from pyros1.finding.packages import PackageIndex
+from pyros1.ground.errors import LaunchError
+from pyros1.launch.plan import MachinePlan, NodePlan, Plan
+from pyros1.launch.reading.on_death import OnDeath
+from pyros1.launch.running.console import Console
+from pyros1.launch.running.options import Options
+from pyros1.launch.running.process_spec import ProcessSpec
+from pyros1.launch.running.starting import Run, Starter
+
+PACKAGE = """<package format="2"><name>robot</name><version>1.0.0</version><description>A node.</description>
+<maintainer email="a@example.org">a</maintainer><license>BSD</license></package>"""
+SETTINGS: dict[str, Any] = {"respawn": True, "respawn_delay": 7.5, "required": True}
+
+
+class Recorder:
+    """Stands for a supervisor, and starts nothing."""
+
+    def __init__(self) -> None:
+        self.specs: list[ProcessSpec] = []
+        self.kinds: list[object] = []
+        self.refuses = False
+        self.out, self.err = io.StringIO(), io.StringIO()
+
+    def start(self, spec: ProcessSpec, kind: object = None) -> bool:
+        self.specs.append(spec)
+        self.kinds.append(kind)
+        return not self.refuses
+
+    def find(self, label: str) -> str:
+        return f"the process of {label}"
+
+
+class FakeMachine:
+    """A machine to which every connection succeeds."""
+
+    def connect(self) -> None: ...
+
+    def wait_ready(self) -> None: ...
+
+    def process(self, node: NodePlan, run_id: str) -> str:
+        return f"{node.name} of {run_id}"
+
+
+@pytest.fixture
+def make_starter(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Starter]:
+    package = tmp_path / "robot"
+    package.mkdir()
+    (package / "package.xml").write_text(PACKAGE)
+    (package / "drive").write_text("#!/bin/sh\n")
+    (package / "drive").chmod(0o755)
+    environ = {**os.environ, "ROS_PACKAGE_PATH": str(package), "ROS_HOME": str(tmp_path / "home")}
+
+    monkeypatch.setattr("pyros1.launch.remote.over_ssh.make_machine", lambda *args: FakeMachine())
+
+    def make(**options: Any) -> Starter:
+        run = Run("http://me:1/", "run-id", tmp_path / "logs", tmp_path / "logs" / "launch.log")
+        machines = {"far": MachinePlan("far", "far.invalid"), "here": MachinePlan("here", "localhost")}
+        recorder: Any = Recorder()
+        console = Console(recorder.out, recorder.err)
+        packages = PackageIndex(environ)
+        plan = Plan(nodes=[NodePlan("robot", "drive", "first", machine="far")], machines=machines)
+        starter = Starter(plan, Options(**options), packages, environ, console, recorder, run)
+        starter.connect()
+        return starter
+
+    return make
+
+
+@pytest.mark.parametrize("machine", [None, "here", "far"])
+def test_a_node_is_started_as_its_plan_says(make_starter: Callable[..., Starter], machine: str | None) -> None:
+    starter = make_starter()
+    starter.start(
+        NodePlan("robot", "drive", "wheels", "/left/", ["fast"], machine=machine, output="screen", **SETTINGS)
+    )
+    recorder: Any = starter.supervisor
+    (spec,) = recorder.specs
+    assert (spec.label, spec.node, spec.package) == ("left/wheels-1", "/left/wheels", "robot")
+    assert (spec.respawn, spec.respawn_delay, spec.required, spec.to_screen) == (True, 7.5, True, True)
+    assert recorder.kinds == ["wheels of run-id" if machine == "far" else None]
+    starter.start(NodePlan("robot", "drive", "arm", machine=machine))
+    spec = recorder.specs[1]
+    assert (spec.label, spec.respawn, spec.respawn_delay) == ("arm-2", False, 0.0)
+    assert (spec.required, spec.to_screen, spec.on_death, spec.ends_launch) == (False, False, None, False)
+
+
+@pytest.mark.parametrize("machine", [None, "far"])
+def test_options_of_the_launch_hold_for_all_nodes(make_starter: Callable[..., Starter], machine: str | None) -> None:
+    starter = make_starter(screen=True, required=True)
+    starter.start(NodePlan("robot", "drive", "wheels", machine=machine))
+    starter.options.screen = False
+    starter.start(NodePlan("robot", "drive", "arm", machine=machine, output="screen"))
+    recorder: Any = starter.supervisor
+    assert [(spec.required, spec.to_screen) for spec in recorder.specs] == [(True, True), (True, False)]
+
+
+def test_the_process_on_this_machine(make_starter: Callable[..., Starter], tmp_path: Path) -> None:
+    starter = make_starter()
+    spec = starter.spec(NodePlan("robot", "drive", "wheels", "/left/", ["fast"]), "left/wheels-1")
+    drive = tmp_path / "robot" / "drive"
+    log = tmp_path / "logs" / "left-wheels-1"
+    assert spec.words == [str(drive), "fast", "__name:=wheels", f"__log:={log}.log"]
+    assert (spec.log_base, spec.cwd) == (str(log), str(tmp_path / "home"))
+    assert spec.env["ROS_MASTER_URI"] == "http://me:1/" and spec.env["ROS_NAMESPACE"] == "/left"
+    assert spec.env["ROS_LOG_FILENAME"] == str(tmp_path / "logs" / "launch.log")
+    assert starter.spec(NodePlan("robot", "drive", "wheels", cwd="node"), "w").cwd == str(drive.parent)
+
+
+def test_what_runs_when_a_node_has_ended(make_starter: Callable[..., Starter]) -> None:
+    starter = make_starter()
+    recorder: Any = starter.supervisor
+    run = OnDeath("run", ("robot", "drive", "home"))
+    publish = OnDeath("pub", ("/stop", "std_msgs/Empty"))
+    for required in (True, False):
+        for on_death, words in ((run, ["home", "__name:=wheels_on_death"]), (publish, ["/stop", "std_msgs/Empty"])):
+            starter.start(NodePlan("robot", "drive", "wheels", "/left/", required=required, on_death=on_death))
+            after = recorder.specs[-1].on_death
+            assert (after.label, after.node) == (f"{recorder.specs[-1].label}-on-death", "/left/wheels_on_death")
+            assert (after.required, after.ends_launch, after.respawn) == (False, required, False)
+            assert [word for word in words if word not in after.words] == []
+            assert after.env["ROS_MASTER_URI"] == "http://me:1/"
+
+
+def test_one_more_node(make_starter: Callable[..., Starter]) -> None:
+    starter = make_starter()
+    recorder: Any = starter.supervisor
+    assert str(starter.start_one(NodePlan("robot", "drive", "wheels"))) == "the process of wheels-1"
+    with pytest.raises(LaunchError, match=r"node \[/arm\] runs on another machine: put it into a launch file"):
+        starter.start_one(NodePlan("robot", "drive", "arm", machine="far"))
+    recorder.refuses = True
+    with pytest.raises(LaunchError, match=r"node \[/arm\] cannot be started"):
+        starter.start_one(NodePlan("robot", "drive", "arm"))
+
+
+def test_a_node_that_cannot_be_found(make_starter: Callable[..., Starter]) -> None:
+    starter = make_starter()
+    starter.start(NodePlan("robot", "dive", "wheels", file="a.launch", line=3))
+    recorder: Any = starter.supervisor
+    assert not recorder.specs
+    text = recorder.err.getvalue()
+    assert "cannot launch node of type [robot/dive]" in text and "at a.launch:3" in text and "drive" in text
