@@ -119,6 +119,10 @@ def test_g24_equality() -> None:
     assert cls([1, 2], "x") != cls([1, 3], "x")
     assert cls([1], "x") != other([1], "x")  # another class, though of the same name
     assert cls() != "text"
+    for odd in (None, 1, "ab", range(2)):
+        message = cls([0, 1], "x")
+        message.a = odd
+        assert message != cls([0, 1], "x") and cls([0, 1], "x") != message
     with pytest.raises(TypeError):
         hash(cls())
 
@@ -131,6 +135,12 @@ def test_g24_copies_and_pickles() -> None:
         assert twin == message and type(twin) is cls
     message._connection_header = {"callerid": "/x"}
     assert message == copy.copy(message)
+
+
+def test_a_message_that_an_earlier_version_pickled_is_read() -> None:
+    message = make("int8 a\nstring b")()
+    message.__setstate__((None, {"b": "text", "a": 3}))
+    assert (message.a, message.b) == (3, "text")
 
 
 def test_derived_classes_encode_as_their_base() -> None:

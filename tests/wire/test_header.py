@@ -62,6 +62,13 @@ def test_length_lie_is_refused_before_anything_is_kept() -> None:
         HeaderReader().feed(b"\xff\xff\xff\xff")
 
 
+def test_the_limit_is_the_longest_header() -> None:
+    data = encode_header({"a": "1"})
+    assert HeaderReader(limit=len(data) - 4).feed(data) == {"a": "1"}
+    with pytest.raises(ProtocolError, match=f"header of {len(data) - 4} bytes exceeds the limit of {len(data) - 5}"):
+        HeaderReader(limit=len(data) - 5).feed(data)
+
+
 def test_keys_are_sorted_on_the_wire() -> None:
     assert encode_header({"b": "2", "a": "1"}) == encode_header({"a": "1", "b": "2"})
     assert encode_header({"b": "2", "a": "1"}).index(b"a=1") < encode_header({"b": "2", "a": "1"}).index(b"b=2")

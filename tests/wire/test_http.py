@@ -213,6 +213,16 @@ def test_a_head_is_read_alike_whatever_came_before_it(heads: list[list[str]], or
                 break
 
 
+def test_heads_that_differ_before_the_length_are_read_apart() -> None:
+    paths = ["/a", "/b", "/a", "/RPC2"]
+    assert [request.path for request in requests([build_request("h", path, b"12") for path in paths])] == paths
+    parser = ResponseParser()
+    for status in (200, 404, 200):
+        parser.feed(f"HTTP/1.1 {status} Text\r\nContent-Length: 2\r\nX: y\r\n\r\nab".encode())
+        response = parser.next_message()
+        assert response is not None and response.status == status
+
+
 def outcome(parser: RequestParser | ResponseParser, data: bytes) -> tuple[object, ...]:
     parser.feed(data)
     try:

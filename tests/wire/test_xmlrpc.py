@@ -169,6 +169,12 @@ def test_wrong_values_are_protocol_errors(text: str) -> None:
     assert scan_response(body, *LIMITS) is None
 
 
+@pytest.mark.parametrize("code", [*range(9), 11, 12, *range(14, 32)])
+def test_characters_that_xml_forbids_are_refused(code: int) -> None:
+    with pytest.raises(ProtocolError):
+        xmlrpc.loads_response(xmlrpc.dumps_response("a b").replace(b" ", bytes([code])))
+
+
 def test_entities_and_document_types_are_refused() -> None:
     bomb = '<!DOCTYPE a [<!ENTITY x "ha"><!ENTITY y "&x;&x;&x;&x;">]>'
     outside = '<!DOCTYPE a SYSTEM "file:///etc/hostname">'
@@ -202,6 +208,9 @@ def test_the_number_of_values_is_bounded(monkeypatch: pytest.MonkeyPatch) -> Non
     assert xmlrpc.loads_response(xmlrpc.dumps_response([1] * 9)) == [1] * 9
     with pytest.raises(ProtocolError, match="more than 10"):
         xmlrpc.loads_response(xmlrpc.dumps_response([1] * 10))
+    assert len(through_parser(xmlrpc.dumps_response([1] * 9))[0]) == 9
+    with pytest.raises(ProtocolError, match="more than 10"):
+        through_parser(xmlrpc.dumps_response([1] * 10))
 
 
 @pytest.mark.parametrize(
