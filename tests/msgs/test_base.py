@@ -6,6 +6,7 @@ import copy
 import io
 import pickle
 import pydoc
+import struct
 from typing import Any
 
 import codec
@@ -15,6 +16,7 @@ from pyros1.ground.errors import DefinitionError, DeserializationError
 from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import AnyMsg, Message, from_definition, load_message
 from pyros1.msgs.base import message_class
+from pyros1.msgs.generator import MAX_FIELDS
 
 from ..bodies import decode, encode, encode_frame
 
@@ -105,6 +107,17 @@ def test_the_constructor_of_a_message_with_many_fields() -> None:
         cls(**{f"f{i}": i for i in range(60)}, nope=1)
     with pytest.raises(TypeError, match="Invalid number"):
         cls(*range(1199))
+
+
+@pytest.mark.parametrize("count", [MAX_FIELDS, MAX_FIELDS + 1, 2 * MAX_FIELDS, 2 * MAX_FIELDS + 1])
+def test_no_field_is_lost_where_one_function_ends_and_the_next_begins(count: int) -> None:
+    cls = make("\n".join(f"int16[] f{i}" for i in range(count)))
+    assert cls() == cls(*[[]] * count)
+    message = cls(*([i] for i in range(count)))
+    assert codec.copy(message) == message
+    body = codec.encode(message)
+    assert body == b"".join(struct.pack("<Ih", 1, i) for i in range(count))
+    assert codec.decode(cls, body, 0, len(body)) == message
 
 
 def test_field_names_may_be_those_of_methods() -> None:

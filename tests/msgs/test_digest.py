@@ -56,6 +56,12 @@ def test_g14_full_text_depth_first_each_once() -> None:
     assert list(texts) == ["p/T", "p/B", "p/D", "p/C"]
 
 
+def test_a_full_text_may_end_with_a_type_without_fields() -> None:
+    assert split_full_text("p/T", f"Empty e\n{SEPARATOR}\nMSG: p/Empty") == {"p/T": "Empty e", "p/Empty": ""}
+    with pytest.raises(DefinitionError, match="no 'MSG: type' line after a separator"):
+        split_full_text("p/T", f"Empty e\n{SEPARATOR}")
+
+
 def test_a_type_that_contains_itself_is_an_error() -> None:
     texts = {"A": "B b", "B": "A[] a", "S": "S s"}
     for name, text in texts.items():

@@ -19,6 +19,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import coverage
+from equivalent import name_of, names_in
 from mutate import Mutant, mutants
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -36,8 +37,10 @@ class Case:
     mutant: Mutant
     tests: tuple[str, ...]
 
-    def __str__(self) -> str:
-        return f"{self.path}:{self.mutant.line}: {self.mutant}"
+    @property
+    def name(self) -> str:
+        """As ``equivalent.txt`` names it."""
+        return name_of(self.path, (ROOT / self.path).read_text(), self.mutant)
 
 
 @dataclass
@@ -164,7 +167,7 @@ def tests_at(reached: coverage.CoverageData, file: Path, mutant: Mutant) -> tupl
 def run(cases: list[Case], jobs: int, folder: Path, diffs: bool) -> Result:
     """Run the tests of each mutant, several mutants at a time, each worker in a copy of its own."""
     result = Result()
-    known = equivalent()
+    known = names_in(EQUIVALENT.read_text())
     local = threading.local()
     printing = threading.Lock()
 
@@ -172,7 +175,7 @@ def run(cases: list[Case], jobs: int, folder: Path, diffs: bool) -> Result:
         if not hasattr(local, "copy"):
             local.copy = Path(tempfile.mkdtemp(dir=folder)) / "checkout"
             copy_checkout(local.copy)
-        if f"{case.path}: {case.mutant}" in known:
+        if case.name in known:
             word, kind = "equivalent", result.equivalent
         elif not case.tests:
             word, kind = "unreached", result.unreached
@@ -182,7 +185,7 @@ def run(cases: list[Case], jobs: int, folder: Path, diffs: bool) -> Result:
         with printing:
             kind.append(case)
             if word in ("survived", "unreached") or diffs:
-                print(f"{word}: {case}", flush=True)
+                print(f"{word} at line {case.mutant.line}: {case.name}", flush=True)
             if diffs:
                 print(difference(case), flush=True)
 
@@ -224,12 +227,6 @@ def difference(case: Case) -> str:
     before = (ROOT / case.path).read_bytes()
     texts = (before.decode().splitlines(), case.mutant.apply(before).decode().splitlines())
     return "\n".join(difflib.unified_diff(*texts, n=1, lineterm=""))
-
-
-def equivalent() -> set[str]:
-    """Return the mutants that change nothing a user could see; the file says why, in comments."""
-    lines = EQUIVALENT.read_text().splitlines() if EQUIVALENT.exists() else []
-    return {line for line in lines if line and not line.startswith("#")}
 
 
 def report(result: Result, count: int, seed: int) -> int:

@@ -7,9 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from .equivalent import name_of, names_in
 from .mutate import mutants
 
-SOURCES = Path(__file__).resolve().parents[2] / "src" / "pyros1"
+ROOT = Path(__file__).resolve().parents[2]
+SOURCES = ROOT / "src" / "pyros1"
 
 
 def after(source: str) -> list[str]:
@@ -61,3 +63,25 @@ def test_offsets_count_bytes_of_utf8() -> None:
         "x = 'ü' if (a <= b) else c",
         "x = (c if a < b else 'ü')",
     }
+
+
+def test_the_list_of_equivalent_mutants_is_read() -> None:
+    text = (
+        "# About the list.\n\n# Two lines\n# of reason.\na | b | c\n\n# Another.\nd | e | f\ng | h | i\n\nj | k | l\n"
+    )
+    assert names_in(text) == {
+        "a | b | c": "Two lines of reason.",
+        "d | e | f": "Another.",
+        "g | h | i": "Another.",
+        "j | k | l": "",
+    }
+
+
+def test_each_equivalent_mutant_exists_and_has_a_reason() -> None:
+    named = names_in((Path(__file__).parent / "equivalent.txt").read_text())
+    existing = set()
+    for path in {name.partition(" | ")[0] for name in named}:
+        source = (ROOT / path).read_bytes()
+        existing |= {name_of(path, source.decode(), mutant) for mutant in mutants(source)}
+    assert [name for name in named if name not in existing] == []
+    assert [name for name, reason in named.items() if not reason] == []
