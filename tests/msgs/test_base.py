@@ -14,7 +14,7 @@ import pytest
 
 from pyros1.ground.errors import DefinitionError, DeserializationError
 from pyros1.ground.timing import Duration, Time
-from pyros1.msgs import AnyMsg, Message, from_definition, load_message
+from pyros1.msgs import AnyMsg, Message, from_definition, load_message, load_service
 from pyros1.msgs.base import message_class
 from pyros1.msgs.generator import MAX_FIELDS
 
@@ -171,6 +171,12 @@ def test_derived_classes_encode_as_their_base() -> None:
 
 def test_unknown_class_attributes_are_attribute_errors() -> None:
     assert not hasattr(make("int8 a"), "_other")
+
+
+def test_the_docstring_is_the_definition() -> None:
+    assert make("int8 a # of b\n").__doc__ == "int8 a # of b\n"
+    assert make("").__doc__ == "Message type p/T, without fields."
+    assert load_service("std_srvs/Empty").__doc__ == "---"
 
 
 def test_help_describes_message_classes_also_once_they_have_been_encoded() -> None:

@@ -105,3 +105,9 @@ def test_frames_of_other_shapes_are_not_split() -> None:
     assert split_frame([b"1234\x04\0\0\0", b"data", b"t", b"u"], 1) is None
     assert split_frame([b"1234\x05\0\0\0", b"data"], 0) is None
     assert split_frame([b"\x04\0\0\0", b"data"], 0) is None
+    # Pieces are only kept if they cannot change.
+    head, data = b"1234\x04\0\0\0", b"data"
+    assert split_frame([head, data], 0) is not None
+    assert split_frame([bytearray(head), data], 0) is None
+    assert split_frame([head, bytearray(data)], 0) is None
+    assert split_frame([head, memoryview(data)], 0) is None

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 import yaml
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from message_strategies import messages
 
@@ -144,6 +144,11 @@ def test_large_texts_and_arrays_come_in_small_pieces() -> None:
 odd = st.text(" \n\t:'\"\\#%-?[]{},&*!|>=~.0123456789_eExXonyOffNULlTrue\xe9\u2028\U0001f600", max_size=200)
 
 
+@example("- " + "word " * 40)
+@example("it's " * 16 + " 'word " * 16 + "a" * 200)
+@example("'" + "a" * 100 + " b")
+@example("'" + "a" * 100 + " ")
+@example("'a\n\n" + "b" * 78 + " c d\n" + "e" * 79 + " f")
 @given(odd | st.lists(odd | st.sampled_from(["word", "a" * 80, " "])).map(" ".join) | st.text(max_size=200))
 def test_strings_are_those_of_pyyaml(text: str) -> None:
     text = text.encode("utf-8", "replace").decode()  # without halves of surrogate pairs

@@ -113,7 +113,7 @@ def _folded(text: str, column: int, *, quoted: bool = False) -> Iterator[str]:
     for match in _RUN.finditer(text):
         run = match[0]
         position = match.end()
-        if run == " " and column > WIDTH and (not quoted or (match.start() != 0 and position != len(text))):
+        if run == " " and column > WIDTH and not (quoted and position == len(text)):
             yield _INDENT
             column = 2
         elif run[0] == "\n":

@@ -92,6 +92,15 @@ def test_behind_spoilt_bytes_messages_are_found_again(tmp_path: Path) -> None:
     assert reindex(path, tmp_path / "new.bag").messages in (48, 49)
 
 
+def test_the_next_message_is_found_wherever_the_blocks_of_the_search_end(tmp_path: Path) -> None:
+    messages = [number("/a", (i + 1) * NS, i) for i in range(3)]
+    whole, first = (old_bag(messages[:count], indexed=False) for count in (3, 1))
+    path = tmp_path / "old.bag"
+    for length in range(4096 - 50, 4096 + 20):
+        path.write_bytes(first + b"\xff" * length + whole[len(first) :])
+        assert reindex(path, tmp_path / "new.bag").messages == 3, length
+
+
 def test_not_closed_it_says_so_and_is_reindexed(tmp_path: Path) -> None:
     path = make(tmp_path, old_messages(), closed=False)
     with pytest.raises(UnindexedError, match=r"was not closed.*pyros1 bag reindex"):
