@@ -33,6 +33,12 @@ class Foreign:
     _md5sum = "992ce8a1687cec8c8bd883ec73ca41d1"
 
 
+class Typed:
+    """A class of a program, that has a name of a type but is none."""
+
+    _type = "std_msgs/String"
+
+
 def listen(message: Any) -> None:
     """A callback."""
 
@@ -51,6 +57,7 @@ MISTAKES: dict[str, tuple[Callable[[Any], Any], str]] = {
     "class as callback": (lambda n: n.subscribe("t", "std_msgs/String", String), "not the class String"),
     "service": (lambda n: n.subscribe("t", Empty, listen), "not the class Empty; [std_srvs/Empty] is a service"),
     "message": (lambda n: n.advertise("t", String("x")), "it is a message: give its class, std_msgs/String"),
+    "typed": (lambda n: n.advertise("t", Typed), "not the class Typed; give a class, such as"),
     "genpy": (lambda n: n.advertise("t", Foreign), 'it is from another library: give the name "std_msgs/String"'),
     "module": (
         lambda n: n.advertise("t", ModuleType("std_msgs.msg")),

@@ -96,6 +96,7 @@ def test_the_latest_common_time_is_the_default(buffer: Buffer) -> None:
     assert buffer.get_latest_common_time("map", "lidar") == Time.from_sec(101.5)
     assert x_of(buffer.lookup_transform("lidar", "map")) == pytest.approx(2.0)
     assert buffer.lookup_transform("base", "lidar").header.stamp == Time(), "static: at all times"
+    assert buffer.lookup_transform("odom", "odom").header.stamp == Time.from_sec(102)
 
 
 @pytest.mark.parametrize("when", [101.25, Time.from_sec(101.25)])

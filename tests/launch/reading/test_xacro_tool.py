@@ -33,6 +33,11 @@ def test_words(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert xacro_words([]) == []
     monkeypatch.setenv("PATH", str(tmp_path))
     assert xacro_words(["xacro", "a"]) == [*run, "a"]
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    assert xacro_words(["xacro", "a"]) == [*run, "a"], "which says what is missing"
+    (tmp_path / "xacro").write_text("#!/bin/sh\n")
+    (tmp_path / "xacro").chmod(0o755)
+    assert xacro_words(["xacro", "a"]) == ["xacro", "a"]
 
 
 def ask(tmp_path: Path, file: str) -> subprocess.CompletedProcess[str]:

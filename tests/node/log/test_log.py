@@ -418,3 +418,22 @@ def test_levels_that_are_kept_elsewhere(capsys: Any) -> None:
     setting.log.debug("shown")
     setting.log.level = FATAL
     assert levels["rosout"] == FATAL and setting.texts == ["shown"]
+
+
+@pytest.mark.parametrize("kind", ["info", "peer"])
+def test_a_forked_process_logs_with_locks_of_its_own(
+    setting: Setting, monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    """The parent's may be held by threads that do not exist there."""
+    setting.log.info("before")
+    repeats, pid = setting.sink.repeats, os.getpid()
+    monkeypatch.setattr("pyros1.node.log.sink.os.getpid", lambda: pid + 1)
+    if kind == "info":
+        setting.log.info("after")
+    else:
+        setting.log.peer(INFO, "after")
+    again = setting.sink.repeats
+    assert again is not repeats
+    setting.log.info("later")
+    assert setting.sink.repeats is again, "once in each process"
+    assert setting.texts == ["before", "after", "later"]
