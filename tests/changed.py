@@ -16,6 +16,8 @@ from pathlib import Path, PurePosixPath
 
 ROOT = Path(__file__).resolve().parents[1]
 RULES = "tests/test_project.py"
+# The page's modules are tested by Node.js, for all of them.
+PAGE = {"tests/web/test_page_modules.py", "tests/javascript", "tests/test_security.py"}
 
 
 def select(changed: Iterable[str], root: Path = ROOT) -> list[str]:
@@ -31,10 +33,14 @@ def select(changed: Iterable[str], root: Path = ROOT) -> list[str]:
         if path.match("tests/**/test_*.py") or path.match("tests/test_*.py"):
             if (root / path).exists():
                 found.add(name)
+        elif path.is_relative_to("tests/web/page"):
+            found |= PAGE
         elif path.is_relative_to("tests"):
             found.add(_nearest(path.parent, root))
         elif path.parent == PurePosixPath("src/pyros1"):
             found |= {f"tests/test_{path.stem}.py"} if (root / f"tests/test_{path.stem}.py").exists() else set()
+        elif path.is_relative_to("src/pyros1/web/page"):
+            found |= PAGE
         elif path.is_relative_to("src/pyros1"):
             found.add(_nearest("tests" / path.parent.relative_to("src/pyros1"), root))
         elif path.suffix == ".md":

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from tests.changed import RULES, select
+from tests.changed import PAGE, RULES, select
 
 
 @pytest.fixture
@@ -31,6 +31,8 @@ def checkout(tmp_path: Path) -> Path:
         (["src/pyros1/graph.py"], ["tests/test_graph.py"]),
         (["src/pyros1/__main__.py", "pyproject.toml", "interop/topics/test_latch_rospy.py"], []),
         (["README.md"], ["tests/guide"]),
+        (["src/pyros1/web/page/lib/dom.js"], sorted(PAGE)),
+        (["tests/web/page/robot.test.mjs"], sorted(PAGE)),
     ],
 )
 def test_tests_of_the_rooms_of_a_change(checkout: Path, changed: list[str], tests: list[str]) -> None:
