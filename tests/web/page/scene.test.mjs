@@ -4,6 +4,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
+import * as THREE from "../../../src/pyros1/web/page/vendor/three/three.module.min.js";
 import { sight } from "../../../src/pyros1/web/page/lib/scene/camera_view.js";
 import { apart } from "../../../src/pyros1/web/page/lib/scene/apart.js";
 import { Density, Pace } from "../../../src/pyros1/web/page/lib/scene/density.js";
@@ -11,7 +12,7 @@ import { MapPlane } from "../../../src/pyros1/web/page/lib/scene/map.js";
 import { infoTopic, offersOf, readKey } from "../../../src/pyros1/web/page/lib/scene/kinds.js";
 import { beside } from "../../../src/pyros1/web/page/lib/scene/meshes.js";
 import { pointsIn, reaches } from "../../../src/pyros1/web/page/lib/scene/picking.js";
-import { levels, scanPoints } from "../../../src/pyros1/web/page/lib/scene/points.js";
+import { PointSet, levels, scanPoints } from "../../../src/pyros1/web/page/lib/scene/points.js";
 
 test("files that a mesh names are beside it, in its package", () => {
   const mesh = "package://arm/meshes/visual/a.dae";
@@ -21,6 +22,17 @@ test("files that a mesh names are beside it, in its package", () => {
   assert.equal(beside(mesh, "../../../../../etc/passwd"), "package://arm/etc/passwd");
   assert.equal(beside(mesh, "package://other/b.png"), "package://other/b.png");
   assert.equal(beside("file:///opt/arm/a.dae", "../b.png"), "file:///opt/b.png");
+});
+
+test("the mouse hits the points of a marker", () => {
+  const dots = new PointSet();
+  dots.set(Float32Array.of(0, 0, 0, 5, 5, 0), "rgba", new Uint8Array(8));
+  dots.touchable();
+  const caster = new THREE.Raycaster(new THREE.Vector3(5, 5, 9), new THREE.Vector3(0, 0, -1));
+  const [hit, ...others] = caster.intersectObject(dots.object, true);
+  assert.deepEqual([hit.index, hit.point.toArray(), others.length], [1, [5, 5, 0], 0]);
+  dots.set(Float32Array.of(0, 0, 0), "rgba", new Uint8Array(4)); // fewer points in the same buffers
+  assert.equal(caster.intersectObject(dots.object, true).length, 0);
 });
 
 test("ranges become points, but not those that are none", () => {

@@ -117,6 +117,21 @@ const AXES = ["x", "y", "z"];
 export const STYLES = ["pixels", "squares", "spheres", "boxes"];
 const BYTES = { rgb: ["bgr", 4], rgba: ["bgr", 4], value: ["level", 1] };
 
+/**
+ * @typedef {object} Look
+ * @property {string} [style]
+ * @property {number} [size]
+ * @property {number[]} [extent]
+ * @property {number} [alpha]
+ * @property {string | null} [flat]
+ * @property {boolean} [rainbow]
+ * @property {boolean} [inverted]
+ * @property {string} [low]
+ * @property {string} [high]
+ * @property {number[] | null} [bounds]
+ * @property {boolean} [local]
+ */
+
 // Points that keep their room on the graphics card while their number changes.
 export class PointSet {
   constructor() {
@@ -124,6 +139,7 @@ export class PointSet {
       size: 3, alpha: 1, mode: 1, tint: new THREE.Color(), axis: new THREE.Vector4(), bounds: new THREE.Vector2(0, 1), rainbow: true, inverted: false,
       low: new THREE.Color(0, 0, 0), high: new THREE.Color(1, 1, 1), extent: new THREE.Vector3(1, 1, 1), facing: true, disc: false,
     };
+    /** @type {Record<string, THREE.IUniform<any>>} */
     this.uniforms = Object.fromEntries(Object.entries(values).map(([name, value]) => [name, { value }]));
     this.object = new THREE.Group();
     this.object.userData.bound = () => this._bound();
@@ -139,7 +155,7 @@ export class PointSet {
   // style: one of STYLES; size: in pixels; extent: in metres; flat: one colour for all, or null for those that they have;
   // rainbow, inverted, low, high: how numbers become colours; bounds: of an axis, or null for those of the points;
   // local: whether an axis is that of the points' own frame, not of the fixed one.
-  look({ style: wanted = this.style, size, extent: metres, alpha, flat, rainbow, inverted, low, high, bounds = null, local = false }) {
+  look(/** @type {Look} */ { style: wanted = this.style, size, extent: metres, alpha, flat, rainbow, inverted, low, high, bounds = null, local = false }) {
     const { uniforms } = this;
     const style = STYLES.includes(wanted) ? wanted : this.style;
     if (style !== this.style) {
@@ -172,7 +188,7 @@ export class PointSet {
     if (name) this._put(name, bytes, size, true);
     if (this.stale) this._build();
     const { geometry } = this.drawn;
-    if (this.solid) geometry.instanceCount = this.count;
+    if (geometry instanceof THREE.InstancedBufferGeometry) geometry.instanceCount = this.count;
     else geometry.setDrawRange(0, this.count);
     this.through = colour === "rgba" && sheer(bytes);
     this._sheer(this.uniforms.alpha.value);
@@ -251,7 +267,7 @@ export class PointSet {
       transparent: before?.material.transparent || false, depthWrite: before?.material.depthWrite ?? true,
     });
     const geometry = solid ? new THREE.InstancedBufferGeometry() : new THREE.BufferGeometry();
-    if (solid) {
+    if (geometry instanceof THREE.InstancedBufferGeometry) {
       const body = this.style === "boxes" ? new THREE.BoxGeometry(1, 1, 1) : new THREE.PlaneGeometry(1, 1);
       geometry.setIndex(body.index).setAttribute("position", body.attributes.position).setAttribute("normal", body.attributes.normal);
       geometry.instanceCount = this.count;
@@ -274,7 +290,9 @@ export class PointSet {
     this._bound();
     this.hit = (caster, hits) => {
       const { positions, count } = this.places;
-      const dots = new THREE.Points(new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(positions, 3)).setDrawRange(0, count));
+      const geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(positions, 3));
+      geometry.setDrawRange(0, count);
+      const dots = new THREE.Points(geometry);
       dots.matrixWorld.copy(this.object.matrixWorld);
       const from = hits.length;
       dots.raycast(caster, hits);
