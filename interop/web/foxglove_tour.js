@@ -88,7 +88,7 @@ async function parameters() {
   const answers = (id) => next("parameterValues", (each) => each.id === id).then((each) => each.parameters);
   const first = answers("all");
   client.getParameters([], "all");
-  const changed = next("parameterValues", (each) => each.id == undefined && each.parameters[0].value === 3.5);
+  const changed = next("parameterValues", (each) => (each.id ?? null) === null && each.parameters[0].value === 3.5);
   client.subscribeParameterUpdates(["/speed"]);
   const second = answers("set");
   client.setParameters([{ name: "/speed", value: 3.5, type: "float64" }], "set");

@@ -77,7 +77,7 @@ test("a link keeps where boxes were put, also of those that come later", () => {
   scene.move("n:/b", 10, 20);
   assert.deepEqual(scene.offsets, [["n:/b", 10, 20]]);
   const other = new Scene();
-  other.offsets = [["n:/b", 10, 20], ["n:/later", 1, 2], ["n:/c", "x", 0], null, ["n:/c", 1e999, 0], 7];
+  other.offsets = [["n:/b", 10, 20], ["n:/later", 1, 2], ["n:/c", "x", 0], null, ["n:/c", Infinity, 0], 7];
   const shifted = Object.fromEntries(Object.entries(FOUND.boxes).map(([id, [x, y]]) => [id, [x + 5, y]]));
   arranged(other, { ...FOUND, boxes: shifted });
   assert.deepEqual(other.items.get("n:/b").at, [115, 20]);

@@ -121,7 +121,7 @@ robot.addEventListener("about", drawState);
 robot.addEventListener("master", drawState);
 
 addEventListener("keydown", (event) => {
-  if (event.target.matches("input, textarea, select") || event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
+  if ((event.target instanceof Element && event.target.matches("input, textarea, select")) || event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
   const index = Number(event.key) - 1;
   if (panels[index]) choose(panels[index].name);
 });
@@ -134,4 +134,4 @@ function begin() {
 
 begin();
 drawState();
-window.robot = robot; // for the curious, in the browser's console
+Object.assign(window, { robot }); // for the curious, in the browser's console

@@ -54,7 +54,7 @@ export function empty(title, ...hints) {
 // Put a text into the clipboard. Return whether it is there.
 export async function copy(text) {
   if (navigator.clipboard) return navigator.clipboard.writeText(text).then(() => true, () => false);
-  const focused = document.activeElement;
+  const focused = /** @type {HTMLElement | null} */ (document.activeElement);
   const area = h("textarea", { value: text }); // a page of another machine, over plain http, has no clipboard
   document.body.append(area);
   area.select();

@@ -40,8 +40,9 @@ export function pixelsOf({ encoding, width, height, step, bigendian }, data, ran
     wide(out, data, width, height, step, WIDE[kind], bigendian);
   } else if (BAYER.test(kind)) {
     const [, order, bits] = BAYER.exec(kind);
-    need(bits / 8);
-    bayer(out, data, width, height, step, order.toUpperCase(), bits / 8, bigendian);
+    const size = Number(bits) / 8;
+    need(size);
+    bayer(out, data, width, height, step, order.toUpperCase(), size, bigendian);
   } else if (kind === "yuv422" || kind === "yuv422_yuy2" || kind === "uyvy" || kind === "yuyv") {
     need(2);
     yuv(out, data, width, height, step, kind === "yuv422" || kind === "uyvy");
@@ -49,10 +50,10 @@ export function pixelsOf({ encoding, width, height, step, bigendian }, data, ran
     need(SINGLE[kind][0]);
     return { pixels, ...single(out, data, width, height, step, SINGLE[kind], bigendian, range) };
   } else if (READ[SEVERAL.exec(kind)?.[1]]) {
-    const [, value, count] = SEVERAL.exec(kind);
-    const size = Number.parseInt(value, 10) / 8;
+    const [, value, digit] = SEVERAL.exec(kind);
+    const [size, count] = [Number.parseInt(value, 10) / 8, Number(digit)];
     need(size * count);
-    return { pixels, ...several(out, data, width, height, step, [size, READ[value], Number(count)], bigendian, range) };
+    return { pixels, ...several(out, data, width, height, step, [size, READ[value], count], bigendian, range) };
   } else {
     throw new Error(`the encoding ${encoding} is not supported`);
   }

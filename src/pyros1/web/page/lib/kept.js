@@ -5,7 +5,8 @@ const SPARE = 1.2; // so many times what is kept may be there, as not to forget 
 // The texts of an entry, and of its list of texts, count.
 export class Kept {
   constructor(most, characters) {
-    Object.assign(this, { most, characters });
+    this.most = most;
+    this.characters = characters;
     this.clear();
   }
 

@@ -62,7 +62,7 @@ export class Robot extends EventTarget {
     let heard = performance.now();
     // A connection may be dead without a word: the server stands still, or this computer is elsewhere now.
     const pulse = setInterval(() => {
-      if (performance.now() - heard > PATIENCE) socket.onclose?.();
+      if (performance.now() - heard > PATIENCE) closed();
       else if (opened) this._askAbout(false);
     }, PULSE);
     socket.onopen = () => {
@@ -76,7 +76,7 @@ export class Robot extends EventTarget {
       heard = performance.now();
       this._take(event.data);
     };
-    socket.onclose = () => {
+    const closed = () => {
       clearInterval(pulse);
       socket.onclose = socket.onmessage = null;
       socket.close();
@@ -87,6 +87,7 @@ export class Robot extends EventTarget {
       setTimeout(() => this._connect(), this._pause);
       this._pause = Math.min(LONGEST_PAUSE, this._pause * 1.5);
     };
+    socket.onclose = closed;
   }
 
   async _askAbout(anew) {

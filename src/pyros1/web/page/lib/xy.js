@@ -56,7 +56,7 @@ export function boxAround(trails) {
   return { x: spread(box.x), y: spread(box.y) };
 }
 
-function spread([least, most]) {
+function spread(/** @type {number[]} */ [least, most]) {
   if (!(least <= most)) return [0, 1];
   const room = least === most ? Math.abs(least) * 0.1 || 0.5 : (most - least) * 0.06;
   return [least - room, most + room];
@@ -65,7 +65,7 @@ function spread([least, most]) {
 // A box widened so that a unit is as long on both axes of a picture of some size.
 export function equal({ x, y }, width, height) {
   const unit = Math.max((x[1] - x[0]) / Math.max(1, width), (y[1] - y[0]) / Math.max(1, height));
-  const about = ([least, most], size) => [(least + most - unit * size) / 2, (least + most + unit * size) / 2];
+  const about = (/** @type {number[]} */ [least, most], size) => [(least + most - unit * size) / 2, (least + most + unit * size) / 2];
   return { x: about(x, width), y: about(y, height) };
 }
 

@@ -4,6 +4,7 @@ import { empty, command, fill, h, save } from "../lib/dom.js";
 import { bytes, clock, plural } from "../lib/format.js";
 import { Kept } from "../lib/kept.js";
 
+/** @type {[number, string][]} */
 const LEVELS = [[1, "debug"], [2, "info"], [4, "warn"], [8, "error"], [16, "fatal"]];
 const NAME = new Map(LEVELS);
 const KEPT = [50000, 50e6]; // messages, and characters

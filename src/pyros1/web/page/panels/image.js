@@ -96,7 +96,8 @@ class Picture {
     if (!topic) return;
     this.stream = this.place.robot.stream("image", { topic }, {
       data: (data, blob) => {
-        [this.hz, this.at] = [data.hz, performance.now()];
+        this.hz = data.hz;
+        this.at = performance.now();
         if (!this.paused) return this._take(data, blob);
         this.missed = [data, blob];
         return null;

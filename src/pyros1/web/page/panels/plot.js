@@ -206,10 +206,9 @@ class Plot {
     const lines = [];
     for (const curve of this.curves) {
       for (const [part, points] of [...curve.points].sort((one, other) => one[0] - other[0])) {
-        lines.push({ curve, points, label: part < 0 ? curve.text : `${curve.text}[${part}]` });
+        lines.push({ curve, points, label: part < 0 ? curve.text : `${curve.text}[${part}]`, ...lookOf(lines.length), at: undefined });
       }
     }
-    lines.forEach((line, index) => Object.assign(line, lookOf(index)));
     return lines;
   }
 

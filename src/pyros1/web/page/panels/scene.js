@@ -12,6 +12,20 @@ const PARTS = ["stage", "displays", "frames", "tools", "robot_model", "interacti
 const FRAMES = "frames"; // keys of displays: those of kinds.js, or these
 const GRID = "grid";
 
+/**
+ * A row of the list of displays.
+ *
+ * @typedef {object} Entry
+ * @property {string} key
+ * @property {string} title
+ * @property {string} kind
+ * @property {{close(): void, change(args: object): void}} stream
+ * @property {string} [topic]
+ * @property {any} [display]
+ * @property {string} [trouble]
+ * @property {string} [told]
+ */
+
 document.head.append(h("link", { rel: "stylesheet", href: "panels/scene.css" }));
 
 export default {
@@ -207,7 +221,7 @@ class Scene {
     for (const entry of this.displays.values()) if (entry.topic && entry.display.hurry?.(this.stage.lag, false)) this.again(entry);
   }
 
-  again({ stream, display, topic }) {
+  again(/** @type {Entry} */ { stream, display, topic }) {
     stream.change({ topic, fixed: this.fixedFrame(), ...display.args });
   }
 
@@ -275,6 +289,7 @@ class Scene {
     const changed = (what) => this._touched(entry, what);
     const { robot } = this.place;
     const host = { robot, token: robot.token, stage, frames, changed, pictures: () => picturesOf(this.types) };
+    /** @type {Entry} */
     const entry = { key, title: key, kind, stream: { close() {}, change() {} } };
     if (kind === "InteractiveMarkers") {
       entry.display = new this.lib.InteractiveSet(topic, host);

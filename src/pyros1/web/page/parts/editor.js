@@ -8,7 +8,7 @@ const PAUSE = 250; // milliseconds after the last key before the text is read
 
 export class Editor {
   // form: what topics.form, services.form or actions.form returns; part: "request" of a service.
-  constructor(robot, form, { part, onchange = () => {} } = {}) {
+  constructor(robot, form, /** @type {{part?: string, onchange?: () => void}} */ { part, onchange = () => {} } = {}) {
     this.robot = robot;
     this.form = form;
     this.part = part;
@@ -38,7 +38,7 @@ export class Editor {
 
   _asForm() {
     const form = new Form(this.form.fields, this.value, () => this._say(form.problem));
-    if (!this.text) this._say("");
+    this._say("");
     return { element: form.element };
   }
 

@@ -66,7 +66,7 @@ export class Form {
       const { value, problem } = readNumber(input.value, kind);
       if (this._judge(input, problem && `${label}: ${problem}`)) set(value);
     } });
-    return choices ? this._withChoices(choices, input, get, set, kind) : input;
+    return choices ? this._withChoices(choices, input, get, set) : input;
   }
 
   _withChoices(choices, input, get, set) {

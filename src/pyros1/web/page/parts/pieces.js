@@ -29,7 +29,7 @@ export function asking(label, question, act, props = {}) {
 }
 
 // Tabs: [[title, make() -> {element, close?}], ...]. Returns {element, close, choose}.
-export function tabbed(tabs, first = 0, onchange = () => {}) {
+export function tabbed(tabs, first = 0, /** @type {(index: number) => void} */ onchange = () => {}) {
   const place = h("div.tabbed-body");
   const bar = h("div.tabbar", { role: "tablist" });
   let shown = null;

@@ -7,12 +7,14 @@ const ROW = 30; // pixels
 const MORE = 8; // rows above and below what is seen
 const MANY = 60; // rows; beyond, namespaces begin folded
 
+/** @typedef {{label?: string, sort?: {column: number, down: boolean} | null, tree?: boolean | null, open?: string[]}} Options */
+
 // columns: [{title, text(row), value(row), node(row), number, width, least}]; the first is the name.
 //   text: what is shown; value: what is sorted by, if not the text; node: an element instead, made once per row;
 //   width: of the grid; least: pixels of the table below which the column is left out.
 // on: {select(row), changed()}; changed is called when the user has sorted or folded.
 export class Table {
-  constructor(columns, on, { label, sort = null, tree = null, open = [] } = {}) {
+  constructor(columns, on, /** @type {Options} */ { label, sort = null, tree = null, open = [] } = {}) {
     this.columns = columns;
     this.on = on;
     this.sort = sort || { column: 0, down: false };
@@ -109,7 +111,7 @@ export class Table {
     const compare = (one, other) => {
       const [first, second] = [value(one), value(other)];
       const empty = (what) => what === undefined || what === null || what === "";
-      if (empty(first) || empty(second)) return empty(first) - empty(second) || byName(one.name, other.name); // the last
+      if (empty(first) || empty(second)) return Number(empty(first)) - Number(empty(second)) || byName(one.name, other.name); // the last
       const order = typeof first === "number" && typeof second === "number" ? first - second : byName(String(first), String(second));
       return sign * order || byName(one.name, other.name);
     };

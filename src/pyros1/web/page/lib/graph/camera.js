@@ -13,7 +13,9 @@ export class Camera {
   constructor(element, on) {
     this.element = element;
     this.on = on;
-    [this.x, this.y, this.scale] = [0, 0, 1]; // the plane's point in the middle of the element, and pixels per unit
+    this.x = 0; // the plane's point in the middle of the element
+    this.y = 0;
+    this.scale = 1; // pixels per unit
     this.pointers = new Map();
     this.target = null;
     const listen = (name, use) => element.addEventListener(name, use, { passive: false });
@@ -58,7 +60,7 @@ export class Camera {
   }
 
   // Show a part of the plane as large as it fits, but not larger than `most`.
-  show([left, top, right, bottom], most, glide = true) {
+  show(/** @type {number[]} */ [left, top, right, bottom], most, glide = true) {
     const [width, height] = this.size;
     const foot = this.on.foot();
     const scale = Math.max(LEAST, Math.min(most, (width - 40) / Math.max(1, right - left), (height - 40 - foot) / Math.max(1, bottom - top)));

@@ -157,6 +157,7 @@ function nested({ boxes, edges, groups }, { down, aspect }, outside = "") {
   const seat = (id) => obstacles[outer.findIndex((each) => each.id === (home.get(id) || id))];
   for (const { id, from, to } of edges) {
     if (found.edges[id]) continue;
+    /** @type {[[number, number], object, [number, number], object]} */
     const ends = [found.boxes[from], sizes.get(from), found.boxes[to], sizes.get(to)];
     const axis = down ? 1 : 0;
     const ahead = ends[2][axis] - ends[0][axis] > 0;

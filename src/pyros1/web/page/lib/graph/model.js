@@ -32,7 +32,7 @@ const DEBUG_TOPIC = /(^|\/)(rosout|rosout_agg|statistics)$/;
 const DEBUG_NODE = /^\/(rosout|rqt|rqt_.*|rx(graph|plot|console).*)$/;
 // Tools have names with a process id and a time: /rostopic_4711_1700000000000.
 const TOOL = /^\/(ros(topic|service|node|param|bag|graph|wtf|launch|msg)|rqt|rviz|pyros1|complete|tf_(echo|monitor)|view_frames)\w*_\d+(_\d+)*$/;
-const STEERING = /[\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]/gu;
+const STEERING = /[\p{Cc}\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]/gu;
 const SHORT = { "\t": "\\t", "\n": "\\n", "\r": "\\r" };
 const TF = /(^|\/)tf(_static)?$/;
 

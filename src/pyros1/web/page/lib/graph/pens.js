@@ -7,6 +7,8 @@
 
 import { s } from "../dom.js";
 
+/** @typedef {{radius?: number, fill?: string, stroke?: string, lineWidth?: number, dash?: number[], alpha?: number}} BoxStyle */
+
 const TIP = [0, 0, -9, -4, -9, 4];
 
 export class CanvasPen {
@@ -38,7 +40,7 @@ export class CanvasPen {
     context.fill();
   }
 
-  box(x, y, width, height, { radius, fill, stroke, lineWidth = 1, dash, alpha = 1 }) {
+  box(x, y, width, height, /** @type {BoxStyle} */ { radius, fill, stroke, lineWidth = 1, dash, alpha = 1 }) {
     const { context } = this;
     context.globalAlpha = alpha;
     context.beginPath();
@@ -84,7 +86,7 @@ export class SvgPen {
     this._add("polygon", { points: TIP.join(" "), transform: turn, fill, opacity: alpha });
   }
 
-  box(x, y, width, height, { radius, fill, stroke, lineWidth = 1, dash, alpha }) {
+  box(x, y, width, height, /** @type {BoxStyle} */ { radius, fill, stroke, lineWidth = 1, dash, alpha }) {
     this._add("rect", {
       x: short(x - width / 2), y: short(y - height / 2), width: short(width), height: short(height), rx: radius,
       fill: fill || "none", stroke, "stroke-width": stroke && lineWidth, "stroke-dasharray": dash?.join(" "), opacity: alpha,

@@ -23,6 +23,7 @@ export class Picture {
     this.chosen = null;
     this.lit = null;
     this.number = 0;
+    this.widths = new Map(); // of texts, in pixels
     this.times = { layout: 0, frames: [] };
     this.context = canvas.getContext("2d");
     this.family = getComputedStyle(document.body).fontFamily;
@@ -65,7 +66,7 @@ export class Picture {
     this.rates = rates;
     const [width, height] = [this.room.clientWidth || 1, this.room.clientHeight || 1];
     const tall = height > width * 1.15;
-    if (tall !== this.tall) [this.tall, this.down] = [tall, tall];
+    if (tall !== this.tall) this.tall = this.down = tall;
     const what = plan(model, { rates, down: this.down, room: [width, height], measure: (...args) => this._measure(...args) });
     const shape = JSON.stringify([what.boxes, what.edges, what.groups, tall]);
     this.model = model;
@@ -189,7 +190,6 @@ export class Picture {
   }
 
   _measure(text, size, weight) {
-    this.widths ||= new Map();
     const key = `${weight} ${size} ${text}`;
     if (!this.widths.has(key)) {
       if (this.widths.size > 50000) this.widths.clear();

@@ -20,7 +20,9 @@ export function sight({ fx, fy, cx, cy, width, height }, zoom = 1) {
 export class CameraView {
   // place: the element over which it lies; stage: whose scene it shows; frames: FrameSet; changed(): see Overlay.
   constructor(place, title, { stage, frames, changed }) {
-    Object.assign(this, { stage, frames, changed });
+    this.stage = stage;
+    this.frames = frames;
+    this.changed = changed;
     this.hole = h("div.hole", { role: "img", "aria-label": `what the camera of ${title} sees` }); // one sees the stage's canvas through it
     this.figure = h("figure.overlay.camera", { title, onclick: () => { this.figure.classList.toggle("large"); stage.draw(); } }, this.hole, h("figcaption.mono", {}, title));
     place.append(this.figure);

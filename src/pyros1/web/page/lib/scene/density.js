@@ -14,6 +14,7 @@ export class Density {
     this._patience = WELL_TIMES;
     this._slow = 0;
     this._well = 0;
+    this._more = false; // whether the last change was to more points
   }
 
   // The user wants another number: that counts.

@@ -17,7 +17,7 @@ const IDENTITY = [0, 0, 0, 0, 0, 0, 1];
 
 export class Display {
   // kind: rviz's name of the display; changed(): called when it looks different without a push; pictures(): topics of them.
-  constructor(colour, kind, { token = "", changed = () => {}, pictures = () => [] } = {}) {
+  constructor(colour, kind, /** @type {{token?: string, changed?: (what?: string) => void, pictures?: () => string[]}} */ { token = "", changed = () => {}, pictures = () => [] } = {}) {
     this.object = new THREE.Group();
     this.colour = colour;
     this.kind = kind;
@@ -30,6 +30,8 @@ export class Display {
     this.host = { token, changed };
     this.density = new Density();
     this.pace = new Pace();
+    this.count = 0; // points that are drawn
+    this.every = 1; // of so many that there are
   }
 
   // The arguments that its stream has besides topic and fixed frame.
@@ -221,7 +223,8 @@ export class Display {
     this._style();
     this.points.set(positions, colour, bytes);
     this._offer(fields);
-    Object.assign(this, { count, every });
+    this.count = count;
+    this.every = every;
     const why = this.density.enough < this.options.most ? ": this browser draws slowly" : "";
     this.pace.tick(performance.now());
     this.word = `${plural(count, "point")}${every > 1 ? ` (one of ${every}${why}), ${this.pace}` : ""}, colour: ${by}`;
@@ -300,7 +303,7 @@ function turned(pose) {
 }
 
 // A link may say anything.
-function fitting(value, { kind, least, most, usual } = {}) {
+function fitting(value, /** @type {Partial<import("./options.js").Control>} */ { kind, least, most, usual } = {}) {
   if (kind === "number") return Number.isFinite(value) ? Math.min(most, Math.max(least, value)) : usual;
   if (kind === "colour") return /^#[0-9a-f]{6}$/i.test(value) ? value : usual;
   return value;

@@ -10,9 +10,11 @@ import { rainbow } from "./colours.js";
 import { pairs, ribbons, shades } from "./ribbons.js";
 import { put } from "./stage.js";
 
+/** @typedef {Record<string, any>} Style  the options of a display: see options.js */
+
 const MOST_ARROWS = 2000;
 
-export function path({ count }, numbers, colour, style = {}) {
+export function path({ count }, numbers, colour, /** @type {Style} */ style = {}) {
   const group = new THREE.Group();
   const positions = new Float32Array(3 * count);
   for (let index = 0; index < count; index += 1) positions.set(numbers.subarray(7 * index, 7 * index + 3), 3 * index);
@@ -41,7 +43,7 @@ function each(count, numbers, thing) {
   });
 }
 
-export function poses({ count, spread, turn }, numbers, colour, style = {}) {
+export function poses({ count, spread, turn }, numbers, colour, /** @type {Style} */ style = {}) {
   const group = new THREE.Group();
   const { alpha, shaft, head } = style;
   if (style.axes) addTo(group, each(count, numbers, axesOf(style.axesLength, style.axesWidth, alpha)));
@@ -61,7 +63,7 @@ function flatArrow(length, colour, alpha) {
 }
 
 // Where the position is, up to one standard deviation.
-function ellipsoid(spread, place, { placeTint, placeAlpha, placeScale }) {
+function ellipsoid(spread, place, /** @type {Style} */ { placeTint, placeAlpha, placeScale }) {
   const ball = new THREE.Mesh(new THREE.SphereGeometry(1, 24, 16), matter(placeTint, placeAlpha));
   const [one, two, three] = spread.map((axis) => new THREE.Vector3(...axis).multiplyScalar(placeScale));
   for (const axis of [one, two, three]) if (axis.lengthSq() < 1e-10) axis.setScalar(1e-5);
@@ -71,12 +73,12 @@ function ellipsoid(spread, place, { placeTint, placeAlpha, placeScale }) {
 }
 
 // How sure the direction is, up to one standard deviation.
-function fan(angle, { turnTint, turnAlpha }) {
+function fan(angle, /** @type {Style} */ { turnTint, turnAlpha }) {
   const shape = new THREE.CircleGeometry(0.5, 24, -angle, 2 * angle);
   return new THREE.Mesh(shape, matter(turnTint, turnAlpha));
 }
 
-export function point({ point: [x, y, z] }, _, colour, { radius, alpha } = {}) {
+export function point({ point: [x, y, z] }, _, colour, /** @type {Style} */ { radius, alpha } = {}) {
   const word = [x, y, z].map((value) => value?.toFixed(3) ?? "nan").join(", ");
   if (!isKnown([x, y, z])) return [new THREE.Group(), word];
   const ball = new THREE.Mesh(new THREE.SphereGeometry(radius, 20, 14), matter(colour, alpha));
@@ -84,18 +86,18 @@ export function point({ point: [x, y, z] }, _, colour, { radius, alpha } = {}) {
   return [ball, word];
 }
 
-export function polygon({ count }, corners, colour, { alpha } = {}) {
+export function polygon({ count }, corners, colour, /** @type {Style} */ { alpha } = {}) {
   const closed = new Float32Array(3 * (count + 1));
   closed.set(corners.subarray(0, 3 * count));
   if (count) closed.set(corners.subarray(0, 3), 3 * count);
   return [line(closed, colour, alpha), plural(count, "corner")];
 }
 
-export function cells({ count, more, size }, middles, colour, { alpha } = {}) {
+export function cells({ count, more, size }, middles, colour, /** @type {Style} */ { alpha } = {}) {
   const [width, height] = size.map((value) => value || 0.01);
   const mesh = new THREE.InstancedMesh(new THREE.PlaneGeometry(width * 0.95, height * 0.95), new THREE.MeshBasicMaterial({ color: colour, side: THREE.DoubleSide, transparent: alpha < 1, opacity: alpha }), count);
   const matrix = new THREE.Matrix4();
-  for (let index = 0; index < count; index += 1) mesh.setMatrixAt(index, matrix.makeTranslation(...middles.subarray(3 * index, 3 * index + 3)));
+  for (let index = 0; index < count; index += 1) mesh.setMatrixAt(index, matrix.makeTranslation(middles[3 * index], middles[3 * index + 1], middles[3 * index + 2]));
   mesh.frustumCulled = false;
   return [mesh, `${plural(count, "cell")}${more ? `, ${more} more ${more === 1 ? "is" : "are"} not drawn` : ""}`];
 }
@@ -134,7 +136,7 @@ export function measured({ value, unit, least, most, warm }) {
   return [group, word];
 }
 
-export function range({ range: length, angle, inside }, _, colour, { alpha } = {}) {
+export function range({ range: length, angle, inside }, _, colour, /** @type {Style} */ { alpha } = {}) {
   if (!inside || !length) return [new THREE.Group(), "nothing in range"];
   const radius = length * Math.tan(Math.min(1.5, Math.abs(angle) / 2));
   const cone = new THREE.ConeGeometry(radius, length, 32, 1, true).rotateZ(Math.PI / 2).translate(length / 2, 0, 0);

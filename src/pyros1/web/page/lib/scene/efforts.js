@@ -24,6 +24,7 @@ export class EffortSet {
       description: { text: "robot", kind: "text", usual: "/robot_description", none: "/robot_description" },
       prefix: { text: "tf prefix", kind: "text", usual: "", none: "none" },
     };
+    /** @type {Record<string, any>} */
     this.options = Object.fromEntries(Object.entries(this.controls).map(([key, { usual }]) => [key, usual]));
     this.word = "no message yet";
     this.problem = "";

@@ -22,6 +22,7 @@ export class Grid {
       plane: { text: "plane", kind: "choice", usual: "xy", choices: Object.keys(TURNS) },
       ...Object.fromEntries(["x", "y", "z"].map((axis) => [axis, { text: `offset ${axis}`, kind: "number", usual: 0, least: -1e6, most: 1e6, step: 0.1 }])),
     };
+    /** @type {Record<string, any>} */
     this.options = Object.fromEntries(Object.entries(this.controls).map(([key, { usual }]) => [key, usual]));
   }
 
@@ -68,7 +69,7 @@ export class Grid {
   }
 }
 
-function within(value, { least, most, usual }) {
+function within(/** @type {any} */ value, { least, most, usual }) {
   return Number.isFinite(value) ? Math.min(most, Math.max(least, value)) : usual;
 }
 

@@ -11,7 +11,11 @@ const TURN = 0.01; // radians per pixel
 export class Interaction {
   // stage; sets() -> the InteractiveSets; fixed() -> the fixed frame; publish(topic, type, value) -> promise; told(text).
   constructor(stage, { sets, fixed, publish, told }) {
-    Object.assign(this, { stage, sets, fixed, publish, told });
+    this.stage = stage;
+    this.sets = sets;
+    this.fixed = fixed;
+    this.publish = publish;
+    this.told = told;
     this.client = `/pyros1_web/${Math.random().toString(36).slice(2, 8)}`;
     this.place = stage.canvas.parentElement;
     this.listen = [
@@ -272,9 +276,10 @@ function spin(drag, middle, place) {
 
 function tumble(drag, event, camera) {
   const turn = new THREE.Quaternion();
-  for (const [amount, axis] of [[event.offsetX - drag.at[0], [0, 1, 0]], [event.offsetY - drag.at[1], [1, 0, 0]]]) {
-    const about = new THREE.Vector3(...axis).applyQuaternion(camera.quaternion);
-    turn.premultiply(new THREE.Quaternion().setFromAxisAngle(about, amount * TURN));
+  const [right, down] = [event.offsetX - drag.at[0], event.offsetY - drag.at[1]];
+  for (const axis of [new THREE.Vector3(0, right, 0), new THREE.Vector3(down, 0, 0)]) {
+    const angle = axis.length() * TURN;
+    turn.premultiply(new THREE.Quaternion().setFromAxisAngle(axis.normalize().applyQuaternion(camera.quaternion), angle));
   }
   return turnBy(drag, turn);
 }

@@ -59,6 +59,7 @@ export function offersOf(types, topics, robots) {
     keys.push(`camera:${topic}`);
     if (/depth/i.test(topic)) keys.push(`depth:${topic}`);
   }
+  /** @type {{key: string, title: string, kind: string, text: string, field?: boolean}[]} */
   const offers = keys.filter((key) => !topics.includes(key)).map((key) => {
     const { topic, kind } = readKey(key, types);
     return { key, title: topic, kind, text: `${topic}: ${types[topic]}` };

@@ -33,6 +33,7 @@ function table(scheme) {
 export class MapPlane {
   constructor() {
     this.object = new THREE.Group();
+    this.plane = null;
     this.scheme = "map";
     this.alpha = 0.7;
     this.behind = false;
@@ -42,7 +43,9 @@ export class MapPlane {
   set({ width, height, resolution, origin }, cells) {
     this._clear();
     const every = Math.max(1, Math.ceil(Math.max(width, height) / MOST));
-    Object.assign(this, { width, resolution, every });
+    this.width = width;
+    this.resolution = resolution;
+    this.every = every;
     this.cells = new Int8Array(cells.subarray(0, width * height));
     if (!width || !height) return;
     const [columns, rows] = [width, height].map((count) => Math.ceil(count / every));
@@ -55,9 +58,10 @@ export class MapPlane {
       new THREE.MeshBasicMaterial({ map: this.texture, opacity: this.alpha, side: THREE.DoubleSide, depthWrite: false, polygonOffset: true, polygonOffsetFactor: 1 }));
     layer(plane, this.behind);
     plane.position.set(origin[0] ?? 0, origin[1] ?? 0, origin[2] ?? 0);
-    plane.quaternion.set(...origin.slice(3).map((value) => value ?? 0));
+    plane.quaternion.fromArray(origin.slice(3).map((value) => value ?? 0));
     plane.quaternion.normalize(); // 0, 0, 0, 0 turns nothing
     this.object.add(plane);
+    this.plane = plane;
   }
 
   // Take a part of it.
@@ -71,19 +75,19 @@ export class MapPlane {
 
   // The cell at a place of the scene, for select.js.
   about(place) {
-    const plane = this.object.children[0];
-    if (!place || !plane) return [];
-    const { x, y } = plane.worldToLocal(place.clone());
+    if (!place || !this.plane) return [];
+    const { x, y } = this.plane.worldToLocal(place.clone());
     const [column, row] = [x, y].map((value) => Math.floor(value / this.resolution));
     return [["cell", `${column}, ${row}`], ["value", this.cells[row * this.width + column] ?? "none"]];
   }
 
   style({ scheme, alpha, behind }) {
-    Object.assign(this, { scheme, alpha, behind });
-    const plane = this.object.children[0];
-    if (!plane) return;
-    plane.material.opacity = alpha;
-    layer(plane, behind);
+    this.scheme = scheme;
+    this.alpha = alpha;
+    this.behind = behind;
+    if (!this.plane) return;
+    this.plane.material.opacity = alpha;
+    layer(this.plane, behind);
     this._colour();
   }
 
@@ -103,7 +107,7 @@ export class MapPlane {
       this.object.remove(child);
       dispose(child);
     }
-    this.texture = null;
+    this.plane = this.texture = null;
   }
 }
 

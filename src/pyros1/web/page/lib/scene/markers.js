@@ -50,7 +50,7 @@ export function markerObject(marker, host) {
   if (type === ARROW) return arrowMarker(marker);
   if (type === CUBE || type === SPHERE || type === CYLINDER) {
     const mesh = new THREE.Mesh([null, BOX, BALL, CAN][type], solid(color));
-    mesh.scale.set(...scale.map((size) => Math.abs(size) || FLAT));
+    mesh.scale.fromArray(scale.map((size) => Math.abs(size) || FLAT));
     return mesh;
   }
   if (type === LINE_STRIP || type === LINE_LIST) return lines(marker);
@@ -68,7 +68,7 @@ export function markerObject(marker, host) {
 
 function mesh({ mesh: uri, materials, scale, color }, { token, changed, failed }) {
   const object = new THREE.Group();
-  object.scale.set(...scale.map((size) => size || FLAT));
+  object.scale.fromArray(scale.map((size) => size || FLAT));
   meshOf(uri, token).then((found) => {
     const tint = color.some((value) => value !== 0) ? color : null; // 0, 0, 0, 0: as it is
     found.traverse((each) => {
@@ -128,7 +128,7 @@ function arrowMarker({ points: ends, scale, color }) {
     group.add(arrow);
   } else { // of length 1, as wide as it is long
     const arrow = arrowOf(1, HEAD, 1, 2, material);
-    arrow.scale.set(...scale.map((size) => size || FLAT));
+    arrow.scale.fromArray(scale.map((size) => size || FLAT));
     group.add(arrow);
   }
   return group;
@@ -212,7 +212,7 @@ function many(marker, shape) {
   const mesh = new THREE.InstancedMesh(geometry, solid([1, 1, 1, 1], seeThrough(colours)), marker.points.length);
   const matrix = new THREE.Matrix4();
   const [x, y, z] = marker.scale.map((size) => Math.abs(size) || FLAT);
-  marker.points.forEach((point, index) => mesh.setMatrixAt(index, matrix.makeScale(x, y, z).setPosition(...point)));
+  marker.points.forEach((point, index) => mesh.setMatrixAt(index, matrix.makeScale(x, y, z).setPosition(point[0], point[1], point[2])));
   mesh.frustumCulled = false;
   return mesh;
 }
@@ -230,7 +230,7 @@ function triangles(marker) {
   geometry.computeVertexNormals();
   const material = solid([1, 1, 1, 1], { ...seeThrough(colours), side: THREE.DoubleSide });
   const mesh = new THREE.Mesh(geometry, asShown(material));
-  mesh.scale.set(...scale.map((size) => size || FLAT));
+  mesh.scale.fromArray(scale.map((size) => size || FLAT));
   return mesh;
 }
 

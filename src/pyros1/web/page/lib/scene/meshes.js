@@ -169,7 +169,7 @@ function dae(loader, bytes) {
   const outer = new THREE.Group(); // the scene's scale is that of the file's unit
   outer.add(found.scene);
   outer.traverse((each) => {
-    if (each.isMesh) each.material = Array.isArray(each.material) ? each.material.map(seen) : seen(each.material);
+    if (each instanceof THREE.Mesh) each.material = Array.isArray(each.material) ? each.material.map(seen) : seen(each.material);
   });
   outer.userData.painted = true;
   return outer;

@@ -10,12 +10,12 @@ export function soundNormals(places, normals, index = null) {
   const found = new Float32Array(places.length);
   const missing = new Uint8Array(places.length / 3);
   let same = Boolean(given);
-  for (let corner = 0; given && corner < missing.length; corner += 1) {
+  if (!given) missing.fill(1);
+  else for (let corner = 0; corner < missing.length; corner += 1) {
     const length = unit(given, found, 3 * corner, SHORTEST);
     if (!length) missing[corner] = 1;
     same &&= Math.abs(length - 1) < 0.01;
   }
-  if (!given) missing.fill(1);
   if (same) return null;
   if (missing.includes(1)) compute(places, index, found, missing);
   return found;

@@ -4,6 +4,18 @@
 import { SCHEMES } from "./map.js";
 import { STYLES } from "./points.js";
 
+/**
+ * @typedef {object} Control
+ * @property {string} text
+ * @property {"number" | "check" | "choice" | "colour" | "text"} kind
+ * @property {any} usual
+ * @property {number} [least]
+ * @property {number} [most]
+ * @property {number} [step]
+ * @property {string[]} [choices]
+ * @property {string} [none]
+ */
+
 const number = (text, usual, least, most, step) => ({ text, kind: "number", usual, least, most, step });
 const metres = (text, usual) => number(text, usual, 0, 1000, 0.01);
 const check = (text, usual) => ({ text, kind: "check", usual });

@@ -4,7 +4,7 @@
 // of them, deep: how far the one in front is, from -1 (near) to 1 (far)}.
 // positions: x, y, z of each; matrix: 16 numbers, column by column, from there to the picture, where x and y go from -1 to 1;
 // box: [left, low, right, high] there; most: indices that are told.
-export function pointsIn(positions, count, matrix, [left, low, right, high], most) {
+export function pointsIn(positions, count, matrix, /** @type {number[]} */ [left, low, right, high], most) {
   const [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p] = matrix;
   const indices = [];
   let [total, nearest, deep] = [0, -1, 1];
@@ -25,7 +25,7 @@ export function pointsIn(positions, count, matrix, [left, low, right, high], mos
 }
 
 // Whether something with these corners ([x, y, z]) reaches into a part of the picture.
-export function reaches(corners, [a, b, , d, e, f, , h, i, j, , l, m, n, , p], [left, low, right, high]) {
+export function reaches(corners, [a, b, , d, e, f, , h, i, j, , l, m, n, , p], /** @type {number[]} */ [left, low, right, high]) {
   const seen = [Infinity, Infinity, -Infinity, -Infinity];
   for (const [x, y, z] of corners) {
     const far = d * x + h * y + l * z + p;

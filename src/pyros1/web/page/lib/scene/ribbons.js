@@ -55,8 +55,10 @@ export function ribbons(places, colours, width, given, unit = "metres") {
     }
   }
   const geometry = new THREE.BufferGeometry().setIndex(corners);
-  const attributes = { position: [positions, 3], along: [ways, 3], side: [sides, 1], colour: [shades, 4, true] };
-  for (const [name, values] of Object.entries(attributes)) geometry.setAttribute(name, new THREE.BufferAttribute(...values));
+  geometry.setAttribute("position", new THREE.BufferAttribute(positions, 3));
+  geometry.setAttribute("along", new THREE.BufferAttribute(ways, 3));
+  geometry.setAttribute("side", new THREE.BufferAttribute(sides, 1));
+  geometry.setAttribute("colour", new THREE.BufferAttribute(shades, 4, true));
   geometry.userData.spine = new THREE.BufferGeometry().setIndex(spine).setAttribute("position", geometry.getAttribute("position"));
   const uniforms = { width: { value: width }, pixels: { value: unit === "pixels" ? width : 0 }, high: { value: 1 } };
   return new Ribbons(geometry, new THREE.ShaderMaterial({
@@ -66,15 +68,15 @@ export function ribbons(places, colours, width, given, unit = "metres") {
 
 const seen = new THREE.Vector4();
 
-class Ribbons extends THREE.Mesh {
-  constructor(...parts) {
-    super(...parts);
+// Lines, though they are meshes.
+export class Ribbons extends THREE.Mesh {
+  constructor(geometry, material) {
+    super(geometry, material);
     this.frustumCulled = false;
-    this.isRibbons = true; // lines, though they are meshes
   }
 
   onBeforeRender(renderer) {
-    this.material.uniforms.high.value = renderer.getCurrentViewport(seen).w / renderer.getPixelRatio();
+    /** @type {THREE.ShaderMaterial} */ (this.material).uniforms.high.value = renderer.getCurrentViewport(seen).w / renderer.getPixelRatio();
   }
 
   // What is hit is the line in the middle: the sides are known to the graphics card alone.

@@ -172,7 +172,7 @@ export class RobotModel {
           if (each.isMesh) each.material = painted ? copied(each.material) : own.map || !each.material.vertexColors ? own : copied(each.material);
         });
         const scaled = new THREE.Group();
-        scaled.scale.set(...geometry.scale);
+        scaled.scale.fromArray(geometry.scale);
         scaled.add(mesh);
         outer.add(scaled);
       }
@@ -209,7 +209,7 @@ export class RobotModel {
     for (const [name, { group }] of this.links) group.visible = !concealed.includes(name);
     part.traverse((each) => {
       if (each.userData.kind) each.visible = this.options[each.userData.kind];
-      for (const material of each.isMesh ? [each.material].flat() : []) {
+      for (const material of each instanceof THREE.Mesh ? [each.material].flat() : []) {
         material.userData.alpha ??= material.opacity;
         material.opacity = material.userData.alpha * alpha;
         material.transparent = material.opacity < 1;

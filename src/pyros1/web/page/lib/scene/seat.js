@@ -18,10 +18,10 @@ export class Seat {
   }
 
   // Sit down in the frame, at its origin or at a place in it.
-  sit({ axis, position = [0, 0, 0], target } = {}) {
+  sit(/** @type {{axis?: string, position?: number[], target?: number[]}} */ { axis, position = [0, 0, 0], target } = {}) {
     this.axis = Object.hasOwn(AXES, axis) ? axis : "x";
     this.frame = new THREE.Matrix4();
-    this.stage.camera.position.set(...position);
+    this.stage.camera.position.fromArray(position);
     this._face(target || AXES[this.axis][0].map((value, index) => value + position[index]));
   }
 

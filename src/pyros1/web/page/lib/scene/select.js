@@ -16,7 +16,9 @@ const COLOUR = 0xffb000;
 export class SelectTool {
   // place: the element over the scene; entries() -> [{key, kind, display}].
   constructor(stage, place, entries) {
-    Object.assign(this, { stage, place, entries });
+    this.stage = stage;
+    this.place = place;
+    this.entries = entries;
     this.chosen = []; // {entry, part, place, indices, total}
     this.marks = new THREE.Group();
     stage.scene.add(this.marks);
@@ -150,7 +152,7 @@ export class SelectTool {
   // Marks go with what they mark, and leave with it. Called before each picture.
   _follow() {
     for (const mark of [...this.marks.children]) {
-      if (!mark.userData.of) continue;
+      if (!(mark instanceof THREE.BoxHelper)) continue;
       mark.visible = seen(mark.userData.of);
       if (mark.visible) mark.update();
     }

@@ -4,6 +4,7 @@ import * as THREE from "../../vendor/three/three.module.min.js";
 import { OrbitControls } from "../../vendor/three/OrbitControls.js";
 import { h } from "../dom.js";
 import { Grid } from "./grid.js";
+import { Ribbons } from "./ribbons.js";
 import { Seat } from "./seat.js";
 import { Walk } from "./walk.js";
 
@@ -20,15 +21,22 @@ const VIEWS = {
   third: { position: [-5, 0, 2.5] },
   frame: { position: [0, 0, 0], walks: true, sits: true },
 };
+/** @typedef {{name?: string, position?: number[], target?: number[], zoom?: number, axis?: string, along?: boolean}} View */
+
 const FARTHEST = 1e7; // metres
 const FLAT_HEIGHT = 16; // metres that the flat view shows from top to bottom
 
 export class Stage {
   constructor(place) {
     this.scene = new THREE.Scene();
+    this.background = ""; // as CSS writes colours; "" for the page's
+    /** @type {(() => void) | null} */
+    this.moved = null; // called when the user has turned the view
+    /** @type {[THREE.PerspectiveCamera, THREE.OrthographicCamera]} */
     this.cameras = [new THREE.PerspectiveCamera(45, 1, 0.01, 5000), new THREE.OrthographicCamera(-1, 1, 1, -1, 0.01, 5000)];
     for (const camera of this.cameras) camera.up.set(0, 0, 1); // before the controls, which turn around it
-    [this.camera] = this.cameras;
+    /** @type {THREE.PerspectiveCamera | THREE.OrthographicCamera} */
+    this.camera = this.cameras[0];
     this.canvas = h("canvas", { tabIndex: 0, "aria-label": "3D scene" });
     place.append(this.canvas);
     // Smooth edges take six times as long where the processor draws instead of a graphics card.
@@ -41,7 +49,7 @@ export class Stage {
     let before = "";
     const now = () => JSON.stringify(this.place);
     this.controls.addEventListener("start", () => { before = now(); });
-    this.controls.addEventListener("end", () => { if (now() !== before) this.moved?.(); }); // the user has turned the view
+    this.controls.addEventListener("end", () => { if (now() !== before) this.moved?.(); });
     const sun = new THREE.DirectionalLight(0xffffff, 2.2);
     sun.position.set(3, -5, 8);
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x888899, 2.4), sun);
@@ -86,8 +94,8 @@ export class Stage {
     this._grip();
     this.camera.zoom = 1;
     this.camera.up.set(0, 0, 1);
-    this.controls.target.set(...target);
-    this.camera.position.set(...eye);
+    this.controls.target.fromArray(target);
+    this.camera.position.fromArray(eye);
     this.controls.update();
     if (sits) this.seat.sit();
     this.resize();
@@ -110,18 +118,20 @@ export class Stage {
   }
 
   // The view as numbers, of metres to three digits, and back; they may come from a link.
+  /** @returns {View} */
   get place() {
+    /** @type {View} */
     const place = this.sits ? this.seat.place : { position: this.camera.position.toArray(), target: this.controls.target.toArray(), zoom: this.camera.zoom };
     for (const name of ["position", "target"]) place[name] = place[name].map((value) => Number(value.toFixed(3)));
     return { name: this.name, ...place };
   }
 
-  set place({ name, position, target, zoom, axis }) {
+  set place(/** @type {View} */ { name, position, target, zoom, axis }) {
     const good = (numbers) => Array.isArray(numbers) && numbers.length === 3 && numbers.every(Number.isFinite);
     this.view(name);
     if (this.sits) this.seat.sit(good(position) && good(target) ? { axis, position, target } : { axis });
     if (this.sits || !good(position) || !good(target)) return;
-    this.controls.target.set(...target);
+    this.controls.target.fromArray(target);
     this.turned = null; // it has turned with the frame already
     const above = position[0] === target[0] && position[1] === target[1]; // then x is up in the picture, as in the view "top"
     this.camera.position.set(above ? position[0] - 0.001 : position[0], position[1], position[2]);
@@ -197,7 +207,7 @@ export class Stage {
   }
 
   // Stay behind something that turns.
-  _turn([x, y, z, w]) {
+  _turn(/** @type {number[]} */ [x, y, z, w]) {
     const yaw = Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
     const way = this.camera.position.clone().sub(this.controls.target).applyAxisAngle(new THREE.Vector3(0, 0, 1), yaw - (this.turned ?? yaw));
     this.turned = yaw;
@@ -263,13 +273,13 @@ export class Stage {
   // The nearest place of something solid under a place of the canvas, else of the ground; null if there is none.
   surface(x, y) {
     const solid = [];
-    this.scene.traverseVisible((each) => { if (each.isMesh && !each.isRibbons && !each.userData.tool) solid.push(each); });
+    this.scene.traverseVisible((each) => { if (each instanceof THREE.Mesh && !(each instanceof Ribbons) && !each.userData.tool) solid.push(each); });
     return this.ray(x, y).intersectObjects(solid, false)[0]?.point || this.ground(x, y);
   }
 
   png() {
     this.render();
-    return new Promise((resolve) => this.canvas.toBlob(resolve, "image/png"));
+    return new Promise((resolve) => { this.canvas.toBlob(resolve, "image/png"); });
   }
 }
 

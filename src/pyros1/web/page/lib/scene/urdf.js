@@ -22,7 +22,9 @@ export function readUrdf(text) {
   for (const element of children(robot, "link").slice(0, MOST_LINKS)) {
     const name = element.getAttribute("name") || "";
     const link = { name, visuals: [], collisions: [] };
-    for (const [tag, list] of [["visual", link.visuals], ["collision", link.collisions]]) {
+    /** @type {Record<string, object[]>} */
+    const lists = { visual: link.visuals, collision: link.collisions };
+    for (const [tag, list] of Object.entries(lists)) {
       for (const each of children(element, tag)) {
         if (++shapes > MOST_SHAPES) throw new Error(`more than ${MOST_SHAPES} shapes`);
         try {

@@ -143,8 +143,7 @@ export class Chart {
 
   _lines() {
     const lines = this.curves.flatMap((curve) => [...curve.lines].sort((one, other) => one[0] - other[0]).map(([part, points]) => ({ curve, points, label: part < 0 ? curve.text : `${curve.text}[${part}]` })));
-    lines.forEach((line, index) => Object.assign(line, lookOf(index)));
-    return lines;
+    return lines.map((line, index) => ({ ...line, ...lookOf(index) }));
   }
 
   _layOut() {
@@ -169,12 +168,13 @@ export class Chart {
     }, [new Float64Array(0), ...this.lines.map(() => [])], this.area);
     this.mark = h("i.cursor");
     this.plot.over.append(this.mark);
-    const seek = (event) => this.on.seek(this.plot.posToVal(event.clientX - this.plot.over.getBoundingClientRect().left, "x"));
-    this.plot.over.addEventListener("pointerdown", (event) => {
+    const { over } = this.plot;
+    const seek = (event) => this.on.seek(this.plot.posToVal(event.clientX - over.getBoundingClientRect().left, "x"));
+    over.addEventListener("pointerdown", (event) => {
       seek(event);
-      event.currentTarget.setPointerCapture(event.pointerId);
-      event.currentTarget.onpointermove = seek;
-      event.currentTarget.onpointerup = ({ currentTarget }) => { currentTarget.onpointermove = null; };
+      over.setPointerCapture(event.pointerId);
+      over.onpointermove = seek;
+      over.onpointerup = () => { over.onpointermove = null; };
     });
     this._draw();
   }

@@ -43,7 +43,8 @@ export class Recorder {
     const open = this.strip.querySelector("details")?.open;
     const figures = [span(now.seconds, 0.1), bytes(now.bytes), plural(now.messages, "message")].join(" · ");
     const dropped = now.topics.reduce((sum, topic) => sum + topic.dropped, 0);
-    const focused = this.strip.contains(document.activeElement) ? document.activeElement.dataset.what : "";
+    const active = /** @type {HTMLElement | null} */ (document.activeElement);
+    const focused = this.strip.contains(active) ? active.dataset.what : "";
     fill(this.strip,
       h("div.line", {}, h(running ? "i.dot.live" : "i.dot"), h("span", {}, running ? "Recording" : "Recorded"), h("b.mono", { title: now.path }, name), h("span.muted", {}, figures),
         dropped > 0 && h("span.wrong", {}, `${dropped} dropped`), h("span.gap"),
@@ -99,7 +100,9 @@ export class Recorder {
     }, problem: say });
     fill(this.dialog, h("h3", {}, "Record"), h("form", { method: "dialog", onsubmit: async (event) => {
       event.preventDefault();
-      [this.folder, this.prefix, this.compression] = [folder, prefix.value, compression.value];
+      this.folder = folder;
+      this.prefix = prefix.value;
+      this.compression = compression.value;
       try {
         await this.robot.call("bags.record", { folder, prefix: prefix.value.trim(), compression: compression.value, topics: all.checked ? null : [...chosen] });
         this.dialog.close();

@@ -51,7 +51,7 @@ export class Launch {
     this.note.hidden = !text;
     if (this.note.textContent !== text) this.note.textContent = text;
     // Their order is that in which the launch began them; if they are too many, those that need a look are not left out.
-    const few = entries.length > MOST_ROWS ? [...entries].sort((one, other) => (one.state === "running") - (other.state === "running")).slice(0, MOST_ROWS) : entries;
+    const few = entries.length > MOST_ROWS ? [...entries].sort((one, other) => Number(one.state === "running") - Number(other.state === "running")).slice(0, MOST_ROWS) : entries;
     const shown = open ? [...few].sort((one, other) => turn(one) - turn(other)) : [];
     const labels = new Set(shown.map((entry) => entry.label));
     for (const [label, row] of this.rows) {

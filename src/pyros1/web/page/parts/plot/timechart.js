@@ -6,6 +6,8 @@ import { gestures } from "./gestures.js";
 import { dots } from "./looks.js";
 import { axisWidth, countable, marks, spread, ticksBefore } from "./words.js";
 
+/** @typedef {uPlot & {lines?: object[], high?: number[] | null}} TimeChart */
+
 // lines: [{label, colour, dash}]
 // on: {origin(): the time that the axis calls 0, shown(): [begin, end], show(range), all(), cursor(chart),
 // room(width): the width of the axis that is, or is to be}
@@ -14,12 +16,13 @@ export function timeChart(area, lines, size, on) {
   const style = getComputedStyle(document.documentElement);
   const colour = (name) => style.getPropertyValue(name).trim();
   const axis = { stroke: colour("--muted"), grid: { stroke: colour("--border"), width: 1 }, ticks: { stroke: colour("--border"), width: 1 } };
+  /** @type {TimeChart} */
   const chart = new uPlot({
     ...size,
     padding: [10, 12, 0, 0],
     legend: { show: false },
     cursor: { sync: { key: "plots" }, drag: { x: true, y: true, uni: 40, setScale: false }, focus: { prox: 24 } },
-    scales: { x: { time: false, auto: false }, y: { range: (plot, least, most) => (plot.high ? countable(plot.high) : spread(least, most)) } },
+    scales: { x: { time: false, auto: false }, y: { range: (/** @type {TimeChart} */ plot, least, most) => (plot.high ? countable(plot.high) : spread(least, most)) } },
     axes: [
       {
         ...axis, size: 30,
@@ -78,7 +81,7 @@ export function timeChart(area, lines, size, on) {
 
   // What is at a place stays there, and all becomes so many times wider and higher.
   function scale(left, top, across, along) {
-    const about = ([least, most], here, factor) => [here - (here - least) / factor, here + (most - here) / factor];
+    const about = (/** @type {number[]} */ [least, most], here, factor) => [here - (here - least) / factor, here + (most - here) / factor];
     if (along !== 1) chart.high = about([chart.scales.y.min, chart.scales.y.max], chart.posToVal(top, "y"), along);
     on.show(about(on.shown(), chart.posToVal(left, "x"), across));
   }

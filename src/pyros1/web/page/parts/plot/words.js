@@ -50,6 +50,7 @@ export function axisWidth(_, texts) {
 }
 
 // The ends of an axis for values between two, with some room.
+/** @returns {[number, number]} */
 export function spread(least, most) {
   if (least === null || most === null || !Number.isFinite(least) || !Number.isFinite(most)) return [0, 1];
   const room = least === most ? Math.abs(least) * 0.1 || 0.5 : (most - least) * 0.08;
@@ -58,6 +59,7 @@ export function spread(least, most) {
 
 // Ends of an axis between which uPlot can count its ticks: it would never come to an end where a step changes nothing, as
 // between 1e17 and 1e17 + 16, and cannot begin at what is not finite.
+/** @returns {[number, number]} */
 export function countable(ends) {
   const [least, most] = ends.map((end) => Math.min(LARGEST, Math.max(-LARGEST, end)));
   const lacks = Math.max(Math.abs(least), Math.abs(most)) * FINEST - (most - least);

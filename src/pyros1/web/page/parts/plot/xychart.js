@@ -146,7 +146,7 @@ export class XYChart {
 
   _scale(left, top, across, along) {
     const { plot } = this;
-    const about = ([least, most], here, factor) => [here - (here - least) / factor, here + (most - here) / factor];
+    const about = (/** @type {number[]} */ [least, most], here, factor) => [here - (here - least) / factor, here + (most - here) / factor];
     this.box = {
       x: about(this.shown.x, plot.posToVal(left, "x"), across),
       y: about(this.shown.y, plot.posToVal(top, "y"), along),
@@ -156,7 +156,7 @@ export class XYChart {
 
   _pan(right, down) {
     const { clientWidth: width, clientHeight: height } = this.plot.over;
-    const moved = ([least, most], part) => [least - part * (most - least), most - part * (most - least)];
+    const moved = (/** @type {number[]} */ [least, most], part) => [least - part * (most - least), most - part * (most - least)];
     this.box = { x: moved(this.shown.x, right / width), y: moved(this.shown.y, -down / height) };
     this.draw();
   }
