@@ -7,7 +7,7 @@
     python tests/javascript/vendored.py --update three@0.181.0 # take another version, and rewrite the list
 
 Each entry of the list has the npm package, its version and licence, and for each file its path in the package and its
-SHA-256. ``replace`` lists the strings that are replaced in scripts: the page is not built, so their imports need relative
+SHA-256. ``replace`` lists what is replaced in scripts: the page is not built, so their imports need relative
 paths. After an update, install the same version of the types (``tests/javascript/package.json``) and run the tests in
 ``interop/web``.
 """
