@@ -1,4 +1,4 @@
-// The page: a bar with layouts, and the workspace with the panels of one of them.
+// The page: a bar with tabs, and the workspace that shows the panels of one layout.
 
 import { copy, fill, h } from "./lib/dom.js";
 import { Robot } from "./lib/robot.js";
@@ -18,9 +18,9 @@ const panels = await panelList().catch((error) => {
 const bar = document.getElementById("bar");
 const state = h("span.state", { role: "status" });
 const tabs = h("nav", { "aria-label": "views" });
-const menu = h("select.menu", { "aria-label": "all views", title: "all views", onchange: () => choose(menu.value) }); // where tabs have no room
+const menu = h("select.menu", { "aria-label": "all views", title: "all views", onchange: () => choose(menu.value) }); // for narrow windows
 const workspace = new Workspace(document.getElementById("workspace"), panels, robot, changed);
-const KEYS = 9; // panels that a key shows
+const KEYS = 9; // number of panels with a keyboard shortcut
 let current = "";
 
 fill(bar,
@@ -48,9 +48,9 @@ function drawTabs() {
   seeTab();
 }
 
-// The tab of what is shown is in sight; where others are not, the edge fades, and the menu has them.
+// Scroll to the tab of the current layout; edges with more tabs behind them fade, and the menu lists all.
 function seeTab() {
-  bar.classList.remove("crowded"); // the menu takes room, too
+  bar.classList.remove("crowded"); // the menu needs space as well
   bar.classList.toggle("crowded", tabs.scrollWidth > tabs.clientWidth + 1);
   tabs.querySelector("[aria-current]")?.scrollIntoView({ block: "nearest", inline: "nearest" });
   fade();
@@ -66,9 +66,9 @@ function fade() {
 tabs.addEventListener("scroll", fade);
 new ResizeObserver(seeTab).observe(bar);
 
-// Show a tab, or a layout that has a name. Each tab is a layout that begins as one panel, or as the panel says.
+// Show a tab or a named layout. Each tab is a layout that starts as a single panel, or as the panel specifies.
 function choose(name, tree) {
-  const layouts = load("layouts") || {}; // another page of this browser may have changed them
+  const layouts = load("layouts") || {}; // another page in this browser may have changed them
   const known = tree || layouts[name] || Object.hasOwn(MADE_IN, name) || panels.some((panel) => panel.name === name);
   current = known ? name : panels[0].name;
   const begun = MADE_IN[current] || panels.find((panel) => panel.name === current)?.layout;
@@ -103,7 +103,7 @@ function theme() {
   window.dispatchEvent(new Event("themechange"));
 }
 
-// The system may change it, too, as at sunset.
+// The system may change its theme, for example at sunset.
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => window.dispatchEvent(new Event("themechange")));
 
 function drawState() {
@@ -113,7 +113,7 @@ function drawState() {
   fill(state, h("i.lamp"), text[robot.state], robot.about.read_only && h("span.badge", {}, "read-only"));
   state.title = robot.trouble || lost || "the master";
   workspace.trouble(robot.state === "connected" ? "" : robot.trouble);
-  seeTab(); // the bar has another width now
+  seeTab(); // the bar's width has changed
 }
 
 robot.addEventListener("state", drawState);
@@ -134,4 +134,4 @@ function begin() {
 
 begin();
 drawState();
-Object.assign(window, { robot }); // for the curious, in the browser's console
+Object.assign(window, { robot }); // for debugging in the browser's console

@@ -1,7 +1,7 @@
-// Points of curves over time, and what of them a chart of some width shows.
+// Points of curves over time, and how to sample them for a chart of a given width.
 
 const ROOM = 1024;
-const BACK = 0.1; // seconds: by more, a time goes back only when a bag or a simulation begins again
+const BACK = 0.1; // seconds; a time that goes back by more means that a bag or simulation has restarted
 
 export class Points {
   constructor() {
@@ -9,14 +9,14 @@ export class Points {
     this.values = new Float64Array(ROOM);
     this.start = 0;
     this.end = 0;
-    this.forgotten = 0; // points, so that those that are left have lasting numbers
+    this.forgotten = 0; // number of points dropped so far, so that point numbers stay valid
   }
 
   get length() {
     return this.end - this.start;
   }
 
-  // Add points, whose times grow; a time that goes back, wherever it is among them, starts anew.
+  // Append points in order of time. Where a time goes back, all earlier points are dropped.
   add(times, values) {
     let newest = this.length ? this.times[this.end - 1] : -Infinity;
     let first = 0;
@@ -30,19 +30,19 @@ export class Points {
     });
     this._makeRoom(times.length - first);
     for (let index = first; index < times.length; index += 1, this.end += 1) {
-      this.times[this.end] = Math.max(times[index], this.length ? this.times[this.end - 1] : -Infinity); // a clock was set right
+      this.times[this.end] = Math.max(times[index], this.length ? this.times[this.end - 1] : -Infinity); // small steps back: the clock was adjusted
       this.values[this.end] = values[index];
     }
   }
 
-  // Forget what is older than a time, and the oldest of too many.
+  // Drop points older than a time, and the oldest ones above a maximum.
   trim(oldest, most) {
     const start = Math.max(this.indexOf(oldest), this.end - most);
     this.forgotten += start - this.start;
     this.start = start;
   }
 
-  // The index of the first point at a time or later.
+  // Return the index of the first point at a time or later.
   indexOf(time) {
     let low = this.start;
     let high = this.end;
@@ -54,7 +54,7 @@ export class Points {
     return low;
   }
 
-  // The value of the point nearest to a time.
+  // Return the value of the point nearest to a time.
   near(time) {
     const after = this.indexOf(time);
     const nearer = after > this.start && (after === this.end || time - this.times[after - 1] < this.times[after] - time);
@@ -78,8 +78,8 @@ export class Points {
   }
 }
 
-// The times of a chart: two for each column, since a column may have a least and a greatest value.
-// Columns keep their places while the chart moves, so curves do not flicker.
+// Return the sample times of a chart: two per column, for a minimum and a maximum.
+// Columns are aligned to multiples of their width, so that curves do not flicker while the chart scrolls.
 export function grid(begin, end, columns) {
   const step = (end - begin) / columns;
   const first = Math.floor(begin / step);
@@ -91,14 +91,14 @@ export function grid(begin, end, columns) {
   return { times, step, first, columns };
 }
 
-// What a curve has in the columns of a grid: its least and its greatest value in each, in the order in which they came.
-// undefined: no point is there, and the line goes on; null: what is there is no number, and the line ends.
+// Return the minimum and maximum of a curve in each column of a grid, in the order of their times.
+// undefined: no point there, the line continues; null: a value that is not finite, the line is interrupted.
 export function sample(points, { step, first, columns }) {
   const out = new Array(2 * (columns + 1)).fill(undefined);
-  let index = Math.max(points.start, points.indexOf(first * step) - 1); // the line begins outside
+  let index = Math.max(points.start, points.indexOf(first * step) - 1); // start with the point before the first column
   const { times, values, end } = points;
   const last = (first + columns + 1) * step;
-  let next = 0; // column; by rounding, a time at an edge may seem to be in the column before
+  let next = 0; // column; because of rounding, a time at an edge may seem to belong to the column before
   while (index < end && times[index] < last) {
     const column = Math.max(next, Math.floor(times[index] / step) - first);
     if (column > columns) break;
@@ -117,7 +117,7 @@ export function sample(points, { step, first, columns }) {
   return apart(out);
 }
 
-// Between two numbers there is no line if something else came: then all is null there, as uPlot wants it.
+// Interrupt the line between two numbers with a non-finite value between them: uPlot needs null in all columns there.
 function apart(values) {
   let from = 0;
   for (let at = values.indexOf(null); at >= 0; at = values.indexOf(null, from)) {
@@ -130,11 +130,11 @@ function apart(values) {
   return values;
 }
 
-// The indices of numbers of such a row to which no line leads: they are drawn as dots. null for none.
+// Return the indices of isolated numbers, which no line reaches and which are drawn as dots; null for none.
 export function lone(values) {
   const found = [];
   let before = null;
-  let last = -1; // index of a number that may be lone
+  let last = -1; // index of a number that may be isolated
   values.forEach((value, index) => {
     if (value === undefined) return;
     if (value === null && last >= 0) found.push(last);

@@ -1,15 +1,15 @@
-// Grey PNG pictures with 16 bits, as depth cameras send them: a browser shows only their upper bytes. See
+// Greyscale PNG images with 16 bits, as sent by depth cameras: browsers decode only the upper byte. See
 // https://www.w3.org/TR/png and https://wiki.ros.org/compressed_depth_image_transport
 
 const INTERLACED = [[0, 0, 8, 8], [4, 0, 8, 8], [0, 4, 4, 8], [2, 0, 4, 4], [0, 2, 2, 4], [1, 0, 2, 2], [0, 1, 1, 2]];
-const HEAD = 12; // bytes of compressedDepth before the file
+const HEAD = 12; // bytes of the compressedDepth header before the file
 
-// Return the picture as one of sensor_msgs/Image: {encoding, width, height, step, bigendian, data}; null if the file is none
-// of these. Throws an Error if it is damaged, or has more than most pixels.
+// Return the image as a sensor_msgs/Image: {encoding, width, height, step, bigendian, data}; null if the file is not a
+// 16-bit greyscale PNG. Throws an Error if it is damaged, or has more than the maximum number of pixels.
 export async function deepGrey(file, most) {
   const view = new DataView(file.buffer, file.byteOffset, file.byteLength);
   if (file.length < 33 || view.getUint32(0) !== 0x89504e47 || view.getUint32(12) !== 0x49484452) return null;
-  if (file[24] !== 16 || file[25] !== 0) return null; // bits, and the kind of colours
+  if (file[24] !== 16 || file[25] !== 0) return null; // bit depth and colour type
   const [width, height] = [view.getUint32(16), view.getUint32(20)];
   if (!width || !height || width * height > most) throw new Error(`a picture of ${width} by ${height} pixels is too large to be shown`);
   const passes = (file[28] ? INTERLACED : [[0, 0, 1, 1]]).map(([x, y, across, down]) => ({
@@ -33,7 +33,7 @@ export async function deepGrey(file, most) {
   return { encoding: "16UC1", width, height, step: 2 * width, bigendian: true, data };
 }
 
-// Return the depths in metres that a picture of compressedDepth with the format 32FC1 stands for; NaN where there are none.
+// Return the depths in metres of a compressedDepth image with the format 32FC1; NaN where there is none.
 export function metres(message, { width, height, data }) {
   const head = new DataView(message.buffer, message.byteOffset, HEAD);
   const [one, other] = [head.getFloat32(4, true), head.getFloat32(8, true)];
@@ -55,7 +55,7 @@ function parts(file, view) {
   return found;
 }
 
-// Return the first bytes of what was compressed; the rest is not unpacked.
+// Return the first bytes of the decompressed data, and ignore the rest.
 async function unpacked(chunks, size) {
   const reader = new Blob(chunks).stream().pipeThrough(new DecompressionStream("deflate")).getReader();
   const found = new Uint8Array(size);
@@ -70,7 +70,7 @@ async function unpacked(chunks, size) {
   return found;
 }
 
-// Turn a row, whose first byte is its filter, into its pixels.
+// Undo the filter of a row; its first byte is the type of the filter.
 function unfilter(raw, start, step, above) {
   const kind = raw[start];
   if (!kind) return;

@@ -1,4 +1,4 @@
-// Elements of the page. Text is always text: nothing that comes from a robot becomes markup.
+// Helpers that create DOM elements. Strings become text nodes: nothing that is received from a robot becomes markup.
 
 const SVG = "http://www.w3.org/2000/svg";
 
@@ -7,7 +7,7 @@ export function h(tag, props, ...children) {
   return make(document.createElement(name(tag)), tag, props, children);
 }
 
-// The same for SVG; properties are attributes.
+// The same for SVG; properties are set as attributes.
 export function s(tag, props, ...children) {
   return make(document.createElementNS(SVG, name(tag)), tag, props, children);
 }
@@ -39,23 +39,23 @@ function add(element, children) {
   }
 }
 
-// Replace what an element holds.
+// Replace the children of an element.
 export function fill(element, ...children) {
   element.replaceChildren();
   add(element, children);
   return element;
 }
 
-// What a panel shows while it has nothing to show: what is missing, and what to do.
+// The content of a panel that has nothing to show: what is missing, and what to do.
 export function empty(title, ...hints) {
   return h("div.empty", {}, h("h3", {}, title), hints.map((hint) => h("p", {}, hint)));
 }
 
-// Put a text into the clipboard. Return whether it is there.
+// Copy a string to the clipboard. Return whether it succeeded.
 export async function copy(text) {
   if (navigator.clipboard) return navigator.clipboard.writeText(text).then(() => true, () => false);
   const focused = /** @type {HTMLElement | null} */ (document.activeElement);
-  const area = h("textarea", { value: text }); // a page of another machine, over plain http, has no clipboard
+  const area = h("textarea", { value: text }); // over plain http from another host there is no navigator.clipboard
   document.body.append(area);
   area.select();
   const copied = document.execCommand("copy");
@@ -64,7 +64,7 @@ export async function copy(text) {
   return copied;
 }
 
-// Text of a command, which a click copies.
+// A command, copied by a click.
 export function command(text) {
   const take = async ({ currentTarget: element }) => { if (await copy(text)) element.classList.add("copied"); };
   return h("code.command", {
@@ -72,7 +72,7 @@ export function command(text) {
   }, text);
 }
 
-// Offer a file for saving.
+// Let the user save a file.
 export function save(fileName, content, type) {
   const link = h("a", { href: URL.createObjectURL(new Blob([content], { type })), download: fileName });
   link.click();

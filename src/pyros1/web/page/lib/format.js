@@ -1,6 +1,6 @@
-// Numbers and times as people read them.
+// Format numbers and times for people.
 
-const SIMULATED = 1e8; // seconds: times before this, in 1973, are those of a simulation
+const SIMULATED = 1e8; // seconds; earlier times (before 1973) are simulated time
 
 export function number(value, digits = 4) {
   if (typeof value !== "number") return String(value);
@@ -10,11 +10,11 @@ export function number(value, digits = 4) {
   return String(Number(value.toPrecision(digits + 2)));
 }
 
-// A value of a curve, so exact that a thousandth of what its axis spans is told.
+// Format a value of a curve with enough digits to resolve a thousandth of its axis.
 export function reading(value, span) {
   const size = Math.abs(value);
   if (!(span > 0) || !(size > 0) || size >= 1e15 || Number.isInteger(value)) return number(value);
-  const behind = Math.ceil(-Math.log10(span / 1000)); // digits behind the point
+  const behind = Math.ceil(-Math.log10(span / 1000)); // digits after the decimal point
   const needed = Math.floor(Math.log10(size)) + 1 + behind;
   if (needed <= (size < 1e-4 || size >= 1e7 ? 4 : 6)) return number(value);
   return String(Number(value.toFixed(Math.min(12, Math.max(0, behind)))));
@@ -44,14 +44,14 @@ export function clock(seconds) {
   return `${two(date.getHours())}:${two(date.getMinutes())}:${two(date.getSeconds())}.${String(date.getMilliseconds()).padStart(3, "0")}`;
 }
 
-// A time or duration {secs, nsecs} in seconds, exactly; a negative one has secs below it, and nsecs above that.
+// Format a time or duration {secs, nsecs} in seconds, exactly. Negative ones have secs rounded down, and nsecs >= 0.
 export function seconds({ secs, nsecs }) {
   const back = secs < 0 && nsecs > 0;
   const [whole, part] = back ? [-secs - 1, 1e9 - nsecs] : [secs, nsecs];
   return `${back ? "-" : ""}${whole}.${String(part).padStart(9, "0")}`;
 }
 
-// Date and time, as those of a bag; a simulation has seconds only.
+// Format a date and time; simulated times as seconds.
 export function moment(seconds) {
   return seconds < SIMULATED ? `${seconds.toFixed(2)} s` : new Date(seconds * 1000).toLocaleString();
 }

@@ -1,27 +1,27 @@
-// Pictures of sensor_msgs/Image as pixels of a canvas; see https://wiki.ros.org/sensor_msgs and image_encodings.h.
+// Decodes sensor_msgs/Image to the pixels of a canvas; see https://wiki.ros.org/sensor_msgs and image_encodings.h.
 
 import { deepGrey, metres } from "./deep_png.js";
 
-// Encodings, whatever a robot calls its own: "constructor" is none.
-const PLAIN = { // channels: where red, green, blue and alpha are; -1 for none
+// Encodings come from a robot and may have any name: __proto__: null keeps "constructor" from being found.
+const PLAIN = { // bytes per pixel, then the offsets of red, green, blue and alpha; -1 for none
   __proto__: null,
   rgb8: [3, 0, 1, 2, -1], bgr8: [3, 2, 1, 0, -1], rgba8: [4, 0, 1, 2, 3], bgra8: [4, 2, 1, 0, 3],
   "8uc3": [3, 2, 1, 0, -1], "8uc4": [4, 2, 1, 0, 3],
 };
 const WIDE = { __proto__: null, rgb16: [3, 0, 1, 2], bgr16: [3, 2, 1, 0], rgba16: [4, 0, 1, 2, 3], bgra16: [4, 2, 1, 0, 3] };
-const SINGLE = { // of one channel: bytes of a value, and how to read it
+const SINGLE = { // one channel: bytes per value, and how to read it
   __proto__: null,
   mono8: [1, "getUint8"], "8uc1": [1, "getUint8"], "8sc1": [1, "getInt8"],
   mono16: [2, "getUint16"], "16uc1": [2, "getUint16"], "16sc1": [2, "getInt16"],
   "32sc1": [4, "getInt32"], "32fc1": [4, "getFloat32"], "64fc1": [8, "getFloat64"],
 };
 const READ = { __proto__: null, "8u": "getUint8", "8s": "getInt8", "16u": "getUint16", "16s": "getInt16", "32s": "getInt32", "32f": "getFloat32", "64f": "getFloat64" };
-const SEVERAL = /^((?:8|16|32|64)[usf])c([2-4])$/; // channels as OpenCV has them: blue, green, red and another
+const SEVERAL = /^((?:8|16|32|64)[usf])c([2-4])$/; // OpenCV's channel order: blue, green, red and another
 const BAYER = /^bayer_(rggb|bggr|gbrg|grbg)(8|16)$/; // colours at (even row, even column), (even, odd), (odd, even), (odd, odd)
 const MOST_PIXELS = 40e6;
 
-// Return {pixels: ImageData, least, most} of a picture, or throw an Error that says what is wrong with it.
-// range: [least, most] of the values that are dark and bright in pictures of numbers; null takes what there is.
+// Return {pixels: ImageData, least, most} of an image, or throw an Error that explains what is wrong.
+// range: [least, most], the values drawn as black and white; null uses those of the image.
 export function pixelsOf({ encoding, width, height, step, bigendian }, data, range) {
   const kind = encoding.trim().toLowerCase();
   if (!width || !height) throw new Error(`an image of ${width} x ${height} pixels`);
@@ -72,7 +72,7 @@ function plain(out, data, width, height, step, [size, red, green, blue, alpha]) 
 }
 
 function wide(out, data, width, height, step, [size, ...places], bigendian) {
-  const high = bigendian ? 0 : 1; // the upper byte is enough for a screen
+  const high = bigendian ? 0 : 1; // the upper byte is enough for a display
   for (let row = 0, to = 0; row < height; row += 1) {
     for (let column = 0, from = row * step; column < width; column += 1, from += 2 * size, to += 4) {
       out[to + 3] = 255;
@@ -81,9 +81,9 @@ function wide(out, data, width, height, step, [size, ...places], bigendian) {
   }
 }
 
-// Each pixel takes the colours that it lacks from its block of two by two.
+// Demosaic: each pixel takes the missing colours from its block of two by two.
 function bayer(out, data, width, height, step, order, size, bigendian) {
-  const high = size === 2 && !bigendian ? 1 : 0; // the upper byte is enough for a screen
+  const high = size === 2 && !bigendian ? 1 : 0; // the upper byte is enough for a display
   const place = (colour) => order.indexOf(colour);
   const [red, blue] = [place("R"), place("B")];
   const greens = [...order].flatMap((colour, index) => (colour === "G" ? [index] : []));
@@ -109,7 +109,7 @@ function yuv(out, data, width, height, step, chromaFirst) {
       const luma = data[pair + 2 * (column & 1) + (chromaFirst ? 1 : 0)];
       const u = data[pair + (chromaFirst ? 0 : 1)] - 128;
       const v = data[pair + (chromaFirst ? 2 : 3)] - 128;
-      out[to] = luma + 1.402 * v; // the array cuts what is out of range
+      out[to] = luma + 1.402 * v; // Uint8ClampedArray clamps the result
       out[to + 1] = luma - 0.344136 * u - 0.714136 * v;
       out[to + 2] = luma + 1.772 * u;
       out[to + 3] = 255;
@@ -139,14 +139,14 @@ function single(out, data, width, height, step, [size, read], bigendian, range) 
       const grey = known ? (value - least) * scale : 0;
       out[to] = grey;
       out[to + 1] = grey;
-      out[to + 2] = known ? grey : 96; // what was not measured is blue
+      out[to + 2] = known ? grey : 96; // missing values are blue
       out[to + 3] = 255;
     }
   }
   return { least: Number.isFinite(least) ? least : null, most: Number.isFinite(most) ? most : null };
 }
 
-// Two channels are blue and green, three red as well; a fourth is not shown. What is not a number is dark.
+// Two channels are blue and green, a third is red; a fourth is ignored. NaN is black.
 function several(out, data, width, height, step, [size, read, count], bigendian, range) {
   const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
   const shown = Math.min(3, count);
@@ -171,17 +171,17 @@ function several(out, data, width, height, step, [size, read, count], bigendian,
   return { least: Number.isFinite(least) ? least : null, most: Number.isFinite(most) ? most : null };
 }
 
-const turns = new WeakMap(); // canvas -> number of its newest picture
+const turns = new WeakMap(); // canvas -> number of its latest image
 
-// Return a compressed picture with one channel of 16 bits, or of depths, as one that is not compressed; null if it is another.
+// Return a compressed 16-bit greyscale or depth image as an uncompressed one; null for all others.
 async function uncompressed({ format }, data) {
   const depth = format.includes("compressedDepth");
   const found = await deepGrey(depth ? data.subarray(12) : data, MOST_PIXELS);
   return found && depth && format.startsWith("32FC1") ? metres(data, found) : found;
 }
 
-// Draw a push of the view image on a canvas. Returns {least, most} of a picture of one channel, null if a newer picture
-// has come meanwhile, or throws an Error that says what is wrong with it.
+// Draw an image sent by the view "image" on a canvas. Returns {least, most} of a greyscale image, null if a newer one has
+// arrived meanwhile; throws an Error that explains what is wrong.
 export async function drawPicture(canvas, facts, data, range = null) {
   const turn = (turns.get(canvas) || 0) + 1;
   turns.set(canvas, turn);

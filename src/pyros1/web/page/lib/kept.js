@@ -1,8 +1,8 @@
-// Entries of a log that are kept: the newest, as far as they are not too many, nor their texts too long together.
+// The newest entries of a log, limited by their number and total length.
 
-const SPARE = 1.2; // so many times what is kept may be there, as not to forget with each one
+const SPARE = 1.2; // factor by which the limits may be exceeded before entries are dropped
 
-// The texts of an entry, and of its list of texts, count.
+// Strings in an entry, and in lists within it, count.
 export class Kept {
   constructor(most, characters) {
     this.most = most;
@@ -20,7 +20,7 @@ export class Kept {
     this.size += sizeOf(entry);
   }
 
-  // Forget the oldest, if there are too many. Returns whether some were forgotten.
+  // Drop the oldest entries if there are too many. Returns whether any were dropped.
   forget() {
     if (this.entries.length <= this.most * SPARE && this.size <= this.characters * SPARE) return false;
     let count = 0;

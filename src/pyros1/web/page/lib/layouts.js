@@ -1,4 +1,4 @@
-// Layouts: arrangements of panels with names. Some are made in; users save their own, to the browser or to a file.
+// Layouts: named arrangements of panels. Some are built in; users save their own, in the browser or in a file.
 
 import { fill, h, save } from "./dom.js";
 import { load, store } from "./store.js";
@@ -46,7 +46,7 @@ export const MADE_IN = {
   },
 };
 
-// The button in the bar, and the sheet that it opens. host: {tree() -> the arrangement now, show(name, tree)}.
+// The button in the bar, and the dialog that it opens. host: {tree() -> the current arrangement, show(name, tree)}.
 export function layoutsButton(host) {
   let own = load("own_layouts") || {};
   const keep = () => store("own_layouts", own);

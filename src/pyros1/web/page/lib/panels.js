@@ -1,23 +1,23 @@
-// The panels. Each is a module in panels/ with this as its default export:
+// The panels. Each is a module in panels/ whose default export is:
 //
 //   {
-//     title: "Plot",                  // of its tab
+// title: "Plot",                  // of its tab
 //     description: "numbers over time",
-//     order: 30,                      // of the tabs, from left to right
-//     rare: true,                     // no tab before it is first shown, by its link or in a panel's head
-//     layout: {...},                  // how its tab begins; without it, the panel alone
-//     mount(place) -> {unmount()}     // show it; place is:
+// order: 30,                      // of its tab, from left to right
+// rare: true,                     // its tab appears only once the panel was shown
+// layout: {...},                  // initial layout of its tab; without it, just the panel
+// mount(place) -> {unmount()}     // show the panel; place is:
 //   }
 //   place.body       the element to fill
 //   place.tools      the element for buttons in the panel's head
 //   place.robot      calls and streams, see robot.js
-//   place.settings   what the panel saved before, or what a link or another panel says; an object
-//   place.save(s)    keep settings
+// place.settings   what the panel has saved, or a link or another panel has set; an object
+// place.save(s)    save settings
 //   place.restart(s)                show this panel again, with these settings
 //   place.open(name, settings)      show another panel beside this one
-//   place.problem(text)             say what is wrong; "" for nothing
+// place.problem(text)             display what is wrong; "" for nothing
 //
-// A new panel is one new file; the server finds it.
+// To add a panel, add a file: the server finds it.
 
 export async function panelList() {
   const answer = await fetch("panels.json");
@@ -26,7 +26,7 @@ export async function panelList() {
     try {
       const module = await import(`../panels/${name}.js`);
       return { name, ...module.default, mount: module.default.mount };
-    } catch (error) { // one that is broken, or whose files have changed under a running server, takes no other with it
+    } catch (error) { // one broken panel, or one whose files were changed while the server runs, must not affect the others
       console.error(`the panel ${name} cannot be loaded: ${error.message}`);
       return null;
     }

@@ -1,8 +1,8 @@
-// The one object that knows the wire; see pyros1/web/server/wire.py. It connects again by itself.
+// The connection to the server; see pyros1/web/server/wire.py. It reconnects automatically.
 
 const LONGEST_PAUSE = 4000;
-const PULSE = 4000; // milliseconds between two questions how the server is
-const PATIENCE = 12000; // without a word from the server
+const PULSE = 4000; // milliseconds between requests for the server's state
+const PATIENCE = 12000; // milliseconds without data from the server
 
 export class Robot extends EventTarget {
   constructor(token) {
@@ -11,17 +11,17 @@ export class Robot extends EventTarget {
     this.state = "connecting"; // or "connected", "refused"
     this.trouble = "";
     this.about = { version: "", master: "", read_only: false };
-    this.lost = ""; // why the master does not answer
+    this.lost = ""; // why the master does not respond
     this._calls = new Map();
     this._streams = new Map();
     this._count = 0;
     this._pause = 500;
     this._connect();
-    // A browser may keep a page that one has left, with its connection: what it does for the robot must end then.
+    // A browser may keep a page in its back/forward cache with its connection open: close it, to release what the page uses.
     addEventListener("pagehide", () => this._socket.close());
   }
 
-  // Ask for one thing; see pyros1/web/calls. The promise fails with an Error whose message can be shown.
+  // Call a function of the server; see pyros1/web/calls. The promise rejects with an Error whose message can be displayed.
   call(name, args = {}) {
     return new Promise((resolve, reject) => {
       if (this.state !== "connected") {
@@ -34,8 +34,8 @@ export class Robot extends EventTarget {
     });
   }
 
-  // Begin a stream of what a view shows; see pyros1/web/views.
-  // on: {data(data, blob), problem(text), opened()}; problem("") when a problem is over; opened is called again after a lost connection.
+  // Open a stream of a view; see pyros1/web/views.
+  // on: {data(data, blob), problem(text), opened()}; problem("") when a problem has gone; opened is called again after a reconnect.
   stream(view, args, on) {
     const id = ++this._count;
     const stream = { view, args, on };
@@ -60,7 +60,7 @@ export class Robot extends EventTarget {
     this._socket = socket;
     let opened = false;
     let heard = performance.now();
-    // A connection may be dead without a word: the server stands still, or this computer is elsewhere now.
+    // A connection may die silently: the server is suspended, or this computer has changed its network.
     const pulse = setInterval(() => {
       if (performance.now() - heard > PATIENCE) closed();
       else if (opened) this._askAbout(false);
@@ -95,7 +95,7 @@ export class Robot extends EventTarget {
     try {
       told = await this.call("page.about");
     } catch {
-      return; // the next connection asks again
+      return; // asked again by the next connection
     }
     const { trouble, ...about } = told;
     this.about = about;
@@ -105,7 +105,7 @@ export class Robot extends EventTarget {
     this.dispatchEvent(new Event("master"));
   }
 
-  // A WebSocket does not tell why it was refused; a plain request does.
+  // A WebSocket does not report why it was refused; a plain request does.
   async _ask() {
     try {
       const answer = await fetch(`/ws?token=${encodeURIComponent(this.token)}`, { signal: AbortSignal.timeout(PATIENCE) });
@@ -159,15 +159,15 @@ export class Robot extends EventTarget {
       stream.on.problem?.(message.error);
       return;
     }
-    // The next one comes when this one is on the screen; a hidden page gets none.
+    // Request the next one when this one is on the screen; a hidden page requests none.
     const next = () => requestAnimationFrame(() => this._streams.has(message.stream) && this._send({ next: message.stream }));
     let shown;
     try {
-      if (stream.failed) stream.on.problem?.(""); // once: what a panel says itself stays
+      if (stream.failed) stream.on.problem?.(""); // only then: a problem that the panel itself shows stays
       stream.failed = false;
       shown = stream.on.data(message.data, blob);
     } finally {
-      Promise.resolve(shown).then(next, next); // decoding a picture takes a while
+      Promise.resolve(shown).then(next, next); // decoding an image takes time
     }
   }
 }

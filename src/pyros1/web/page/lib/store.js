@@ -1,7 +1,7 @@
-// What the browser keeps, and links that say what is shown.
+// Local storage of the browser, and links that contain a layout.
 
 const PREFIX = "pyros1.";
-const kept = new Map(); // in this page only, if the browser keeps nothing: private windows
+const kept = new Map(); // fallback if the browser stores nothing, as in private windows
 
 export function load(key) {
   try {

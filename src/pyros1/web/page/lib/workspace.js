@@ -4,10 +4,10 @@ import { moved, panelsOf, sideOf, swapped, without } from "./arrange.js";
 import { fill, h, s } from "./dom.js";
 
 const DEEPEST = 6;
-const LEAST = 0.08; // of a split's size
-const STEP = 0.02; // of a split's size, with an arrow key
-const FAR = 6; // pixels from which a panel is dragged
-const WIDE = 900; // pixels from which a panel has room for two
+const LEAST = 0.08; // fraction of a split
+const STEP = 0.02; // fraction of a split per press of an arrow key
+const FAR = 6; // pixels after which a drag begins
+const WIDE = 900; // pixels; a panel of at least this width can be split into two columns
 
 export class Workspace {
   // changed(tree) is called when the user arranges something, or a panel saves its settings.
@@ -21,7 +21,7 @@ export class Workspace {
     this._bodies = new Map();
     this._banner = h("div.banner", { role: "alert", hidden: true });
     this._place = h("div.place");
-    fill(root, this._banner, this._place); // the page has said there that it loads
+    fill(root, this._banner, this._place); // this replaces the text that says that the page is loading
   }
 
   show(tree) {
@@ -38,7 +38,7 @@ export class Workspace {
     fill(this._banner, text);
   }
 
-  // A tree from a link may hold anything.
+  // A tree from a link is untrusted input.
   _clean(tree, depth) {
     if (!tree || typeof tree !== "object" || depth > DEEPEST) return null;
     if (Array.isArray(tree.parts)) {
@@ -68,7 +68,7 @@ export class Workspace {
     return element;
   }
 
-  // The line between two parts: it is dragged, or moved with the arrow keys.
+  // The separator between two parts: drag it, or move it with the arrow keys.
   _handle(node, index, element, set) {
     const whole = node.sizes.reduce((sum, size) => sum + size, 0);
     const both = node.sizes[index - 1] + node.sizes[index];
@@ -82,7 +82,7 @@ export class Workspace {
     const move = (event) => {
       const box = element.getBoundingClientRect();
       const before = node.sizes.slice(0, index - 1).reduce((sum, size) => sum + size, 0);
-      const beside = getComputedStyle(element).flexDirection === "row"; // a narrow page has all below each other
+      const beside = getComputedStyle(element).flexDirection === "row"; // on a narrow page all parts are below each other
       const at = beside ? (event.clientX - box.left) / box.width : (event.clientY - box.top) / box.height;
       put(at * whole - before);
     };
@@ -166,7 +166,7 @@ export class Workspace {
     this._mounted.set(node, this._mount(panel, place));
   }
 
-  // What a link or a file says of a panel may be wrong: then it begins anew.
+  // Settings from a link or file may be invalid: then the panel starts with none.
   _mount(panel, place) {
     try {
       return panel.mount(place) || {};
@@ -195,7 +195,7 @@ export class Workspace {
     this._again();
   }
 
-  // Show a panel for another one: a panel of that kind that is there takes the settings, else a new one is made.
+  // Show another panel: an existing one of that kind accepts the settings, otherwise a new one is created.
   _beside(node, name, settings) {
     const others = [...this._mounted].filter(([other]) => other !== node);
     const known = others.find(([other, mounted]) => other.panel === name && mounted.accept);
@@ -208,7 +208,7 @@ export class Workspace {
     }
   }
 
-  // The panel that can give half of its room, and how to split it: the one that asks if it is wide, else the largest other one.
+  // Return the panel to split, and how: the requesting one if it is wide, otherwise the largest other one.
   _room(node) {
     const size = (other) => this._bodies.get(other).getBoundingClientRect();
     const others = [...this._mounted.keys()].filter((other) => other !== node);
@@ -229,7 +229,7 @@ export class Workspace {
     this._again();
   }
 
-  // Follow the pointer until it is released over another panel, or Escape is pressed.
+  // Drag a panel until the pointer is released over another one, or Escape is pressed.
   _drag(node, event) {
     const { currentTarget: from, clientX, clientY, pointerId } = event;
     if (event.button || !this.tree.parts) return;
@@ -257,7 +257,7 @@ export class Workspace {
     };
   }
 
-  // Which panel is there, which side of it, and where the dragged one would be.
+  // Return the panel under the pointer, the side of it, and where the dragged one would go.
   _under(node, x, y) {
     for (const [target, body] of this._bodies) {
       const box = body.closest(".panel").getBoundingClientRect();
@@ -273,7 +273,7 @@ export class Workspace {
     return null;
   }
 
-  // Arrow keys swap a panel with the one before or after it.
+  // Arrow keys swap a panel with its predecessor or successor.
   _step(node, event) {
     const step = { ArrowLeft: -1, ArrowUp: -1, ArrowRight: 1, ArrowDown: 1 }[event.key];
     if (!step) return;
@@ -285,7 +285,7 @@ export class Workspace {
     this.root.querySelectorAll(".grip")[at]?.focus();
   }
 
-  // A tree that is too deep would lose panels: then all stays as it is.
+  // Cleaning drops panels of a tree that is too deep: then change nothing.
   _arrange(tree) {
     const cleaned = this._clean(tree, 0);
     if (panelsOf(cleaned).length !== panelsOf(this.tree).length) return;
@@ -294,7 +294,7 @@ export class Workspace {
   }
 }
 
-// A picture of two halves, of which the second is new.
+// An icon of two halves, the second one filled.
 function halves(split) {
   const half = split === "row" ? { x: 8, y: 2, width: 5, height: 12 } : { x: 2, y: 8, width: 12, height: 6 };
   return s("svg", { viewBox: "0 0 16 16", width: 15, height: 15, "aria-hidden": "true" },

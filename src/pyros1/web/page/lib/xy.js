@@ -1,9 +1,9 @@
-// Curves over time as one against another: points of both at the same times, and what of them fits into a picture.
+// Plot two curves over time against each other: points of both at the same times, and the range of a chart.
 
-const LARGEST_GAP = 1; // seconds between two values of x within which it is taken as a straight line
+const LARGEST_GAP = 1; // seconds; x is interpolated between two values that are at most this far apart
 
-// The points of a pair of curves between two times: {xs, ys, times}, at the times of y, at most so many; NaN where a line ends.
-// Of too many, every second, third ... is left out, always the same, so that the picture does not flicker.
+// Return the points of a pair of curves in a time range: {xs, ys, times}, at the times of y, up to a maximum; NaN interrupts the line.
+// If there are too many, only every n-th is used, always the same ones, so that the chart does not flicker.
 export function join(x, y, begin, end, most) {
   const first = y.indexOf(begin);
   const last = Math.min(y.end, y.indexOf(end + 1e-9));
@@ -12,7 +12,7 @@ export function join(x, y, begin, end, most) {
   const [xs, ys, times] = [0, 1, 2].map(() => new Float64Array(2 * count));
   let kept = 0;
   let near = x.indexOf(begin);
-  let ended = false; // what came is no number: the line ends
+  let ended = false; // a value was not finite: the line is interrupted
   const put = (...numbers) => {
     [xs[kept], ys[kept], times[kept]] = numbers;
     kept += 1;
@@ -33,7 +33,7 @@ export function join(x, y, begin, end, most) {
   return { xs: xs.subarray(0, kept), ys: ys.subarray(0, kept), times: times.subarray(0, kept) };
 }
 
-// The value of a curve at a time; near is the index of its first point at that time or later.
+// Interpolate a curve at a time; near is the index of its first point at that time or later.
 function at({ times, values, start, end }, near, time) {
   if (near < end && times[near] === time) return values[near];
   if (near <= start || near >= end) return near > start && near >= end && time - times[end - 1] < LARGEST_GAP ? values[end - 1] : NaN;
@@ -42,7 +42,7 @@ function at({ times, values, start, end }, near, time) {
   return values[near - 1] + ((values[near] - values[near - 1]) * (time - before)) / (after - before);
 }
 
-// The least box around some points, with some room: {x: [least, most], y: [least, most]}.
+// Return the bounding box of points, with a margin: {x: [least, most], y: [least, most]}.
 export function boxAround(trails) {
   const box = { x: [Infinity, -Infinity], y: [Infinity, -Infinity] };
   for (const { xs, ys } of trails) {
@@ -62,14 +62,14 @@ function spread(/** @type {number[]} */ [least, most]) {
   return [least - room, most + room];
 }
 
-// A box widened so that a unit is as long on both axes of a picture of some size.
+// Widen a box so that a unit has the same length on both axes.
 export function equal({ x, y }, width, height) {
   const unit = Math.max((x[1] - x[0]) / Math.max(1, width), (y[1] - y[0]) / Math.max(1, height));
   const about = (/** @type {number[]} */ [least, most], size) => [(least + most - unit * size) / 2, (least + most + unit * size) / 2];
   return { x: about(x, width), y: about(y, height) };
 }
 
-// The point that is nearest to a place, in pixels: {trail, index} with numbers, or null if none is near enough.
+// Return the point nearest to a position, in pixels: {trail, index} with numbers, or null if none is near enough.
 export function nearest(trails, place, box, width, height, reach) {
   const [scaleX, scaleY] = [width / (box.x[1] - box.x[0]), height / (box.y[1] - box.y[0])];
   let found = null;

@@ -1,17 +1,17 @@
-// A picture in its frame is made larger with the wheel or two fingers, and dragged; a double click shows all of it again.
+// Zoom an image with the wheel or two fingers, pan it by dragging, and reset it with a double click.
 
-const MOST = 64; // times
-const NOTCH = 0.0015; // of the wheel
+const MOST = 64; // zoom factor
+const NOTCH = 0.0015; // zoom per unit of the wheel's deltaY
 
 export class Zoom {
-  // changed(): the picture is elsewhere, or of another size.
+  // changed(): the position or size has changed.
   constructor(frame, changed) {
     this.frame = frame;
     this.changed = changed;
     this.pointers = new Map();
     this.scale = 1;
     this.shift = [0, 0]; // pixels
-    frame.style.touchAction = "none"; // fingers are ours
+    frame.style.touchAction = "none"; // disable the browser's own gestures
     frame.addEventListener("wheel", (event) => {
       event.preventDefault();
       this._zoom(Math.exp(-Math.max(-200, Math.min(200, event.deltaY)) * NOTCH), this._place(event));
@@ -42,7 +42,7 @@ export class Zoom {
     this.changed();
   }
 
-  // What is at the place stays there.
+  // Zoom around a position, which stays fixed.
   _zoom(times, place) {
     const scale = Math.min(MOST, Math.max(1, this.scale * times));
     this.shift = scale === 1 ? [0, 0] : this.shift.map((value, index) => place[index] - (place[index] - value) * scale / this.scale);
@@ -50,7 +50,7 @@ export class Zoom {
     this.changed();
   }
 
-  // From the middle of the frame.
+  // Return a position relative to the middle of the frame.
   _place({ clientX, clientY }) {
     const { left, top, width, height } = this.frame.getBoundingClientRect();
     return [clientX - left - width / 2, clientY - top - height / 2];

@@ -1,4 +1,4 @@
-// Recorded bags: what is in them, when, and to play and record.
+// Recorded bags: their contents over time, playback and recording.
 
 import { fill, h } from "../lib/dom.js";
 import { bytes, moment, plural } from "../lib/format.js";
@@ -49,7 +49,7 @@ class BagPanel {
     else this._choose();
   }
 
-  // Another panel wants a bag shown.
+  // Another panel asks for a bag.
   accept(settings) {
     if (settings.path) this.open(String(settings.path));
   }
@@ -74,7 +74,7 @@ class BagPanel {
     this.other = h("div.other");
     body.classList.add("bag");
     body.append(this.recorder.strip, this.about, this.content, this.other);
-    body.bag = this; // for tests, and the curious
+    body.bag = this; // for tests and debugging
     body.addEventListener("keydown", (event) => this._key(event));
     this.onTheme = () => { this.timeline.draw(); this.chart.resize(); };
     addEventListener("themechange", this.onTheme);
@@ -207,7 +207,7 @@ class BagPanel {
     this.player.selected();
   }
 
-  // The user goes to a time.
+  // The user seeks a time.
   seek(time) {
     if (!this.facts) return;
     this._moved(time, false);
@@ -265,7 +265,7 @@ class BagPanel {
   }
 }
 
-// A link may say anything.
+// Links are untrusted input.
 function texts(list) {
   return Array.isArray(list) ? list.slice(0, 200).map(String) : [];
 }

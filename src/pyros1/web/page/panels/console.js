@@ -1,4 +1,4 @@
-// The log of all nodes, as rqt_console shows it.
+// The log of all nodes, like rqt_console.
 
 import { empty, command, fill, h, save } from "../lib/dom.js";
 import { bytes, clock, plural } from "../lib/format.js";
@@ -9,9 +9,9 @@ const LEVELS = [[1, "debug"], [2, "info"], [4, "warn"], [8, "error"], [16, "fata
 const NAME = new Map(LEVELS);
 const KEPT = [50000, 50e6]; // messages, and characters
 const ROW = 24; // pixels
-const SEEN = 1000; // characters of a line: to lay out more takes seconds, if they change their direction
-const MORE = 12; // rows above and below what is seen
-const STILL = 5; // pixels that a pointer may move in a click
+const SEEN = 1000; // characters of a line: the layout of longer ones with changing writing directions takes seconds
+const MORE = 12; // rows above and below the visible ones
+const STILL = 5; // pixels that the pointer may move during a click
 
 export default {
   title: "Console",
@@ -25,13 +25,13 @@ class Console {
     this.place = place;
     this.kept = new Kept(...KEPT); // entries are [number, time, level, node, text, file, function, line, topics]
     this.shown = [];
-    this.loaded = null; // of a file, in place of the robot's: {entries, counts, note}
+    this.loaded = null; // messages of a file instead of the robot's: {entries, counts, note}
     this.paused = false;
     this.selected = null;
-    this.drawn = new Map(); // entry -> its row, of those that are seen
-    this.wanted = null; // index of a row that shall be seen
-    this.last = 0; // number of the last message at the server, in one run of it
-    this.count = 0; // and here
+    this.drawn = new Map(); // entry -> its row, for the visible ones
+    this.wanted = null; // index of a row to scroll to
+    this.last = 0; // number of the server's last message, since its start
+    this.count = 0; // messages received here
     this.dropped = 0;
     this.counts = countsOf([]);
     const { settings } = place;
@@ -91,10 +91,10 @@ class Console {
     this.tall = h("div.tall");
     this.list = h("div.log", {
       role: "log", tabIndex: 0, onscroll: () => this._scrolled(), onkeydown: (event) => this._key(event),
-      // The list may have moved on when the button is released: what was pressed is meant.
+      // The list may have scrolled before the button is released: select what was pressed.
       onpointerdown: (event) => { this.pressed = { entry: entryOf(event), x: event.clientX, y: event.clientY }; },
       onpointerup: (event) => this._released(event),
-      onclick: (event) => { if (!event.detail && entryOf(event)) this._select(entryOf(event)); }, // without a pointer
+      onclick: (event) => { if (!event.detail && entryOf(event)) this._select(entryOf(event)); }, // clicks without a pointer, as from assistive technology
     }, this.tall);
     this.detail = h("div.detail", { hidden: true });
     this.newest = h("button.primary.newest", { hidden: true, onclick: () => this._toEnd() }, "↓ newest");
@@ -157,7 +157,7 @@ class Console {
     this._draw();
   }
 
-  // Only the rows that are seen are there, so any number of messages is quick.
+  // Only visible rows exist in the DOM, so any number of messages is fast.
   _draw() {
     if (this.drawing) return;
     this.drawing = requestAnimationFrame(() => {
@@ -201,7 +201,7 @@ class Console {
     }
   }
 
-  // A row stays as long as it is seen: its text can be marked and copied.
+  // A row is kept while it is visible, so that its text can be selected and copied.
   _place(entry, top) {
     let row = this.drawn.get(entry);
     if (!row) {
@@ -230,7 +230,7 @@ class Console {
       const now = this.shown.findIndex((entry) => entry[0] === this.selected);
       const next = now < 0 ? this.shown.length - 1 : Math.min(this.shown.length - 1, Math.max(0, now + step));
       if (next !== now) this._select(this.shown[next]);
-      this.atEnd = false; // to be read
+      this.atEnd = false; // stop scrolling, so that it can be read
       this.wanted = next;
       this._draw();
     } else if (event.key === "Escape" && this.selected !== null) this._select(null);
@@ -238,7 +238,7 @@ class Console {
     event.preventDefault();
   }
 
-  // Show all of a message; no more, if it is shown already, or null.
+  // Show the details of a message; close them if they are shown already, or for null.
   _select(entry) {
     this.selected = !entry || this.selected === entry[0] ? null : entry[0];
     this.detail.hidden = this.selected === null;
@@ -277,9 +277,9 @@ class Console {
     this._filtersChanged();
   }
 
-  // rqt_console's file: a line of names, then message;severity;node;stamp;topics;location, each in quotation marks.
+  // The file format of rqt_console: a header, then message;severity;node;stamp;topics;location, each in quotation marks.
   _save() {
-    const quote = (value) => `"${String(value).replaceAll('"', '\\"').replace(/\\$/, "\\ ")}"`; // no last backslash: it would hide the mark
+    const quote = (value) => `"${String(value).replaceAll('"', '\\"').replace(/\\$/, "\\ ")}"`; // a backslash at the end would escape the quotation mark
     const rows = this.shown.map(([, time, level, node, text, file, fn, line, topics, nanoseconds]) => [
       text, level, node, exact(time, nanoseconds), topics.join(","), `${file}:${fn}:${line}`,
     ].map(quote).join(";"));
@@ -326,7 +326,7 @@ function matcher(text) {
   return { test: (value) => value.toLowerCase().includes(wanted) };
 }
 
-// A time as seconds and nanoseconds: a number alone has six digits behind the point.
+// Parse a time as seconds and nanoseconds: a plain number has only microseconds.
 function exact(time, nanoseconds) {
   return `${Math.round(time - nanoseconds / 1e9)}.${String(nanoseconds).padStart(9, "0")}`;
 }
@@ -337,14 +337,14 @@ function nanoseconds(stamp) {
 
 function read(text) {
   const found = [];
-  const row = /"((?:[^"]|(?<=\\)")*)"(;|\r?\n|$)/g; // a mark behind a backslash is text, as for rqt_console, if the row then has an end
+  const row = /"((?:[^"]|(?<=\\)")*)"(;|\r?\n|$)/g; // an escaped quotation mark is text, as for rqt_console, if the row still ends afterwards
   let fields = [];
   for (let match = row.exec(text); match; match = row.exec(text)) {
     fields.push(match[1].replaceAll('\\"', '"'));
     if (match[2] === ";") continue;
     if (fields.length >= 6) {
       const [message, severity, node, stamp, topics, location] = fields;
-      const [, file, fn, line] = /^([^:]*):(.*):([^:]*)$/s.exec(location) || [null, location]; // C++ functions have colons
+      const [, file, fn, line] = /^([^:]*):(.*):([^:]*)$/s.exec(location) || [null, location]; // names of C++ functions contain colons
       const level = Number(severity) || LEVELS.find(([, name]) => name === severity.toLowerCase())?.[0] || 2;
       found.push([found.length + 1, Number(stamp), level, node, message, file || "", fn || "", Number(line) || 0, topics ? topics.split(",") : [], nanoseconds(stamp)]);
     }

@@ -1,10 +1,10 @@
-// The tree of coordinate frames, as rqt_tf_tree and tf_monitor show it.
+// The tree of coordinate frames, like rqt_tf_tree and tf_monitor.
 
 import { command, empty, fill, h, save } from "../lib/dom.js";
 import { number, plural, rate } from "../lib/format.js";
 
 const OLD = 1; // seconds
-const RECORDED = 86400; // seconds: no robot runs for so long without a transform, but bags are so old
+const RECORDED = 86400; // seconds: transforms this old come from a bag, not from a running robot
 
 export default {
   title: "Frames",
@@ -19,7 +19,7 @@ class Frames {
     this.closed = new Set(place.settings.closed || []);
     this.selected = place.settings.selected || "";
     this.search = "";
-    this.drawn = null; // {shape, rows} of the table
+    this.drawn = null; // {shape, rows} of the current table
     this.paused = false;
     place.tools.append(
       h("input", { placeholder: "find frames", "aria-label": "find frames", size: 14, oninput: (event) => { this.search = event.target.value.toLowerCase(); this._draw(); } }),
@@ -64,12 +64,12 @@ class Frames {
     }
     this.seen = new Set();
     const rows = data.roots.flatMap((name) => this._rows({ name, root: true }, children, 0));
-    const left = data.frames.filter((frame) => !this.seen.has(frame.name)); // in a circle, below no root
+    const left = data.frames.filter((frame) => !this.seen.has(frame.name)); // frames in a loop, which no root contains
     this._drawRows([...rows, ...left.map((frame) => ({ frame, depth: 0, parent: false }))]);
     this._drawDetail();
   }
 
-  // Rows stay while their numbers change, so that a click never misses.
+  // Rows are kept while their numbers change, so that a click always hits.
   _drawRows(items) {
     const shape = JSON.stringify(items.map(({ frame, depth, parent }) => [frame.name, depth, parent]));
     if (shape !== this.drawn?.shape) {
@@ -114,7 +114,7 @@ class Frames {
     } };
   }
 
-  // Enter chooses a row; arrows go to others.
+  // Enter selects a row; arrow keys move to others.
   _key(event, choose) {
     if (event.target !== event.currentTarget) return;
     const other = { ArrowDown: "nextElementSibling", ArrowUp: "previousElementSibling" }[event.key];
@@ -161,7 +161,7 @@ function age(seconds) {
   return seconds < 6e7 ? `${(seconds / 86400).toFixed(0)} days` : `${(seconds / 3.156e7).toFixed(0)} years`;
 }
 
-// Roll, pitch and yaw (fixed axes x, y, z) of a quaternion, in radians.
+// Convert a quaternion to roll, pitch and yaw (fixed axes x, y, z) in radians.
 function angles([x, y, z, w]) {
   return [
     Math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)),

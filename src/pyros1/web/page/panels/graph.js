@@ -1,4 +1,4 @@
-// Nodes and topics, and what flows between them, as rqt_graph shows them.
+// Nodes, topics and the traffic between them, like rqt_graph.
 
 import { command, empty, fill, h, save } from "../lib/dom.js";
 import { plural } from "../lib/format.js";
@@ -46,7 +46,7 @@ class GraphPanel {
     this._empty();
   }
 
-  // Another panel wants something shown: {selected: "/node" or "/topic"}.
+  // Another panel asks to select something: {selected: "/node" or "/topic"}.
   accept({ selected }) {
     this.wanted = String(selected || "");
     this._update();
@@ -119,7 +119,7 @@ class GraphPanel {
     this.sheet = new Sheet(side, this.place, {
       choose: (id) => this._go(id), close: () => this._choose(null), unfold: (group) => this._fold(group),
     });
-    body.graph = this; // for tests, and the curious
+    body.graph = this; // for tests and debugging
     body.classList.add("graph");
     body.append(this.stage, side);
     body.addEventListener("keydown", (event) => this._key(event));
@@ -135,7 +135,7 @@ class GraphPanel {
     this._update();
   }
 
-  // Boxes have been put somewhere, or back.
+  // The user has moved boxes, or moved them back.
   _moved() {
     this.back.hidden = !this.picture.scene.put.size;
     this._save();
@@ -147,7 +147,7 @@ class GraphPanel {
   }
 
   _problem(text) {
-    if (text === this.trouble) return; // each push says that all is well
+    if (text === this.trouble) return; // every update reports it
     this.trouble = text;
     this.place.problem(text && this.system ? `this may be out of date: ${text}` : "");
     if (!this.system) this._empty();
@@ -169,7 +169,7 @@ class GraphPanel {
     this._describe();
   }
 
-  // What was chosen may have changed, or gone.
+  // The selection may have changed or disappeared.
   _follow() {
     if (!this.chosen) return;
     const { id, kind } = this.chosen;
@@ -220,7 +220,7 @@ class GraphPanel {
     this._unhide([...this.hide]);
   }
 
-  // Topics that nobody subscribes to have one end.
+  // Topics without subscribers.
   _showUnheard() {
     this.mode = this.modes.value = "all";
     this._unhide(["dead", "leaf"]);
@@ -243,7 +243,7 @@ class GraphPanel {
     this._light();
   }
 
-  // Choose something by its id, also if it is folded or hidden just now.
+  // Select a box or edge by its id, even if it is folded or hidden.
   _go(id) {
     const home = this.model.boxes.find(({ inside }) => inside?.some((each) => each.id === id));
     if (home) {
@@ -262,7 +262,7 @@ class GraphPanel {
     this._changed();
   }
 
-  // What was found, or what was chosen with its neighbours, stays; the rest is dimmed.
+  // Highlight the matches of the search, or the selection with its neighbours; dim everything else.
   _light() {
     const id = this.chosen?.id;
     const edges = this.model?.edges || [];
@@ -294,7 +294,7 @@ class GraphPanel {
       this.next += 1;
       if (box.inside && !box.name.toLowerCase().includes(this.search.value.trim().toLowerCase())) {
         this.next = 0;
-        this._fold(box.name); // what was found is in it
+        this._fold(box.name); // unfold the group that contains the match
       } else {
         this._choose({ box });
         this.picture.centre([id]);

@@ -1,8 +1,8 @@
-// The guide: ROS 1 in steps that one types into a terminal, beside panels that show what happens; and how-to pages.
+// The guide: an introduction to ROS 1 in steps to type into a terminal, beside panels that show the effects; and how-to pages.
 
 import { copy, empty, fill, h } from "../lib/dom.js";
 
-// What to look at beside a step, by the step's name: panels, with their titles here, and their settings.
+// The panels beside each step, with their titles here, and their settings.
 const BESIDE = {
   publisher: [["topics", "Topics"], ["graph", "Graph"]],
   look: [["graph", "Graph"], ["topics", "Topics"]],
@@ -18,7 +18,7 @@ const BESIDE = {
   machines: [["nodes", "Nodes"]],
 };
 
-const PAGE = "howto/"; // begins the names of how-to pages in settings
+const PAGE = "howto/"; // prefix of the names of how-to pages in settings
 
 export default {
   title: "Guide",
@@ -32,7 +32,7 @@ export default {
 class Guide {
   constructor(place) {
     this.place = place;
-    this.pages = []; // the steps, and then the others, which have no number
+    this.pages = []; // the numbered steps, followed by the other pages
     if (!document.getElementById("guide-style")) {
       document.head.append(h("link", { id: "guide-style", rel: "stylesheet", href: "panels/guide.css" }));
     }
@@ -122,7 +122,7 @@ class Guide {
   }
 }
 
-// The page's blocks as elements; items that follow one another are one list. `open` shows the how-to page of a name.
+// Convert the page's blocks to elements; consecutive items form one list. `open` shows the how-to page of a name.
 function blocks(page, open) {
   const made = [];
   const inline = (text) => line(text, open);
@@ -146,7 +146,7 @@ function table([head, ...rows], inline) {
     head.some(Boolean) && h("thead", {}, cells(head, "th")), h("tbody", {}, rows.map((row) => cells(row, "td")))));
 }
 
-// `code`, *words that matter* and [links](page.md) in a line of text. Files of the repository are named, not linked.
+// Convert `code`, *emphasis* and [links](page.md) in a line of text. Files of the repository are named, not linked.
 function line(text, open) {
   return text.split(/(`[^`]+`|\*\w[^*]*\*|\[[^\]]+\]\([^)]+\)|<http[^>]+>)/).map((part) => {
     if (part.length > 1 && part.startsWith("`")) return h("code", {}, part.slice(1, -1));
@@ -169,7 +169,7 @@ function code(text, language, file) {
   return h("figure.guide-file", {}, file && h("figcaption.mono", {}, file, copy), h("pre", {}, text));
 }
 
-// Text that a click copies.
+// A text, copied by a click.
 function copied(text) {
   const button = h("button.guide-copy.mono", { title: "click to copy", onclick: () => { copyText(text, button); } }, text);
   return button;

@@ -1,4 +1,4 @@
-// Pictures of a topic, as rqt_image_view shows them.
+// Images of a topic, like rqt_image_view.
 
 import { command, empty, fill, h } from "../lib/dom.js";
 import { number, rate } from "../lib/format.js";
@@ -6,7 +6,7 @@ import { drawPicture } from "../lib/images.js";
 import { Zoom } from "../lib/zoom.js";
 
 const KINDS = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
-const QUIET = 3; // seconds without a picture after which the rate no longer holds
+const QUIET = 3; // seconds without an image, after which the rate is outdated
 
 export default {
   title: "Image",
@@ -76,18 +76,18 @@ class Picture {
     this.paused = paused;
     this.pause.setAttribute("aria-pressed", String(paused));
     fill(this.pause, paused ? "Resume" : "Pause");
-    if (!paused && this.missed) this._take(...this.missed); // another one may never come
+    if (!paused && this.missed) this._take(...this.missed); // there may be no later one
     this.missed = null;
   }
 
   _choose(topic) {
-    this.missed = null; // it is of the topic before
-    this._pause(false); // of this one nothing would be seen
+    this.missed = null; // it belongs to the previous topic
+    this._pause(false); // otherwise nothing of this topic would be shown
     this.stream?.close();
     this.stream = null;
     this.topic = topic;
     this.facts = null;
-    this.why = ""; // what came on the topic cannot be shown
+    this.why = ""; // why the topic cannot be shown
     this.zoom.reset();
     this.choice.value = topic;
     this.place.problem("");
@@ -145,7 +145,7 @@ class Picture {
     this._status();
   }
 
-  // As large as there is room, turned as one wants.
+  // Fit the image into the panel, rotated as chosen.
   _fit() {
     const { clientWidth, clientHeight } = this.frame;
     const { width, height } = this.canvas;
@@ -156,7 +156,7 @@ class Picture {
     this.canvas.style.imageRendering = scale > 2 ? "pixelated" : "auto";
   }
 
-  // What comes now, also if the picture stands still.
+  // Return the current rate, also while paused.
   _rate() {
     const age = (performance.now() - this.at) / 1000;
     return age > Math.max(QUIET, this.hz ? 3 / this.hz : 0) ? "0 Hz" : rate(this.hz);
@@ -175,7 +175,7 @@ class Picture {
     this._status();
   }
 
-  // The place and the colour under the pointer, also of the next pictures.
+  // Show the position and colour under the pointer, and update them with each image.
   _underPointer() {
     const [x, y] = this.pointed || [-1, -1];
     if (x < 0 || y < 0 || x >= this.canvas.width || y >= this.canvas.height) return "";

@@ -1,12 +1,12 @@
-// The joints of a robot with sliders, as joint_state_publisher_gui's window.
+// The joints of a robot with sliders, like joint_state_publisher_gui.
 
 import { command, empty, fill, h } from "../lib/dom.js";
 import { number, plural } from "../lib/format.js";
 
 const DEGREES = 180 / Math.PI;
-const STEPS = 500; // of a slider from end to end, at least
-const QUIET = 600; // milliseconds after a touch in which a slider does not follow the robot
-// The robot beside the sliders: alone, so it fills the picture, and without the names of its frames.
+const STEPS = 500; // minimum number of steps of a slider
+const QUIET = 600; // milliseconds after the user moves a slider during which it does not follow the robot
+// The 3D panel beside the sliders: only the robot, without the names of its frames.
 const NEAR = { hidden: ["frames"] };
 
 export default {
@@ -23,7 +23,7 @@ class Joints {
     this.degrees = place.settings.degrees === true;
     this.rows = [];
     this.facts = null;
-    this.wanted = {}; // joint -> where it shall be, not yet told
+    this.wanted = {}; // joint -> new position, not yet sent
     this.kept = {}; // the same, of joints that are published from here
     if (!document.getElementById("joints-style")) {
       document.head.append(h("link", { id: "joints-style", rel: "stylesheet", href: "panels/joints.css" }));
@@ -92,7 +92,7 @@ class Joints {
     this._tell();
   }
 
-  // Which robot, who publishes, and whether sliders move anything.
+  // Describe the robot, who publishes, and whether the sliders have any effect.
   _state() {
     const { facts } = this;
     const readOnly = this.place.robot.about.read_only;
@@ -146,7 +146,7 @@ class Joints {
     for (const row of this.rows) if (!row.joint.follows && !row.element.hidden) row.move(place(row.joint, row));
   }
 
-  // Positions are told once per frame, however often a slider moves.
+  // Positions are sent at most once per frame, however often a slider moves.
   moved(name, position) {
     this.wanted[name] = position;
     this.telling ||= requestAnimationFrame(() => {
@@ -155,7 +155,7 @@ class Joints {
       if (publishing) Object.assign(this.kept, this.wanted);
       this.args = { ...this.args, publish: publishing, positions: publishing ? this.kept : this.wanted };
       this.stream.change(this.args);
-      this.args.positions = this.kept; // after a lost connection, nothing shall move by itself
+      this.args.positions = this.kept; // after a reconnect, nothing may move by itself
       this.wanted = {};
     });
   }
@@ -193,7 +193,7 @@ class Row {
     this.slider.disabled = this.field.disabled = !on || Boolean(this.joint.follows);
   }
 
-  // The robot says where the joint is; it may say so once only.
+  // The robot reports a joint's position, perhaps only once.
   heard(position) {
     clearTimeout(this.later);
     const left = QUIET - (performance.now() - this.touched);
@@ -211,7 +211,7 @@ class Row {
     this.panel.moved(this.joint.name, position);
   }
 
-  // Numbers as people say them; the ends can be reached whatever they are.
+  // Format rounded numbers, but never round the limits.
   round(value) {
     const { lower, upper } = this.joint;
     return Math.min(Math.max(Number((Math.round(value / this.step) * this.step).toPrecision(12)), lower), upper);
@@ -227,7 +227,7 @@ class Row {
     return this.joint.type !== "prismatic" && this.panel.degrees ? DEGREES : 1;
   }
 
-  // always: also a field in which one types; what is in it has another unit now.
+  // always: also update a field that is being edited, since its unit has changed.
   draw(always = false) {
     const scale = this._scale();
     const { position, joint } = this;

@@ -1,4 +1,4 @@
-// What runs because of launch files: how each process is, its log, and stop, start and restart.
+// Launched processes: their states and logs, with buttons to stop, start and restart them.
 
 import { command, empty, fill, h } from "../lib/dom.js";
 import { plural } from "../lib/format.js";
@@ -20,16 +20,16 @@ class Launches {
     const { settings } = place;
     this.search = String(settings.search || "");
     this.folded = new Set(Array.isArray(settings.folded) ? settings.folded.slice(0, 100) : []);
-    this.selected = settings.selected || null; // of keyOf
-    this.wanted = settings.node || null; // a node to select as soon as it is seen
+    this.selected = settings.selected || null; // key of the selected process
+    this.wanted = settings.node || null; // a node to select when it appears
     this.launches = new Map(); // parameter -> Launch
     this.about = null;
-    this.trouble = ""; // with all of it
-    this.failed = ""; // what was asked for last
+    this.trouble = ""; // affects the whole panel
+    this.failed = ""; // why the last command failed
     this._build();
     this.stream = place.robot.stream("launches", {}, {
       data: (data) => this._take(data),
-      problem: (text) => { // each push says that all is well
+      problem: (text) => { // every update reports it
         this.trouble = text;
         this.fail(this.failed);
       },
@@ -44,7 +44,7 @@ class Launches {
     this.place.robot.removeEventListener("about", this.onAbout);
   }
 
-  // Say why something that was asked for is not done; "" for nothing.
+  // Show why a command failed; "" for nothing.
   fail(text) {
     this.failed = text;
     this.place.problem(this.trouble || text);
@@ -124,7 +124,7 @@ class Launches {
       "Nodes that were started individually are in the Nodes tab."));
   }
 
-  // Those that run something come first, those that do not answer last.
+  // Launches with running processes come first, those that do not respond last.
   _arrange(launches) {
     const rank = (facts) => (facts.problem ? 2 : facts.count ? 0 : 1);
     const sorted = [...launches].sort((one, other) => rank(one) - rank(other) || (one.title || "").localeCompare(other.title || "") || one.param.localeCompare(other.param));
@@ -183,7 +183,7 @@ class Launches {
     fill(this.side);
   }
 
-  // Tell a launch something about a process; the promise fails with why not.
+  // Send a command for a process to a launch; the promise rejects with the reason for a failure.
   async tell(verb, param, entry) {
     this.launches.get(param)?.expect(entry.label, verb);
     try {

@@ -1,4 +1,4 @@
-// All nodes; of one, its process, topics, services, levels of loggers, and actions.
+// All nodes; details of one: process, topics, services, logger levels and actions.
 
 import { command, empty, fill, h } from "../lib/dom.js";
 import { Action } from "../parts/action.js";
@@ -19,7 +19,7 @@ class Nodes {
   constructor(place) {
     this.place = place;
     this.system = null;
-    this.unfold = place.settings.loggers ? place.settings.selected : null; // the node whose loggers shall be shown
+    this.unfold = place.settings.loggers ? place.settings.selected : null; // the node whose loggers to show
     const number = { number: true, width: "62px", least: 520 };
     this.listing = new Listing(place, {
       label: "nodes", word: "node",
@@ -46,7 +46,7 @@ class Nodes {
     this.listing.close();
   }
 
-  // Another panel wants a node shown, or the loggers of one.
+  // Another panel asks for a node, or for the loggers of one.
   accept({ selected, loggers }) {
     if (loggers) this.unfold = selected;
     if (selected) this.listing.choose(selected);
@@ -90,7 +90,7 @@ class Nodes {
     const update = (now) => {
       fill(state, now ? (now.state === "silent" ? "does not answer" : "") : "this node is gone");
       if (!now) return;
-      if (uri === null || (now.uri && now.uri !== uri)) { // it was started again: another process
+      if (uri === null || (now.uri && now.uri !== uri)) { // it was restarted: the process is another one
         uri = now.uri;
         fill(host, machine(uri));
         fill(address, uri);
@@ -162,7 +162,7 @@ class Nodes {
   }
 }
 
-// An action's server publishes its goals' states, and listens to goals.
+// An action's server publishes the states of goals, and subscribes to goals.
 function actionsOf({ publishes, subscribes }) {
   const listens = new Set(subscribes);
   return publishes.filter((name) => name.endsWith("/status")).map((name) => name.slice(0, -"/status".length))

@@ -1,4 +1,4 @@
-// The parameters as a tree, edited in place; and the servers of dynamic_reconfigure with their sliders.
+// The parameters as a tree with in-place editing; and dynamic_reconfigure servers with sliders.
 
 import { command, empty, fill, h } from "../lib/dom.js";
 import { Listing } from "../parts/listing.js";
@@ -18,7 +18,7 @@ class Parameters {
   constructor(place) {
     this.place = place;
     this.params = new Map(); // name -> [kind, text, more]
-    this.servers = new Map(); // service -> whether it is of dynamic_reconfigure
+    this.servers = new Map(); // service -> whether it belongs to dynamic_reconfigure
     const add = this.add = h("button", { title: "a new parameter", onclick: () => this._add() }, "New …");
     this.configure = h("select", { hidden: true, "aria-label": "dynamic_reconfigure", title: "nodes with dynamic_reconfigure", onchange: () => {
       if (this.configure.value) this._configure(this.configure.value);
@@ -67,21 +67,21 @@ class Parameters {
     this.listing.show([...this.params].map(([name, [kind, text, cut]]) => ({ name, kind, text, more: cut })));
   }
 
-  // Nodes with dynamic_reconfigure have a service of a certain name and type.
+  // Nodes with dynamic_reconfigure have a service with a certain name and type.
   async _find(services) {
     const ends = "/set_parameters";
     const there = Object.keys(services).filter((name) => name.endsWith(ends));
-    for (const name of this.servers.keys()) if (!(name in services)) this.servers.delete(name); // others may take it
+    for (const name of this.servers.keys()) if (!(name in services)) this.servers.delete(name); // another node may register the name
     const fresh = there.filter((name) => !this.servers.has(name)).slice(0, 50);
     if (this.asking) return;
     this.asking = true;
     try {
       if (fresh.length) {
         const types = await this.place.robot.call("services.types", { services: fresh });
-        for (const name of fresh) if (types[name]) this.servers.set(name, types[name] === TYPE); // else it hangs now
+        for (const name of fresh) if (types[name]) this.servers.set(name, types[name] === TYPE); // undefined: it did not respond
       }
     } catch {
-      return; // the next change asks again
+      return; // asked again after the next change
     } finally {
       this.asking = false;
     }
@@ -90,13 +90,13 @@ class Parameters {
     this.found = String(found);
     this.configure.hidden = !found.length;
     fill(this.configure, h("option", { value: "" }, `Reconfigure (${found.length})`), found.map((name) => h("option", { value: name }, name)));
-    const { configure, reconfigure } = this.place.settings; // the one another panel wants, the one a command wants
+    const { configure, reconfigure } = this.place.settings; // configure: requested by another panel; reconfigure: by a command
     if (configure && found.includes(configure)) this._configure(configure);
     if (reconfigure === undefined) return;
     const wanted = reconfigure ? found.find((name) => name === reconfigure) : found[0];
     this.place.problem(wanted ? "" : reconfigure ? `${reconfigure} has no dynamic_reconfigure, or is not running` : "No node with dynamic_reconfigure is running.");
     if (!wanted) return;
-    delete this.place.settings.reconfigure; // once
+    delete this.place.settings.reconfigure; // only once
     this._configure(wanted);
   }
 
@@ -126,7 +126,7 @@ class Parameters {
       return dirty;
     };
     let [value, asYaml] = [row, false];
-    const plain = () => value.kind === "text" && !value.more && !asYaml; // a text needs no quotation marks
+    const plain = () => value.kind === "text" && !value.more && !asYaml; // strings are edited without quotation marks
     const yaml = h("button.quiet", { title: "to give it a value of another type", onclick: () => { asYaml = true; load(); } }, "as YAML");
     const load = async () => {
       try {

@@ -1,4 +1,4 @@
-// Numbers of any topic over time, as rqt_plot shows them.
+// Numeric fields of any topic over time, like rqt_plot.
 
 import { Points, grid, sample } from "../lib/curves.js";
 import { command, empty, fill, h, save } from "../lib/dom.js";
@@ -12,9 +12,9 @@ import { XYChart } from "../parts/plot/xychart.js";
 
 const PERIODS = [2, 5, 10, 20, 60, 300];
 const KEPT = 600; // seconds
-const MOST = 6e5; // points of a line
+const MOST = 6e5; // points per line
 const LEAST_HEIGHT = 90;
-const IDLE = 250; // milliseconds until trails are drawn again if nothing comes: their ends go on
+const IDLE = 250; // milliseconds until trails are redrawn without new data: they continue to fade
 
 export default {
   title: "Plot",
@@ -29,8 +29,8 @@ class Plot {
     this.curves = []; // {id, text, hidden, points: Map(part -> Points), problem, waits: for what}
     this.period = Number(place.settings.period) || 20;
     this.stacked = Boolean(place.settings.stacked);
-    this.xy = Boolean(place.settings.xy); // curves against each other instead of over time
-    this.equal = place.settings.equal !== false; // whether a unit is as long on both axes then
+    this.xy = Boolean(place.settings.xy); // plot curves against each other instead of over time
+    this.equal = place.settings.equal !== false; // whether both axes then have the same scale
     this.pairs = new Pairs({
       curves: () => this.curves,
       add: (text) => this._add(text, false),
@@ -38,7 +38,7 @@ class Plot {
       changed: () => this._curvesChanged(),
       redraw: () => this._layOut(),
     });
-    this.range = null; // what was zoomed to; null follows the newest
+    this.range = null; // the zoomed range; null follows the newest data
     this.now = null;
     this.charts = [];
     this.drawnAt = 0;
@@ -61,7 +61,7 @@ class Plot {
     this.timer = requestAnimationFrame(() => this._frame());
   }
 
-  // Another panel wants something shown.
+  // Another panel asks for something to be shown.
   accept(settings) {
     if (this.xy) this.pairs.add(settings.curves || []);
     else for (const text of settings.curves || []) this._add(text);
@@ -90,7 +90,7 @@ class Plot {
       "aria-label": "period", title: "time range shown",
       onchange: (event) => {
         this.period = Number(event.target.value);
-        if (this.range) this._show([this.range[1] - this.period, this.range[1]]); // it stays paused
+        if (this.range) this._show([this.range[1] - this.period, this.range[1]]); // it remains paused
         this._save();
       },
     }, [...new Set([...PERIODS, this.period])].sort((one, other) => one - other).map((seconds) => h("option", { value: seconds, selected: seconds === this.period }, seconds < 60 ? `${seconds} s` : `${seconds / 60} min`)));
@@ -121,7 +121,7 @@ class Plot {
     this.area = h("div.charts");
     this.when = h("span.when.mono", { hidden: true });
     body.classList.add("plot");
-    body.plot = this; // for tests, and the curious
+    body.plot = this; // for tests and debugging
     body.append(this.legend, this.area, this.when);
   }
 
@@ -138,7 +138,7 @@ class Plot {
 
   _submit(event) {
     event.preventDefault();
-    // as rqt_plot: several with commas, and /topic/x:y:z for three fields of one message
+    // like rqt_plot: several separated by commas, and /topic/x:y:z for three fields of one message
     const texts = expand(this.input.value).map((text) => (/^\s*[A-Za-z]/.test(text) ? `/${text.trim()}` : text));
     if (this.xy) this.pairs.add(texts);
     else for (const text of texts) this._add(text);
@@ -171,7 +171,7 @@ class Plot {
       const fields = await robot.call("topics.fields", { begin: typed.split(",").at(-1).trim() });
       fill(list, fields.map((value) => h("option", { value })));
     } catch {
-      // the master is away; what is typed still works
+      // the master is unreachable; what was typed can still be added
     }
   }
 
@@ -201,7 +201,7 @@ class Plot {
     this.dirty = true;
   }
 
-  // Each curve, or each part of an array, is a line.
+  // Each curve, or each element of an array, is a line.
   _lines() {
     const lines = [];
     for (const curve of this.curves) {
@@ -231,7 +231,7 @@ class Plot {
     fill(this.area);
     const shown = this.lines.filter((line) => !line.curve.hidden);
     const groups = this.stacked && shown.length ? shown.map((line) => [line]) : [shown];
-    this._drawValues(); // the legend has its height before the charts are measured
+    this._drawValues(); // the legend must have its height before the charts are measured
     if (this.xy) {
       const pairs = this.pairs.trails().filter(({ pair }) => !pair.hidden);
       this.charts.push(new XYChart(this.area, this._size(1), pairs, this.equal, {
@@ -248,7 +248,7 @@ class Plot {
       origin: () => this.origin, shown: () => this._shown(),
       show: (range) => this._show(range),
       all: () => this._follow(), cursor: (chart) => this._cursor(chart),
-      room: (width) => { this.axis = Math.max(this.axis, width); return this.axis; }, // one for all charts, so that times are below each other
+      room: (width) => { this.axis = Math.max(this.axis, width); return this.axis; }, // the same for all charts, so that their time axes are aligned
     };
     for (const lines of groups) this.charts.push(timeChart(this.area, lines, this._size(groups.length), on));
     this.dirty = true;
@@ -292,7 +292,7 @@ class Plot {
     return [end - this.period, end];
   }
 
-  // The robot's time now: between two pushes it runs on, so that curves move evenly.
+  // The robot's current time: between two updates it continues, so that curves move smoothly.
   _time() {
     if (this.now === null) return 0;
     return this.now + Math.min(0.25, (performance.now() - this.nowAt) / 1000);
@@ -301,10 +301,10 @@ class Plot {
   _frame() {
     this.timer = requestAnimationFrame(() => this._frame());
     if (this.now === null || (!this.dirty && this.range)) return;
-    const fresh = this.dirty; // else only time has gone on
+    const fresh = this.dirty; // otherwise only time has passed
     this.dirty = false;
     const [begin, end] = this._shown();
-    if (!this.range) this.origin = end; // of the times at the axis; it stays where it was while one looks at the past
+    if (!this.range) this.origin = end; // zero of the time axis; it is kept while the user looks at the past
     for (const chart of this.charts) {
       if (this.xy) {
         if (fresh || performance.now() - this.drawnAt > IDLE) {
@@ -357,16 +357,16 @@ class Plot {
     }
   }
 
-  // The legend shows the values under the cursor.
+  // Show the values under the cursor in the legend.
   _cursor(chart) {
     const inside = chart.cursor.left >= 0;
     const time = inside ? chart.posToVal(chart.cursor.left, "x") : null;
     for (const line of this.lines) line.at = time === null ? undefined : line.points.near(time);
-    this._drawValues(); // also of a picture that stands still
+    this._drawValues(); // also while paused
     this._showTime(time);
   }
 
-  // The time under the cursor, as at the axis and as the robot's clock has it.
+  // Show the time under the cursor, relative to the axis and as the robot's clock.
   _showTime(time) {
     this.when.hidden = time === null || time === undefined || this.now === null;
     if (!this.when.hidden) fill(this.when, `${(time - (this.origin ?? this.now)).toFixed(3)} s · ${clock(time)}`);

@@ -1,4 +1,4 @@
-// The robot and what it sees, in 3D, as rviz shows it.
+// The robot and its sensor data in 3D, like rviz.
 
 import { empty, fill, h, save } from "../lib/dom.js";
 import { DESCRIPTION, ROBOT, offersOf, picturesOf, readKey } from "../lib/scene/kinds.js";
@@ -9,7 +9,7 @@ import { ViewChoice } from "../lib/scene/view_choice.js";
 
 const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9"];
 const PARTS = ["stage", "displays", "frames", "tools", "robot_model", "interactive", "interact", "overlay", "camera_view", "efforts", "select"];
-const FRAMES = "frames"; // keys of displays: those of kinds.js, or these
+const FRAMES = "frames"; // keys of displays: these, and those of kinds.js
 const GRID = "grid";
 
 /**
@@ -38,18 +38,18 @@ export default {
 class Scene {
   constructor(place) {
     this.place = place;
-    const { fixed, topics, robots, options, hidden, view, target, background } = place.settings; // a link may say anything
-    this.background = /^#[0-9a-f]{6}$/i.test(background) ? background : ""; // of a file of rviz
+    const { fixed, topics, robots, options, hidden, view, target, background } = place.settings; // links are untrusted input
+    this.background = /^#[0-9a-f]{6}$/i.test(background) ? background : ""; // from an rviz file
     this.fixed = new FixedChoice(String(fixed || ""), () => this._fix());
-    this.topics = texts(topics) || []; // keys of shown topics
+    this.topics = texts(topics) || []; // keys of displayed topics
     this.robots = texts(robots) || [DESCRIPTION]; // parameters with URDFs
-    this.options = { ...options }; // key of a display -> what was chosen
+    this.options = { ...options }; // key of a display -> the chosen options
     this.concealed = new Set(texts(hidden)); // keys
     this.look = new ViewChoice({ view, target }, { changed: () => this.keep(), robot: () => this._robotAlone() });
     this.displays = new Map(); // key -> {key, topic, display, stream}
     this.types = {};
     this._build();
-    const { notes } = place.settings; // what a file has and this panel does not
+    const { notes } = place.settings; // what is in a file but not supported by this panel
     if (texts(notes)?.length) this.say(notes.join("\n"));
     this.onAbout = () => this.toolbox.mayWrite();
     place.robot.addEventListener("about", this.onAbout);
@@ -57,7 +57,7 @@ class Scene {
     this._begin();
   }
 
-  // Three.js comes only when it is needed: it is large.
+  // three.js is loaded only when needed: it is large.
   async _begin() {
     try {
       const parts = await Promise.all(PARTS.map((name) => import(`../lib/scene/${name}.js`)));
@@ -72,7 +72,7 @@ class Scene {
     this.frames = new this.lib.FrameSet();
     this.look.begin(this.stage, this.frames);
     this.stage.before.push(() => this.frames.face(this.stage), () => this._ease());
-    this.place.body.scene = this; // for tests, and the curious
+    this.place.body.scene = this; // for tests and debugging
     this.onTheme = () => { this.frames.colours(); this.stage.colours(); };
     addEventListener("themechange", this.onTheme);
     const { robot } = this.place;
@@ -150,7 +150,7 @@ class Scene {
     const offered = JSON.stringify([offersOf(this.types, this.topics, this.robots), this.topics.map((key) => [readKey(key, this.types).kind, this.types[readKey(key, this.types).topic]])]);
     if (offered === this.offered) return;
     this.offered = offered;
-    for (const key of this.topics) { // its type is known now, or is another one
+    for (const key of this.topics) { // its type has become known, or has changed
       const { kind, topic } = readKey(key, this.types);
       const { kind: before, display } = this.displays.get(key);
       if (!kind && !before) display.word = this._unknown(topic);
@@ -161,7 +161,7 @@ class Scene {
     this.list.draw();
   }
 
-  // Why there is no display of a topic.
+  // Explain why a topic has no display.
   _unknown(topic) {
     const type = this.types[topic];
     return type ? `there is no display of ${type}` : "no node publishes it yet";
@@ -175,11 +175,11 @@ class Scene {
       entry.display.place?.(this.frames);
       this.list.tell(entry);
     }
-    this.look.seeRobot(others); // it may be elsewhere now
+    this.look.seeRobot(others); // it may have moved
     this.look.follow();
   }
 
-  // Frames to choose from: those of tf, and those that messages have. Without tf, what is shown first stands still.
+  // The available frames: those of tf, and those of messages. Without tf, the first display's frame is fixed.
   _offer() {
     const { fixed, names, lost } = this.known;
     const told = [...new Set([...this.displays.values()].map(({ display }) => display.frame).filter(Boolean))];
@@ -206,17 +206,17 @@ class Scene {
     this.keep();
   }
 
-  // What stands still: the chosen frame, or what the robot stands on.
+  // The fixed frame: the chosen one, or the robot's root.
   _standing() {
     const [robot] = this._robots();
     return { fixed: this.fixed.frame, robot: robot?.root || "" };
   }
 
   _restream() {
-    for (const entry of this.displays.values()) if (entry.topic && entry.kind !== "Image") this.again(entry); // a picture alone is nowhere
+    for (const entry of this.displays.values()) if (entry.topic && entry.kind !== "Image") this.again(entry); // an image without camera has no pose
   }
 
-  // A browser that has been slow may draw more points again.
+  // A browser that was slow may be able to draw more points again.
   _ease() {
     for (const entry of this.displays.values()) if (entry.topic && entry.display.hurry?.(this.stage.lag, false)) this.again(entry);
   }
@@ -232,7 +232,7 @@ class Scene {
   _add(key) {
     if (this.topics.includes(key)) return;
     this.topics.push(key);
-    if (!this.stage) return; // it comes with the others
+    if (!this.stage) return; // it is created with the others
     this._show(key);
     this._changed();
   }
@@ -260,7 +260,7 @@ class Scene {
     this.stage.draw();
   }
 
-  // Put a display into the scene, with what was chosen for it before.
+  // Add a display to the scene, with its stored options.
   _enter(entry) {
     const { key, display } = entry;
     this.displays.set(key, entry);
@@ -294,14 +294,14 @@ class Scene {
     if (kind === "InteractiveMarkers") {
       entry.display = new this.lib.InteractiveSet(topic, host);
       const feedback = { topic: `${entry.display.topic}/feedback`, type: "visualization_msgs/InteractiveMarkerFeedback" };
-      robot.call("topics.advertise", feedback).catch(() => {}); // if it cannot be done, a drag says so
+      robot.call("topics.advertise", feedback).catch(() => {}); // if it fails, a drag reports why
     } else if (kind === "Image") entry.display = new this.lib.Overlay(this.pictures, topic, changed);
     else if (kind === "Effort") entry.display = new this.lib.EffortSet(host);
     else if (kind === "Camera") entry.display = new this.lib.CameraView(this.pictures, topic, host);
     else entry.display = new this.lib.Display(COLOURS[(this.displays.size - 1) % COLOURS.length], kind, host);
     entry.display.inspect?.(this.toolbox.using === "select");
     this._enter(entry);
-    if (!kind) { // what it is will be known when the graph is
+    if (!kind) { // its kind is not known before the system is
       entry.display.word = this._unknown(topic);
       return;
     }
@@ -358,7 +358,7 @@ class Scene {
     this.stage.draw();
   }
 
-  // The robot, if nothing else is shown, as soon as its shapes are there.
+  // Fit a robot without other displays into the view, as soon as its shapes are loaded.
   _robotAlone() {
     if (this.topics.length) return null;
     const [robot] = this._robots();
@@ -376,7 +376,7 @@ class Scene {
 
   async _open(input) {
     const [file] = input.files;
-    input.value = ""; // the same one may be opened again
+    input.value = ""; // so that the same file can be opened again
     if (!file) return;
     try {
       const { settings, notes } = await this.place.robot.call("scene.rviz", { text: await file.text() });

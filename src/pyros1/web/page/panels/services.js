@@ -6,8 +6,8 @@ import { Listing } from "../parts/listing.js";
 import { copied, facts, links, outcome, tabbed } from "../parts/pieces.js";
 import { Tree } from "../parts/tree.js";
 
-const ASKED = 40; // types that are asked for at a time
-const PLUMBING = /\/(get_loggers|set_logger_level)$/; // what every node has
+const ASKED = 40; // types to request at a time
+const PLUMBING = /\/(get_loggers|set_logger_level)$/; // services of every node
 
 export default {
   title: "Services",
@@ -64,7 +64,7 @@ class Services {
     this.listing.show(rows.map(([name, nodes]) => ({ name, nodes, type: this.types.get(`${name} ${nodes}`) })));
   }
 
-  // The master does not know types: their providers are asked, some at a time.
+  // The master does not know types: ask the providers, a few at a time.
   async _ask() {
     if (this.asking) return;
     this.asking = true;
@@ -77,7 +77,7 @@ class Services {
         this._show();
       }
     } catch {
-      // the server or the master is away; the next change asks again
+      // the server or the master is unreachable; asked again after the next change
     } finally {
       this.asking = false;
     }

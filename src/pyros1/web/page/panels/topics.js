@@ -7,8 +7,8 @@ import { Listing } from "../parts/listing.js";
 import { copied, facts, links, tabbed } from "../parts/pieces.js";
 import { Publisher } from "../parts/publisher.js";
 
-const MOST_MEASURED = 50; // as in pyros1/web/views/rates.py
-const LOOKS = 3; // after which a rate is known: two, and one for the connection to be made
+const MOST_MEASURED = 50; // same as in pyros1/web/views/rates.py
+const LOOKS = 3; // number of updates after which a rate is known: one until connected, and two measurements
 
 export default {
   title: "Topics",
@@ -21,7 +21,7 @@ class Topics {
   constructor(place) {
     this.place = place;
     this.measured = new Map(); // topic -> {hz, bytes}
-    this.looks = new Map(); // topic -> how often it was seen with publishers and subscribers
+    this.looks = new Map(); // topic -> number of updates in which it had publishers and subscribers
     this.system = null;
     const publish = h("button", { title: "publish on a new topic", onclick: () => this._new() }, "New …");
     this.publish = publish;
@@ -57,18 +57,18 @@ class Topics {
     this.place.robot.removeEventListener("about", this.onAbout);
   }
 
-  // A command wants to publish: on a topic, or on any.
+  // A command asks to publish, on a given topic or any.
   _begin() {
     const { publish } = this.place.settings;
     if (publish === undefined || this.begun) return;
-    this.begun = true; // once
+    this.begun = true; // only once
     if (this.system.topics[publish]) {
       this.tab = 1;
       this.listing.choose(publish);
     } else this._new(String(publish));
   }
 
-  // Another panel wants a topic shown.
+  // Another panel asks for a topic.
   accept({ selected }) {
     if (selected) this.listing.choose(selected);
   }
@@ -93,7 +93,7 @@ class Topics {
     this.all.title = count ? "stop listening" : `subscribe to topics without subscribers to measure their rates: the first ${MOST_MEASURED} of those found`;
   }
 
-  // Those that are found and that nobody subscribes to.
+  // Topics that match the search and have no subscribers.
   _quiet() {
     return this.listing.found.filter(({ publishers, subscribers }) => publishers.length && !subscribers.length).map(({ name }) => name);
   }
@@ -104,7 +104,7 @@ class Topics {
     this._listen();
   }
 
-  // A publisher without subscribers sends nothing: its rate is only known if we listen.
+  // A publisher without subscribers sends nothing, so its rate is known only if we subscribe.
   _rate(row) {
     if (row.hz > 0 || (row.hz === 0 && row.measured)) {
       const text = h("span", {}, rate(row.hz));
@@ -148,7 +148,7 @@ class Topics {
     const people = h("div.people");
     const type = h("span.mono");
     const plot = (curve) => place.open("plot", { curves: [curve] });
-    let publisher = null; // goes on while another tab is looked at
+    let publisher = null; // keeps publishing while another tab is visible
     const publishing = () => {
       publisher ??= new Publisher(robot, row.name, "");
       return { element: publisher.element };
@@ -180,7 +180,7 @@ class Topics {
     return { element };
   }
 
-  // A topic that nobody has yet.
+  // A topic that does not exist yet.
   _new(begin = "") {
     const name = h("input.mono", { value: begin, placeholder: "/topic", "aria-label": "topic", spellcheck: false, required: true });
     const type = h("input.mono", { placeholder: "std_msgs/String", "aria-label": "type", spellcheck: false, required: true });

@@ -1,12 +1,12 @@
-// The turtles of turtlesim, and what they have drawn, as in the window of stock's turtlesim_node.
+// The turtles of turtlesim and their trails, like the window of turtlesim_node.
 
 import { command, empty, fill, h } from "../lib/dom.js";
 import { drawPicture } from "../lib/images.js";
 
-const PIXELS = 500; // of the drawing, across and down
+const PIXELS = 500; // width and height of the drawing
 const PER_UNIT = 45;
 const BACKGROUND = "#4556ff";
-const SHELLS = ["#3f9142", "#b4690e", "#8e44ad", "#c0392b", "#16808a", "#7f6000"]; // in turns
+const SHELLS = ["#3f9142", "#b4690e", "#8e44ad", "#c0392b", "#16808a", "#7f6000"]; // used in turn
 const SKINS = ["#8fd694", "#f0b765", "#c99be0", "#ef9a90", "#7fd6de", "#d8bd5a"];
 
 export default {
@@ -69,7 +69,7 @@ class Turtles {
 
   async _take({ facts, turtles, drawing }, blob) {
     if (facts) {
-      if (facts.node !== this.facts?.node) this.drawn = false; // another one: its drawing comes next
+      if (facts.node !== this.facts?.node) this.drawn = false; // another node: its complete drawing follows
       this.facts = facts;
       this._state();
     }
@@ -119,7 +119,7 @@ class Turtles {
   }
 }
 
-// A turtle at the origin, seen from above, some 45 pixels long as stock's.
+// Draw a turtle at the origin, seen from above, about 45 pixels long like the original.
 function turtle(pen, theta, shell, skin) {
   pen.save();
   pen.rotate(-theta);

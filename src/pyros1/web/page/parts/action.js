@@ -1,4 +1,4 @@
-// An action's goals: their states, feedback and results, a form to send one, and buttons to cancel.
+// An action's goals with states, feedback and results, a form to send one, and buttons to cancel.
 
 import { fill, h } from "../lib/dom.js";
 import { clock } from "../lib/format.js";

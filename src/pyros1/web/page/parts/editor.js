@@ -1,13 +1,13 @@
-// A message to be sent: as a form, and as YAML text, which stay in step.
+// An editor for a message: a form and YAML text, kept in sync.
 
 import { h } from "../lib/dom.js";
 import { Form } from "./form.js";
 import { outcome, tabbed } from "./pieces.js";
 
-const PAUSE = 250; // milliseconds after the last key before the text is read
+const PAUSE = 250; // milliseconds after the last key until the text is parsed
 
 export class Editor {
-  // form: what topics.form, services.form or actions.form returns; part: "request" of a service.
+  // form: result of topics.form, services.form or actions.form; part: "request" for services.
   constructor(robot, form, /** @type {{part?: string, onchange?: () => void}} */ { part, onchange = () => {} } = {}) {
     this.robot = robot;
     this.form = form;
@@ -22,7 +22,7 @@ export class Editor {
     this.element = h("div.editor", {}, this.tabs.element, this.outcome.element);
   }
 
-  // The message, once the text that was typed has been read. It fails if that is wrong, without words: it has been said.
+  // Return the message, after parsing the text. If that is invalid, it rejects with an empty message, since the reason is shown already.
   async message() {
     if (this.timer) await this._read();
     await this.reading;

@@ -1,17 +1,17 @@
-// A form for a message, made from its definition: see pyros1/web/tables/forms.py for the fields.
+// A form for a message, built from its definition: see pyros1/web/models/forms.py for the fields.
 
 import { fill, h } from "../lib/dom.js";
 
 const LIMITS = { int8: 7, int16: 15, int32: 31, int64: 63, byte: 7, uint8: 8, char: 8, uint16: 16, uint32: 32, uint64: 64 };
 const FLOATS = new Set(["float32", "float64"]);
-const MOST_ITEMS = 200; // of an array that are shown
+const MOST_ITEMS = 200; // maximum number of array items to show
 
-// fields: [[name, type, fields or null, choices or null], ...]; value: the message as JSON, which the form changes.
-// onchange(): called after each change; `problems` then says which fields are wrong.
+// fields: [[name, type, fields or null, choices or null], ...]; value: the message as JSON, which the form edits.
+// onchange(): called after each change; then `problems` lists the invalid fields.
 export class Form {
   constructor(fields, value, onchange) {
     this.onchange = onchange;
-    this.problems = new Map(); // element -> text
+    this.problems = new Map(); // element -> message
     this.element = h("div.form");
     if (fields.length) fill(this.element, this._fields(fields, value, 0));
     else fill(this.element, h("p.muted.hint", {}, "There is nothing to fill in."));
@@ -134,7 +134,7 @@ export class Form {
   }
 }
 
-// A value of a type whose fields are known.
+// Return an empty value of a type with the given fields.
 export function blank(kind, fields) {
   if (kind.endsWith("]")) {
     const base = kind.slice(0, kind.indexOf("["));
@@ -143,7 +143,7 @@ export function blank(kind, fields) {
   }
   if (fields) {
     const value = Object.fromEntries(fields.map(([name, type, inner]) => [name, blank(type, inner)]));
-    return kind === "geometry_msgs/Quaternion" ? { ...value, w: 1 } : value; // no rotation; all zeros are none
+    return kind === "geometry_msgs/Quaternion" ? { ...value, w: 1 } : value; // the identity; all zeros are not a rotation
   }
   if (kind === "string") return "";
   if (kind === "bool") return false;
@@ -163,7 +163,7 @@ function numberText(value) {
   return { NaN: "nan", Infinity: "inf", "-Infinity": "-inf" }[value] ?? String(value);
 }
 
-// A number that one typed: {value}, or {problem}.
+// Parse a number: {value}, or {problem}.
 export function readNumber(text, kind) {
   const word = text.trim().toLowerCase();
   if (FLOATS.has(kind)) {
@@ -179,7 +179,7 @@ export function readNumber(text, kind) {
   const [least, most] = signed ? [-(2n ** BigInt(bits)), 2n ** BigInt(bits) - 1n] : [0n, 2n ** BigInt(bits) - 1n];
   const whole = BigInt(word.replace("+", ""));
   if (whole < least || whole > most) return { problem: `${kind} is from ${least} to ${most}` };
-  return { value: Number.isSafeInteger(Number(whole)) ? Number(whole) : String(whole) }; // JavaScript would round it
+  return { value: Number.isSafeInteger(Number(whole)) ? Number(whole) : String(whole) }; // a string, since JavaScript would round it
 }
 
 export function timeText(value) {

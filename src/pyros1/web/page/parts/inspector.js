@@ -4,7 +4,7 @@ import { fill, h } from "../lib/dom.js";
 import { bytes, plural, rate } from "../lib/format.js";
 import { Tree } from "./tree.js";
 
-const QUIET = 3; // seconds without a message after which the rate no longer holds
+const QUIET = 3; // seconds without a message, after which the rate is outdated
 
 export class Inspector {
   // on: {plot(path)}
@@ -57,7 +57,7 @@ export class Inspector {
 
   _take(data) {
     if (data.type !== this.data?.type) {
-      this.tree.fields = null; // of another type
+      this.tree.fields = null; // the type has changed
       this._askForWords();
     }
     this.at = performance.now() - 1000 * data.age;
@@ -68,7 +68,7 @@ export class Inspector {
     this._drawFigures();
   }
 
-  // The names of constants. The type of a new topic may not be known at once.
+  // Load the names of constants. The type of a new topic may not be known yet.
   async _askForWords(times = 5) {
     try {
       const { type, fields } = await this.robot.call("topics.form", { topic: this.topic });

@@ -1,4 +1,4 @@
-// A panel that is a table and, beside or below it, what is known about the row that is chosen.
+// A panel with a table, and details of the selected row beside or below it.
 
 import { fill, h } from "../lib/dom.js";
 import { plural } from "../lib/format.js";
@@ -8,15 +8,15 @@ const style = h("link", { rel: "stylesheet", href: "parts/parts.css" });
 document.head.append(style);
 
 // options: {columns, label, word, tree, words(row), details(row), empty(), tools}
-//   tree: whether it begins as a tree, or null: if there are many; word: what a row is; words: the text that is searched; details: makes {element, update(row), close()};
-//   empty: what is shown if there are no rows; tools: more elements for the panel's head.
+// tree: whether it starts as a tree, or null: if there are many rows; word: noun for a row; words: the text to search; details: creates {element, update(row), close()};
+// empty: what to show if there are no rows; tools: more elements for the panel's head.
 export class Listing {
   constructor(place, options) {
     this.place = place;
     this.options = options;
     this.rows = null;
     this.details = null;
-    this.extra = {}; // more settings, of the panel
+    this.extra = {}; // additional settings of the panel
     const { settings } = place;
     this.search = String(settings.search || "");
     this.selected = settings.selected || null;
@@ -68,12 +68,12 @@ export class Listing {
     this.table.show(rows);
     this._drawTools();
     const row = rows.find((each) => each.name === this.selected);
-    if (row && !this.details) this._open(row); // a link may name one that comes later
+    if (row && !this.details) this._open(row); // a link may name one that appears later
     else if (this.details && row) this.details.update?.(row);
     else if (this.details) this.details.update?.(null);
   }
 
-  // Show what is known about a row; null for none.
+  // Show the details of a row; null for none.
   choose(name) {
     this.selected = name;
     this.table.select(name);
@@ -81,7 +81,7 @@ export class Listing {
     this.save();
   }
 
-  // Show something that is no row.
+  // Show something other than a row.
   showElement(element, close) {
     this.selected = null;
     this.table.select(null);
@@ -109,7 +109,7 @@ export class Listing {
     } else fill(this.side);
   }
 
-  // The rows that the search finds.
+  // Return the rows that match the search.
   get found() {
     return (this.rows || []).filter(this.table.fits);
   }
@@ -137,7 +137,7 @@ export class Listing {
   }
 }
 
-// All words must be there, in any order.
+// All words must be found, in any order.
 function matcher(text) {
   const expression = /^\/(.+)\/([iu]*)$/.exec(text);
   if (expression && expression[1].length > 1) {
@@ -145,7 +145,7 @@ function matcher(text) {
       const compiled = new RegExp(expression[1], expression[2]);
       return { test: (value) => compiled.test(value) };
     } catch {
-      // a name such as /a/ is no expression
+      // a name such as /a/ is not a regular expression
     }
   }
   const words = text.toLowerCase().split(/\s+/).filter(Boolean);

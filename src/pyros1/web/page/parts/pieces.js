@@ -1,8 +1,8 @@
-// Small pieces that several panels are made of.
+// Small widgets used by several panels.
 
 import { copy, fill, h } from "../lib/dom.js";
 
-// Text that a click copies.
+// A text, copied by a click.
 export function copied(text, shown = text) {
   const element = h("button.copy.mono", { title: `click to copy ${text}`, onclick: () => {
     copy(text);
@@ -12,7 +12,7 @@ export function copied(text, shown = text) {
   return element;
 }
 
-// A button that asks before it does something: act() may return a promise.
+// A button that asks for confirmation; act() may return a promise.
 export function asking(label, question, act, props = {}) {
   const holder = h("span.asking");
   const button = h("button.danger", { ...props, onclick: ask }, label);
@@ -56,7 +56,7 @@ export function tabbed(tabs, first = 0, /** @type {(index: number) => void} */ o
   return { element: h("div.tabbed", {}, bar, place), close: () => shown?.close?.(), choose, get shown() { return shown; } };
 }
 
-// A line that says how something went: say(text), fail(text).
+// A line that reports success or failure: say(text), fail(text).
 export function outcome() {
   const element = h("div.outcome", { role: "status", hidden: true });
   const set = (text, wrong) => {
@@ -67,14 +67,14 @@ export function outcome() {
   return { element, say: (text) => set(text, false), fail: (text) => set(text, true) };
 }
 
-// Names that lead to another panel; long lists are cut.
+// Names as links to another panel; long lists are truncated.
 export function links(names, open, most = 30) {
   if (!names.length) return h("span.muted", {}, "none");
   return h("span.links", {}, names.slice(0, most).map((name) => h("button.link.mono", { onclick: () => open(name) }, name)),
     names.length > most && h("span.muted", {}, `and ${names.length - most} more`));
 }
 
-// Facts as a list: [[label, element or text], ...].
+// A definition list: [[label, element or text], ...].
 export function facts(pairs) {
   return h("dl", {}, pairs.filter(Boolean).map(([label, value]) => [h("dt", {}, label), h("dd", {}, value)]));
 }

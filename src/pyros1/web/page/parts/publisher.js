@@ -1,4 +1,4 @@
-// Publishes a message from a form: once, or at a rate while the page shows this.
+// Publishes a message from a form: once, or at a rate while the page is open.
 
 import { fill, h } from "../lib/dom.js";
 import { clock, plural } from "../lib/format.js";
@@ -11,7 +11,7 @@ export class Publisher {
     this.topic = topic;
     this.element = h("div.publisher", {}, h("p.muted.hint", {}, "…"));
     this.stream = null;
-    // It does not begin again by itself, perhaps much later.
+    // It must not restart by itself, perhaps much later.
     this.onState = () => {
       if (!this.stream || robot.state === "connected") return;
       this._stop();
@@ -82,7 +82,7 @@ export class Publisher {
     if (this.repeat) fill(this.repeat, "Repeat");
   }
 
-  // What is published at a rate changes with the form; a wrong form leaves it as it was.
+  // What is published at a rate follows the form; an invalid form changes nothing.
   _changed() {
     if (!this.stream || this.editor.problem) return;
     const value = this.editor.value;

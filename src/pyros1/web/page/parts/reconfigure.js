@@ -1,21 +1,21 @@
-// The parameters of a server of dynamic_reconfigure: sliders, boxes, choices and texts, live both ways.
+// The parameters of a dynamic_reconfigure server: sliders, checkboxes, choices and texts, synchronised in both directions.
 
 import { fill, h } from "../lib/dom.js";
 import { number } from "../lib/format.js";
 import { copied, outcome } from "./pieces.js";
 
-const WIDEST = 1e6; // between the ends of a slider
-const STEPS = 500; // of a slider, at least
+const WIDEST = 1e6; // maximum range of a slider
+const STEPS = 500; // minimum number of steps of a slider
 
 export class Reconfigure {
   constructor(robot, node) {
     this.robot = robot;
     this.node = node;
     this.controls = new Map(); // name -> {set(value)}
-    this.groups = new Map(); // path of a group -> {element, open, told}; open: as the node wants it, or shall want it
-    this.states = []; // of all groups, as the node has told them
+    this.groups = new Map(); // path of a group -> {element, open, told}; open: the state of the node, or the requested one
+    this.states = []; // of all groups, as reported by the node
     this.pending = null; // name -> value, to be sent next
-    this.sent = null; // the same, while the node has not answered
+    this.sent = null; // the same, waiting for the node's response
     this.values = {};
     this.busy = false;
     this.outcome = outcome();
@@ -48,14 +48,14 @@ export class Reconfigure {
   _showGroups() {
     for (const { path, type, state } of this.states) {
       const group = this.groups.get(String(path));
-      if (!group) continue; // nothing is in it
+      if (!group) continue; // an empty group
       group.element.hidden = type === "hide" && !state;
       const open = type !== "collapse" || state;
       if (open !== group.open && !group.told) group.element.open = group.open = open;
     }
   }
 
-  // The user has opened or closed a group. The node keeps that for those of the type collapse, for all who look.
+  // The user has opened or closed a group. For the type "collapse" the node stores that for all clients.
   async _turned(key) {
     const group = this.groups.get(key);
     const its = ({ path, type }) => type === "collapse" && this.groups.get(String(path));
@@ -67,14 +67,14 @@ export class Reconfigure {
     try {
       await this.robot.call("reconfigure.turn", { node: this.node, groups });
     } catch (error) {
-      this.forgets = true; // stock's servers in Python do
+      this.forgets = true; // like stock's Python servers
       this.outcome.say(`This node does not store which groups are closed: ${error.message}`);
     } finally {
       group.told -= 1;
     }
   }
 
-  // What is being changed here stays as it is until the node has answered.
+  // Parameters being changed here keep their values until the node has responded.
   _show() {
     for (const [name, value] of Object.entries(this.values)) {
       if (!Object.hasOwn({ ...this.pending, ...this.sent }, name)) this.controls.get(name)?.set(value);
@@ -90,7 +90,7 @@ export class Reconfigure {
       return h("div.row", { title: parameter.description }, h("span.label", {}, parameter.name), control.element,
         parameter.description && h("span.muted.what", {}, parameter.description));
     });
-    // Groups are in each other; those with parameters come as the node says, with what is directly in a group first.
+    // Groups are nested; those with parameters are in the node's order, with a group's own parameters first.
     const inside = (list, depth) => {
       const below = new Map();
       for (const each of list.filter(({ groups }) => groups.length > depth)) {
@@ -150,7 +150,7 @@ export class Reconfigure {
     } };
   }
 
-  // One change is on its way at a time; what changes meanwhile goes with the next one.
+  // One request at a time; changes made meanwhile are sent with the next one.
   async _send(name, value) {
     this.pending = { ...this.pending, [name]: value };
     if (this.busy) return;
@@ -162,7 +162,7 @@ export class Reconfigure {
         this.pending = null;
         await this.robot.call("reconfigure.update", { node: this.node, values, types: this.types });
         this.sent = null;
-        if (this.values !== before) this._show(); // else it comes: the answer itself may be older than what others do
+        if (this.values !== before) this._show(); // otherwise the current values arrive anyway: the response may be older than changes by others
         this.outcome.say("");
       }
     } catch (error) {

@@ -1,25 +1,25 @@
-// A table of things with full names: sorted, searched, folded by namespace. Only the rows that are seen are there, and
-// they stay while their texts change, so any number of rows is quick and a click never misses.
+// A table of things with full names: sorted, filtered, folded by namespace. Only visible rows exist in the DOM, and they are
+// kept while their texts change, so that any number of rows is fast and a click always hits.
 
 import { fill, h } from "../lib/dom.js";
 
 const ROW = 30; // pixels
-const MORE = 8; // rows above and below what is seen
-const MANY = 60; // rows; beyond, namespaces begin folded
+const MORE = 8; // rows above and below the visible ones
+const MANY = 60; // rows; above this, namespaces are initially folded
 
 /** @typedef {{label?: string, sort?: {column: number, down: boolean} | null, tree?: boolean | null, open?: string[]}} Options */
 
 // columns: [{title, text(row), value(row), node(row), number, width, least}]; the first is the name.
-//   text: what is shown; value: what is sorted by, if not the text; node: an element instead, made once per row;
-//   width: of the grid; least: pixels of the table below which the column is left out.
+// text: what is displayed; value: what is sorted by, if not the text; node: an element instead, created once per row;
+// width: in the grid; least: width of the table in pixels below which the column is omitted.
 // on: {select(row), changed()}; changed is called when the user has sorted or folded.
 export class Table {
   constructor(columns, on, /** @type {Options} */ { label, sort = null, tree = null, open = [] } = {}) {
     this.columns = columns;
     this.on = on;
     this.sort = sort || { column: 0, down: false };
-    this.tree = tree; // true, false, or null: if there are many
-    this.turned = new Set(open); // namespaces that are not as they begin
+    this.tree = tree; // true, false, or null: if there are many rows
+    this.turned = new Set(open); // namespaces folded or unfolded by the user
     this.beside = false;
     this.rows = [];
     this.items = [];
@@ -62,7 +62,7 @@ export class Table {
     return this.tree ?? this.rows.length > MANY;
   }
 
-  // Whether details are shown beside it: then there is no room for some columns.
+  // Set whether details are shown beside the table: then some columns are omitted.
   setBeside(beside) {
     if (beside === this.beside) return;
     this.beside = beside;
@@ -97,7 +97,7 @@ export class Table {
   }
 
   _sortBy(index) {
-    const first = Boolean(this.columns[index].number); // numbers: the largest first
+    const first = Boolean(this.columns[index].number); // numbers: largest first
     this.sort = this.sort.column === index ? { column: index, down: !this.sort.down } : { column: index, down: first };
     this._drawHead();
     this._arrange();
@@ -111,7 +111,7 @@ export class Table {
     const compare = (one, other) => {
       const [first, second] = [value(one), value(other)];
       const empty = (what) => what === undefined || what === null || what === "";
-      if (empty(first) || empty(second)) return Number(empty(first)) - Number(empty(second)) || byName(one.name, other.name); // the last
+      if (empty(first) || empty(second)) return Number(empty(first)) - Number(empty(second)) || byName(one.name, other.name); // empty ones last
       const order = typeof first === "number" && typeof second === "number" ? first - second : byName(String(first), String(second));
       return sign * order || byName(one.name, other.name);
     };
@@ -121,7 +121,7 @@ export class Table {
     this._draw();
   }
 
-  // The tree of namespaces as a list of items; a namespace with one thing in it is no group.
+  // Return the tree of namespaces as a list of items; a namespace with a single entry is not a group.
   _fold(rows) {
     const root = group("");
     for (const row of rows) {
@@ -278,7 +278,7 @@ function only(from) {
   return at.rows[0];
 }
 
-// What looks as before stays, so that a click on it does not miss.
+// Rows that look the same are kept, so that a click on them always hits.
 function replace(cell, node) {
   if (!node || !cell.firstChild?.isEqualNode(node)) fill(cell, node);
 }

@@ -1,21 +1,21 @@
-// A message as a tree, live: rows stay and only their values change. See pyros1/web/views/message.py for the value.
+// A live message as a tree: rows are kept and only their values change. See pyros1/web/views/message.py for the value.
 
 import { fill, h } from "../lib/dom.js";
 import { clock, number, seconds } from "../lib/format.js";
 import { copied } from "./pieces.js";
 
 const OPEN_DEPTH = 2;
-const MANY = 3; // messages in an array that begins open
+const MANY = 3; // maximum number of messages in an array that is initially open
 const PREVIEW = 70; // characters
 
-// on: {plot(path), window(path, start)}, either may be missing; paths are as "pose.position.x", "ranges[3]".
-// prefix: what comes before a path that is copied, as "/topic".
+// on: {plot(path), window(path, start)}, both optional; paths are like "pose.position.x", "ranges[3]".
+// prefix: prepended to a path that is copied, like "/topic".
 export class Tree {
   constructor(on = {}, prefix = "") {
     this.on = on;
     this.prefix = prefix;
-    this.fields = null; // of the definition, see pyros1/web/tables/forms.py: names of constants are shown beside their values
-    this.folds = new Map(); // path -> open, as the user wants it
+    this.fields = null; // of the definition, see pyros1/web/models/forms.py: names of constants are shown beside their values
+    this.folds = new Map(); // path -> open, as set by the user
     this.lengths = new Map(); // of arrays, by path
     this.element = h("div.tree.mono", { role: "tree" });
     this.root = null;
@@ -63,7 +63,7 @@ export class Tree {
     } };
   }
 
-  // The name of a constant.
+  // Return the name of a constant.
   _word(path, value) {
     if (!this.fields) return "";
     let fields = this.fields;
@@ -75,7 +75,7 @@ export class Tree {
     return field?.[3]?.find((choice) => choice[1] === value)?.[0] || "";
   }
 
-  // One value: a number is a button that plots it.
+  // A single value: a number is a button that plots it.
   _value(type, path) {
     const numeric = type !== "string" && type !== "time" && type !== "duration";
     const element = numeric && this.on.plot
@@ -84,7 +84,7 @@ export class Tree {
     element.classList.add(numeric ? (type === "bool" ? "bool" : "num") : type === "string" ? "text" : "time");
     let last;
     return { element, update: (value) => {
-      const text = written(value, type === "float64" && path.endsWith("]") ? "" : type); // many have shorter ones
+      const text = written(value, type === "float64" && path.endsWith("]") ? "" : type); // most are shorter
       if (text === last) return;
       last = text;
       element.textContent = text;
@@ -99,7 +99,7 @@ export class Tree {
     return this._fold(label, path, type, depth, open, (value) => value.fields.map(([name, kind]) => [name, `${path}.${name}`, kind]), (value) => value.fields.map((field) => field[2]));
   }
 
-  // A fold whose inside is made when it is open for the first time, and again when its shape has changed.
+  // A foldable row whose content is created when it is first opened, and again when its shape has changed.
   _fold(label, path, type, depth, open0, list, values) {
     let nodes = null;
     let shape = "";
@@ -149,7 +149,7 @@ export class Tree {
     return this._numbers(label, path, type, depth, base, pager);
   }
 
-  // Numbers are written one after the other.
+  // Numbers are shown in one line.
   _numbers(label, path, type, depth, base, pager) {
     const list = h("div.numbers", { style: { paddingLeft: `${27 + depth * 15}px` } });
     const length = h("span.preview");
@@ -171,7 +171,7 @@ export class Tree {
     } };
   }
 
-  // Long arrays are shown in pieces.
+  // Long arrays are shown in chunks.
   _pager(path) {
     const text = h("span.muted");
     let now = { start: 0, items: [], length: 0 };
@@ -196,7 +196,7 @@ export function written(value, type = "") {
   if (value === null || value === undefined) return "";
   if (typeof value === "number" && !type.startsWith("float")) return String(value);
   if (type === "float64" && typeof value === "number" && !Number.isInteger(value)) return String(Number(value.toPrecision(15)));
-  if (typeof value === "number") return number(value, type === "float32" ? 4 : 7); // what the type can hold, nearly
+  if (typeof value === "number") return number(value, type === "float32" ? 4 : 7); // approximately the type's precision
   if (typeof value === "object" && "secs" in value) {
     const time = value.secs + value.nsecs / 1e9;
     return time > 1e8 ? clock(time) : `${number(time, 7)} s`;
@@ -204,7 +204,7 @@ export function written(value, type = "") {
   return String(value);
 }
 
-// The begin of a value, in a line.
+// Return the beginning of a value, in one line.
 function summary(value) {
   let text = "";
   const walk = (part, type) => {

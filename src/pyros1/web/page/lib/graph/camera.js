@@ -1,19 +1,19 @@
-// What of a large plane is seen in an element: drag, wheel, pinch, and moves that take a moment.
+// Which part of a large plane an element shows: dragging, wheel, pinch, and animated moves.
 
 const LEAST = 0.02;
 const MOST = 4;
-const CLICK = 5; // pixels that a click may move
+const CLICK = 5; // pixels that the pointer may move during a click
 const GLIDE = 260; // ms
 
 export class Camera {
-  // on: {changed(), click(x, y), double(x, y), hover(x, y), took(), grab(x, y, touch), drag(right, down), drop(), foot()}; x and y are of the plane.
-  // grab returns whether there is something that a drag moves; else it moves the plane.
-  // foot() is the height in pixels of what is below, the numbers.
-  // took() is called when the user moves something, so that the picture stays where it was put.
+  // on: {changed(), click(x, y), double(x, y), hover(x, y), took(), grab(x, y, touch), drag(right, down), drop(), foot()}; x and y in plane coordinates.
+  // grab returns whether a drag moves an object there; otherwise it moves the plane.
+  // foot returns the height in pixels covered by the line of numbers at the bottom.
+  // took is called when the user moves the view, so that it is no longer fitted automatically.
   constructor(element, on) {
     this.element = element;
     this.on = on;
-    this.x = 0; // the plane's point in the middle of the element
+    this.x = 0; // the point of the plane in the middle of the element
     this.y = 0;
     this.scale = 1; // pixels per unit
     this.pointers = new Map();
@@ -42,7 +42,7 @@ export class Camera {
     return [(x - this.x) * this.scale + width / 2, (y - this.y) * this.scale + height / 2];
   }
 
-  // The part of the plane that is seen: [left, top, right, bottom].
+  // Return the visible part of the plane: [left, top, right, bottom].
   seen() {
     const [width, height] = this.size;
     return [...this.toPlane(0, 0), ...this.toPlane(width, height)];
@@ -59,7 +59,7 @@ export class Camera {
     this._set(x - (left - width / 2) / scale, y - (top - height / 2) / scale, scale);
   }
 
-  // Show a part of the plane as large as it fits, but not larger than `most`.
+  // Fit a part of the plane into the element, with a scale of at most `most`.
   show(/** @type {number[]} */ [left, top, right, bottom], most, glide = true) {
     const [width, height] = this.size;
     const foot = this.on.foot();
@@ -77,7 +77,7 @@ export class Camera {
     this.on.changed();
   }
 
-  // Go on with a move that takes a moment. Returns whether it has not ended.
+  // Advance an animated move. Returns whether it is still running.
   step(now) {
     if (!this.target) return false;
     const { from, to, begin } = this.target;
@@ -112,7 +112,7 @@ export class Camera {
     this.element.setPointerCapture(event.pointerId);
     this.pointers.set(event.pointerId, [event.offsetX, event.offsetY]);
     this.moved = this.pointers.size > 1 ? CLICK : 0;
-    if (this.held) this.on.drop(); // a second finger begins to pinch
+    if (this.held) this.on.drop(); // a second finger starts a pinch
     this.held = this.pointers.size === 1 && event.button === 0 && this.on.grab(...this.toPlane(event.offsetX, event.offsetY), event.pointerType === "touch");
   }
 

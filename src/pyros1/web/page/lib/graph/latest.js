@@ -1,20 +1,20 @@
-// A topic's definition and its newest message, for the side sheet.
+// A topic's definition and latest message, for the side sheet.
 
 import { fill, h } from "../dom.js";
 import { bytes, number, rate, seconds } from "../format.js";
 
-const HEAVY = 2e6; // bytes per second that are not asked for without a click
+const HEAVY = 2e6; // bytes per second; above this, messages are requested only after a click
 const LARGE = /^sensor_msgs\/(Image|CompressedImage|PointCloud2?|LaserScan)$|\/OccupancyGrid$/;
 const MOST_LINES = 80;
 const PAUSE = 200; // milliseconds
 const MOST_ITEMS = 8;
 
 export class Latest {
-  // published: whether anybody publishes the topic; flow: bytes per second, if known
+  // published: whether the topic has publishers; flow: bytes per second, if known
   constructor(place, topic, type, published, flow) {
     this.place = place;
     this.topic = topic;
-    this.first = null; // path of the first number
+    this.first = null; // path of the first numeric field
     this.value = h("div.message.mono");
     this.facts = h("span.muted");
     this.definition = h("pre.mono");
@@ -31,7 +31,7 @@ export class Latest {
     this.stream?.close();
   }
 
-  // Plot the first number of the messages.
+  // Plot the first numeric field of the messages.
   async plot() {
     try {
       const [field] = this.first ? [this.first] : await this.place.robot.call("topics.fields", { begin: `${this.topic}/` });
@@ -53,7 +53,7 @@ export class Latest {
     });
   }
 
-  // Show the newest message, now and then: nobody reads faster.
+  // Show the latest message, at a readable rate.
   _later(pause) {
     this.timer ||= setTimeout(() => {
       this.timer = 0;
@@ -62,7 +62,7 @@ export class Latest {
   }
 
   _show() {
-    if (this.value.contains(document.activeElement)) { // do not take away what somebody is about to press
+    if (this.value.contains(document.activeElement)) { // do not replace a button that has the focus
       this._later(PAUSE);
       return;
     }

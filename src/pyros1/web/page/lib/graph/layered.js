@@ -1,4 +1,4 @@
-// A plain layout in layers, for graphs that are too large for a better one: time grows with the number of edges. Pure.
+// A simple layered layout for graphs that are too large for dagre: its time is proportional to the number of edges. Pure.
 
 const GAP = 18;
 const BETWEEN = 90;
@@ -6,7 +6,7 @@ const SWEEPS = 6;
 const LEAST_HEIGHT = 600;
 const MOST_ROWS = 16;
 
-// boxes: [{id, width, height}]; edges: [[from, to]]. Returns a map: id -> [x, y] of its centre.
+// boxes: [{id, width, height}]; edges: [[from, to]]. Returns a Map: id -> [x, y] of the centre.
 export function layered(boxes, edges, { down, aspect }) {
   const ids = boxes.map(({ id }) => id);
   const next = new Map(ids.map((id) => [id, []]));
@@ -26,10 +26,10 @@ export function layered(boxes, edges, { down, aspect }) {
   return new Map([...places].map(([id, [along, across]]) => [id, down ? [across, along] : [along, across]]));
 }
 
-// The length of the longest way to each box; edges that would close a circle do not count.
+// Return the length of the longest path to each box; edges that would close a cycle are ignored.
 function ranks(ids, next) {
   const done = [];
-  const seen = new Map(); // id -> 1 while it is being visited, then 2
+  const seen = new Map(); // id -> 1 while being visited, 2 when done
   const forward = new Map(ids.map((id) => [id, []]));
   for (const start of ids) {
     if (seen.has(start)) continue;
@@ -60,7 +60,7 @@ function ranks(ids, next) {
   return rank;
 }
 
-// Boxes near those that they have edges with, by the mean of their places, forwards and backwards.
+// Sort the boxes of each layer by the mean position of their neighbours, alternating forwards and backwards.
 function order(layers, next, before) {
   const at = new Map();
   const number = (layer) => layer.forEach((id, index) => at.set(id, (index + 0.5) / layer.length));
@@ -78,7 +78,7 @@ function order(layers, next, before) {
   }
 }
 
-// Layers that are too tall for the room become several columns.
+// Split layers that are too tall into several columns.
 function wrapped(layers, sizes, most) {
   return layers.flatMap((layer) => {
     const height = layer.reduce((sum, id) => sum + sizes.get(id)[1] + GAP, 0);
@@ -92,7 +92,7 @@ function wrapped(layers, sizes, most) {
   });
 }
 
-// A long chain of layers goes on in the next row, as text does.
+// Wrap a long sequence of layers into rows, like text.
 function coordinates(layers, sizes, aspect) {
   const area = layers.flat().reduce((sum, id) => sum + (sizes.get(id)[0] + BETWEEN) * (sizes.get(id)[1] + GAP), 0);
   const columns = wrapped(layers, sizes, Math.max(LEAST_HEIGHT, Math.sqrt(area / aspect)));
@@ -115,7 +115,7 @@ function coordinates(layers, sizes, aspect) {
   return places;
 }
 
-// The number of rows with which the whole is nearest to the shape of the room.
+// Choose the number of rows whose overall shape is closest to that of the element.
 function folded(columns, aspect) {
   const whole = columns.reduce((sum, { width, room }) => sum + width + room, 0);
   let [best, found] = [Infinity, [columns]];

@@ -1,30 +1,30 @@
-// Where boxes and edges go. Pure.
+// Compute positions of boxes and edges. Pure.
 //
 // layout(what) takes
 //   {boxes: [{id, width, height, group}], edges: [{id, from, to, width, height}], groups: [{name, parent}], down, room: [width, height]}
-//   down: rather from top to bottom than from left to right; which of them, is up to what fits into the room
-//   width and height of an edge are those of its label, 0 for none
+// down: prefer top to bottom over left to right; the one that fits better is used
+// width and height of an edge are those of its label; 0 without one
 // and returns
 //   {boxes: {id: [x, y]}, edges: {id: {points: [x, y, ...], label: [x, y]}}, frames: {group: [x, y, width, height]}, width, height, down}
-//   x and y are of centres; an edge has POINTS points.
+// x and y are centres; an edge has POINTS points.
 //
-// Parts that have nothing to do with each other are laid out one by one and then packed. dagre draws best, but takes
-// minutes for a thousand boxes; beyond MOST_FOR_DAGRE a plainer method takes its place, with namespaces as boxes of boxes.
+// Unconnected parts are laid out one by one and then packed. dagre gives the best layout, but takes minutes for a thousand
+// boxes; above MOST_FOR_DAGRE a simpler method is used, with namespaces as boxes that contain boxes.
 
 import * as dagre from "../../vendor/dagre.js";
 import { layered } from "./layered.js";
 
 export const POINTS = 10;
-export const MOST_FOR_DAGRE = 260; // boxes and edges of a part
-const MOST_INSIDE = 60; // the same for a namespace of a large part, of which there may be many
+export const MOST_FOR_DAGRE = 260; // boxes and edges of a connected part
+const MOST_INSIDE = 60; // the same for a namespace in a large part, since there may be many
 const GAP = 44;
-const GOOD = 1; // pixels per unit; if less, the other direction is tried, too
+const GOOD = 1; // pixels per unit; below this, the other direction is tried as well
 const MANY = 1500; // boxes and edges
 const BETTER = 1.2;
-const MUCH_BETTER = 1.5; // what the plain method must be, since its edges cross boxes
-const FEW = 30; // boxes and edges of a part that dagre lays out in any case
-const STUB = 16; // how far a way back goes on before it turns
-const CHANNEL = 9; // between a way back and a box
+const MUCH_BETTER = 1.5; // factor by which the simple method must be better, since its edges cross boxes
+const FEW = 30; // boxes and edges of a part that always uses dagre
+const STUB = 16; // how far a backward edge continues before it turns
+const CHANNEL = 9; // distance between a backward edge and a box
 const PADDING = 14;
 const TITLE = 20;
 
@@ -32,7 +32,7 @@ export function layout(what) {
   const { down, room: [width, height] } = what;
   const scale = (found) => Math.min(width / found.width, height / found.height);
   let best = directed(what, down);
-  if (what.boxes.length + what.edges.length > MANY) return best; // each try takes seconds
+  if (what.boxes.length + what.edges.length > MANY) return best; // each attempt takes seconds
   for (const [way, plain, factor] of [[!down, false, BETTER], [down, true, MUCH_BETTER]]) {
     if (scale(best) > GOOD) break;
     const other = directed(what, way, plain);
@@ -51,7 +51,7 @@ function directed(what, down, plain = false) {
   return { ...packed(parts, aspect), down };
 }
 
-// What is connected, or in one outermost group, is one part.
+// Split the graph into connected parts; a top-level group is never split.
 function partsOf({ boxes, edges, groups }) {
   const home = new Map(boxes.map(({ id }) => [id, id]));
   const find = (id) => {
@@ -109,7 +109,7 @@ function byDagre({ boxes, edges, groups }, down) {
   return found;
 }
 
-// Where an edge leaves a box: at the side that looks towards the next layer, a little in the direction of its next point.
+// Return where an edge leaves a box: on the side that faces the next layer, shifted towards its next point.
 function atSide({ x, y, width, height }, next, down) {
   const [ahead, aside, half, room] = down ? [next.y - y, next.x - x, height / 2, width * 0.3] : [next.x - x, next.y - y, width / 2, height * 0.22];
   if (Math.abs(ahead) <= half) return null;
@@ -117,7 +117,7 @@ function atSide({ x, y, width, height }, next, down) {
   return down ? { x: x + across, y: y + along } : { x: x + along, y: y + across };
 }
 
-// Each namespace is laid out for itself and then is one box for those around it.
+// Lay out each namespace separately, then treat it as one box in its parent.
 function nested({ boxes, edges, groups }, { down, aspect }, outside = "") {
   const inner = groups.filter(({ parent }) => parent === outside);
   const rooms = [];
@@ -167,9 +167,9 @@ function nested({ boxes, edges, groups }, { down, aspect }, outside = "") {
   return found;
 }
 
-// The way back: out of one box, along a free channel between or around all others, and into the front of the other box.
+// Route a backward edge: out of one box, along a free channel between or around the others, and into the front of the target.
 export function detour([at1, one, at2, other], seat1, seat2, obstacles, down) {
-  const turn = ([x, y, ...size]) => (down ? [y, x, ...size.reverse()] : [x, y, ...size]); // as if it went from left to right
+  const turn = ([x, y, ...size]) => (down ? [y, x, ...size.reverse()] : [x, y, ...size]); // computed as if it ran from left to right
   const [[x1, y1], [x2, y2], [s1, , w1], [s2, , w2]] = [at1, at2, seat1, seat2].map(turn);
   const [ax, bx] = [x1 + (down ? one.height : one.width) / 2, x2 - (down ? other.height : other.width) / 2];
   const [right, left] = [s1 + w1 / 2 + STUB, s2 - w2 / 2 - STUB];
@@ -177,7 +177,7 @@ export function detour([at1, one, at2, other], seat1, seat2, obstacles, down) {
   const free = (y) => boxes.every(([x, at, wide, high]) => x + wide / 2 <= left || x - wide / 2 >= right || Math.abs(at - y) >= high / 2 + 4);
   const channels = boxes.flatMap(([, at, , high]) => [at - high / 2 - CHANNEL, at + high / 2 + CHANNEL]).filter(free);
   const cost = (y) => Math.abs(y - y1) + Math.abs(y - y2);
-  const channel = channels.reduce((best, y) => (cost(y) < cost(best) ? y : best)); // above and below all it is free
+  const channel = channels.reduce((best, y) => (cost(y) < cost(best) ? y : best)); // always free above and below everything
   const line = [[ax, y1], [right, y1], [right, channel]];
   const along = POINTS - 6;
   for (let step = 1; step <= along; step += 1) line.push([right + ((left - right) * step) / (along + 1), channel]);
@@ -201,7 +201,7 @@ export function curve([x1, y1], one, [x2, y2], other, down) {
   return points;
 }
 
-// Points at equal distances along a line, so that lines can become each other.
+// Resample a line at equal distances, so that lines can be interpolated.
 export function sampled(line, count) {
   const lengths = [0];
   for (let index = 2; index < line.length; index += 2) {
@@ -231,7 +231,7 @@ function moved({ points, label }, dx, dy) {
   return { points: points.map((value, index) => value + (index % 2 ? dy : dx)), label: [label[0] + dx, label[1] + dy] };
 }
 
-// Frames of the groups, and the whole moved so that it begins at 0, 0.
+// Compute the frames of groups, and move everything so that it starts at 0, 0.
 function turned(found, { boxes, groups, edges }) {
   const frames = {};
   const deepest = [...groups].sort((one, other) => other.name.split("/").length - one.name.split("/").length);
@@ -270,7 +270,7 @@ function turned(found, { boxes, groups, edges }) {
   };
 }
 
-// Parts in rows, the largest first, in about the shape of the room.
+// Pack the parts into rows, largest first, in roughly the shape of the element.
 function packed(parts, aspect) {
   const area = parts.reduce((sum, { width, height }) => sum + (width + GAP) * (height + GAP), 0);
   const widest = Math.max(0, ...parts.map(({ width }) => width));

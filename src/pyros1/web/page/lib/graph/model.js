@@ -1,16 +1,16 @@
-// What the graph shows of a system, as boxes and edges. Pure: no elements, no clock, so that it can be tested anywhere.
+// The boxes and edges that the graph shows of a ROS system. Pure.
 //
-// system: what the view "system" pushes, see pyros1/web/system.py
+// system: what the view "system" sends, see pyros1/web/system.py
 // choice: {mode: "nodes" | "active" | "all", hide: [names of HIDING], depth, toggled: [group]}
-//   depth: levels of namespaces that become groups; -1: one if there are many boxes, and then they begin folded
-//   toggled: groups that were folded, or of those that begin folded, unfolded
+// depth: levels of namespaces that become groups; -1 means one level if there are many boxes, initially folded
+// toggled: groups folded by the user, or unfolded if they are initially folded
 // build(system, choice) -> {
-//   boxes:  [{id, kind: "node" | "topic" | "group", name, label, group, silent, inside}]; inside: boxes that are folded
+// boxes:  [{id, kind: "node" | "topic" | "group", name, label, group, silent, inside}]; inside: the boxes of a folded group
 //   edges:  [{id, from, to, links}]; links: [{topic, publisher, subscriber, state, hz, bytes}], state is one of
-//           "ok", "broken" (it should be there), "unknown" (an end of it does not answer, or has just begun)
+// "ok", "broken" (it should exist, but does not), "unknown" (one end does not respond, or has just started)
 //   groups: [{id, name, label, parent}]
-//   all, cut: how many boxes there are without hiding, and how many were too many
-//   unheard: how many topics of the nodes that are shown are hidden because nobody subscribes to them
+// all, cut: the number of boxes without hiding, and the number left out because there are too many
+// unheard: the number of topics of visible nodes that are hidden because they have no subscribers
 // }
 
 export const MODES = [
@@ -30,7 +30,7 @@ export const MOST_LINKS = 20000;
 
 const DEBUG_TOPIC = /(^|\/)(rosout|rosout_agg|statistics)$/;
 const DEBUG_NODE = /^\/(rosout|rqt|rqt_.*|rx(graph|plot|console).*)$/;
-// Tools have names with a process id and a time: /rostopic_4711_1700000000000.
+// Tools have names with a process id and a timestamp: /rostopic_4711_1700000000000.
 const TOOL = /^\/(ros(topic|service|node|param|bag|graph|wtf|launch|msg)|rqt|rviz|pyros1|complete|tf_(echo|monitor)|view_frames)\w*_\d+(_\d+)*$/;
 const STEERING = /[\p{Cc}\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]/gu;
 const SHORT = { "\t": "\\t", "\n": "\\n", "\r": "\\r" };
@@ -40,7 +40,7 @@ export function build(system, choice) {
   const hide = new Set(choice.hide);
   const all = Object.keys(system.nodes);
   const listeners = new Set(all.filter((name) => !(hide.has("debug") && isDebugNode(name))));
-  const tools = hide.has("debug") ? toolsThatMatter(system, listeners) : []; // with what they publish, not with what they hear
+  const tools = hide.has("debug") ? toolsThatMatter(system, listeners) : []; // with the topics that they publish, not those that they subscribe to
   const nodes = new Set([...listeners, ...tools]);
   const names = [...nodes];
   const silent = new Set(system.silent);
@@ -59,7 +59,7 @@ export function build(system, choice) {
   return { ...limited(grouped({ boxes, edges: merged(edges) }, choice)), all: count, unheard: choice.mode === "nodes" ? 0 : unheard(system, choice, topics, nodes, listeners) };
 }
 
-// Tools that move the robot: a "topic pub" whose messages a node gets.
+// Find tools that move the robot: a "topic pub" whose messages are received by a node.
 function toolsThatMatter(system, listeners) {
   const found = new Set();
   for (const [name, { publishers, subscribers }] of Object.entries(system.topics)) {
@@ -73,7 +73,7 @@ export function isDebugNode(name) {
   return DEBUG_NODE.test(name) || TOOL.test(name);
 }
 
-// The topics that are not hidden, with the ends that are not hidden.
+// Return the visible topics with their visible publishers and subscribers.
 function topicsOf(system, hide, nodes, listeners) {
   const found = new Map();
   for (const [name, topic] of Object.entries(system.topics)) {
@@ -93,7 +93,7 @@ function unheard(system, { mode, hide }, topics, nodes, listeners) {
   return [...all].filter(([name, { subscribers }]) => !subscribers.length && (mode === "active" || !topics.has(name))).length;
 }
 
-// A link per topic, publisher and subscriber: those that the nodes report, and those that follow from the registrations.
+// Return a link per topic, publisher and subscriber: those reported by nodes, and those expected from the registrations.
 function linksOf(system, topics, nodes, listeners) {
   const links = new Map();
   const add = (topic, publisher, subscriber, state, hz) => {
@@ -101,7 +101,7 @@ function linksOf(system, topics, nodes, listeners) {
     if (!facts || !nodes.has(publisher) || !listeners.has(subscriber)) return;
     const key = `${topic} ${publisher} ${subscriber}`;
     if (links.has(key) || links.size >= MOST_LINKS) return;
-    const size = facts.hz ? facts.bytes / facts.hz : null; // bytes of a message
+    const size = facts.hz ? facts.bytes / facts.hz : null; // bytes per message
     const known = typeof hz === "number";
     links.set(key, { topic, publisher, subscriber, state, hz: known ? hz : null, bytes: known && (size !== null || !hz) ? hz * (size || 0) : null });
   };
@@ -134,7 +134,7 @@ function topicEdges(topics, shown, links) {
   return edges;
 }
 
-// One edge between two boxes, whatever number of links it stands for.
+// Combine all links between two boxes into one edge.
 function merged(edges) {
   const found = new Map();
   for (const [from, to, link] of edges) {
@@ -144,7 +144,7 @@ function merged(edges) {
   }
   for (const edge of found.values()) {
     const real = edge.links.filter((link) => link.publisher && link.subscriber);
-    if (real.length) edge.links = real; // what only says that an end is registered was for edges without any link
+    if (real.length) edge.links = real; // links that only state a registration are needed only for edges without any other
   }
   return [...found.values()];
 }
@@ -153,7 +153,7 @@ function box(kind, name, more) {
   return { id: `${kind[0]}:${name}`, kind, name, label: name, group: "", silent: false, ...more };
 }
 
-// Put boxes into their namespaces, down to some level; a folded namespace becomes one box.
+// Put boxes into their namespaces up to a depth; a folded namespace becomes one box.
 function grouped({ boxes, edges }, { depth: wanted, toggled }) {
   const automatic = wanted < 0 && boxes.length > MANY;
   const depth = wanted < 0 ? Number(automatic) : wanted;
@@ -165,9 +165,9 @@ function grouped({ boxes, edges }, { depth: wanted, toggled }) {
   const changed = new Set(toggled);
   const closed = { has: (name) => changed.has(name) !== automatic };
   const kept = new Map();
-  const home = new Map(); // id of a box -> id of what is shown in its place
+  const home = new Map(); // id of a box -> id of the box that represents it
   for (const each of boxes) {
-    while (each.group && sizes.get(each.group) < 2) each.group = parent(each.group); // a frame around one box says nothing
+    while (each.group && sizes.get(each.group) < 2) each.group = parent(each.group); // a frame around a single box is useless
     const line = upwards(each.group); // from the outermost inwards
     const outermost = line.find((name) => closed.has(name));
     if (outermost === undefined) {
@@ -218,7 +218,7 @@ function below(name, group) {
   return group ? name.slice(group.length + 1) : name;
 }
 
-// Too many boxes help nobody; the first ones are kept, nodes before topics.
+// Keep the first boxes if there are too many to be useful, nodes before topics.
 function limited({ boxes, edges, groups }) {
   if (boxes.length <= MOST_BOXES) return { boxes, edges, groups, cut: 0 };
   const kept = boxes.slice(0, MOST_BOXES);
@@ -230,14 +230,14 @@ function limited({ boxes, edges, groups }) {
   };
 }
 
-// The worst of an edge's links.
+// Return the worst state of an edge's links.
 export function stateOf(edge) {
   const states = new Set(edge.links.map(({ state }) => state));
   return states.has("broken") ? "broken" : states.has("unknown") ? "unknown" : "ok";
 }
 
-// What flows along an edge: {hz, bytes}, null for what is not known. The edges of a topic carry the same messages to each
-// subscriber, so from a publisher to its topic the fastest counts; several topics add up.
+// Return the traffic along an edge: {hz, bytes}, null for unknown. The edges of a topic carry the same messages to each
+// subscriber, so the fastest one counts from a publisher to its topic; several topics add up.
 export function flowOf(edge) {
   const fastest = new Map();
   for (const { topic, publisher, subscriber, hz, bytes } of edge.links) {
@@ -257,7 +257,7 @@ export function topicsOn(edge) {
   return [...new Set(edge.links.map(({ topic }) => topic))];
 }
 
-// Ids of the boxes beside one, itself included.
+// Return the ids of a box and its neighbours.
 export function around(model, id) {
   const found = new Set([id]);
   for (const { from, to } of model.edges) {
@@ -267,7 +267,7 @@ export function around(model, id) {
   return found;
 }
 
-// Ids of the boxes that a search finds, or in which it finds something; null for an empty search.
+// Return the ids of the boxes that match a search, or that contain a match; null for an empty search.
 export function matching(model, text) {
   const wanted = text.trim().toLowerCase();
   if (!wanted) return null;
@@ -275,7 +275,7 @@ export function matching(model, text) {
   return new Set(model.boxes.filter(fits).map(({ id }) => id));
 }
 
-// The same in the dot language of Graphviz; in the mode "nodes" as `pyros1 graph --dot` prints it.
+// Write the model in Graphviz's dot language; in the mode "nodes", like `pyros1 graph --dot`.
 export function dot(model) {
   const quote = (text) => `"${shown(text).replaceAll("\\", "\\\\").replaceAll('"', '\\"')}"`;
   const lines = ["digraph system {", "  rankdir=LR;"];
@@ -313,8 +313,8 @@ export function dot(model) {
   return [...lines, "}"].join("\n") + "\n";
 }
 
-// A name without control characters and marks that turn the direction of writing, as `pyros1.ground.terminal_text.one_line` has it:
-// people look at the file in a terminal.
+// Escape control characters and marks that change the writing direction, like `pyros1.ground.terminal_text.one_line`:
+// the file may be viewed in a terminal.
 function shown(text) {
   return text.replace(STEERING, (letter) => SHORT[letter] || `\\${letter < "\u0100" ? "x" : "u"}${letter.charCodeAt(0).toString(16).padStart(letter < "\u0100" ? 2 : 4, "0")}`);
 }

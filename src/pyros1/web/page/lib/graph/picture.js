@@ -1,29 +1,29 @@
-// A model on a canvas: laid out by a worker, drawn when something has changed, moved by pointer and keys.
+// A graph on a canvas: laid out by a worker, drawn when something has changed, moved with pointer and keys.
 
 import { Camera } from "./camera.js";
 import { CanvasPen, SvgPen } from "./pens.js";
 import { Scene, plan } from "./scene.js";
 import { s } from "../dom.js";
 
-const LARGEST = 1.25; // pixels per unit when all is shown
-const STEP = 60; // pixels of an arrow key
-const NEAR = 7; // pixels from an edge that still hit it
+const LARGEST = 1.25; // pixels per unit when everything is shown
+const STEP = 60; // pixels per press of an arrow key
+const NEAR = 7; // pixels from an edge that still count as a hit
 const ARROWS = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowDown: [0, 1], ArrowUp: [0, -1] };
 
 export class Picture {
-  // room: the element whose shape the picture is to have; of it, the canvas may show a part only.
-  // on: {choose(found), fold(group), arranged(), moved(), foot()}; foot: pixels below that are taken; found is {box}, {edge} or null; moved: boxes have been put somewhere, or back
+  // room: the element whose shape the layout should have; the canvas may show only a part of it.
+  // on: {choose(found), fold(group), arranged(), moved(), foot()}; foot: pixels covered at the bottom; found is {box}, {edge} or null; moved: the user has moved boxes, or moved them back
   constructor(canvas, room, on) {
     this.canvas = canvas;
     this.room = room;
     this.on = on;
     this.scene = new Scene();
-    this.fitted = true; // all is shown until the user moves something
+    this.fitted = true; // fit everything until the user moves the view
     this.pointed = null;
     this.chosen = null;
     this.lit = null;
     this.number = 0;
-    this.widths = new Map(); // of texts, in pixels
+    this.widths = new Map(); // text widths in pixels
     this.times = { layout: 0, frames: [] };
     this.context = canvas.getContext("2d");
     this.family = getComputedStyle(document.body).fontFamily;
@@ -61,7 +61,7 @@ export class Picture {
     cancelAnimationFrame(this.frame);
   }
 
-  // Show a model. A layout is made only if its structure is another one.
+  // Show a model. A layout is computed only if its structure has changed.
   show(model, rates) {
     this.rates = rates;
     const [width, height] = [this.room.clientWidth || 1, this.room.clientHeight || 1];
@@ -81,7 +81,7 @@ export class Picture {
     }
   }
 
-  // One layout at a time; of those that wait only the newest counts.
+  // Compute one layout at a time; of the pending ones, only the latest counts.
   _ask() {
     if (this.asked || !this.waiting) return;
     this.asked = { ...this.waiting, model: this.model, at: performance.now() };
@@ -97,7 +97,7 @@ export class Picture {
     this.canvas.parentElement?.classList.remove("busy");
     if (problem) console.error(`layout: ${problem}`);
     else {
-      this.down = found.down; // it is kept as long as it does
+      this.down = found.down; // keep the direction as long as it fits
       this.times.layout = seconds;
       this.times.shown = (performance.now() - at) / 1000;
       const first = !this.scene.items.size;
@@ -121,7 +121,7 @@ export class Picture {
     this.camera.show(this.scene.bounds, LARGEST, glide);
   }
 
-  // Bring boxes into the middle.
+  // Centre the view on boxes.
   centre(ids) {
     const bounds = this.scene.around(ids);
     if (!Number.isFinite(bounds[0])) return;
@@ -129,7 +129,7 @@ export class Picture {
     this.camera.show(bounds, Math.max(this.camera.scale, 1));
   }
 
-  // Move only as far as needed for a box to be seen.
+  // Pan just enough to make a box visible.
   reveal(id) {
     const item = this.scene.items.get(id);
     if (!item || this.fitted) return;
@@ -167,7 +167,7 @@ export class Picture {
     return { colours: this.colours, scale, seen, lit: this.lit, chosen: this.chosen, pointed: this.pointed };
   }
 
-  // The whole picture as a file of its own.
+  // Return the whole graph as an SVG file.
   svg() {
     const [left, top, right, bottom] = this.scene.bounds;
     const [x, y, width, height] = [left - 20, top - 20, right - left + 40, bottom - top + 40].map(Math.round);
@@ -186,7 +186,7 @@ export class Picture {
     this.canvas.height = Math.round(height * ratio);
     if (this.model) this.show(this.model, this.rates);
     if (this.fitted && this.scene.items.size) this.fit(false);
-    this._draw(performance.now()); // at once: a canvas that has been resized is empty
+    this._draw(performance.now()); // at once: resizing clears a canvas
   }
 
   _measure(text, size, weight) {
@@ -213,7 +213,7 @@ export class Picture {
     this.draw();
   }
 
-  // A finger moves the plane, unless the box is chosen: it is hard to find a place without boxes.
+  // A finger pans the plane, unless it touches the chosen box: there may be little free space between boxes.
   _grab(x, y, touch) {
     const { box } = this._find(x, y) || {};
     this.held = box && (!touch || box.id === this.chosen) ? box.id : null;
@@ -233,7 +233,7 @@ export class Picture {
     this.on.moved?.();
   }
 
-  // All boxes go back to where the layout has them.
+  // Move all boxes back to the positions of the layout.
   release() {
     this.scene.release(performance.now());
     this.fit();
@@ -270,7 +270,7 @@ export class Picture {
     event.stopPropagation();
   }
 
-  // Without anything chosen, begin with what is nearest to the middle.
+  // If nothing is chosen, start with the box nearest to the middle.
   _enter() {
     const { camera, scene } = this;
     const chosen = scene.items.get(this.chosen);

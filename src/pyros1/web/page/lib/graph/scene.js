@@ -1,23 +1,23 @@
-// The picture of a model: sizes, places that move from one layout to the next, colours, and what is under the pointer.
+// The drawing of a model: sizes, positions animated from one layout to the next, colours, and hit testing.
 
 import { bytes, plural, rate } from "../format.js";
 import { flowOf, stateOf, topicsOn } from "./model.js";
 
 const GLIDE = 380; // ms
 const MOST_LETTERS = 44;
-const MOST_LINES = 3; // topics named on an edge
+const MOST_LINES = 3; // topics listed on an edge
 const LINE = 14;
-const LETTER = 5.5; // pixels of one at that size, about
-const FLOW_WIDTH = 104; // pixels kept for a rate, so that its digits move nothing
-const FAR = 0.25; // pixels per unit, below which only shapes are seen
-const SMALLEST = 11; // pixels of the names of groups
+const LETTER = 5.5; // approximate width of a character at that size in pixels
+const FLOW_WIDTH = 104; // pixels reserved for a rate, so that changing digits do not move anything
+const FAR = 0.25; // pixels per unit; below this, only shapes are drawn
+const SMALLEST = 11; // pixels; minimum font size of group names
 const MOST_LABELS = 400;
-const MOST_PUT = 500; // boxes that the user has put somewhere
-const PADDING = 14; // of a group around such a box
+const MOST_PUT = 500; // maximum number of boxes that the user has moved
+const PADDING = 14; // of a group around a moved box
 const TITLE = 20;
 const LEAST_TEXT = 4.5; // pixels; smaller text is not drawn
 
-// Everything that a layout depends on. measure(text, size, weight) returns pixels.
+// Return everything that a layout depends on. measure(text, size, weight) returns pixels.
 export function plan(model, { rates, down, room, measure }) {
   const boxes = model.boxes.map((box) => {
     const label = shortened(box.label);
@@ -28,7 +28,7 @@ export function plan(model, { rates, down, room, measure }) {
   });
   const edges = model.edges.map((edge) => {
     edge.lines = namesOn(edge);
-    edge.flows = rates && edge.links.some(({ publisher, subscriber }) => publisher && subscriber); // a node that is slow to answer moves nothing
+    edge.flows = rates && edge.links.some(({ publisher, subscriber }) => publisher && subscriber); // a node that responds late must not change the layout
     const widest = Math.max(0, edge.flows ? FLOW_WIDTH : 0, ...edge.lines.map((line) => Math.ceil(measure(line, 11, 400)) + 6));
     const height = (edge.lines.length + (edge.flows ? 2 : 0)) * LINE;
     return { id: edge.id, from: edge.from, to: edge.to, width: widest, height };
@@ -48,24 +48,24 @@ function namesOn(edge) {
 export class Scene {
   constructor() {
     this.model = null;
-    this.items = new Map(); // id -> {box, width, height, home, from, to, at}; home: where the layout has it
+    this.items = new Map(); // id -> {box, width, height, home, from, to, at}; home: position in the layout
     this.lines = new Map(); // id -> {edge, home, from, to, at}
     this.frames = new Map(); // group -> {group, home, from, to, at}: [x, y, width, height]
-    this.put = new Map(); // id -> [x, y]: boxes that the user has put somewhere
-    this.asked = new Map(); // id -> [right, down]: the same, of boxes that are not there yet, from where the layout will have them
+    this.put = new Map(); // id -> [x, y]: boxes that the user has moved
+    this.asked = new Map(); // id -> [right, down]: the same for boxes that do not exist yet, as offsets from the layout's position
     this.begin = -Infinity;
     this.bounds = [0, 0, 1, 1];
   }
 
-  // Rates have changed, nothing else.
+  // Update rates only.
   refresh(model) {
     this.model = model;
     for (const box of model.boxes) if (this.items.has(box.id)) this.items.get(box.id).box = box;
     for (const edge of model.edges) if (this.lines.has(edge.id)) this.lines.get(edge.id).edge = edge;
   }
 
-  // There is a new layout: what stays glides to its new place; the whole is moved so that what is chosen, or else most
-  // of it, stays where it is.
+  // Apply a new layout: what stays is animated to its new position, and everything is shifted so that the chosen box, or
+  // else most boxes, stay where they are.
   arrange(model, what, found, chosen, now) {
     const sizes = new Map(what.boxes.map((box) => [box.id, box]));
     const still = found.boxes[chosen] && this.items.has(chosen) ? [[chosen, found.boxes[chosen]]] : Object.entries(found.boxes);
@@ -105,7 +105,7 @@ export class Scene {
     }
   }
 
-  // Put a box somewhere, where it stays whatever the layout is.
+  // Move a box to a position that it keeps in all layouts.
   move(id, right, down) {
     const item = this.items.get(id);
     if (!item) return;
@@ -114,7 +114,7 @@ export class Scene {
     this._settle(id);
   }
 
-  // How far boxes have been put from where the layout has them, as a link keeps it: [[id, right, down], ...].
+  // Offsets of the boxes that the user has moved, as stored in a link: [[id, right, down], ...].
   get offsets() {
     const there = [...this.put].filter(([id]) => this.items.has(id)).map(([id, [x, y]]) => {
       const { home } = this.items.get(id);
@@ -123,13 +123,13 @@ export class Scene {
     return [...[...this.asked].map(([id, way]) => [id, ...way]), ...there];
   }
 
-  // A link may say anything.
+  // Links are untrusted input.
   set offsets(list) {
     const good = (each) => Array.isArray(each) && typeof each[0] === "string" && each.length === 3 && each.slice(1).every(Number.isFinite);
     this.asked = new Map((Array.isArray(list) ? list : []).filter(good).slice(0, MOST_PUT).map(([id, ...way]) => [id, way]));
   }
 
-  // Let all boxes glide back to where the layout has them.
+  // Animate all boxes back to the positions of the layout.
   release(now) {
     this.put.clear();
     this.asked.clear();
@@ -138,8 +138,8 @@ export class Scene {
     this._settle();
   }
 
-  // Where everything goes: where the layout has it, unless the user has put it, or an end of it, elsewhere.
-  // moved: the box that is moved just now; it and what hangs on it is there at once.
+  // Compute all target positions: those of the layout, unless the user has moved the box, or an end of the edge.
+  // moved: the box that is being dragged; it and its edges move without animation.
   _settle(moved = null) {
     const away = (id) => {
       const [item, put] = [this.items.get(id), this.put.get(id)];
@@ -168,7 +168,7 @@ export class Scene {
     this.bounds = [Math.min(left, x - width / 2), Math.min(top, y - height / 2), Math.max(right, x + width / 2), Math.max(bottom, y + height / 2)];
   }
 
-  // Move on. Returns whether something still moves.
+  // Advance the animation. Returns whether it is still running.
   step(now) {
     const part = matchMedia("(prefers-reduced-motion: reduce)").matches ? 1 : Math.min(1, Math.max(0, (now - this.begin) / GLIDE));
     const t = part < 0.5 ? 4 * part ** 3 : 1 - (2 - 2 * part) ** 3 / 2;
@@ -182,7 +182,7 @@ export class Scene {
     return part < 1;
   }
 
-  // What is at a point: {box}, {group} or {edge}; null for nothing. near: how far from an edge counts.
+  // Return what is at a point: {box}, {group}, {edge} or null. near: maximum distance from an edge.
   find(x, y, near) {
     for (const { box, at, width, height } of this.items.values()) {
       if (Math.abs(x - at[0]) <= width / 2 && Math.abs(y - at[1]) <= height / 2) return { box };
@@ -202,7 +202,7 @@ export class Scene {
     return found;
   }
 
-  // The box nearest to another in a direction: [1, 0] is to the right.
+  // Return the nearest box in a direction: [1, 0] is to the right.
   beside(id, [right, down]) {
     const { at: [x, y] } = this.items.get(id);
     let [best, found] = [Infinity, null];
@@ -230,7 +230,7 @@ export class Scene {
     return found;
   }
 
-  // Draw with a pen; see pens.js. look: {colours, scale, seen: [left, top, right, bottom], lit: {boxes, edges} (sets of ids) or null, chosen: id, pointed: id}
+  // Draw with a pen (see pens.js). look: {colours, scale, seen: [left, top, right, bottom], lit: {boxes, edges} (sets of ids) or null, chosen: id, pointed: id}
   draw(pen, look) {
     const [left, top, right, bottom] = look.seen;
     const outside = (x, y, width, height) => x + width / 2 < left || x - width / 2 > right || y + height / 2 < top || y - height / 2 > bottom;
@@ -240,7 +240,7 @@ export class Scene {
       if (!outside(x, y, width, height)) drawFrame(pen, look, frame);
     }
     const labels = [];
-    const strokes = new Map(); // far away, lines of one look are drawn as one
+    const strokes = new Map(); // when zoomed out, lines with the same style are drawn together
     for (const line of this.lines.values()) {
       const points = line.at.slice(0, -2);
       if (outsideLine(points, look.seen)) continue;
@@ -272,10 +272,10 @@ function drawFrame(pen, { colours, pointed, scale }, { group, at: [x, y, width, 
   pen.box(x, y, width, height, { radius: 10, fill: colours.group, stroke, lineWidth: Math.max(1, 0.8 / scale), alpha });
 }
 
-// Names of groups are never too small to be read: far away they are what is left.
+// Group names never become too small to read: when zoomed out they are all that is left.
 function drawTitle(pen, { colours, pointed, scale, seen }, { group, at: [x, y, width, height], alpha }) {
   const size = Math.max(12, SMALLEST / scale);
-  const within = Math.min(Math.max(y - height / 2, seen[1]), y + height / 2 - 30); // of a large one it stays in sight
+  const within = Math.min(Math.max(y - height / 2, seen[1]), y + height / 2 - 30); // keep the name of a large group visible
   const [left, top] = [Math.max(x - width / 2, Math.min(seen[0], x)) + (size > 14 ? 0 : 12), size > 14 ? y - height / 2 - size * 0.7 : within + 16];
   const text = `▾ ${group.label}`;
   if (size > 14) pen.box(left + text.length * size * 0.3, top, text.length * size * 0.6, size * 1.2, { radius: size / 4, fill: colours.surface, alpha });
@@ -296,7 +296,7 @@ function styleOf(look, { edge, alpha }) {
   };
 }
 
-// A label that would lie on a box or on another label is left out, and so is that of an edge that is dimmed.
+// Leave out labels that would cover a box or another label, and those of dimmed edges.
 function drawLabel(pen, look, { edge, at, alpha }, taken) {
   const { colours, lit } = look;
   if (lit && !lit.edges.has(edge.id)) return;
@@ -315,7 +315,7 @@ function drawLabel(pen, look, { edge, at, alpha }, taken) {
   });
 }
 
-// Rate and size of a message, then both together.
+// Return the rate and size of a message, then the bandwidth.
 export function flowTexts(edge) {
   const { hz, bytes: size } = flowOf(edge);
   if (hz === null) return [];
@@ -357,7 +357,7 @@ function middle(values) {
   return sorted[Math.floor(sorted.length / 2)];
 }
 
-// A line (points, then the middle of its label) whose ends have been moved: its middle is moved by the half.
+// Move a line (points, then the position of its label) with its ends: its middle moves by half.
 function bent(home, first, last) {
   if (!first && !last) return home;
   const [[ax, ay], [bx, by]] = [first || [0, 0], last || [0, 0]];
@@ -373,7 +373,7 @@ function within(group, name) {
   return group === name || group.startsWith(`${name}/`);
 }
 
-// A frame of a group that also holds boxes elsewhere.
+// Return the frame of a group that has boxes moved by the user.
 function framed([x, y, width, height], items) {
   let [left, top, right, bottom] = [x - width / 2, y - height / 2, x + width / 2, y + height / 2];
   for (const { to, width: wide, height: high } of items) {

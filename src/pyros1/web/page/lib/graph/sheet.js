@@ -1,4 +1,4 @@
-// The side sheet: what is known of a node, a topic or a connection, and what can be done about it.
+// The side sheet: details of a node, topic or connection, and actions on it.
 
 import { fill, h } from "../dom.js";
 import { bytes, plural, rate } from "../format.js";
@@ -19,7 +19,7 @@ export class Sheet {
     this.latest = null;
   }
 
-  // Show what was chosen: {box} or {edge} of a model; null closes the sheet.
+  // Show the selection: {box} or {edge} of a model; null closes the sheet.
   show(chosen, system) {
     this.latest?.close();
     this.latest = null;
@@ -35,7 +35,7 @@ export class Sheet {
     this.latest?.close();
   }
 
-  // The system has changed; the sheet is made anew only if something has come or gone.
+  // The system has changed; the sheet is rebuilt only if something was added or removed.
   refresh(system) {
     if (!this.shown) return;
     const { box, edge } = this.shown;
@@ -125,7 +125,7 @@ export class Sheet {
     const flow = h("dd.mono");
     this.live.push((system) => {
       const topic = system.topics[name];
-      const text = topic?.hz === null ? "…" : topic?.hz === undefined ? "unknown: it is counted per connection" : topic.hz && !topic.bytes ? rate(topic.hz) // nothing is encoded within a process
+      const text = topic?.hz === null ? "…" : topic?.hz === undefined ? "unknown: it is counted per connection" : topic.hz && !topic.bytes ? rate(topic.hz) // nothing is serialised within a process
         : `${rate(topic.hz)}${topic.hz ? ` of ${bytes(topic.bytes / topic.hz)}` : ""}, ${bytes(topic.bytes, "B/s")}`;
       if (flow.textContent !== text) fill(flow, text);
     });

@@ -1,4 +1,4 @@
-// Lays out graphs beside the page: {number, what} -> {number, found, seconds} or {number, problem}.
+// Computes layouts in a worker: {number, what} -> {number, found, seconds} or {number, problem}.
 
 import { layout } from "./layout.js";
 

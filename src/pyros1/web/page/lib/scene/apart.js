@@ -1,7 +1,7 @@
-// Which of the names in a picture are seen. Nothing is drawn here.
+// Which of the labels in an image are visible. Pure.
 
-// boxes: {left, top, wide, high} in pixels, the most important first. Returns for each whether it is clear of those that are
-// seen before it.
+// boxes: {left, top, wide, high} in pixels, in order of importance. Returns for each whether it overlaps no visible one
+// before it.
 export function apart(boxes) {
   const kept = [];
   return boxes.map((box) => {

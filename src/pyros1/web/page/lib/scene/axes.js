@@ -1,10 +1,10 @@
-// Axes as rviz has them: a red, a green and a blue cylinder along x, y and z.
+// Axes like rviz's: a red, a green and a blue cylinder along x, y and z.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 
 const COLOURS = [[1, 0, 0], [0, 1, 0], [0, 0, 1]];
 
-// The three as one shape. length and width in metres; rviz calls the width a radius.
+// The three axes as one shape. length and width in metres; rviz calls the width a radius.
 export function axesShape(length, width) {
   const places = [];
   const normals = [];

@@ -1,4 +1,4 @@
-// What a camera sees, in a corner of the scene: its picture, with the scene over it as it looks from there.
+// A camera's image in a corner of the scene, with the scene drawn over it from the camera's point of view.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { h } from "../dom.js";
@@ -6,11 +6,11 @@ import { drawPicture } from "../images.js";
 import { put } from "./stage.js";
 
 const NEAR = 0.01; // metres
-const MOST = 1024; // pixels of a picture's longer side on the graphics card
-const TURN = new THREE.Quaternion(1, 0, 0, 0); // cameras of ROS look along z with y down, those of three.js against z with y up
+const MOST = 1024; // pixels of an image's longer side on the graphics card
+const TURN = new THREE.Quaternion(1, 0, 0, 0); // cameras in ROS look along z with y down, those of three.js along -z with y up
 const FLAT = new THREE.OrthographicCamera(-1, 1, 1, -1, 0, 1);
 
-// Return left, right, top and bottom of what a camera sees at a distance of 1; see pyros1/web/scene/camera.py.
+// Return the left, right, top and bottom of a camera's field of view at a distance of 1; see pyros1/web/scene/camera.py.
 export function sight({ fx, fy, cx, cy, width, height }, zoom = 1) {
   const [across, down] = [width / 2 / fx / zoom, height / 2 / fy / zoom];
   const [right, low] = [(width / 2 - 0.5 - cx) / fx, (height / 2 - 0.5 - cy) / fy];
@@ -18,7 +18,7 @@ export function sight({ fx, fy, cx, cy, width, height }, zoom = 1) {
 }
 
 export class CameraView {
-  // place: the element over which it lies; stage: whose scene it shows; frames: FrameSet; changed(): see Overlay.
+  // place: the element to overlay; stage: the scene that is drawn; frames: FrameSet; changed(): see Overlay.
   constructor(place, title, { stage, frames, changed }) {
     this.stage = stage;
     this.frames = frames;
@@ -26,13 +26,13 @@ export class CameraView {
     this.hole = h("div.hole", { role: "img", "aria-label": `what the camera of ${title} sees` }); // one sees the stage's canvas through it
     this.figure = h("figure.overlay.camera", { title, onclick: () => { this.figure.classList.toggle("large"); stage.draw(); } }, this.hole, h("figcaption.mono", {}, title));
     place.append(this.figure);
-    this.canvas = h("canvas"); // the picture
-    this.small = h("canvas"); // the same, not larger than needed
+    this.canvas = h("canvas"); // the image
+    this.small = h("canvas"); // the same, reduced to what is needed
     this.material = new THREE.MeshBasicMaterial({ depthTest: false, depthWrite: false, toneMapped: false, transparent: true });
     this.picture = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), this.material);
     this.sheet = new THREE.Scene().add(this.picture);
     this.eye = new THREE.PerspectiveCamera();
-    this.object = null; // nothing in the scene
+    this.object = null; // no object in the scene
     this.word = "no image yet";
     this.problem = "";
     this.controls = {
@@ -46,17 +46,17 @@ export class CameraView {
     stage.after.push(this.draw);
   }
 
-  // The arguments that its stream has besides topic and fixed frame.
+  // The arguments of its stream, in addition to topic and fixed frame.
   get args() {
     return { info: this.options.info };
   }
 
   set(options) {
     Object.assign(this.options, options);
-    this.options.zoom = Math.min(20, Math.max(0.1, this.options.zoom)); // a link may say anything
+    this.options.zoom = Math.min(20, Math.max(0.1, this.options.zoom)); // links are untrusted input
   }
 
-  // Take a push of the view scene_camera. Returns a promise: the next one may come when this one is shown.
+  // Apply data of the view scene_camera. Returns a promise that resolves when it is drawn.
   async take(facts, blob) {
     try {
       if (!await drawPicture(this.canvas, facts, new Uint8Array(blob.buffer, blob.offset)) || this.closed) return;
@@ -106,7 +106,7 @@ export class CameraView {
     this.eye.quaternion.multiply(TURN);
   }
 
-  // Draw into the part of the stage's picture that is seen through the hole.
+  // Draw into the part of the stage's canvas that is visible through the hole.
   _draw() {
     if (!this.material.map || this.figure.hidden) return;
     const { renderer, scene, canvas } = this.stage;

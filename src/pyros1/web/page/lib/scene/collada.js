@@ -1,9 +1,9 @@
-// Collada files as three.js's loader understands them: it knows polygons only as polylists, numbers only with points, and
+// Rewrite Collada files for three.js's loader, which knows polygons only as polylists, numbers only with points, and
 // materials only if they are bound.
 
-const UNBOUND = "unbound"; // symbol of a material that there is not: the loader takes its own
+const UNBOUND = "unbound"; // symbol of a material that does not exist: the loader uses its default
 
-// Return a file's text as the loader expects it. What is wrong with it is an Error.
+// Return a file's text as the loader expects it. Throws an Error if the file is invalid.
 export function plainCollada(text) {
   const document = new DOMParser().parseFromString(text, "application/xml");
   if (document.querySelector("parsererror")) throw new Error("it is not XML");
@@ -12,7 +12,7 @@ export function plainCollada(text) {
   return counts.some((count) => count > 0) ? new XMLSerializer().serializeToString(document) : text;
 }
 
-// Polygons, fans and strips become polylists. Of polygons with holes, the holes are filled.
+// Convert polygons, fans and strips to polylists. Holes in polygons are filled.
 function polygons(document) {
   const found = [...document.querySelectorAll("polygons, trifans, tristrips")];
   for (const part of found) {
@@ -42,20 +42,20 @@ function children(part, ...names) {
   return [...part.children].filter(({ localName }) => names.includes(localName));
 }
 
-// The corners of a list of indices, each with one index for each of its inputs: "0 0 1 0" -> ["0 0", "1 0"].
+// Split a list of indices into corners, each with one index per input: "0 0 1 0" -> ["0 0", "1 0"].
 function cornersOf(list, size) {
   const numbers = list?.textContent.trim().split(/\s+/).filter(Boolean) || [];
   return Array.from({ length: Math.floor(numbers.length / size) }, (_, index) => numbers.slice(size * index, size * (index + 1)).join(" "));
 }
 
-// Numbers with a comma, as programs in some languages write them.
+// Replace decimal commas, which programs write in some locales.
 function commas(document) {
   const found = [...document.querySelectorAll("float_array, matrix, translate, rotate, scale, color")].filter(({ textContent }) => /\d,\d/.test(textContent));
   for (const numbers of found) numbers.textContent = numbers.textContent.replaceAll(",", ".");
   return found.length;
 }
 
-// Materials that a node does not bind are those of that name, or the first one, as in rviz.
+// Bind materials that a node does not bind to those of the same name, or to the first one, like rviz.
 function materials(document) {
   let count = 0;
   for (const part of document.querySelectorAll("triangles:not([material]), polylist:not([material])")) {

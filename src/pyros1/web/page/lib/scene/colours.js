@@ -1,6 +1,6 @@
-// Colours of numbers.
+// Colour maps.
 
-// Red, green and blue from 0 to 1 of a place from 0 (violet) to 1 (red) in a rainbow, as rviz colours clouds.
+// Write the red, green and blue (0 to 1) of a position from 0 (violet) to 1 (red) in a rainbow, like rviz for clouds.
 export function rainbow(place, out, at) {
   const turn = (1 - Math.min(1, Math.max(0, place))) * 5;
   const index = Math.floor(turn);

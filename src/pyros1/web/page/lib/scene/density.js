@@ -1,36 +1,36 @@
-// How many points of a cloud a browser draws without halting: fewer when pictures take too long, and more again when they
-// do not. Nothing is drawn here.
+// How many points of a cloud to draw: fewer when frames take too long, more when they do not.
+// Pure.
 
-const SLOW = 150; // milliseconds that a picture may take
-const SLOW_TIMES = 3; // pictures in a row that take longer
-const WELL_TIMES = 5; // pictures in a row after which there may be more points
+const SLOW = 150; // milliseconds that a frame may take
+const SLOW_TIMES = 3; // consecutive frames that take longer
+const WELL_TIMES = 5; // consecutive frames that are fast enough before more points are requested
 const MOST_TIMES = 160;
-const ROOM = 1.5; // more is asked for if there is room for so many times as many
+const ROOM = 1.5; // more points are requested if this factor more could be drawn
 const FEWEST = 20000;
 
 export class Density {
   constructor() {
-    this.enough = Infinity; // points
+    this.enough = Infinity; // maximum number of points
     this._patience = WELL_TIMES;
     this._slow = 0;
     this._well = 0;
-    this._more = false; // whether the last change was to more points
+    this._more = false; // whether the last change was an increase
   }
 
-  // The user wants another number: that counts.
+  // Start again: the user has chosen another number.
   forget() {
     Object.assign(this, new Density());
   }
 
-  // Told how many milliseconds the last picture took. Returns whether `enough` is another number now.
-  // count: points that are drawn; all: whether these are all that there are; fresh: whether they have just come, which takes
-  // longer than to draw them again from elsewhere.
+  // Report how many milliseconds the last frame took. Returns whether `enough` has changed.
+  // count: points drawn; all: whether there are no more points; fresh: whether they have just arrived, which takes longer
+  // than drawing them again from another viewpoint.
   told(lag, { count, all, fresh }) {
     const room = Math.min(4 * count, Math.round(count * 0.7 * SLOW / Math.max(lag, 1)));
     if (fresh) this._slow = lag > SLOW ? this._slow + 1 : 0;
     this._well = !all && room > ROOM * Math.max(count, this.enough) ? this._well + 1 : 0;
     if (this._slow >= SLOW_TIMES && count > FEWEST) {
-      if (this._more) this._patience = Math.min(MOST_TIMES, 2 * this._patience); // it was too much: next time later
+      if (this._more) this._patience = Math.min(MOST_TIMES, 2 * this._patience); // the increase was too much: wait longer before the next one
       return this._change(Math.max(FEWEST, Math.round(count / 10), room), false);
     }
     return this._well >= this._patience && this._change(room, true);
@@ -42,7 +42,7 @@ export class Density {
   }
 }
 
-// How often something comes, of the last few times.
+// The rate of the last few events.
 export class Pace {
   constructor() {
     this.times = []; // milliseconds

@@ -1,4 +1,4 @@
-// What topics look like in the scene. A display has an object, takes pushes of the view scene_topic, and has options.
+// Displays of topics in the scene. A display has an object, receives data of the view scene_topic, and has options.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { Density, Pace } from "./density.js";
@@ -16,12 +16,12 @@ const PLACE = ["x", "y", "z"];
 const IDENTITY = [0, 0, 0, 0, 0, 0, 1];
 
 export class Display {
-  // kind: rviz's name of the display; changed(): called when it looks different without a push; pictures(): topics of them.
+  // kind: rviz's name of the display; changed(): called when its look changes without new data; pictures(): image topics.
   constructor(colour, kind, /** @type {{token?: string, changed?: (what?: string) => void, pictures?: () => string[]}} */ { token = "", changed = () => {}, pictures = () => [] } = {}) {
     this.object = new THREE.Group();
     this.colour = colour;
     this.kind = kind;
-    this.word = ""; // what it shows, for the list
+    this.word = ""; // status, for the list
     this.problem = "";
     this.controls = { ...OPTIONS[kind] };
     if (this.controls.tint === TINT) this.controls.tint = { ...TINT, usual: colour };
@@ -30,22 +30,22 @@ export class Display {
     this.host = { token, changed };
     this.density = new Density();
     this.pace = new Pace();
-    this.count = 0; // points that are drawn
-    this.every = 1; // of so many that there are
+    this.count = 0; // points drawn
+    this.every = 1; // of this many points, one is drawn
   }
 
-  // The arguments that its stream has besides topic and fixed frame.
+  // The arguments of its stream, in addition to topic and fixed frame.
   get args() {
     const { by, colour, info, most, auto, low, high } = this.options;
     return most ? { by, colour, info, most: Math.min(most, this.density.enough), bounds: auto ? null : [low, high], numbers: this.inspected === true } : {};
   }
 
-  // Told whether one asks for the numbers behind the points.
+  // Set whether the server should also send the numbers of the points.
   inspect(inspected) {
     this.inspected = inspected;
   }
 
-  // What can be selected; see select.js.
+  // Return what can be selected; see select.js.
   parts() {
     if (this.markers) return this.markers.parts();
     const about = () => [["frame", this.frame], ["shows", this.word], ...placed(this.object)];
@@ -65,7 +65,7 @@ export class Display {
 
   set(options) {
     for (const [key, value] of Object.entries(options)) this.options[key] = fitting(value, this.controls[key]);
-    if (options.most) this.density.forget(); // the user knows best
+    if (options.most) this.density.forget(); // the user's choice overrides the automatic one
     if (options.decay !== undefined) this._forget();
     this._style();
     if (this.last) {
@@ -77,7 +77,7 @@ export class Display {
 
   take(data, blob) {
     if (data.kind !== "patch" && data.kind !== this.drawn) {
-      if (this.drawn) this._forget(); // the topic has another type now
+      if (this.drawn) this._forget(); // the type of the topic has changed
       this.drawn = data.kind;
     }
     if (data.kind === "markers") {
@@ -103,14 +103,14 @@ export class Display {
     this._draw(data, blob);
   }
 
-  // Things that stand still in their frame go with it when it moves.
+  // Move what is fixed to a moving frame.
   place(frames) {
     const pose = this.plane && frames.pose(this.frame);
     if (pose) put(this.object, pose);
     this.markers?.place(frames);
   }
 
-  // Told how many milliseconds the last picture took. Returns whether its stream should send less or more.
+  // Report how many milliseconds the last frame took. Returns whether its stream should send fewer or more points.
   hurry(lag, fresh) {
     const { count, every } = this;
     return Boolean(count) && !this.hidden && this.density.told(lag, { count, all: every === 1, fresh });
@@ -130,7 +130,7 @@ export class Display {
     return this.options.tint || this.colour;
   }
 
-  // Whether older messages stay, each where it was.
+  // Whether older messages stay at their positions.
   get _trailing() {
     return this.options.keep > 0 || this.options.decay > 0;
   }
@@ -155,7 +155,7 @@ export class Display {
     while (this.object.children.length > this.options.keep) this._drop(this.object.children[0]);
   }
 
-  // Whether a pose is too near to the last one that was drawn.
+  // Return whether a pose is too close to the last one drawn.
   _near(pose) {
     const { step, angle } = this.options;
     if (step === undefined) return false;
@@ -168,7 +168,7 @@ export class Display {
     return false;
   }
 
-  // A place of its own for a message.
+  // A group of its own for a message.
   _placed(pose) {
     const place = new THREE.Group();
     put(place, pose);
@@ -176,7 +176,7 @@ export class Display {
     return place;
   }
 
-  // The points that a message fills: those that there are, or new ones if older ones stay for a while.
+  // Return the points to fill with a message: the existing ones, or new ones if old ones are kept for a while.
   _dots({ pose, count }) {
     const { decay } = this.options;
     if (!(decay > 0)) return this.points ||= this._own(new PointSet());
@@ -230,7 +230,7 @@ export class Display {
     this.word = `${plural(count, "point")}${every > 1 ? ` (one of ${every}${why}), ${this.pace}` : ""}, colour: ${by}`;
   }
 
-  // Offer what points can be coloured by.
+  // Update the fields that points can be coloured by.
   _offer(fields) {
     if (!this.controls.by || this.controls.by.choices.length === fields.length + 1) return;
     this.controls.by = { ...this.controls.by, choices: ["", ...fields] };
@@ -302,7 +302,7 @@ function turned(pose) {
   return place.quaternion;
 }
 
-// A link may say anything.
+// Links are untrusted input.
 function fitting(value, /** @type {Partial<import("./options.js").Control>} */ { kind, least, most, usual } = {}) {
   if (kind === "number") return Number.isFinite(value) ? Math.min(most, Math.max(least, value)) : usual;
   if (kind === "colour") return /^#[0-9a-f]{6}$/i.test(value) ? value : usual;

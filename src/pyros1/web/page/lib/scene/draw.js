@@ -1,5 +1,5 @@
-// Messages of small kinds as objects. Each function takes the facts of pyros1/web/scene/shapes.py, their numbers as
-// Float32Array, and a colour; it returns [object, word].
+// Draw messages of simple types. Each function takes the facts of pyros1/web/scene/shapes.py, their numbers as a
+// Float32Array, and a colour; it returns [object, status].
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { axesMatter, axesOf, axesShape } from "./axes.js";
@@ -28,12 +28,12 @@ export function path({ count }, numbers, colour, /** @type {Style} */ style = {}
   return [group, plural(count, "pose")];
 }
 
-// Three.js complains if it is to add nothing.
+// Three.js complains if it has to add nothing.
 function addTo(group, things) {
   for (const thing of things) group.add(thing);
 }
 
-// Copies of a thing at the first of some poses.
+// Copies of an object at the first of many poses.
 function each(count, numbers, thing) {
   return Array.from({ length: Math.min(count, MOST_ARROWS) }, (_, index) => {
     const place = new THREE.Group();
@@ -62,7 +62,7 @@ function flatArrow(length, colour, alpha) {
   return line(Float32Array.from(ends), colour, alpha, pairs(ends.length / 3));
 }
 
-// Where the position is, up to one standard deviation.
+// The position's uncertainty: an ellipsoid of one standard deviation.
 function ellipsoid(spread, place, /** @type {Style} */ { placeTint, placeAlpha, placeScale }) {
   const ball = new THREE.Mesh(new THREE.SphereGeometry(1, 24, 16), matter(placeTint, placeAlpha));
   const [one, two, three] = spread.map((axis) => new THREE.Vector3(...axis).multiplyScalar(placeScale));
@@ -72,7 +72,7 @@ function ellipsoid(spread, place, /** @type {Style} */ { placeTint, placeAlpha, 
   return ball;
 }
 
-// How sure the direction is, up to one standard deviation.
+// The direction's uncertainty: a fan of one standard deviation.
 function fan(angle, /** @type {Style} */ { turnTint, turnAlpha }) {
   const shape = new THREE.CircleGeometry(0.5, 24, -angle, 2 * angle);
   return new THREE.Mesh(shape, matter(turnTint, turnAlpha));
@@ -102,7 +102,7 @@ export function cells({ count, more, size }, middles, colour, /** @type {Style} 
   return [mesh, `${plural(count, "cell")}${more ? `, ${more} more ${more === 1 ? "is" : "are"} not drawn` : ""}`];
 }
 
-// A force and a torque, or a straight and a turning velocity: an arrow, and an arrow with an arc around it.
+// A wrench, twist or acceleration: an arrow for the linear part, and an arrow with an arc around it for the angular one.
 export function screw({ straight, around, units }, _, colour, { scale, scaleAround, width, tintAround, alpha, small }) {
   const group = new THREE.Group();
   if (!isKnown([...straight, ...around])) return [group, "some of its numbers are not finite"];
@@ -123,11 +123,11 @@ export function screw({ straight, around, units }, _, colour, { scale, scaleArou
   return [group, `${force.length().toFixed(2)} ${units[0]}, ${torque.length().toFixed(2)} ${units[1]}`];
 }
 
-// One number, by its colour.
+// A number, shown by its colour.
 export function measured({ value, unit, least, most, warm }) {
   const rgb = [0, 0, 0];
   const place = ((value ?? least) - least) / (most - least);
-  rainbow(warm ? place : 1 - place, rgb, 0); // as rviz: what is warm is red, of others what is little
+  rainbow(warm ? place : 1 - place, rgb, 0); // like rviz: warm is red, and for other quantities low is red
   const group = new THREE.Group();
   const word = `${value === null ? "nan" : Number(value.toPrecision(6))} ${unit}`.trim();
   const text = label(word, { height: 0.12, color: [0.55, 0.55, 0.6, 1] });
@@ -154,7 +154,7 @@ export function imu({ orientation, acceleration }, _, colour) {
   return [group, `${push.length().toFixed(2)} m/s²`];
 }
 
-// Whether all numbers are some; what is not finite is null.
+// Return whether all numbers are finite; others are sent as null.
 function isKnown(numbers) {
   return numbers.every((value) => value !== null);
 }

@@ -1,4 +1,4 @@
-// How hard the joints of a robot work: an arc around each, or an arrow along it, as large as its part of the greatest effort.
+// The effort of a robot's joints: an arc around each, or an arrow along it, in proportion to the maximum effort.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { arrowOf } from "./markers.js";
@@ -6,9 +6,9 @@ import { numbers, placed } from "./select.js";
 import { dispose, put } from "./stage.js";
 import { readUrdf } from "./urdf.js";
 
-const SWEEP = 1.5 * Math.PI; // of an arc; its tip shows which way
-const THICK = 0.06; // of an arc's radius
-const LEAST = 0.02; // of the greatest effort; below that nothing is drawn
+const SWEEP = 1.5 * Math.PI; // of an arc; its tip shows the direction
+const THICK = 0.06; // fraction of an arc's radius
+const LEAST = 0.02; // fraction of the maximum effort; below that nothing is drawn
 const STILL = new Set(["fixed", "floating"]);
 
 export class EffortSet {
@@ -44,7 +44,7 @@ export class EffortSet {
     this._draw();
   }
 
-  // Take a push of the view scene_topic.
+  // Apply data of the view scene_topic.
   take(data) {
     this.now = data;
     this._draw();
@@ -64,7 +64,7 @@ export class EffortSet {
     this._clear();
   }
 
-  // What can be selected; see select.js.
+  // Return what can be selected; see select.js.
   parts() {
     return [...this.shapes].map(([name, { group, effort, limit }]) => ({
       object: group,
@@ -103,7 +103,7 @@ export class EffortSet {
       put(shape.group, pose);
       shape.group.visible = part >= LEAST;
       const size = Math.max(LEAST, Math.min(1, part)) * scale;
-      const side = effort < 0 ? -size : size; // turned by half a turn about x, it shows the other way
+      const side = effort < 0 ? -size : size; // half a turn about x reverses the direction
       shape.inner.scale.set(size, side, side);
       shape.material.color.setHSL((1 - Math.min(1, part)) / 3, 0.85, 0.45); // green to red
       shape.material.opacity = alpha;
@@ -146,7 +146,7 @@ export class EffortSet {
   }
 }
 
-// An arc of radius 1 around z, with a tip.
+// An arc of radius 1 around z, with an arrow head.
 function arc(material) {
   const group = new THREE.Group();
   const tip = new THREE.Mesh(new THREE.ConeGeometry(3.5 * THICK, 8 * THICK, 18).translate(0, 4 * THICK, 0), material);

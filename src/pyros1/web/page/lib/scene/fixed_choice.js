@@ -1,11 +1,11 @@
-// The frame that stands still: the root, a frame of the list, or one that one types.
+// The choice of the fixed frame: the root, a listed frame, or one that the user types.
 
 import { fill, h } from "../dom.js";
 
-const OTHER = "\n"; // no name of a frame
+const OTHER = "\n"; // not a valid frame name
 
 export class FixedChoice {
-  // chosen(frame): the user has chosen one; "" for the usual one.
+  // chosen(frame): the user has chosen a frame; "" for the default.
   constructor(frame, chosen) {
     this.frame = frame;
     this.chosen = chosen;
@@ -16,7 +16,7 @@ export class FixedChoice {
     this.element = h("label.check", {}, h("span.what", {}, "fixed"), this.list, this.field);
   }
 
-  // names: frames there are; usual: says what stands still unless one chooses. Returns whether anything is new.
+  // names: known frames; usual: describes the default fixed frame. Returns whether anything has changed.
   offer(names, usual) {
     const key = JSON.stringify([names, usual, this.frame]);
     if (key === this.key) return false;

@@ -1,4 +1,4 @@
-// Frames as axes with names, and lines to their parents.
+// Coordinate frames as axes with names, and lines to their parents.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { apart } from "./apart.js";
@@ -8,7 +8,7 @@ import { pairs, ribbons, shades } from "./ribbons.js";
 import { placed } from "./select.js";
 import { dispose, put } from "./stage.js";
 
-const HEIGHT = 0.12; // metres of a name
+const HEIGHT = 0.12; // metres; height of a name
 const LETTERS = 13; // pixels
 const IDENTITY = [0, 0, 0, 0, 0, 0, 1];
 
@@ -25,12 +25,12 @@ export class FrameSet {
       lines: { text: "lines to parent frames", kind: "check", usual: true },
       size: { text: "length of axes", kind: "number", usual: 0.3, least: 0.01, most: 100, step: 0.05 },
     };
-    this.options = { names: true, axes: true, lines: true, size: 0.3, concealed: [] }; // concealed: names of frames
+    this.options = { names: true, axes: true, lines: true, size: 0.3, concealed: [] }; // concealed: names of hidden frames
     this.word = "no frames yet";
     this.problem = "";
   }
 
-  // Take a push of the view scene_frames.
+  // Apply data of the view scene_frames.
   take({ fixed, names, parents, lost = [], trees = [] }, blob) {
     this.fixed = fixed;
     this.lost = new Set(lost);
@@ -60,7 +60,7 @@ export class FrameSet {
     if (count) this.lines.add(ribbons(Float32Array.from(ends), shades("#e0a000", 1, count), 1, pairs(count), "pixels"));
   }
 
-  // Why frames are not connected to the fixed one, and what there is; empty if there is nothing else.
+  // Explain why frames are not connected to the fixed one; empty if there are none.
   get apart() {
     if (!this.lost?.size) return "";
     const each = this.trees.map(([root, count]) => `${root} (${count} frame${count === 1 ? "" : "s"})`).join(", ");
@@ -82,7 +82,7 @@ export class FrameSet {
     return axes;
   }
 
-  // The page is light or dark now.
+  // Update the colours after a change of the theme.
   colours() {
     for (const [name, axes] of this.axes) {
       dispose(axes.children[1]);
@@ -91,8 +91,8 @@ export class FrameSet {
     }
   }
 
-  // Names are as high as letters of the page, however near one is; of those that would cover each other, the nearest is
-  // seen. Called before each picture; of the stage are used camera, size and pixel(place).
+  // Keep names at the size of the page's text at any distance; of overlapping ones, only the nearest is visible.
+  // Called before each frame; camera, size and pixel(place) of the stage are used.
   face(stage) {
     const [width, height] = stage.size;
     const seen = [];
@@ -120,20 +120,20 @@ export class FrameSet {
     dispose(this.object);
   }
 
-  // What can be selected; see select.js.
+  // Return what can be selected; see select.js.
   parts() {
     return [...this.axes].map(([name, axes]) => ({ object: axes, about: () => [["frame", name], ["parent", this.parents.get(name) || "none"], ...placed(axes)] }));
   }
 
-  // The pose of a frame in the fixed one; undefined if there is no way.
+  // Return the pose of a frame in the fixed one; undefined if they are not connected.
   pose(name) {
     return this.poses.get(name) || (name === this.fixed ? IDENTITY : undefined);
   }
 
-  // What is seen of them: {names, axes, lines, size in metres}.
+  // Set what is visible: {names, axes, lines, size in metres}.
   set(options) {
     Object.assign(this.options, options);
-    if (!Array.isArray(this.options.concealed)) this.options.concealed = []; // a link may say anything
+    if (!Array.isArray(this.options.concealed)) this.options.concealed = []; // links are untrusted input
     for (const [name, axes] of this.axes) this._look(axes, name);
     this.lines.visible = this.options.lines;
   }
@@ -146,7 +146,7 @@ export class FrameSet {
   }
 }
 
-// A name, which is read on whatever is behind it.
+// A label that is readable on any background.
 function nameOf(name) {
   const dark = getComputedStyle(document.documentElement).colorScheme.includes("dark");
   const text = label(name, { height: HEIGHT, color: dark ? [1, 1, 1, 1] : [0.1, 0.12, 0.15, 1], outline: dark ? "#14171bdd" : "#ffffffdd", onTop: true });

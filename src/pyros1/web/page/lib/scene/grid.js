@@ -1,4 +1,4 @@
-// The grid on the ground of the fixed frame.
+// The grid on the ground plane of the fixed frame.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { pairs, ribbons, shades } from "./ribbons.js";
@@ -26,7 +26,7 @@ export class Grid {
     this.options = Object.fromEntries(Object.entries(this.controls).map(([key, { usual }]) => [key, usual]));
   }
 
-  // Colours of the page, of the lines in the middle and of the others.
+  // Set the page's colours for the lines in the middle and the others.
   colours(middle, others) {
     this.page = [middle, others];
     this._draw();
@@ -48,7 +48,7 @@ export class Grid {
   _draw() {
     this._clear();
     const { flat, tint, line, plane } = this.options;
-    const value = (name) => within(this.options[name], this.controls[name]); // a link may say anything
+    const value = (name) => within(this.options[name], this.controls[name]); // links are untrusted input
     const count = Math.round(value("count"));
     const size = count * value("cell");
     const [middle, others] = flat ? [tint, tint].map((each) => new THREE.Color(each)) : this.page;
@@ -73,7 +73,7 @@ function within(/** @type {any} */ value, { least, most, usual }) {
   return Number.isFinite(value) ? Math.min(most, Math.max(least, value)) : usual;
 }
 
-// Pairs of places, and their colours. The lines in the middle come last: they are seen where others cross them.
+// Return the ends of the lines, and their colours. The middle lines come last, so that they are drawn over the others.
 function linesOf(count, size, middle, others, alpha) {
   const rows = Array.from({ length: count + 1 }, (_, row) => row / count - 0.5).sort((one, other) => Math.abs(other) - Math.abs(one));
   const half = size / 2;

@@ -1,15 +1,15 @@
-// The mouse and interactive markers: drag, click, menus; and what it tells the marker's server, as rviz does.
+// Drag, click and menus of interactive markers, and the feedback to the marker's server, like rviz.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { fill, h } from "../dom.js";
 import { FACING, MODE, axisOf } from "./interactive.js";
 
 const EVENT = { POSE_UPDATE: 1, MENU_SELECT: 2, BUTTON_CLICK: 3, MOUSE_DOWN: 4, MOUSE_UP: 5 };
-const ALIVE = 500; // milliseconds between poses of something that is held and does not move
+const ALIVE = 500; // milliseconds between poses of a marker that is held still
 const TURN = 0.01; // radians per pixel
 
 export class Interaction {
-  // stage; sets() -> the InteractiveSets; fixed() -> the fixed frame; publish(topic, type, value) -> promise; told(text).
+  // stage; sets() -> the InteractiveSets; fixed() -> the fixed frame; publish(topic, type, value) -> promise; told(text): report an error.
   constructor(stage, { sets, fixed, publish, told }) {
     this.stage = stage;
     this.sets = sets;
@@ -23,11 +23,11 @@ export class Interaction {
       ["pointerup", (event) => this._up(event)], ["pointercancel", (event) => this._up(event)],
       ["contextmenu", (event) => this._context(event)],
     ];
-    for (const [name, call] of this.listen) this.place.addEventListener(name, call, true); // before the camera's controls
+    for (const [name, call] of this.listen) this.place.addEventListener(name, call, true); // capture: before the camera's controls
     this.before = () => this.sets().forEach((set) => set.face(stage.camera));
     stage.before.push(this.before);
     this.enabled = true;
-    this.waiting = []; // messages to the servers of markers
+    this.waiting = []; // feedback that is not yet published
   }
 
   close() {
@@ -68,7 +68,7 @@ export class Interaction {
     if (control.facts.facing === FACING.VIEW) axis.copy(this.stage.camera.getWorldDirection(new THREE.Vector3())).negate();
     else axis.applyQuaternion((control.facts.facing === FACING.FIXED ? marker.outer : marker.inner).getWorldQuaternion(turn));
     this.drag = { control, name: control.facts.name, mode: control.facts.mode, axis, marker, from: point.clone(), at: [event.offsetX, event.offsetY] };
-    marker.held = (again) => { this.drag.marker = again; }; // its server may send it anew meanwhile
+    marker.held = (again) => { this.drag.marker = again; }; // its server may send it again meanwhile
     this._feedback(EVENT.POSE_UPDATE, point); // the order of all these is rviz's
     this._feedback(EVENT.MOUSE_DOWN, point);
     if (control.facts.mode === MODE.BUTTON) this._feedback(EVENT.BUTTON_CLICK, point);
@@ -117,7 +117,7 @@ export class Interaction {
     if (this._hit(event)) event.preventDefault();
   }
 
-  // A pose is sent once for each picture, however often the mouse moves.
+  // Send a pose at most once per frame, however often the mouse moves.
   _soon() {
     this.stage.draw();
     this.due ||= requestAnimationFrame(() => this._send());
@@ -131,7 +131,7 @@ export class Interaction {
   _feedback(event, point = null, control = this.drag.control, entry = 0) {
     const marker = this.drag?.marker || control.marker;
     const { inner, outer, facts } = marker;
-    // As rviz does it: markers that go with their frame are told of in it, others in the fixed frame.
+    // Like rviz: the feedback of markers locked to their frame uses that frame, that of others the fixed frame.
     const position = facts.locked ? inner.position : inner.getWorldPosition(new THREE.Vector3());
     const quaternion = facts.locked ? inner.quaternion : inner.getWorldQuaternion(new THREE.Quaternion());
     const mouse = point ? point.clone() : new THREE.Vector3();
@@ -146,7 +146,7 @@ export class Interaction {
     this._tell({ topic: `${marker.set.topic}/feedback`, value, step: event === EVENT.POSE_UPDATE && !point });
   }
 
-  // One after the other, so that none overtakes another; of the poses on the way, the newest is enough.
+  // Publish one after the other, to keep the order; of the intermediate poses, only the latest is sent.
   async _tell(message) {
     if (message.step && this.waiting.at(-1)?.step) this.waiting.pop();
     this.waiting.push(message);
@@ -201,7 +201,7 @@ export class Interaction {
   }
 }
 
-// What a drag does. Each takes the drag, the ray of the mouse, the event and the camera; it returns whether something moved.
+// What a drag does in each mode. Each function takes the drag, the ray of the mouse, the event and the camera; it returns whether something has moved.
 const DRAGS = {
   [MODE.MOVE_AXIS]: (drag, ray) => {
     const place = along(drag.from, drag.axis, ray);
@@ -224,7 +224,7 @@ const DRAGS = {
     const high = arm.clone().projectOnVector(drag.axis);
     const far = arm.sub(high).length();
     spin(drag, middle, place);
-    // Where the grabbed point is now; then all goes so far that it is under the mouse.
+    // Rotate the grabbed point, then move the marker until that point is under the mouse.
     const from = place.clone().sub(middle).projectOnPlane(drag.axis).setLength(far).add(high).add(middle);
     drag.from.copy(from);
     return shift(drag, place);
@@ -237,7 +237,7 @@ const DRAGS = {
   [MODE.MOVE_ROTATE_3D]: (drag, ray, event, camera) => DRAGS[event.shiftKey ? MODE.ROTATE_3D : MODE.MOVE_3D](drag, ray, event, camera),
 };
 
-// The place on a line that is nearest to a ray; null if they run side by side.
+// Return the point of a line that is nearest to a ray; null if they are parallel.
 function along(from, axis, ray) {
   const between = from.clone().sub(ray.origin);
   const dot = axis.dot(ray.direction);
@@ -246,7 +246,7 @@ function along(from, axis, ray) {
   return from.clone().addScaledVector(axis, (dot * between.dot(ray.direction) - between.dot(axis)) / wide);
 }
 
-// The place on a plane that a ray meets; null if it does not.
+// Return the intersection of a ray and a plane; null if there is none.
 function across(from, normal, ray) {
   return ray.intersectPlane(new THREE.Plane().setFromNormalAndCoplanarPoint(normal, from), new THREE.Vector3());
 }

@@ -1,4 +1,4 @@
-// Interactive markers: what they look like, and where they are. interact.js is what the mouse does with them.
+// Interactive markers: how they look, and where they are. interact.js handles the mouse.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { arrowOf, disposeMarker, markerObject } from "./markers.js";
@@ -24,7 +24,7 @@ export class InteractiveSet {
     this.host = { token, changed, failed: (text) => { if (this.faults.size < 20) this.faults.add(text); this._tell(); changed("words"); } };
   }
 
-  // Take a push of the view scene_interactive.
+  // Apply data of the view scene_interactive.
   take({ all, new: added, moved, gone }) {
     if (all) for (const key of [...this.known.keys()]) this._remove(key);
     for (const [server, name] of gone) this._remove(`${server}\n${name}`);
@@ -34,7 +34,7 @@ export class InteractiveSet {
       if (!marker) continue;
       Object.assign(marker.facts, { frame, pose });
       marker.placed = false;
-      if (marker.held) marker.later = true; // the mouse has it
+      if (marker.held) marker.later = true; // the user is dragging it
       else put(marker.inner, pose);
     }
     this.place(this.frames);
@@ -49,7 +49,7 @@ export class InteractiveSet {
     this.object.visible = shown;
   }
 
-  // Markers whose stamp is 0 go with their frame; others stay where they were when they came.
+  // Markers with stamp 0 move with their frame; others stay where they were when they were received.
   place(frames) {
     this.frames = frames;
     this.lost = "";
@@ -65,7 +65,7 @@ export class InteractiveSet {
     this._tell();
   }
 
-  // What can be selected; see select.js.
+  // Return what can be selected; see select.js.
   parts() {
     return [...this.known.values()].map(({ facts, outer, inner }) => ({
       object: outer,
@@ -73,7 +73,7 @@ export class InteractiveSet {
     }));
   }
 
-  // Turn what faces the camera. Called before each picture.
+  // Turn controls that face the camera. Called before each frame.
   face(camera) {
     for (const marker of this.known.values()) {
       for (const { facts, group } of marker.controls) {
@@ -81,7 +81,7 @@ export class InteractiveSet {
         const inner = marker.inner.getWorldQuaternion(new THREE.Quaternion()).invert();
         if (facts.facing === FACING.FIXED) group.quaternion.copy(inner.multiply(marker.outer.quaternion));
         else if (facts.independent) group.quaternion.identity();
-        else { // x looks at the camera, and z is up in the picture
+        else { // x points at the camera, and z is up in the image
           const view = camera.getWorldQuaternion(new THREE.Quaternion());
           const basis = new THREE.Matrix4().makeBasis(new THREE.Vector3(0, 0, 1), X, new THREE.Vector3(0, 1, 0));
           group.quaternion.copy(inner.multiply(view).multiply(new THREE.Quaternion().setFromRotationMatrix(basis)));
@@ -150,13 +150,13 @@ function placed(object, pose) {
   return outer;
 }
 
-// The axis about which or along which a control acts, in the frame of its marker.
+// Return the axis about which or along which a control moves, in the marker's frame.
 export function axisOf(facts) {
   const turn = new THREE.Quaternion(...facts.turn);
   return X.clone().applyQuaternion(turn.lengthSq() < 1e-12 ? turn.identity() : turn.normalize());
 }
 
-// What controls without markers look like: arrows, rings, a ball.
+// Default shapes of controls without markers: arrows, rings, a ball.
 function usual(facts, scale) {
   const axis = axisOf(facts);
   const [red, green, blue] = axis.toArray().map(Math.abs);

@@ -1,10 +1,10 @@
-// Which displays there are, by their keys. A key is a topic, or what is made of it and the topic, "camera:/camera/image", or
+// The available displays, by their keys. A key is a topic; or a kind of display and the topic, "camera:/camera/image"; or
 // "robot:" and the parameter with a robot's URDF.
-// Nothing is drawn here.
+// Pure.
 
-// Types that can be shown, and rviz's names of their displays.
+// Supported types, and rviz's names of their displays.
 export const TYPES = {
-  __proto__: null, // a robot may call a type "constructor"
+  __proto__: null, // a robot may send a type named "constructor"
   "geometry_msgs/AccelStamped": "AccelStamped",
   "geometry_msgs/PointStamped": "PointStamped",
   "geometry_msgs/PolygonStamped": "Polygon",
@@ -38,11 +38,11 @@ export const ROBOT = "robot:";
 export const DESCRIPTION = "/robot_description";
 const PICTURES = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
 const INFO = "sensor_msgs/CameraInfo";
-const MADE = { camera: "Camera", depth: "DepthCloud" }; // of a topic of pictures
+const MADE = { camera: "Camera", depth: "DepthCloud" }; // displays of image topics
 const VIEWS = { Camera: "scene_camera", DepthCloud: "scene_depth", Image: "image", InteractiveMarkers: "scene_interactive" };
 
-// Return {topic, kind, view} of a key: rviz's name of its display, "" if nobody publishes the topic yet, and the view of
-// the server that shows it. types: topic -> type.
+// Return {topic, kind, view} of a key: rviz's name of its display ("" if the topic has no publishers yet), and the
+// server's view for it. types: topic -> type.
 export function readKey(key, types) {
   const [, made, topic] = /^(?:(camera|depth):)?(.*)$/s.exec(key);
   const type = types[topic];
@@ -50,7 +50,7 @@ export function readKey(key, types) {
   return { topic, kind, view: VIEWS[kind] || "scene_topic" };
 }
 
-// Return what can be added to the topics and robots that are shown: [{key, title, kind, text, field}].
+// Return what can be added to the displayed topics and robots: [{key, title, kind, text, field}].
 export function offersOf(types, topics, robots) {
   const keys = [];
   for (const topic of Object.keys(types).sort()) {
@@ -73,7 +73,7 @@ export function picturesOf(types) {
   return Object.keys(types).filter((topic) => PICTURES.includes(types[topic])).sort();
 }
 
-// Where the CameraInfo of a topic of pictures is; as pyros1/web/scene/camera.py.
+// Return the topic of an image topic's CameraInfo; same as pyros1/web/scene/camera.py.
 export function infoTopic(topic, type) {
   const base = type === "sensor_msgs/CompressedImage" ? topic.replace(/\/[^/]*$/, "") : topic;
   return `${base.slice(0, Math.max(0, base.lastIndexOf("/")))}/camera_info`;

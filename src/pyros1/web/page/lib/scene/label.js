@@ -1,12 +1,12 @@
-// Text that faces the camera.
+// Text labels that face the camera.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 
-const SIZE = 48; // pixels of the letters in their picture
-const SMALL = 16; // the same, if there are many texts
-const MOST = 300; // letters
-const WIDEST = 2048; // pixels; in longer lines the letters are smaller
-const ROOM = 24e6; // pixels of all pictures, about 100 MB; texts beyond that are not drawn, and have userData.missing
+const SIZE = 48; // font size in pixels
+const SMALL = 16; // the same if there are many labels
+const MOST = 300; // characters
+const WIDEST = 2048; // pixels; longer lines get smaller letters
+const ROOM = 24e6; // pixels of all labels, about 100 MB; further ones are not drawn, and have userData.missing
 
 let held = 0; // pixels
 
@@ -29,7 +29,7 @@ export function label(text, { height = 0.15, color = [1, 1, 1, 1], background = 
     held += pixels;
     context.font = font();
     context.textBaseline = "middle";
-    context.textAlign = "left"; // lines begin together, as in rviz
+    context.textAlign = "left"; // lines are left-aligned, like rviz's
     const left = size / 6;
     if (background) {
       context.fillStyle = background;

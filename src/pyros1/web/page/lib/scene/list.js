@@ -1,4 +1,4 @@
-// The list beside the scene: what is shown, what it says, its options, and what can be added.
+// The list beside the scene: displays with their status and options, and what can be added.
 
 import { fill, h } from "../dom.js";
 
@@ -8,7 +8,7 @@ export class DisplayList {
   constructor(element, host) {
     this.element = element;
     this.host = host;
-    this.open = new Set(); // keys whose options are shown
+    this.open = new Set(); // keys of entries whose options are visible
   }
 
   draw() {
@@ -24,7 +24,7 @@ export class DisplayList {
     for (const entry of entries) this.tell(entry);
   }
 
-  // Show what a display says now.
+  // Update the status of a display.
   tell(/** @type {import("../../panels/scene.js").Entry} */ { key, display, trouble }) {
     const line = this.lines?.get(key);
     if (!line) return;
@@ -35,7 +35,7 @@ export class DisplayList {
     if (line.textContent !== text) line.textContent = text;
   }
 
-  // Something to add that one names.
+  // An entry to add something by its name.
   _field({ key, title, kind, text }) {
     const field = h("input.mono", { placeholder: title, "aria-label": text, title: text, maxLength: 200 });
     return h("form.add", { onsubmit: (event) => {
@@ -74,7 +74,7 @@ export class DisplayList {
   }
 }
 
-// Choices may change while the panel is open; what was chosen stays among them.
+// Choices may change while the panel is open; the current value always remains among them.
 function choicesOf(choices, value) {
   return typeof choices === "function" ? [...new Set(["", ...choices(), value])] : choices;
 }

@@ -1,9 +1,9 @@
-// An occupancy grid as a picture on the ground, of which parts may change.
+// An occupancy grid as a textured plane that can be updated in part.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { dispose } from "./stage.js";
 
-const MOST = 8192; // pixels across and down, which graphics cards can hold; of larger grids every second, third ... cell is shown
+const MOST = 8192; // maximum texture size of graphics cards; of larger grids only every n-th cell is shown
 
 export const SCHEMES = ["map", "costmap", "raw"];
 
@@ -13,8 +13,8 @@ function table(scheme) {
   const put = (cell, red, green, blue, alpha) => { pixels[cell & 255] = ((alpha << 24) | (blue << 16) | (green << 8) | red) >>> 0; };
   for (let cell = -128; cell < 128; cell += 1) {
     if (scheme === "raw") put(cell, cell & 255, cell & 255, cell & 255, 255);
-    else if (cell > 100) put(cell, 0, 255, 0, 255); // not legal
-    else if (cell < -1) put(cell, 255, Math.round(255 * (cell + 128) / 126), 0, 255); // not legal
+    else if (cell > 100) put(cell, 0, 255, 0, 255); // invalid value
+    else if (cell < -1) put(cell, 255, Math.round(255 * (cell + 128) / 126), 0, 255); // invalid value
     else if (scheme === "costmap") {
       if (cell === -1) put(cell, 112, 137, 134, 255);
       else if (cell === 0) put(cell, 0, 0, 0, 0);
@@ -39,7 +39,7 @@ export class MapPlane {
     this.behind = false;
   }
 
-  // Take a whole grid.
+  // Set a complete grid.
   set({ width, height, resolution, origin }, cells) {
     this._clear();
     const every = Math.max(1, Math.ceil(Math.max(width, height) / MOST));
@@ -59,12 +59,12 @@ export class MapPlane {
     layer(plane, this.behind);
     plane.position.set(origin[0] ?? 0, origin[1] ?? 0, origin[2] ?? 0);
     plane.quaternion.fromArray(origin.slice(3).map((value) => value ?? 0));
-    plane.quaternion.normalize(); // 0, 0, 0, 0 turns nothing
+    plane.quaternion.normalize(); // 0, 0, 0, 0 becomes the identity
     this.object.add(plane);
     this.plane = plane;
   }
 
-  // Take a part of it.
+  // Update a part of it.
   patch({ x, y, width, height }, cells) {
     if (!this.texture || x + width > this.width) return;
     for (let row = 0; row < height; row += 1) {
@@ -73,7 +73,7 @@ export class MapPlane {
     this._colour(y, y + height);
   }
 
-  // The cell at a place of the scene, for select.js.
+  // Return the cell at a point of the scene, for select.js.
   about(place) {
     if (!place || !this.plane) return [];
     const { x, y } = this.plane.worldToLocal(place.clone());
@@ -111,7 +111,7 @@ export class MapPlane {
   }
 }
 
-// Behind all: it is the first that is drawn, before what is opaque, and hides nothing.
+// Behind everything: drawn first, before opaque objects, and without hiding any.
 function layer(plane, behind) {
   const { material } = plane;
   plane.renderOrder = behind ? -2 : -1;

@@ -1,4 +1,4 @@
-// Markers in all their kinds; see https://wiki.ros.org/rviz/DisplayTypes/Marker.
+// Markers of all types; see https://wiki.ros.org/rviz/DisplayTypes/Marker.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { placed } from "./select.js";
@@ -15,13 +15,13 @@ const BALL = new THREE.SphereGeometry(0.5, 20, 14);
 const CAN = new THREE.CylinderGeometry(0.5, 0.5, 1, 24).rotateX(Math.PI / 2);
 const SHARED = new Set([BOX, BALL, CAN]);
 const LISTS = new Set([LINE_STRIP, LINE_LIST, CUBE_LIST, SPHERE_LIST, POINTS, TRIANGLES]);
-const HEAD = 0.23; // of an arrow's length
+const HEAD = 0.23; // fraction of an arrow's length
 const LETTER = 0.82; // the size of rviz's letters at scale.z 1
-const FLAT = 1e-6; // what is flat has this size, so that its matrix has an inverse
+const FLAT = 1e-6; // size of what is flat, so that its matrix can be inverted
 const MOST_NAMESPACES = 50;
 const MOST_FAULTS = 20;
 
-// What keeps a marker from being drawn, in rviz, too; empty if nothing does.
+// Return why a marker is not drawn, neither by rviz; empty if it is.
 export function faultOf({ type, scale, finite = true, points: { length: points }, colors: { length: colours } }) {
   if (!finite) return "some of its numbers are not numbers, or too large";
   const sizes = { [LINE_STRIP]: [0], [LINE_LIST]: [0], [POINTS]: [0, 1], [TEXT]: [2] }[type];
@@ -38,8 +38,8 @@ export function faultOf({ type, scale, finite = true, points: { length: points }
   return "";
 }
 
-// Return an object for a marker, or null for a kind that is not drawn.
-// host: {token, changed(), failed(text)}; meshes come from the server, later.
+// Return an object for a marker, or null for an unknown type.
+// host: {token, changed(), failed(text)}; meshes are loaded from the server asynchronously.
 export function markerObject(marker, host) {
   const { type, scale, color } = marker;
   const fault = faultOf(marker);
@@ -70,7 +70,7 @@ function mesh({ mesh: uri, materials, scale, color }, { token, changed, failed }
   const object = new THREE.Group();
   object.scale.fromArray(scale.map((size) => size || FLAT));
   meshOf(uri, token).then((found) => {
-    const tint = color.some((value) => value !== 0) ? color : null; // 0, 0, 0, 0: as it is
+    const tint = color.some((value) => value !== 0) ? color : null; // 0, 0, 0, 0: use the mesh's own colours
     found.traverse((each) => {
       if (!each.isMesh) return;
       if (!materials || (tint && found.userData.bare)) {
@@ -87,12 +87,12 @@ function mesh({ mesh: uri, materials, scale, color }, { token, changed, failed }
   return object;
 }
 
-// rviz draws a mesh with its own materials, and over it once more in the marker's color: half of each if that is opaque.
+// rviz draws a mesh with its own materials, and again in the marker's color: half of each if that is opaque.
 function tinted(material, [red, green, blue, alpha]) {
   const opacity = alpha < 1 ? 1 - (1 - alpha) ** 2 : 1;
   const share = alpha < 1 ? 1 / (2 - alpha) : 0.5;
   const tint = new THREE.Color().setRGB(red, green, blue, THREE.SRGBColorSpace);
-  if (material.map && material.emissive) { // what is in a picture is not one colour
+  if (material.map && material.emissive) { // a texture has more than one colour
     material.color.multiplyScalar(1 - share);
     material.emissive.copy(tint.multiplyScalar(share));
   } else material.color.convertLinearToSRGB().lerp(tint.convertLinearToSRGB(), share).convertSRGBToLinear();
@@ -100,7 +100,7 @@ function tinted(material, [red, green, blue, alpha]) {
   Object.assign(material, { transparent: material.opacity < 1, depthWrite: material.opacity >= 1 });
 }
 
-// Free what a marker holds, but not the shapes that all share.
+// Dispose of a marker, but not of the shared shapes.
 export function disposeMarker(object) {
   object.traverse((each) => {
     if (SHARED.has(each.geometry)) each.geometry = undefined;
@@ -117,7 +117,7 @@ function solid([red, green, blue, alpha], more = {}) {
 function arrowMarker({ points: ends, scale, color }) {
   const material = solid(color);
   const group = new THREE.Group();
-  if (ends.length) { // from one point to another: shaft, head and length of the head
+  if (ends.length) { // from one point to another: shaft diameter, head diameter and head length
     const from = new THREE.Vector3(...ends[0]);
     const to = new THREE.Vector3(...ends[1]);
     const length = from.distanceTo(to);
@@ -146,12 +146,12 @@ export function arrowOf(length, head, shaft, width, material) {
   return group;
 }
 
-// The colour of each point.
+// Return the colour of each point.
 function coloursOf({ colors, color, points: { length } }) {
   return colors.length ? colors : Array(length).fill(color);
 }
 
-// Colours whose opacity is another one.
+// Return colours with another alpha.
 function opaque(colours, opacity) {
   return colours.map(([red, green, blue, alpha]) => [red, green, blue, opacity(alpha)]);
 }
@@ -166,7 +166,7 @@ function bytes(colours, [red, green, blue] = [0, 1, 2]) {
   return numbers;
 }
 
-// Colours with opacity as three.js calculates with them.
+// Return colours with alpha in three.js's linear colour space.
 function linear(colours) {
   const numbers = new Float32Array(4 * colours.length);
   colours.forEach(([red, green, blue, alpha], index) => {
@@ -176,7 +176,7 @@ function linear(colours) {
   return numbers;
 }
 
-// Colours go over into each other as they are shown, as in rviz, not as three.js calculates with them.
+// Interpolate colours as they are displayed, like rviz, not in three.js's linear colour space.
 function asShown(material) {
   material.onBeforeCompile = (shader) => {
     shader.vertexShader = shader.vertexShader.replace("#include <color_vertex>", "#include <color_vertex>\nvColor.rgb = pow(vColor.rgb, vec3(1.0 / 2.2));");
@@ -190,7 +190,7 @@ function seeThrough(colours) {
   return { vertexColors: true, transparent: through, depthWrite: !through };
 }
 
-// As in rviz, points of lines are only transparent if the marker's color is, too.
+// Like rviz: points of lines are transparent only if the marker's color is, too.
 function lines(marker) {
   const { points: { length }, color } = marker;
   const colours = color[3] < 1 ? coloursOf(marker) : opaque(coloursOf(marker), () => 1);
@@ -217,8 +217,8 @@ function many(marker, shape) {
   return mesh;
 }
 
-// Each corner has a colour, or each triangle. As in rviz, those of corners are transparent if one of them is, those of
-// triangles if the marker is, and then the marker's opacity counts, too.
+// Each corner has a colour, or each triangle. Like rviz: those of corners are transparent if one of them is, those of
+// triangles if the marker is, and then the marker's alpha is applied as well.
 function triangles(marker) {
   const { colors, color, points: corners, scale } = marker;
   const faces = colors.length === corners.length / 3 && colors.length > 0;
@@ -234,7 +234,7 @@ function triangles(marker) {
   return mesh;
 }
 
-// Whether nothing of a marker can be seen, because its color.a is 0.
+// Return whether a marker is invisible because its color.a is 0.
 function isUnseen({ type, color, colors, materials }) {
   return color[3] === 0 && !(LISTS.has(type) && colors.length) && !(type === MESH && materials);
 }
@@ -247,11 +247,11 @@ export class MarkerSet {
     this.known = new Map();
     this.namespaces = new Set();
     this.faults = new Map(); // key of a marker -> why it is not drawn
-    this.unseen = new Set(); // keys of markers that are transparent
+    this.unseen = new Set(); // keys of transparent markers
     this.host = host;
   }
 
-  // Take a push of the view scene_topic.
+  // Apply data of the view scene_topic.
   take({ new: added, gone, poses, all }) {
     if (all) for (const key of [...this.known.keys()]) this._remove(key);
     for (const [ns, id] of gone) this._remove(`${ns}\n${id}`);
@@ -277,12 +277,12 @@ export class MarkerSet {
     }
   }
 
-  // Show only some namespaces: options are {"ns:NAME": shown}.
+  // Show only some namespaces: options are {"ns:NAME": visible}.
   show(options) {
     for (const outer of this.known.values()) outer.visible = options[`ns:${outer.userData.ns}`] ?? true;
   }
 
-  // Markers that are locked to a frame go with it.
+  // Move the markers that are locked to a frame.
   place(frames) {
     for (const outer of this.known.values()) {
       const pose = outer.userData.frame && frames.pose(outer.userData.frame);
@@ -290,7 +290,7 @@ export class MarkerSet {
     }
   }
 
-  // What can be selected; see select.js.
+  // Return what can be selected; see select.js.
   parts() {
     return [...this.known.values()].map((outer) => {
       const { ns, id, type, frame, text, points: { length } } = outer.userData.facts;

@@ -1,30 +1,30 @@
-// Meshes and textures of packages: STL, OBJ and DAE (Collada). What is wrong with a file is an Error, never half a mesh.
+// Meshes and textures of packages: STL, OBJ and DAE (Collada). An invalid file is an Error, never half a mesh.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 
 import { plainCollada } from "./collada.js";
 import { soundNormals } from "./normals.js";
 
-const MOST_TEXT = 48 << 20; // bytes of a mesh that is text: reading it stops the page for a while
-const MOST_FILES = 300; // kept, as long as they are not larger together than
+const MOST_TEXT = 48 << 20; // bytes of a text mesh: parsing it blocks the page for a while
+const MOST_FILES = 300; // cached, within a limit on their total size
 const MOST_BYTES = 256 << 20;
-const PLAIN = "#999999"; // what files without materials look like in rviz, but for STL
+const PLAIN = "#999999"; // rviz's colour of files without materials, except STL
 const LOADERS = { stl: "STLLoader", obj: "OBJLoader", dae: "ColladaLoader" };
 const known = new Map(); // URI -> promise of an object
 const sizes = new Map(); // URI -> bytes of its file
 
-// The URL of a package's file.
+// Return the URL of a package's file.
 export function fileUrl(uri, token) {
   return `package_file?token=${encodeURIComponent(token)}&uri=${encodeURIComponent(uri)}`;
 }
 
-// A copy of the mesh in a file. Its materials are its own if object.userData.painted, else those of rviz for files without any.
+// Return a copy of the mesh in a file. Its materials are its own if object.userData.painted, otherwise rviz's defaults.
 export async function meshOf(uri, token) {
   let found = known.get(uri);
   if (!found) {
     found = load(uri, token);
     known.set(uri, found);
-    found.catch(() => forget(uri)); // the next one who asks tries again
+    found.catch(() => forget(uri)); // the next request tries again
   }
   return (await found).clone();
 }
@@ -44,7 +44,7 @@ function remember(uri, size) {
   }
 }
 
-// A texture in a file.
+// Load a texture.
 export async function textureOf(uri, token) {
   const answer = await ask(uri, token);
   const url = URL.createObjectURL(await answer.blob());
@@ -88,7 +88,7 @@ async function load(uri, token) {
   return tidy(object, uri);
 }
 
-// Textures that a mesh names come from its package too. Returns a function that waits until all came, or failed.
+// Load the textures of a mesh from its package as well. Returns a function that waits until all have loaded or failed.
 function texturesOf(manager, uri, token) {
   manager.setURLModifier((url) => (/^(blob|data):/.test(url) ? url : fileUrl(beside(uri, url.replace(uri, "")), token)));
   const settled = new Promise((resolve) => { manager.onLoad = resolve; });
@@ -99,7 +99,7 @@ function texturesOf(manager, uri, token) {
   };
 }
 
-// The URI of a file that another one names: "package://arm/meshes/a.dae", "../textures/b.png" -> "package://arm/textures/b.png".
+// Resolve a URI relative to another one: "package://arm/meshes/a.dae", "../textures/b.png" -> "package://arm/textures/b.png".
 export function beside(uri, name) {
   const given = name.replaceAll("\\", "/");
   const whole = given.match(/(?:package|file):\/\/.*$/);
@@ -116,7 +116,7 @@ export function beside(uri, name) {
 function stl(loader, bytes) {
   const begin = new TextDecoder().decode(bytes.slice(0, 1024));
   const faces = bytes.byteLength < 84 ? -1 : new DataView(bytes).getUint32(80, true);
-  const fits = 84 + 50 * faces === bytes.byteLength; // some headers look like text
+  const fits = 84 + 50 * faces === bytes.byteLength; // some headers of binary files look like text
   let content = bytes;
   if (!fits && /^\s*solid\b/i.test(begin) && /\bfacet\b|\bendsolid\b/i.test(begin)) content = asText(decode(bytes));
   else if (faces < 0) throw new Error("it is too short");
@@ -126,12 +126,12 @@ function stl(loader, bytes) {
   const geometry = quietly(() => loader.parse(content));
   const colours = geometry.hasColors;
   const mesh = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ roughness: 0.8, vertexColors: Boolean(colours), side: THREE.DoubleSide }));
-  mesh.userData.bare = true; // white; a tint of it is all that is seen, as in rviz
+  mesh.userData.bare = true; // white: only the tint is visible, like in rviz
   return mesh;
 }
 
-// A text as the loader expects it. It takes a normal that is no number for that of the triangle before, draws triangles of
-// other corners where one is lacking, and nothing where the end is.
+// Normalise a text file for the loader, which replaces an invalid normal by that of the previous triangle, draws wrong
+// triangles if a corner is missing, and nothing if the end is.
 function asText(content) {
   const text = /\bFACET\b/.test(content) ? content.toLowerCase() : content;
   const [facets, corners] = [/\bfacet\b/g, /\bvertex\b/g].map((word) => (text.match(word) || []).length);
@@ -152,17 +152,17 @@ async function obj(loader, bytes, uri, token, manager) {
       materials.preload();
       loader.setMaterials(materials);
     } catch {
-      continue; // as without materials
+      continue; // same as without materials
     }
   }
-  const object = quietly(() => loader.parse(text.replace(/^[ \t]*[lp][ \t].*$/gm, ""))); // of what has lines, too, it draws these alone
+  const object = quietly(() => loader.parse(text.replace(/^[ \t]*[lp][ \t].*$/gm, ""))); // of a file that also has lines, the loader draws only those
   object.userData.painted = Boolean(loader.materials);
   if (!loader.materials) object.traverse((each) => { for (const material of [each.material || []].flat()) if (!material.vertexColors) material.color.set(PLAIN); });
   return object;
 }
 
 function dae(loader, bytes) {
-  // As in rviz, z is up whatever the file says: a robot's description turns its meshes as it needs them.
+  // Like rviz: z is up whatever the file says, since a robot's description rotates its meshes as needed.
   const text = plainCollada(decode(bytes).replace(/<up_axis>\s*[XZ]_UP\s*<\/up_axis>/, "<up_axis>Y_UP</up_axis>"));
   const found = quietly(() => loader.parse(text, ""));
   if (!found?.scene) throw new Error("it has no scene");
@@ -175,14 +175,14 @@ function dae(loader, bytes) {
   return outer;
 }
 
-// A material of Collada as rviz shows it: grey for none, and never so transparent that nothing is seen, as programs write it.
+// A Collada material like rviz's: grey for none, and never fully transparent, as some programs write it.
 function seen(material) {
   if (material.name === THREE.Loader.DEFAULT_MATERIAL_NAME) return new THREE.MeshLambertMaterial({ color: PLAIN, side: THREE.DoubleSide });
   if (material.opacity === 0) Object.assign(material, { opacity: 1, transparent: false });
   return material;
 }
 
-// The loaders tell the console of each oddity; a mesh that is wrong is told on the page.
+// The loaders log every oddity to the console; errors are shown on the page instead.
 function quietly(work) {
   const before = { warn: console.warn, error: console.error, log: console.log, debug: console.debug };
   for (const name of Object.keys(before)) console[name] = () => {};
@@ -198,7 +198,7 @@ function decode(bytes) {
   return new TextDecoder().decode(bytes);
 }
 
-// Leave only what is drawn, and check that something is.
+// Keep only what can be drawn, and check that there is something.
 function tidy(object, uri) {
   let corners = 0;
   const others = [];
@@ -211,7 +211,7 @@ function tidy(object, uri) {
     const normals = places && soundNormals(places.array, each.geometry.getAttribute("normal")?.array, each.geometry.index?.array);
     if (normals) each.geometry.setAttribute("normal", new THREE.BufferAttribute(normals, 3));
     for (const material of [each.material].flat()) {
-      if (material.map && !material.map.image) material.map = null; // it did not come: its colour is better than black
+      if (material.map && !material.map.image) material.map = null; // it has not loaded: the plain colour is better than black
     }
   });
   for (const each of others) each.removeFromParent();

@@ -1,10 +1,10 @@
-// Normals of meshes: those of files may be absent, zero, no numbers or of any length. Pure.
+// Normals of meshes, which may be missing, zero, not finite or of any length. Pure.
 
-const SHORTEST = 0.03; // rviz computes what is shorter, too
+const SHORTEST = 0.03; // rviz recomputes shorter ones, too
 
-// Return normals of length 1 for all corners of triangles, or null if those that there are will do.
-// places, normals: three numbers for each corner; normals may be null. index: the corners of the triangles, three by three;
-// null if they are in order. A normal that says nothing becomes that of the corner's triangles, or their mean by area.
+// Return unit normals for all corners of triangles, or null if the given ones can be used.
+// places, normals: three numbers per corner; normals may be null. index: the corners of the triangles, three by three;
+// null if they are in order. An unusable normal is replaced by that of the corner's triangles, averaged by area.
 export function soundNormals(places, normals, index = null) {
   const given = normals?.length === places.length ? normals : null;
   const found = new Float32Array(places.length);
@@ -21,7 +21,7 @@ export function soundNormals(places, normals, index = null) {
   return found;
 }
 
-// Write a vector with length 1, and return the length that it had; 0 if that is no number, or less than least.
+// Write a vector scaled to length 1, and return its original length; 0 if that is not finite, or below the minimum.
 function unit(from, to, at, least) {
   const length = Math.hypot(from[at], from[at + 1], from[at + 2]);
   if (!Number.isFinite(length) || length < least) return 0;
@@ -44,6 +44,6 @@ function compute(places, index, found, missing) {
     }
   }
   for (let corner = 0; corner < missing.length; corner += 1) {
-    if (missing[corner] && !unit(sums, found, 3 * corner, Number.MIN_VALUE)) found[3 * corner + 2] = 1; // a triangle without an area: nothing of it is seen
+    if (missing[corner] && !unit(sums, found, 3 * corner, Number.MIN_VALUE)) found[3 * corner + 2] = 1; // a triangle without an area is invisible
   }
 }

@@ -1,5 +1,5 @@
-// What one can choose for the displays of topics: {key: {text, kind: "number" | "check" | "choice" | "colour" | "text", usual,
-// least, most, step, choices, none}}. What is usual is as in rviz, unless points are small there: they are pixels here.
+// The options of displays: {key: {text, kind: "number" | "check" | "choice" | "colour" | "text", usual,
+// least, most, step, choices, none}}. Defaults are rviz's, except that small points are drawn as pixels.
 
 import { SCHEMES } from "./map.js";
 import { STYLES } from "./points.js";

@@ -1,9 +1,9 @@
-// Which points are under the mouse. Nothing is drawn here.
+// Hit testing of points. Pure.
 
-// Return the points within a part of the picture: {total, nearest: the index of the one in front, or -1, indices: the first
-// of them, deep: how far the one in front is, from -1 (near) to 1 (far)}.
-// positions: x, y, z of each; matrix: 16 numbers, column by column, from there to the picture, where x and y go from -1 to 1;
-// box: [left, low, right, high] there; most: indices that are told.
+// Return the points within a part of the screen: {total, nearest: the index of the nearest one, or -1, indices: the first
+// of them, deep: the depth of the nearest one, from -1 (near) to 1 (far)}.
+// positions: x, y, z of each; matrix: 16 numbers in column order that project them to the screen, with x and y from -1 to 1;
+// box: [left, low, right, high] on the screen; most: maximum number of indices.
 export function pointsIn(positions, count, matrix, /** @type {number[]} */ [left, low, right, high], most) {
   const [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p] = matrix;
   const indices = [];
@@ -11,7 +11,7 @@ export function pointsIn(positions, count, matrix, /** @type {number[]} */ [left
   for (let index = 0; index < count; index += 1) {
     const [x, y, z] = [positions[3 * index], positions[3 * index + 1], positions[3 * index + 2]];
     const far = d * x + h * y + l * z + p;
-    if (!(far > 0)) continue; // behind the eye
+    if (!(far > 0)) continue; // behind the camera
     const across = (a * x + e * y + i * z + m) / far;
     const up = (b * x + f * y + j * z + n) / far;
     if (!(across >= left && across <= right && up >= low && up <= high)) continue;
@@ -24,7 +24,7 @@ export function pointsIn(positions, count, matrix, /** @type {number[]} */ [left
   return { total, nearest, deep, indices };
 }
 
-// Whether something with these corners ([x, y, z]) reaches into a part of the picture.
+// Return whether an object with these corners ([x, y, z]) overlaps a part of the screen.
 export function reaches(corners, [a, b, , d, e, f, , h, i, j, , l, m, n, , p], /** @type {number[]} */ [left, low, right, high]) {
   const seen = [Infinity, Infinity, -Infinity, -Infinity];
   for (const [x, y, z] of corners) {

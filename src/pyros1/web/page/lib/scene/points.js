@@ -1,21 +1,21 @@
-// Clouds and scans as points. Places and values go to the graphics card as they come; its shader makes the colours.
-// Points are pixels, or have a size in metres: then each is a square or a disc that faces the eye, or a box.
+// Clouds and scans as points. Positions and values are sent to the graphics card unchanged; a shader computes the colours.
+// Points are pixels, or have a size in metres: then each is a square or a disc that faces the camera, or a box.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { sheer } from "./ribbons.js";
 
-// Return the positions of a scan, what to colour them by (the ranges if "range"), and which of the ranges they are: [Float32Array of x, y, z,
-// Float32Array of values, Uint32Array of indices].
+// Return the points of a scan: [Float32Array of x, y, z, Float32Array of the values that colour them (the ranges if by is
+// "range"), Uint32Array of the indices of their ranges].
 export function scanPoints(facts, numbers, by = "") {
   const { start, step, count, intensities } = facts;
-  const [least, most] = [facts.least ?? 0, facts.most ?? Number.MAX_VALUE]; // null: without an end
+  const [least, most] = [facts.least ?? 0, facts.most ?? Number.MAX_VALUE]; // null: unlimited
   const positions = new Float32Array(3 * count);
   const values = new Float32Array(count);
   const indices = new Uint32Array(count);
   let kept = 0;
   for (let index = 0; index < count; index += 1) {
     const range = numbers[index];
-    if (!(range >= least && range < most)) continue; // as in rviz, the greatest one is none
+    if (!(range >= least && range < most)) continue; // like rviz, which excludes the maximum
     const angle = start + index * step;
     positions[3 * kept] = range * Math.cos(angle);
     positions[3 * kept + 1] = range * Math.sin(angle);
@@ -26,7 +26,7 @@ export function scanPoints(facts, numbers, by = "") {
   return [positions.subarray(0, 3 * kept), values.subarray(0, kept), indices.subarray(0, kept)];
 }
 
-// Values as bytes, from the least (0) to the greatest (255), or between bounds.
+// Scale values to bytes, from the minimum (0) to the maximum (255), or between given bounds.
 export function levels(values, bounds = null) {
   const [least, most] = bounds || extent(values);
   const scale = bounds && most < least || most > least ? 255 / (most - least) : 0;
@@ -46,7 +46,7 @@ const VERTEX = `
   attribute float level;
   attribute vec4 bgr;
   uniform float size;
-  uniform int mode; // 0: packed colours, 1: levels, 2: along an axis, 3: one colour, 4: packed colours with opacity
+  uniform int mode; // 0: packed colours, 1: levels, 2: along an axis, 3: one colour, 4: packed colours with alpha
   uniform vec3 tint;
   uniform float alpha;
   uniform vec4 axis;
@@ -56,7 +56,7 @@ const VERTEX = `
   uniform vec3 low;
   uniform vec3 high;
   varying vec4 shade;
-  vec3 ramp(float place) { // red to violet, as rviz has it
+  vec3 ramp(float place) { // red to violet, like rviz's
     float part = clamp(place, 0.0, 1.0);
     if (!rainbow) return mix(low, high, part);
     float turn = (inverted ? 1.0 - part : part) * 5.0;
@@ -88,7 +88,7 @@ const VERTEX = `
       gl_Position = projectionMatrix * middle;
     } else {
       gl_Position = projectionMatrix * modelViewMatrix * vec4(place + position * extent, 1.0);
-      shade.rgb *= dot(abs(normal), vec3(0.6, 0.45, 0.9)); // as rviz's: each side has its light
+      shade.rgb *= dot(abs(normal), vec3(0.6, 0.45, 0.9)); // like rviz's: each side has its own brightness
     }
   }
   #else
@@ -132,7 +132,7 @@ const BYTES = { rgb: ["bgr", 4], rgba: ["bgr", 4], value: ["level", 1] };
  * @property {boolean} [local]
  */
 
-// Points that keep their room on the graphics card while their number changes.
+// Points whose buffers on the graphics card are reused while their number changes.
 export class PointSet {
   constructor() {
     const values = {
@@ -152,9 +152,9 @@ export class PointSet {
     this._build();
   }
 
-  // style: one of STYLES; size: in pixels; extent: in metres; flat: one colour for all, or null for those that they have;
-  // rainbow, inverted, low, high: how numbers become colours; bounds: of an axis, or null for those of the points;
-  // local: whether an axis is that of the points' own frame, not of the fixed one.
+  // style: one of STYLES; size: in pixels; extent: in metres; flat: one colour for all, or null for their own;
+  // rainbow, inverted, low, high: the colour map; bounds: of an axis, or null for those of the points;
+  // local: whether an axis is that of the points' own frame rather than of the fixed one.
   look(/** @type {Look} */ { style: wanted = this.style, size, extent: metres, alpha, flat, rainbow, inverted, low, high, bounds = null, local = false }) {
     const { uniforms } = this;
     const style = STYLES.includes(wanted) ? wanted : this.style;
@@ -177,8 +177,8 @@ export class PointSet {
     this.settle();
   }
 
-  // positions: Float32Array of x, y, z. colour: "rgb" or "rgba" with bytes (blue, green, red, and opacity or anything),
-  // "value" with bytes, or "x", "y" or "z" with none.
+  // positions: Float32Array of x, y, z. colour: "rgb" or "rgba" with bytes (blue, green, red, and alpha or padding),
+  // "value" with bytes, or "x", "y" or "z" without.
   set(positions, colour, bytes) {
     this.count = positions.length / 3;
     this.colour = colour;
@@ -196,7 +196,7 @@ export class PointSet {
     this.settle();
   }
 
-  // Where the points are in the fixed frame has changed: so may colours along an axis.
+  // Update colours along an axis after the points have moved in the fixed frame.
   settle() {
     const axis = AXES.indexOf(this.colour);
     if (axis < 0 || this.one) return;
@@ -210,7 +210,7 @@ export class PointSet {
     this.uniforms.bounds.value.set(...(bounds || this._along(row)));
   }
 
-  // What room they have along an axis.
+  // Return their extent along an axis.
   _along({ x, y, z, w }) {
     const { positions, count } = this.places;
     let [least, most] = [Infinity, -Infinity];
@@ -238,7 +238,7 @@ export class PointSet {
     return new kind(array, size, normalized).setUsage(THREE.StreamDrawUsage);
   }
 
-  // Room is made for some more, so that a cloud whose size changes a little keeps it.
+  // Allocate some reserve, so that a cloud whose size varies a little can reuse its buffers.
   _put(name, numbers, size, normalized) {
     let attribute = this.held.get(name);
     if (!attribute || attribute.array.length < numbers.length || attribute.array.length > 4 * numbers.length + 4096) {
@@ -257,7 +257,7 @@ export class PointSet {
     this.stale = true;
   }
 
-  // Make what is drawn anew: for another style, or other room.
+  // Rebuild the object, for another style or larger buffers.
   _build() {
     this.stale = false;
     const before = this.drawn;
@@ -285,7 +285,7 @@ export class PointSet {
     this.object.add(this.drawn);
   }
 
-  // Let rays of the mouse hit the points, too; there must be few.
+  // Let rays of the mouse hit the points; there must be few.
   touchable() {
     this._bound();
     this.hit = (caster, hits) => {
@@ -300,7 +300,7 @@ export class PointSet {
     };
   }
 
-  // Say what room they take; what is kept of larger clouds does not count, nor do points without a place.
+  // Compute the bounding box; unused parts of the buffers do not count, nor do points with NaN.
   _bound() {
     const { positions, count } = this.places;
     const box = new THREE.Box3();
@@ -312,7 +312,7 @@ export class PointSet {
     this.drawn.geometry.boundingBox = box;
   }
 
-  // Where they are: {positions, count}.
+  // Return the positions: {positions, count}.
   get places() {
     return { positions: this.held.get("place")?.array || [], count: this.count };
   }

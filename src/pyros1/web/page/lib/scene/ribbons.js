@@ -1,5 +1,5 @@
-// Lines that face the eye, with a width in metres, as rviz's markers and "billboards" have, or in pixels. They are triangles:
-// renderers without a graphics card leave out lines near the eye if some of them end behind it.
+// Lines that face the camera, with a width in metres, like rviz's markers and "billboards", or in pixels. They consist of
+// triangles: software renderers omit lines near the camera if some of them end behind it.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 
@@ -25,11 +25,11 @@ const FRAGMENT = `
   varying vec4 shade;
   void main() { gl_FragColor = shade; }`;
 
-// places: Float32Array of x, y, z. colours: Uint8Array of red, green, blue and opacity for each place. width: in metres, or in
+// places: Float32Array of x, y, z. colours: Uint8Array of red, green, blue and alpha for each place. width: in metres, or in
 // pixels if that is the unit.
-// given: chains [[start, end]], indices of the places that are connected.
+// given: chains [[start, end]] of indices of connected places.
 export function ribbons(places, colours, width, given, unit = "metres") {
-  // A line that becomes narrower than a pixel where it turns has gaps there, or is not seen at all: each part is on its own.
+  // A line that becomes narrower than a pixel at a bend has gaps there, or vanishes: each part is drawn separately.
   const chains = unit === "pixels" ? given.flatMap(parts) : given;
   const count = chains.reduce((sum, [start, end]) => sum + end - start, 0);
   const positions = new Float32Array(6 * count);
@@ -68,7 +68,7 @@ export function ribbons(places, colours, width, given, unit = "metres") {
 
 const seen = new THREE.Vector4();
 
-// Lines, though they are meshes.
+// Ribbons count as lines, though they are meshes.
 export class Ribbons extends THREE.Mesh {
   constructor(geometry, material) {
     super(geometry, material);
@@ -79,7 +79,7 @@ export class Ribbons extends THREE.Mesh {
     /** @type {THREE.ShaderMaterial} */ (this.material).uniforms.high.value = renderer.getCurrentViewport(seen).w / renderer.getPixelRatio();
   }
 
-  // What is hit is the line in the middle: the sides are known to the graphics card alone.
+  // Hit the line in the middle: the sides are known only to the graphics card.
   raycast(caster, hits) {
     const middle = new THREE.LineSegments(this.geometry.userData.spine);
     middle.matrixWorld.copy(this.matrixWorld);
@@ -89,13 +89,13 @@ export class Ribbons extends THREE.Mesh {
   }
 }
 
-// Whether any of the colours is not opaque.
+// Return whether any of the colours is transparent.
 export function sheer(colours) {
   for (let index = 3; index < colours.length; index += 4) if (colours[index] < 255) return true;
   return false;
 }
 
-// One colour for many places. colour: a THREE.Color, or how CSS writes it.
+// Return one colour for many places. colour: a THREE.Color, or CSS.
 export function shades(colour, alpha, count) {
   const { r, g, b } = colour.isColor ? colour.clone().convertLinearToSRGB() : new THREE.Color().setStyle(colour, THREE.LinearSRGBColorSpace);
   const bytes = new Uint8Array(4 * count);
@@ -103,12 +103,12 @@ export function shades(colour, alpha, count) {
   return bytes;
 }
 
-// The parts of a chain, from each of its places to the next one.
+// Split a chain into chains of two neighbours each.
 function parts([start, end]) {
   return Array.from({ length: Math.max(0, end - start - 1) }, (_, index) => [start + index, start + index + 2]);
 }
 
-// Chains of two places each.
+// Return chains of two places each.
 export function pairs(count) {
   return Array.from({ length: count / 2 }, (_, index) => [2 * index, 2 * index + 2]);
 }

@@ -1,4 +1,4 @@
-// The display of a robot: its links, with the shapes of its URDF, where /tf says that they are.
+// The display of a robot: its links with the shapes of its URDF, at the poses from /tf.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { meshOf, textureOf } from "./meshes.js";
@@ -7,12 +7,12 @@ import { dispose, put } from "./stage.js";
 import { readUrdf } from "./urdf.js";
 
 const GREY = [0.72, 0.74, 0.77, 1];
-const PAUSE = 30; // milliseconds in which shapes come together
+const PAUSE = 30; // milliseconds in which changes of shapes are combined
 const MANY = 1000; // shapes
-const NAMED = 3; // links and problems that are named; the rest is counted
+const NAMED = 3; // maximum number of links and problems to list by name
 
 export class RobotModel {
-  // token: of the link; changed(): called when it looks different.
+  // token: of the page's link; changed(): called when its look changes.
   constructor(token, changed) {
     this.object = new THREE.Group();
     this.token = token;
@@ -25,16 +25,16 @@ export class RobotModel {
       alpha: { text: "opacity", kind: "number", usual: 1, least: 0, most: 1, step: 0.05 },
       prefix: { text: "tf prefix", kind: "text", usual: "" },
     };
-    this.options = { visual: true, collision: false, alpha: 1, prefix: "", concealed: [] }; // concealed: names of links
+    this.options = { visual: true, collision: false, alpha: 1, prefix: "", concealed: [] }; // concealed: names of hidden links
     this.links = new Map(); // name -> {group, joint}
     this.turn = 0;
   }
 
-  // Take a push of the view param.
+  // Apply data of the view param.
   take({ text, why }) {
     this._clear();
     this.why = "";
-    this.none = why || ""; // no robot is no fault
+    this.none = why || ""; // having no robot is not an error
     this.robot = null;
     if (text) {
       try {
@@ -49,12 +49,12 @@ export class RobotModel {
 
   set(options) {
     Object.assign(this.options, options);
-    if (!Array.isArray(this.options.concealed)) this.options.concealed = []; // a link may say anything
+    if (!Array.isArray(this.options.concealed)) this.options.concealed = []; // links are untrusted input
     this._look();
     this.place(this.frames);
   }
 
-  // The frame of the link on which the others stand; empty if there is no robot.
+  // The frame of the root link; empty if there is no robot.
   get root() {
     const [name] = this.robot?.roots || [];
     return name ? this._frame(name) : "";
@@ -65,7 +65,7 @@ export class RobotModel {
     return prefix ? `${prefix}/${link}` : link;
   }
 
-  // Put each link where its frame is. One without a frame stands where it would if its joint were at 0.
+  // Move each link to its frame. One without a frame is placed as if its joint were at 0.
   place(frames) {
     this.frames = frames;
     const lost = [];
@@ -91,7 +91,7 @@ export class RobotModel {
     this.object.visible = shown;
   }
 
-  // What can be selected; see select.js.
+  // Return what can be selected; see select.js.
   parts() {
     return [...this.links].map(([name, { group, joint }]) => ({
       object: group,
@@ -105,9 +105,9 @@ export class RobotModel {
   }
 
   _clear() {
-    this.turn += 1; // what is still loading comes too late
+    this.turn += 1; // results of earlier loads are ignored
     this.links.clear();
-    this.solids = new Map(); // geometry as JSON -> its corners
+    this.solids = new Map(); // geometry as JSON -> its shape
     this.faults = [];
     this.loading = 0;
     for (const child of [...this.object.children]) {
@@ -187,14 +187,14 @@ export class RobotModel {
     }
   }
 
-  // Shapes that are the same share their corners, which are fewer if there are many shapes.
+  // Equal shapes share one geometry, with fewer corners if there are many shapes.
   _solid(geometry) {
     const key = JSON.stringify(geometry);
     if (!this.solids.has(key)) this.solids.set(key, solid(geometry, this.shapes > MANY ? 12 : 32));
     return this.solids.get(key);
   }
 
-  // Thousands of shapes may come together: what they change is told once.
+  // Thousands of shapes may be loaded at once: combine their notifications.
   _tellSoon() {
     this.telling ||= setTimeout(() => {
       this.telling = 0;
@@ -203,7 +203,7 @@ export class RobotModel {
     }, PAUSE);
   }
 
-  // What is seen, and how well one sees through it.
+  // Update visibility and transparency.
   _look(part = this.object) {
     const { alpha, concealed } = this.options;
     for (const [name, { group }] of this.links) group.visible = !concealed.includes(name);
@@ -219,7 +219,7 @@ export class RobotModel {
     });
   }
 
-  // Whether tf has links that are lost, but in another tree.
+  // Return whether tf has the missing links in another tree.
   _isApart(lost) {
     return lost.some((name) => this.frames?.lost?.has(this._frame(name)));
   }

@@ -1,16 +1,16 @@
-// rviz's tool "Select": a click, or a box that one drags, says what is there: whose it is, where it is, and its values.
+// rviz's tool "Select": a click or a box shows details of objects: their display, position and values.
 //
-// A display tells what can be selected with parts() -> [{object, about(place) -> [[name, value]], points}]. points are
-// those of a PointSet: {positions, count, about(index) -> [[name, value]]}. The place is where it was clicked, or null.
+// A display returns its selectable parts from parts() -> [{object, about(place) -> [[name, value]], points}]. points are
+// those of a PointSet: {positions, count, about(index) -> [[name, value]]}. The place is the clicked position, or null.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { fill, h } from "../dom.js";
 import { pointsIn, reaches } from "./picking.js";
 import { dispose } from "./stage.js";
 
-const NEAR = 5; // pixels around a click in which a point or a line is hit
-const MOST = 100; // things that are told
-const MOST_POINTS = 50; // points of a cloud that are told
+const NEAR = 5; // pixels around a click in which a point or a line counts as hit
+const MOST = 100; // maximum number of objects
+const MOST_POINTS = 50; // maximum number of points of a cloud
 const COLOUR = 0xffb000;
 
 export class SelectTool {
@@ -69,13 +69,13 @@ export class SelectTool {
     this._tell();
   }
 
-  // Parts that are seen, with the display that they belong to.
+  // Return the visible parts, with their displays.
   _parts() {
     this.stage.scene.updateMatrixWorld(true);
     return this.entries().flatMap((entry) => (entry.display.parts?.() || []).map((part) => ({ entry, part }))).filter(({ part }) => seen(part.object));
   }
 
-  // The thing in front under a place of the canvas.
+  // Return the nearest object under a position of the canvas.
   _at(x, y) {
     const { camera } = this.stage;
     const found = [];
@@ -100,7 +100,7 @@ export class SelectTool {
     return found.sort((one, other) => one.deep - other.deep).slice(0, 1);
   }
 
-  // All that reaches into a box.
+  // Return everything that overlaps a box.
   _within(x, y, toX, toY) {
     const box = this._box(x, y, toX, toY);
     const matrix = this._view().elements;
@@ -124,7 +124,7 @@ export class SelectTool {
     return new THREE.Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse);
   }
 
-  // A part of the canvas in pixels as [left, low, right, high] from -1 to 1.
+  // Convert a part of the canvas in pixels to [left, low, right, high] from -1 to 1.
   _box(x, y, toX, toY) {
     const { clientWidth, clientHeight } = this.stage.canvas;
     const across = [x, toX].map((value) => 2 * value / clientWidth - 1).sort((one, other) => one - other);
@@ -149,7 +149,7 @@ export class SelectTool {
     this.stage.draw();
   }
 
-  // Marks go with what they mark, and leave with it. Called before each picture.
+  // Move marks with their objects, and hide them together. Called before each frame.
   _follow() {
     for (const mark of [...this.marks.children]) {
       if (!(mark instanceof THREE.BoxHelper)) continue;
@@ -173,7 +173,7 @@ export class SelectTool {
   }
 }
 
-// Whether an object is in the scene, and shown.
+// Return whether an object is in the scene and visible.
 function seen(object) {
   for (let each = object; each; each = each.parent) {
     if (!each.visible) return false;
@@ -183,11 +183,11 @@ function seen(object) {
 }
 
 function corners({ min, max }) {
-  if (!(max.x >= min.x)) return []; // nothing is there
+  if (!(max.x >= min.x)) return []; // it is empty
   return [0, 1, 2, 3, 4, 5, 6, 7].map((bits) => [bits & 1 ? max.x : min.x, bits & 2 ? max.y : min.y, bits & 4 ? max.z : min.z]);
 }
 
-// Where an object is in the fixed frame, for parts.
+// Return the pose of an object in the fixed frame, for parts.
 export function placed(object) {
   const place = object.getWorldPosition(new THREE.Vector3());
   const { x, y, z } = new THREE.Euler().setFromQuaternion(object.getWorldQuaternion(new THREE.Quaternion()), "ZYX");

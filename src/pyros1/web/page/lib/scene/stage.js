@@ -1,4 +1,4 @@
-// The stage of a 3D scene: camera, light, grid, and a picture only when something has changed. z is up, as in ROS.
+// The stage of a 3D scene: camera, light and grid. A frame is drawn only when something has changed. z is up, as in ROS.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { OrbitControls } from "../../vendor/three/OrbitControls.js";
@@ -8,11 +8,11 @@ import { Ribbons } from "./ribbons.js";
 import { Seat } from "./seat.js";
 import { Walk } from "./walk.js";
 
-// Where the camera stands, from what it looks at. "flat" is without perspective, from above; in "walk" one turns around the
-// eye; "ground" moves on the ground; "third" stays behind the frame that is followed, as it turns; "frame" sits in it.
+// The camera's position relative to its target. "flat" is an orthographic view from above; in "walk" the view turns around
+// the camera; "ground" moves on the ground; "third" stays behind the followed frame; "frame" is fixed to it.
 const VIEWS = {
   orbit: { position: [-6, -6, 5] },
-  top: { position: [-0.001, 0, 14] }, // x is up in the picture
+  top: { position: [-0.001, 0, 14] }, // x is up on the screen
   side: { position: [0, -14, 0.5] },
   front: { position: [14, 0, 0.5] },
   flat: { position: [-0.001, 0, 100], flat: true },
@@ -24,7 +24,7 @@ const VIEWS = {
 /** @typedef {{name?: string, position?: number[], target?: number[], zoom?: number, axis?: string, along?: boolean}} View */
 
 const FARTHEST = 1e7; // metres
-const FLAT_HEIGHT = 16; // metres that the flat view shows from top to bottom
+const FLAT_HEIGHT = 16; // metres from top to bottom in the flat view
 
 export class Stage {
   constructor(place) {
@@ -39,12 +39,12 @@ export class Stage {
     this.camera = this.cameras[0];
     this.canvas = h("canvas", { tabIndex: 0, "aria-label": "3D scene" });
     place.append(this.canvas);
-    // Smooth edges take six times as long where the processor draws instead of a graphics card.
+    // Antialiasing takes six times as long in software rendering.
     this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: hasCard() });
     this.renderer.setPixelRatio(Math.min(2, devicePixelRatio || 1));
     this.controls = new OrbitControls(this.camera, this.canvas);
     this.controls.enableDamping = false;
-    this.controls.listenToKeyEvents(this.canvas); // arrows move the view
+    this.controls.listenToKeyEvents(this.canvas); // arrow keys move the view
     this.controls.addEventListener("change", () => this.draw());
     let before = "";
     const now = () => JSON.stringify(this.place);
@@ -58,9 +58,9 @@ export class Stage {
     this.walk = new Walk(this);
     this.seat = new Seat(this);
     this.frames = 0;
-    this.lag = 0; // milliseconds that the last picture took
-    this.before = []; // called before each picture
-    this.after = []; // called after each picture, to draw more into it
+    this.lag = 0; // milliseconds that the last frame took
+    this.before = []; // called before each frame
+    this.after = []; // called after each frame, to draw more into it
     this.view("orbit");
     this.colours();
     this.observer = new ResizeObserver(() => this.resize());
@@ -76,10 +76,10 @@ export class Stage {
     this.walk.close();
     this.scene.traverse((each) => dispose(each));
     this.renderer.dispose();
-    this.renderer.forceContextLoss(); // a browser has few
+    this.renderer.forceContextLoss(); // browsers allow only a few
   }
 
-  // Look from somewhere at a target. One that walks begins where one is, if one was somewhere.
+  // Select a view of a target. Walking starts at the given position, if there is one.
   view(name, target = [0, 0, 0], from = null) {
     this.name = Object.hasOwn(VIEWS, name) ? name : "orbit";
     const { position, flat, walks, sits } = VIEWS[this.name];
@@ -101,7 +101,7 @@ export class Stage {
     this.resize();
   }
 
-  // Whether a tool has the left button of the mouse; the others still move the view.
+  // Whether a tool uses the left mouse button; the others still move the view.
   set claimed(claimed) {
     this._claimed = claimed;
     this._grip();
@@ -117,7 +117,7 @@ export class Stage {
     this.controls.touches.ONE = this._claimed ? null : flat ? THREE.TOUCH.PAN : THREE.TOUCH.ROTATE;
   }
 
-  // The view as numbers, of metres to three digits, and back; they may come from a link.
+  // The view as numbers, rounded to millimetres; when set, they may come from a link.
   /** @returns {View} */
   get place() {
     /** @type {View} */
@@ -132,27 +132,27 @@ export class Stage {
     if (this.sits) this.seat.sit(good(position) && good(target) ? { axis, position, target } : { axis });
     if (this.sits || !good(position) || !good(target)) return;
     this.controls.target.fromArray(target);
-    this.turned = null; // it has turned with the frame already
-    const above = position[0] === target[0] && position[1] === target[1]; // then x is up in the picture, as in the view "top"
+    this.turned = null; // it already includes the frame's rotation
+    const above = position[0] === target[0] && position[1] === target[1]; // then x is up on the screen, as in the view "top"
     this.camera.position.set(above ? position[0] - 0.001 : position[0], position[1], position[2]);
     this.camera.zoom = zoom > 0 ? zoom : 1;
     this.controls.update();
     this.resize();
   }
 
-  // The pixels of the picture, across and down.
+  // The size of the canvas in pixels.
   get size() {
     return [this.canvas.clientWidth, this.canvas.clientHeight];
   }
 
-  // The metres that a pixel of the picture covers at a place.
+  // Return the size of a pixel in metres at a position.
   pixel(place) {
     const [deep, flat] = this.cameras;
     const high = this.camera === flat ? FLAT_HEIGHT / flat.zoom : 2 * place.distanceTo(deep.position) * Math.tan(deep.fov * Math.PI / 360);
     return high / (this.canvas.clientHeight || 1);
   }
 
-  // Whether all of a thing is in the picture.
+  // Return whether all of an object is on the screen.
   shows(object) {
     const { min, max } = new THREE.Box3().setFromObject(object);
     this.camera.updateMatrixWorld();
@@ -163,7 +163,7 @@ export class Stage {
     return true;
   }
 
-  // Look at things as a whole, from where one looks now. Returns whether there is anything.
+  // Move the camera to see objects as a whole, from the current direction. Returns whether there is anything.
   fit(...objects) {
     const box = new THREE.Box3();
     for (const object of objects) object.traverse((each) => {
@@ -173,7 +173,7 @@ export class Stage {
     });
     const ball = box.getBoundingSphere(new THREE.Sphere());
     if (box.isEmpty() || !(ball.radius > 0)) return false;
-    const narrow = Math.max(1, 1 / this.cameras[0].aspect); // a picture that is high shows less to the sides
+    const narrow = Math.max(1, 1 / this.cameras[0].aspect); // a tall image shows less to the sides
     const way = this.camera.position.clone().sub(this.controls.target).setLength(Math.max(0.5, 2.95 * narrow * ball.radius));
     this.controls.target.copy(ball.center);
     this.camera.position.copy(ball.center).add(way);
@@ -183,12 +183,12 @@ export class Stage {
     return true;
   }
 
-  // Whether one sits in the frame that is followed, or in the fixed one.
+  // Whether the camera is fixed to a frame.
   get sits() {
     return Boolean(VIEWS[this.name].sits);
   }
 
-  // Go along with something that has moved.
+  // Move with a frame.
   follow([x, y, z, ...turn]) {
     if (this.sits) {
       this.seat.take([x, y, z, ...turn]);
@@ -199,14 +199,14 @@ export class Stage {
     const before = this.followed;
     this.followed = step.clone();
     if (before) step.sub(before);
-    else step.sub(this.controls.target); // begin by looking at it
+    else step.sub(this.controls.target); // start by looking at it
     if (step.lengthSq() < 1e-12) return;
     this.camera.position.add(step);
     this.controls.target.add(step);
     this.controls.update();
   }
 
-  // Stay behind something that turns.
+  // Stay behind a frame that turns.
   _turn(/** @type {number[]} */ [x, y, z, w]) {
     const yaw = Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
     const way = this.camera.position.clone().sub(this.controls.target).applyAxisAngle(new THREE.Vector3(0, 0, 1), yaw - (this.turned ?? yaw));
@@ -215,7 +215,7 @@ export class Stage {
     this.controls.update();
   }
 
-  // Colours follow the page's, but for a background of one's own.
+  // Use the page's colours, except for a background set by the user.
   colours() {
     const style = getComputedStyle(document.documentElement);
     const colour = (name) => new THREE.Color(style.getPropertyValue(name).trim() || "#888888");
@@ -236,7 +236,7 @@ export class Stage {
     this.draw();
   }
 
-  // Draw soon, once.
+  // Schedule a frame.
   draw() {
     if (this.due || this.closed) return;
     this.due = requestAnimationFrame(() => {
@@ -245,32 +245,32 @@ export class Stage {
       this.render();
       this.frames += 1;
       const start = performance.now();
-      requestAnimationFrame((now) => { this.lag = now - start; }); // it comes when the card has done its work
+      requestAnimationFrame((now) => { this.lag = now - start; }); // called when the card has finished
     });
   }
 
-  // Draw now.
+  // Draw a frame now.
   render() {
     for (const each of this.before) each();
     this.renderer.render(this.scene, this.camera);
     for (const each of this.after) each();
   }
 
-  // The point of the ground (z = 0) under a place of the canvas in pixels; null if there is none.
+  // Return the point of the ground (z = 0) under a position of the canvas in pixels; null if there is none.
   ground(x, y) {
     return this.ray(x, y).ray.intersectPlane(new THREE.Plane(new THREE.Vector3(0, 0, 1), 0), new THREE.Vector3());
   }
 
-  // The ray from the eye through a place of the canvas.
+  // Return the ray from the camera through a position of the canvas.
   ray(x, y) {
     const ray = new THREE.Raycaster();
     const box = this.canvas.getBoundingClientRect();
-    this.camera.updateMatrixWorld(); // it may have moved since the last picture was drawn
+    this.camera.updateMatrixWorld(); // it may have moved since the last frame
     ray.setFromCamera(new THREE.Vector2(2 * x / box.width - 1, 1 - 2 * y / box.height), this.camera);
     return ray;
   }
 
-  // The nearest place of something solid under a place of the canvas, else of the ground; null if there is none.
+  // Return the nearest point of a solid object under a position of the canvas, or of the ground; null if there is none.
   surface(x, y) {
     const solid = [];
     this.scene.traverseVisible((each) => { if (each instanceof THREE.Mesh && !(each instanceof Ribbons) && !each.userData.tool) solid.push(each); });
@@ -283,8 +283,8 @@ export class Stage {
   }
 }
 
-// The room that an object takes without its children; null if it is none, or none that could be seen: one mesh with wrong
-// numbers must not hide the others.
+// Return the bounding box of an object without its children; null if it has none, or none that is visible: a mesh with
+// invalid numbers must not affect the view of others.
 function roomOf(object) {
   if (!object.geometry) return null;
   object.updateWorldMatrix(true, false);
@@ -294,7 +294,7 @@ function roomOf(object) {
   return [...own.min.toArray(), ...own.max.toArray()].every((value) => Math.abs(value) < FARTHEST) ? own : null;
 }
 
-// Browsers say by name who draws.
+// Browsers name the renderer.
 function hasCard() {
   const probe = document.createElement("canvas").getContext("webgl2");
   const names = probe?.getExtension("WEBGL_debug_renderer_info");
@@ -303,7 +303,7 @@ function hasCard() {
   return !/swiftshader|llvmpipe|softpipe|software|basic render/i.test(name);
 }
 
-// Free what a part of the scene holds on the graphics card.
+// Free an object's memory on the graphics card.
 export function dispose(object) {
   object.traverse((each) => {
     each.geometry?.dispose();
@@ -314,8 +314,8 @@ export function dispose(object) {
   });
 }
 
-// Put an object at a pose: [x, y, z, qx, qy, qz, qw].
+// Set the pose of an object: [x, y, z, qx, qy, qz, qw].
 export function put(object, pose) {
   object.position.set(pose[0], pose[1], pose[2]);
-  object.quaternion.set(pose[3], pose[4], pose[5], pose[6]).normalize(); // 0, 0, 0, 0 turns nothing
+  object.quaternion.set(pose[3], pose[4], pose[5], pose[6]).normalize(); // 0, 0, 0, 0 becomes the identity
 }

@@ -1,4 +1,4 @@
-// The buttons of the mouse's tools: select, measure, and those that publish.
+// The buttons of the mouse tools: select, measure, and those that publish.
 
 import { h } from "../dom.js";
 
@@ -9,12 +9,12 @@ const TOOLS = {
   estimate: ["Pose estimate", "rviz's 2D Pose Estimate: tell the robot where it is"],
   point: ["Point", "rviz's Publish Point"],
 };
-const WRITING = { goal: "/move_base_simple/goal", estimate: "/initialpose", point: "/clicked_point" }; // tools that publish, and where
+const WRITING = { goal: "/move_base_simple/goal", estimate: "/initialpose", point: "/clicked_point" }; // tools that publish, and their default topics
 const HINTS = { point: "click the point to publish", goal: "press at the position, and release in the direction", estimate: "press at the position, and release in the direction" };
 
 export class Toolbox {
-  // scene: the panel; of it are used stage, lib, view, displays, mouse, place, say(text), again(entry), keep() and fixedFrame().
-  // topics: where tools publish, of those that do so elsewhere; a link may say anything.
+  // scene: the panel; used are its stage, lib, view, displays, mouse, place, say(text), again(entry), keep() and fixedFrame().
+  // topics: other topics for tools that publish; links are untrusted input.
   constructor(scene, topics) {
     this.scene = scene;
     this.using = "";
@@ -30,7 +30,7 @@ export class Toolbox {
     this.tool?.close();
   }
 
-  // Take a tool in hand, or put it away if it is.
+  // Activate a tool, or deactivate it if it is active.
   use(name) {
     const { scene, using: before } = this;
     this.tool?.close();
@@ -52,7 +52,7 @@ export class Toolbox {
     for (const [each, button] of this.buttons) button.setAttribute("aria-pressed", String(each === this.using));
   }
 
-  // Tools that publish, and interactive markers, are of no use if the server is read-only.
+  // Tools that publish, and interactive markers, are disabled if the server is read-only.
   mayWrite() {
     const { mouse, place } = this.scene;
     const { read_only: readOnly } = place.robot.about;
@@ -60,7 +60,7 @@ export class Toolbox {
     if (mouse) mouse.enabled = !this.using && !readOnly;
   }
 
-  // While one selects, the server sends the numbers behind the points, too.
+  // While the selection tool is active, the server also sends the values of points.
   _inspect() {
     for (const entry of this.scene.displays.values()) {
       const args = JSON.stringify(entry.display.args);

@@ -1,13 +1,13 @@
-// Tools of the mouse: measure, and rviz's "2D Nav Goal", "2D Pose Estimate" and "Publish Point".
+// Mouse tools: measure, and rviz's "2D Nav Goal", "2D Pose Estimate" and "Publish Point".
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { arrowOf } from "./markers.js";
 import { dispose, put } from "./stage.js";
 
-const STILL = 4; // pixels that a pointer may move in a click
-const COVARIANCE = Object.assign(new Array(36).fill(0), { 0: 0.25, 7: 0.25, 35: 0.06853891909122467 }); // as rviz: 0.5 m, 15°
+const STILL = 4; // pixels that the pointer may move during a click
+const COVARIANCE = Object.assign(new Array(36).fill(0), { 0: 0.25, 7: 0.25, 35: 0.06853891909122467 }); // rviz's defaults: 0.5 m, 15°
 
-// What a pose on the ground becomes: a type and a value.
+// The type and value to publish for a pose on the ground.
 export const MESSAGES = {
   goal: (pose, frame) => ["geometry_msgs/PoseStamped", { header: { frame_id: frame, stamp: "now" }, pose }],
   point: ({ position }, frame) => ["geometry_msgs/PointStamped", { header: { frame_id: frame, stamp: "now" }, point: position }],
@@ -15,7 +15,7 @@ export const MESSAGES = {
     { header: { frame_id: frame, stamp: "now" }, pose: { pose, covariance: COVARIANCE } }],
 };
 
-// Drag an arrow on the ground: press at its place, release in its direction. done(x, y, yaw)
+// Drag an arrow on the ground: press at its start, release in its direction. done(x, y, yaw)
 export class ArrowTool {
   constructor(stage, colour, done) {
     this.stage = stage;
@@ -26,7 +26,7 @@ export class ArrowTool {
     stage.scene.add(this.arrow);
     this.listen = [["pointerdown", (event) => this._down(event)], ["pointermove", (event) => this._move(event)], ["pointerup", (event) => this._up(event)], ["pointercancel", () => this._forget()]];
     for (const [name, call] of this.listen) stage.canvas.addEventListener(name, call);
-    stage.claimed = true; // other buttons, and two fingers, move the view
+    stage.claimed = true; // other buttons and two fingers still move the view
   }
 
   close() {
@@ -77,7 +77,7 @@ export class ArrowTool {
   }
 }
 
-// Click a place on something, or on the ground; a press that turns the view is no click. done(point)
+// Click on an object or on the ground; dragging turns the view. done(point)
 export class PointTool {
   constructor(stage, done) {
     this.stage = stage;
@@ -97,7 +97,7 @@ export class PointTool {
   }
 }
 
-// Click places on things or on the ground; told(text) says how far they are from each other, and how far it is in all.
+// Click on objects or on the ground; told(text) reports the distances between the points, and the total.
 export class MeasureTool {
   constructor(stage, told) {
     this.stage = stage;

@@ -1,14 +1,14 @@
-// Robots as URDF describes them (https://wiki.ros.org/urdf/XML): text -> links with shapes, and joints. Nothing is drawn here.
+// Parse URDF (https://wiki.ros.org/urdf/XML): text -> links with shapes, and joints. Pure.
 
 const MOST_LINKS = 5000;
 const MOST_SHAPES = 20000;
-const GREATEST = 1e30; // graphics cards calculate with what 32 bits can hold
+const GREATEST = 1e30; // graphics cards compute with 32-bit floats
 
-// Return {name, links: Map, joints: [...], roots: [names], problems: [texts]}, or throw an Error that says what is wrong.
+// Return {name, links: Map, joints: [...], roots: [names], problems: [texts]}, or throw an Error that explains what is wrong.
 // A link is {name, visuals: [shape], collisions: [shape]}, a shape {xyz, rpy, geometry, material}, a geometry one of
 // {kind: "box", size}, {kind: "cylinder", radius, length}, {kind: "sphere", radius}, {kind: "mesh", uri, scale}, a
 // material {color: [r, g, b, a] or null, texture: URI}, a joint {name, type, parent, child, xyz, rpy, axis, effort}, where
-// effort is the greatest, in N or N m, and 0 for unknown.
+// effort is the limit in N or N m, and 0 for unknown.
 export function readUrdf(text) {
   const document = new DOMParser().parseFromString(text, "application/xml");
   const fault = document.querySelector("parsererror");
@@ -35,7 +35,7 @@ export function readUrdf(text) {
       }
     }
     const [usual] = link.visuals.map((each) => each.material).filter(Boolean);
-    if (usual) for (const each of link.visuals) each.material ||= usual; // as in rviz: a link has one
+    if (usual) for (const each of link.visuals) each.material ||= usual; // like rviz: a link has one material
     links.set(name, link);
   }
   const joints = children(robot, "joint").map(joint).filter(({ parent, child }) => links.has(parent) && links.has(child));
@@ -51,7 +51,7 @@ function child(element, tag) {
   return children(element, tag)[0];
 }
 
-// Numbers in an attribute; a wrong one is an error, none gives what is usual.
+// Parse the numbers of an attribute; invalid ones are an error, a missing attribute gives the default.
 function numbers(element, attribute, usual) {
   const text = element?.getAttribute(attribute);
   if (text === null || text === undefined) return usual;
@@ -71,7 +71,7 @@ function shape(element, materials) {
   if (inner) {
     const name = inner.getAttribute("name") || "";
     found = inner.children.length ? material(inner) : materials.get(name) || null;
-    if (inner.children.length && name && !materials.has(name)) materials.set(name, found); // later ones may name it
+    if (inner.children.length && name && !materials.has(name)) materials.set(name, found); // elements further down may refer to it
   }
   return { ...origin(element), geometry: geometry(child(element, "geometry")), material: found };
 }
@@ -104,7 +104,7 @@ function material(element) {
     const given = child(element, "color");
     if (given) color = numbers(given, "rgba", [1, 1, 1, 1]).map((value) => Math.min(1, Math.max(0, value)));
   } catch {
-    // the colour of things without a colour
+    // the default colour
   }
   return { color, texture: child(element, "texture")?.getAttribute("filename") || "" };
 }
@@ -112,11 +112,11 @@ function material(element) {
 function joint(element) {
   const place = { xyz: [0, 0, 0], rpy: [0, 0, 0], axis: [1, 0, 0], effort: 0 };
   try {
-    Object.assign(place, origin(element)); // if it is wrong: /tf says where the link is
+    Object.assign(place, origin(element)); // an invalid origin is ignored: /tf has the link's pose
     place.axis = numbers(child(element, "axis"), "xyz", place.axis);
     [place.effort] = numbers(child(element, "limit"), "effort", [0]);
   } catch {
-    // as far as it is right
+    // use the valid part
   }
   const name = (tag) => child(element, tag)?.getAttribute("link") || "";
   return { name: element.getAttribute("name") || "", type: element.getAttribute("type") || "", parent: name("parent"), child: name("child"), ...place };

@@ -1,5 +1,5 @@
-// From where one looks: the view, the frame that it goes along with, the axis for those who sit in it. What is kept of it is
-// what the user chose: the name of a view, and the place once he has turned it.
+// The choice of the view, the followed frame, and the axis for views from a frame. Stored are the user's choices: the name
+// of the view, and its position after the user has moved it.
 
 import { fill, h } from "../dom.js";
 
@@ -7,10 +7,10 @@ const VIEWS = { orbit: "orbit", ground: "ground", third: "behind", frame: "in fr
 const AXES = ["x", "-x", "y", "-y", "z", "-z"];
 
 export class ViewChoice {
-  // kept: {view, target}, from a link perhaps. host: {changed() keep it, robot() what shall fill the picture, or nothing}.
+  // kept: {view, target}, perhaps from a link. host: {changed(): store it, robot() -> the object to fit into the view, if any}.
   constructor({ view, target }, host) {
     this.kept = view && typeof view === "object" ? view : null;
-    this.target = String(target || ""); // the frame that is followed
+    this.target = String(target || ""); // the followed frame
     this.host = host;
     this.frames = h("select.mono", { "aria-label": "followed frame", title: "the frame that the view follows", onchange: (event) => this._goWith(event.target.value) });
     this.views = h("select", { "aria-label": "view", title: "viewpoint; ground: moves on the ground; behind, in frame: turn with the followed frame; walk: mouse, wheel and W, A, S, D; flat: from above, without perspective", onchange: (event) => this._look(event.target.value) },
@@ -19,7 +19,7 @@ export class ViewChoice {
       ["", ...AXES].map((name) => h("option", { value: name, disabled: !name }, name ? name.replace("-", "−") : "turned")));
   }
 
-  // The stage is there, and the frames with their poses.
+  // The stage exists now, and the frames with their poses.
   begin(stage, poses) {
     this.stage = stage;
     this.poses = poses;
@@ -32,7 +32,7 @@ export class ViewChoice {
     fill(this.frames, h("option", { value: "" }, "no frame"), names.map((name) => h("option", { value: name, selected: name === this.target }, name)));
   }
 
-  // Go along with the frame, where it is now. Who sits in no chosen frame sits in the fixed one.
+  // Follow the frame. Without one, views from a frame use the fixed frame.
   follow() {
     const name = this.target || (this.stage.sits ? this.poses.fixed : "");
     const pose = name && this.poses.pose(name);
@@ -40,19 +40,19 @@ export class ViewChoice {
     this.stage.draw();
   }
 
-  // A robot alone fills the picture and does not leave it, until the user turns the view. again: it looks different now.
+  // Keep a robot without other displays in view, until the user moves the view. again: its look has changed.
   seeRobot(again) {
     if (this.kept?.position || this.stage.sits) return;
     const robot = this.host.robot();
     if (robot && (again || (!this.target && !this.stage.shows(robot)))) this.stage.fit(robot);
   }
 
-  // Look from where one looked at first.
+  // Reset to the initial view.
   reset() {
     if (this.stage) this._begun([0, 0, 0]);
   }
 
-  // See all of what displays show, but not the grid, which is everywhere.
+  // Fit all displays into the view, except for the grid.
   fit(entries) {
     const shown = entries.filter(({ kind, display }) => kind !== "Grid" && display.object?.visible).map(({ display }) => display.object);
     if (!this.stage || this.stage.sits || !this.stage.fit(...shown)) return;
@@ -92,7 +92,7 @@ export class ViewChoice {
     this.host.changed();
   }
 
-  // The user has turned the view.
+  // The user has moved the view.
   _moved() {
     this.kept = this.stage.place;
     this._show();

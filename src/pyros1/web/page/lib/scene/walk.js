@@ -1,5 +1,5 @@
-// The view in which one walks, rviz's FPS: the left button looks around, the others move sideways and up, the wheel and the
-// keys W, A, S, D, Q and E walk.
+// rviz's FPS view: the left button looks around, the others move sideways and up, the wheel and the keys W, A, S, D, Q and
+// E walk.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 
@@ -7,7 +7,7 @@ const TURN = 0.005; // radians per pixel
 const SIDE = 0.01; // metres per pixel
 const STEP = 0.3; // metres per notch of the wheel
 const KEYS = { w: [0, 1, 0], s: [0, -1, 0], a: [-1, 0, 0], d: [1, 0, 0], e: [0, 0, 1], q: [0, 0, -1], ArrowUp: [0, 1, 0], ArrowDown: [0, -1, 0], ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0] };
-const STEEP = 0.01; // radians that are left to straight up and down
+const STEEP = 0.01; // radians; minimum angle to straight up and down
 
 export class Walk {
   constructor(stage) {
@@ -22,7 +22,7 @@ export class Walk {
     for (const [name, call] of this.listen) this.stage.canvas.removeEventListener(name, call);
   }
 
-  // Whether it has the mouse: tools may have it, or its left button.
+  // Whether it may use the mouse: tools may use it, or its left button.
   _has(button) {
     return this.enabled && this.stage.controls.enabled && !(button === 0 && this.stage.claimed);
   }
@@ -63,10 +63,10 @@ export class Walk {
     this.stage.moved?.();
   }
 
-  // Turn to the left and up, in radians.
+  // Turn left and up, in radians.
   _look(left, up) {
     const { camera, controls } = this.stage;
-    const turn = new THREE.Quaternion().setFromUnitVectors(camera.up, new THREE.Vector3(0, 1, 0)); // y is up in three.js's spheres
+    const turn = new THREE.Quaternion().setFromUnitVectors(camera.up, new THREE.Vector3(0, 1, 0)); // three.js's spherical coordinates have y up
     const way = new THREE.Spherical().setFromVector3(controls.target.clone().sub(camera.position).applyQuaternion(turn));
     way.theta += left;
     way.phi = Math.min(Math.PI - STEEP, Math.max(STEEP, way.phi - up));
@@ -74,7 +74,7 @@ export class Walk {
     controls.update();
   }
 
-  // Go to the right, ahead and up as one looks, in metres.
+  // Move right, forward and up relative to the view, in metres.
   _go(right, ahead, up) {
     const { camera, controls } = this.stage;
     const step = new THREE.Vector3(right, up, -ahead).applyQuaternion(camera.quaternion);

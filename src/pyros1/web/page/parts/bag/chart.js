@@ -1,4 +1,4 @@
-// Recorded numbers under the rows, over the same time.
+// Recorded numeric fields below the timeline, on the same time axis.
 
 import uPlot from "../../vendor/uplot.js";
 import { Points, grid, sample } from "../../lib/curves.js";
@@ -11,7 +11,7 @@ import { RIGHT } from "./timeline.js";
 const MOST = 16;
 const PATIENCE = 250; // ms after the last zoom
 
-// on: {gutter() the pixels beside the lanes, seek(time), changed(curves), problem(text)}
+// on: {gutter() -> the pixels beside the lanes, seek(time), changed(curves), problem(text)}
 export class Chart {
   constructor(robot, on) {
     this.robot = robot;
@@ -68,7 +68,7 @@ export class Chart {
     this._ask();
   }
 
-  // A zoom reads what is in sight again, in more detail; what is known is shown meanwhile.
+  // After zooming, the visible range is read again at a higher resolution; meanwhile the known points are shown.
   setView(view) {
     this.view = view;
     this._draw();
@@ -81,7 +81,7 @@ export class Chart {
     this._mark();
   }
 
-  // The lanes have another place.
+  // The lanes have moved.
   resize() {
     this._layOut();
   }
@@ -128,7 +128,7 @@ export class Chart {
     for (const curve of this.curves) {
       curve.problem = data.problems[curve.id] || "";
       const lines = found.get(curve.id) || new Map();
-      if (!whole && curve.whole) continue; // what is known is better than a part of the new
+      if (!whole && curve.whole) continue; // complete old data is better than incomplete new data
       fresh = fresh || [...lines.keys()].join() !== [...curve.lines.keys()].join();
       curve.lines = lines;
       curve.whole = whole;
@@ -182,7 +182,7 @@ export class Chart {
   _draw() {
     if (!this.plot) return;
     const [begin, end] = this.view;
-    const places = grid(begin, end, Math.max(50, this.plot.width - this.on.gutter() - RIGHT)); // it is measured later
+    const places = grid(begin, end, Math.max(50, this.plot.width - this.on.gutter() - RIGHT)); // the plot is measured later
     this.plot.batch(() => {
       this.plot.setData([places.times, ...this.lines.map((line) => sample(line.points, places))], false);
       this.plot.setScale("x", { min: begin, max: end });
@@ -209,7 +209,7 @@ export class Chart {
     this._values();
   }
 
-  // The legend has the values at the cursor: those of the last points at or before it.
+  // Show the values at the cursor in the legend: those of the last points at or before it.
   _values() {
     const { min, max } = this.plot?.scales.y || {};
     for (const curve of this.curves) {

@@ -1,11 +1,11 @@
-// Chooses a bag, or a folder, of the server's machine.
+// A dialog to choose a bag or a folder on the server.
 
 import { command, empty, fill, h } from "../../lib/dom.js";
 import { bytes } from "../../lib/format.js";
 
-const FEW = 12; // files for which no filter is needed
+const FEW = 12; // number of files up to which no filter is needed
 
-// on: {open(path), problem(text), folder(path, writable)}; folders: whether a folder is chosen, not a file.
+// on: {open(path), problem(text), folder(path, writable)}; folders: choose a folder instead of a file.
 export class Files {
   constructor(robot, on, folder = "", folders = false) {
     this.robot = robot;
@@ -28,7 +28,7 @@ export class Files {
       this._draw();
     } catch (error) {
       if (turn !== this.turn) return;
-      if (folder && fallback) this.go("", false); // it was of another server
+      if (folder && fallback) this.go("", false); // the stored folder does not exist on this server
       else if (this.robot.state !== "connected") this.robot.addEventListener("about", () => this.go(folder, fallback), { once: true });
       else this.on.problem?.(error.message);
     }

@@ -1,4 +1,4 @@
-// The messages at the cursor: trees, or pictures of images.
+// The messages at the cursor, as trees or images.
 
 import { empty, fill, h } from "../../lib/dom.js";
 import { Tree } from "../tree.js";
@@ -81,7 +81,7 @@ export class Inspector {
     return section;
   }
 
-  // Images are shown as pictures above their fields.
+  // Images are shown above their fields.
   _picture(section) {
     const image = h("img.picture", { alt: `image of ${section.name}`, hidden: true });
     const word = h("p.muted.hint");

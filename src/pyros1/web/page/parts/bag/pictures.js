@@ -1,9 +1,9 @@
-// Small pictures along the row of a topic with images. Only those in sight are asked for, and some are kept.
+// Thumbnails along the row of an image topic. Only visible ones are requested; some are cached.
 
 import { fill, h } from "../../lib/dom.js";
 
 const HEIGHT = 46; // pixels
-const WIDE = 76; // pixels between two pictures, at least
+const WIDE = 76; // minimum pixels between two thumbnails
 const KEPT = 200;
 
 export class Pictures {
@@ -13,7 +13,7 @@ export class Pictures {
     this.topic = topic;
     this.drawn = drawn;
     this.said = problem;
-    this.known = new Map(); // wanted time -> {time, url, problem}
+    this.known = new Map(); // requested time -> {time, url, problem}
     this.asked = new Set();
     this.problem = "";
   }
@@ -24,7 +24,7 @@ export class Pictures {
     this.known.clear();
   }
 
-  // The times whose pictures are shown: they stay where they are while the timeline pans.
+  // The times of the thumbnails: fixed, so that they do not change while the timeline pans.
   _times({ view: [begin, end], width, facts }) {
     const least = (WIDE / width) * (end - begin);
     const step = 2 ** Math.ceil(Math.log2(least));
@@ -33,7 +33,7 @@ export class Pictures {
       const time = index * step;
       if (time >= 0 && time <= facts.length) times.push(time);
     }
-    if (begin <= 0) times.unshift(Math.min(step / 4, facts.length)); // the first image is seldom at the very beginning
+    if (begin <= 0) times.unshift(Math.min(step / 4, facts.length)); // the first image is rarely at the very beginning
     return times;
   }
 
@@ -65,7 +65,7 @@ export class Pictures {
     let last = null;
     for (const time of this._times(timeline)) {
       const found = this.known.get(time);
-      if (!found?.url || found.time === last) continue; // images that are far apart are shown once
+      if (!found?.url || found.time === last) continue; // sparse images are shown only once
       last = found.time;
       const x = timeline.x(Math.max(found.time, timeline.view[0]));
       if (x < timeline.width - 20) shown.push({ x, url: found.url });

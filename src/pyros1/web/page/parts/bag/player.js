@@ -1,4 +1,4 @@
-// Plays: the cursor moves, and the messages go to the robot if the user wants that.
+// Playback: moves the cursor, and publishes the messages to the robot if the user wants that.
 
 import { fill, h } from "../../lib/dom.js";
 
@@ -73,7 +73,7 @@ export class Player {
     if (this.stream) this._send();
   }
 
-  // End all, publishing too.
+  // Stop everything, including publishing.
   stop() {
     this.playing = false;
     this.stream?.close();
@@ -144,7 +144,7 @@ export class Player {
     this.stream = this.robot.stream("bag_play", this.args, {
       opened: () => {
         this.opened += 1;
-        if (this.opened > 1 && this.playing) this.stop(); // after a lost connection the user decides anew
+        if (this.opened > 1 && this.playing) this.stop(); // after a reconnect, the user must start again
       },
       data: (status) => this._take(status),
       problem: (text) => { if (text) this.on.problem(text); },
@@ -167,7 +167,7 @@ export class Player {
     }
   }
 
-  // Between two words of the server the cursor runs on.
+  // Between two updates of the server, the cursor continues to move.
   _tick() {
     cancelAnimationFrame(this.frame);
     this.frame = requestAnimationFrame(() => {

@@ -1,11 +1,11 @@
-// Records with a click: what to record, and how it goes.
+// Recording: a button, a dialog to choose what to record, and the progress.
 
 import { fill, h } from "../../lib/dom.js";
 import { bytes, plural, rate } from "../../lib/format.js";
 import { Files } from "./files.js";
 import { span } from "./times.js";
 
-const MOST = 300; // topics in the list
+const MOST = 300; // maximum number of topics in the list
 
 // on: {open(path), problem(text)}
 export class Recorder {
@@ -22,7 +22,7 @@ export class Recorder {
     this.onAbout = () => { this.button.disabled = robot.about.read_only; };
     robot.addEventListener("about", this.onAbout);
     this.onAbout();
-    this.seen = null; // a recording that had ended before is not shown, unless it had to end
+    this.seen = null; // a recording that ended earlier is shown only if it failed
   }
 
   close() {

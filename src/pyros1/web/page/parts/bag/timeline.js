@@ -1,4 +1,4 @@
-// The rows of a bag: where messages are, over time. It zooms, pans, and has the cursor.
+// The rows of a bag: messages over time, with zoom, pan and a cursor.
 
 import { fill, h } from "../../lib/dom.js";
 import { plural, rate } from "../../lib/format.js";
@@ -7,12 +7,12 @@ import { span, ticks } from "./times.js";
 
 const ROW = 30; // pixels
 const PICTURED = 74;
-const MORE = 4; // rows above and below what is seen
-const MOST_PICTURED = 6; // rows with pictures at the same time
-const LEAST_SPAN = 1e-4; // seconds
-export const RIGHT = 12; // pixels beside the lanes
+const MORE = 4; // rows above and below the visible ones
+const MOST_PICTURED = 6; // maximum number of rows with thumbnails
+const LEAST_SPAN = 1e-4; // seconds; minimum width of the view
+export const RIGHT = 12; // pixels to the right of the lanes
 
-// on: {seek(time), view(begin, end), room() the lanes have another place, select(topic, several)}
+// on: {seek(time), view(begin, end), room(): the lanes have moved, select(topic, several)}
 export class Timeline {
   constructor(robot, on) {
     this.robot = robot;
@@ -22,7 +22,7 @@ export class Timeline {
     this.view = [0, 1];
     this.selected = new Set();
     this.rows = [];
-    this.pictures = new Map(); // topic -> Pictures
+    this.pictures = new Map(); // topic -> Thumbnails
     this.tops = [];
     this._build();
   }
@@ -103,7 +103,7 @@ export class Timeline {
     if (moved) this.on.room();
   }
 
-  // Where a time is, in pixels from the left of the lanes.
+  // Return the position of a time, in pixels from the left of the lanes.
   x(time) {
     return ((time - this.view[0]) / (this.view[1] - this.view[0])) * this.width;
   }
@@ -120,7 +120,7 @@ export class Timeline {
     this._drawCursor();
   }
 
-  // Show some other times; a view never is wider than the bag, nor leaves it.
+  // Show another time range; it is never wider than the bag, nor outside it.
   setView(begin, end) {
     const [least, most] = this.full;
     const size = Math.min(most - least, Math.max(LEAST_SPAN, end - begin));
@@ -140,7 +140,7 @@ export class Timeline {
     this.setView(...this.full);
   }
 
-  // Keep the cursor in sight while it moves by itself.
+  // Keep the cursor visible while it moves by itself.
   follow() {
     const [begin, end] = this.view;
     if (this.time >= begin && this.time <= end) return;
@@ -151,7 +151,7 @@ export class Timeline {
     if (!this.facts) return;
     const inLane = event.clientX > this.element.getBoundingClientRect().left + this.gutter;
     const sideways = Math.abs(event.deltaX) > Math.abs(event.deltaY) || event.shiftKey;
-    if (!inLane || (event.altKey && !sideways)) return; // over the names, it scrolls
+    if (!inLane || (event.altKey && !sideways)) return; // over the names, the wheel scrolls
     event.preventDefault();
     const [begin, end] = this.view;
     if (sideways) {
@@ -325,7 +325,7 @@ export class Timeline {
   }
 }
 
-// A bag's times with a little room at both ends, so that the first and the last message are seen.
+// Return a bag's time range with a margin, so that the first and last messages are visible.
 function whole(facts) {
   const room = facts.length * 0.01 || 0.5;
   return [-room, facts.length + room];

@@ -1,8 +1,8 @@
-// Times in a bag, as people read them.
+// Format times in a bag for people.
 
 const STEPS = [1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800, 3600, 7200, 14400, 43200, 86400];
 
-// Round times for a ruler, about so many.
+// Return round times for a ruler, approximately a given number.
 export function ticks(begin, end, count) {
   const least = (end - begin) / count;
   const power = 10 ** Math.floor(Math.log10(least));
@@ -12,7 +12,7 @@ export function ticks(begin, end, count) {
   return { step, times };
 }
 
-// Seconds since the beginning: 3.25 s, 1:02, 1:02:03. step: of the ruler, says how many digits are of use.
+// Format seconds since the beginning: 3.25 s, 1:02, 1:02:03. step: of the ruler, determines the number of digits.
 export function span(seconds, step = 0.001) {
   const digits = step >= 1 ? 0 : Math.min(6, Math.ceil(-Math.log10(step) - 1e-9));
   const size = Math.abs(seconds);

@@ -1,4 +1,4 @@
-// What is known of one process of a launch, and the end of its log.
+// Details of a launched process, and the end of its log.
 
 import { fill, h } from "../../lib/dom.js";
 import { bytes, duration } from "../../lib/format.js";

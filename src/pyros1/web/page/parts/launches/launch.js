@@ -1,4 +1,4 @@
-// One launch in the panel of launches: its head and a row for each process.
+// A launch in the panel of launches: a header, and a row for each process.
 
 import { fill, h } from "../../lib/dom.js";
 import { bytes, duration } from "../../lib/format.js";
@@ -10,7 +10,7 @@ export function keyOf(param, entry) {
   return `${param} ${entry.label}`;
 }
 
-// Labels end with the number of the start.
+// labels end with the number of the start
 function turn({ label }) {
   return Number(/-(\d+)$/.exec(label)?.[1] || 0);
 }
@@ -20,7 +20,7 @@ export class Launch {
     this.panel = panel;
     this.param = param;
     this.rows = new Map(); // label -> {element, cells, buttons, shown}
-    this.expected = new Map(); // label -> {verb, starts}: what was told, until it is seen
+    this.expected = new Map(); // label -> {verb, starts}: the command sent, until its effect is seen
     this.head = h("header");
     this.note = h("p.muted.hint", { hidden: true });
     this.body = h("div.processes", { role: "rowgroup" });
@@ -36,7 +36,7 @@ export class Launch {
     }
   }
 
-  // Show some of the processes. all: also if the launch is folded, since somebody looks for them.
+  // Show the given processes. all: also if the launch is folded, since the user searches for them.
   show(entries, all) {
     const { facts, panel } = this;
     const open = all || !panel.folded.has(this.param);
@@ -50,7 +50,7 @@ export class Launch {
     const text = open ? words.join(" ") : "";
     this.note.hidden = !text;
     if (this.note.textContent !== text) this.note.textContent = text;
-    // Their order is that in which the launch began them; if they are too many, those that need a look are not left out.
+    // Processes are in starting order; if there are too many, those with problems are kept.
     const few = entries.length > MOST_ROWS ? [...entries].sort((one, other) => Number(one.state === "running") - Number(other.state === "running")).slice(0, MOST_ROWS) : entries;
     const shown = open ? [...few].sort((one, other) => turn(one) - turn(other)) : [];
     const labels = new Set(shown.map((entry) => entry.label));
@@ -134,7 +134,7 @@ export class Launch {
     }
   }
 
-  // Note what was told; null for nothing.
+  // Remember the command that was sent; null for none.
   expect(label, verb) {
     const entry = this.facts.processes?.find((each) => each.label === label);
     if (verb && entry) this.expected.set(label, { verb, starts: entry.starts, since: performance.now() });

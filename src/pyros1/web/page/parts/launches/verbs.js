@@ -1,4 +1,4 @@
-// What a launch can be told about a process, and the buttons for it.
+// Commands for a launched process, and their buttons.
 
 import { h } from "../../lib/dom.js";
 
@@ -8,7 +8,7 @@ const WORDS = {
   restart: ["Restart", "↻", "stop it and start it again"],
 };
 
-// The verbs that fit the state of a process; none if this page may not use them.
+// Return the commands for a process in some state; none if the page is read-only.
 export function may(launch, entry) {
   if (launch.facts.refusal || launch.panel.place.robot.about.read_only) return [];
   if (entry.state === "running" || entry.state === "stopping") return ["restart", "stop"];

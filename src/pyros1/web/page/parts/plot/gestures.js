@@ -1,13 +1,13 @@
-// Moving what a chart shows: a finger or Shift and the mouse move it, two fingers make it larger or smaller.
+// Gestures of a chart: one finger, or Shift and the mouse, pans; two fingers zoom.
 
-const APART = 30; // pixels between two fingers, below which they say nothing of that direction
+const APART = 30; // pixels between two fingers; below this they do not zoom in that direction
 
-// on: {pan(right, down), pinch(x, y, across, along)}: pixels, where the middle is, and how many times wider and higher.
+// on: {pan(right, down), pinch(x, y, across, along)}: pixels; x and y are the centre, across and along the zoom factors.
 export function gestures(element, on) {
   const pointers = new Map();
   const moves = (event) => event.pointerType === "touch" || event.shiftKey || event.button === 1;
   element.style.touchAction = "none";
-  element.addEventListener("mousedown", (event) => { if (event.shiftKey || event.button === 1) event.stopImmediatePropagation(); }, true); // it would select
+  element.addEventListener("mousedown", (event) => { if (event.shiftKey || event.button === 1) event.stopImmediatePropagation(); }, true); // it would start a selection
   element.addEventListener("pointerdown", (event) => {
     if (!moves(event)) return;
     pointers.set(event.pointerId, [event.clientX, event.clientY]);

@@ -1,4 +1,4 @@
-// Pairs of curves of the plot: the second of each is drawn against the first.
+// Pairs of curves: the second of each is plotted against the first.
 
 import { fill, h } from "../../lib/dom.js";
 import { number } from "../../lib/format.js";
@@ -6,14 +6,14 @@ import { lookOf, say, swatch } from "./looks.js";
 
 const MOST = 50;
 
-// on: {curves(): those that there are, add(text), remove(texts): forget curves, changed(), redraw()}
+// on: {curves() -> the existing ones, add(text), remove(texts): remove curves, changed(), redraw()}
 export class Pairs {
   constructor(on) {
     this.on = on;
-    this.list = []; // {x, y, hidden, looks, at, mark}: texts of curves; y is "" until somebody says it
+    this.list = []; // {x, y, hidden, looks, at, mark}: texts of curves; y is "" until it is known
   }
 
-  // The first of two is x, the second y; one alone waits for the other.
+  // The first of two curves is x, the second y; a single one waits for the other.
   add(texts) {
     for (const text of texts.map((each) => each.trim()).filter(Boolean)) {
       const last = this.list.at(-1);
@@ -31,7 +31,7 @@ export class Pairs {
     for (const text of [x, y]) this.on.add(text);
   }
 
-  // What is shown over time becomes pairs.
+  // Convert the curves over time to pairs.
   pairAll() {
     const texts = this.on.curves().map(({ text }) => text);
     for (let index = 0; index < texts.length; index += 2) this.pair(texts[index], texts[index + 1] || "");
@@ -44,7 +44,7 @@ export class Pairs {
     this.on.changed();
   }
 
-  // Pairs of lines; parts of arrays go with the same part, or with a curve that has none.
+  // Pair the lines; elements of arrays go with the same element, or with a curve that is no array.
   trails() {
     const trails = [];
     for (const pair of this.list) {
@@ -61,7 +61,7 @@ export class Pairs {
     return trails;
   }
 
-  // What a legend says.
+  // Return the entries of the legend.
   entries() {
     return this.trails().filter(({ pair }) => !pair.hidden).map(({ pair, colour, dash }) => ({ label: pairLabel(pair), colour, dash }));
   }
@@ -97,7 +97,7 @@ export class Pairs {
   }
 }
 
-// Two fields of one message are named once: /pose x, y.
+// Name the message of two fields only once: /pose x, y.
 function pairLabel({ x, y }) {
   if (!y) return `${x}: type the field to plot against it`;
   const folder = x.slice(0, x.lastIndexOf("/") + 1);

@@ -1,8 +1,8 @@
-// A picture of charts, one below the other, with a legend above: a canvas.
+// Export charts to one image: below each other, with a legend above.
 
 import { h } from "../../lib/dom.js";
 
-const [LINE, MARK, GAP] = [22, 22, 18]; // pixels: a row of the legend, its marks, and between two of them
+const [LINE, MARK, GAP] = [22, 22, 18]; // pixels: row height of the legend, width of its marks, and the gap between entries
 
 // entries: [{label, colour, dash}]
 export function picture(canvases, entries) {

@@ -1,4 +1,4 @@
-// A chart of curves over time, with what moves and zooms it.
+// A chart of curves over time, with pan and zoom.
 
 import uPlot from "../../vendor/uplot.js";
 import { number } from "../../lib/format.js";
@@ -9,9 +9,9 @@ import { axisWidth, countable, marks, spread, ticksBefore } from "./words.js";
 /** @typedef {uPlot & {lines?: object[], high?: number[] | null}} TimeChart */
 
 // lines: [{label, colour, dash}]
-// on: {origin(): the time that the axis calls 0, shown(): [begin, end], show(range), all(), cursor(chart),
-// room(width): the width of the axis that is, or is to be}
-// The chart has `lines`, and `high`: the ends of its height, if it was zoomed.
+// on: {origin() -> the time that the axis calls 0, shown() -> [begin, end], show(range), all(), cursor(chart),
+// room(width) -> the width to use for the axis}
+// The chart has `lines`, and `high`: the zoomed vertical range, if any.
 export function timeChart(area, lines, size, on) {
   const style = getComputedStyle(document.documentElement);
   const colour = (name) => style.getPropertyValue(name).trim();
@@ -40,8 +40,8 @@ export function timeChart(area, lines, size, on) {
     },
   }, [new Float64Array(0), ...lines.map(() => [])], area);
   chart.lines = lines;
-  chart.high = null; // what the height was zoomed to
-  let pressed = false; // here, not in another chart whose cursor goes along
+  chart.high = null; // the zoomed vertical range
+  let pressed = false; // here, not in another chart with a synchronised cursor
   chart.over.addEventListener("mousedown", () => { pressed = true; });
   gestures(chart.over, { pan, pinch: scale });
   chart.over.addEventListener("dblclick", () => on.all());
@@ -68,7 +68,7 @@ export function timeChart(area, lines, size, on) {
     } else scale(event.offsetX, event.offsetY, factor, 1);
   }
 
-  // The curves follow the pointer; their height only if it was zoomed.
+  // The curves follow the pointer; vertically only if zoomed.
   function pan(right, down) {
     const [begin, end] = on.shown();
     const by = (right / chart.over.clientWidth) * (end - begin);
@@ -79,7 +79,7 @@ export function timeChart(area, lines, size, on) {
     on.show([begin - by, end - by]);
   }
 
-  // What is at a place stays there, and all becomes so many times wider and higher.
+  // Zoom around a position, which stays fixed.
   function scale(left, top, across, along) {
     const about = (/** @type {number[]} */ [least, most], here, factor) => [here - (here - least) / factor, here + (most - here) / factor];
     if (along !== 1) chart.high = about([chart.scales.y.min, chart.scales.y.max], chart.posToVal(top, "y"), along);

@@ -1,16 +1,16 @@
-// Words for curves as rqt_plot takes them, and places and texts of the ticks of a chart.
+// Parse curves as rqt_plot accepts them, and place and format the ticks of a chart.
 
 import { number } from "../../lib/format.js";
 
-const SHORT = 8; // letters of a number
-const LARGEST = 8e307; // twice as much is still a number
-const FINEST = 1e-12; // of a number: numbers have 16 digits, and an axis has some marks
+const SHORT = 8; // characters of a number
+const LARGEST = 8e307; // twice this value is still finite
+const FINEST = 1e-12; // relative: floats have 16 digits, and an axis has several ticks
 
 const FIELD = "[\\w/]*(?:\\[[-+\\d:]*\\][\\w/]*)*";
-const EXPRESSION = new RegExp(`^\\s*[\\w/~]+\\s*:(?!${FIELD}(?::${FIELD})*\\s*(?:,|$))`); // no names of fields are behind the colon
+const EXPRESSION = new RegExp(`^\\s*[\\w/~]+\\s*:(?!${FIELD}(?::${FIELD})*\\s*(?:,|$))`); // what follows the colon are not field names
 const COLON = /:(?![^[\]]*\])/; // between fields, not in a slice
 
-// /a/x:y, /a/x[0]:y[0] and /a,/b stand for several curves; an expression stands for itself.
+// Split /a/x:y, /a/x[0]:y[0] and /a,/b into several curves; an expression is a single one.
 export function expand(text) {
   if (EXPRESSION.test(text)) return [text];
   return text.split(",").filter(Boolean).flatMap((part) => {
@@ -21,7 +21,7 @@ export function expand(text) {
   });
 }
 
-// Round numbers of seconds before a time, about so many.
+// Return round numbers of seconds before a time, approximately a given number.
 export function ticksBefore(origin, begin, end, count) {
   const least = (end - begin) / Math.max(2, count);
   const power = 10 ** Math.floor(Math.log10(least));
@@ -31,11 +31,11 @@ export function ticksBefore(origin, begin, end, count) {
   return Array.from({ length: Math.max(0, last - first + 1) }, (_, index) => origin + (first + index) * step);
 }
 
-// Texts of an axis' marks, as exact as they are far apart: 0.25, 1795706846.5, 1.8e+9.
+// Format the ticks of an axis, with as many digits as their distance requires: 0.25, 1795706846.5, 1.8e+9.
 export function marks(ticks) {
   const [largest, step] = [Math.max(...ticks.map(Math.abs)), Math.abs(ticks[1] - ticks[0])];
   if (!(step > 0) || !largest) return ticks.map((tick) => number(tick));
-  let digits = -Math.floor(Math.log10(step)); // behind the point, or so many zeros
+  let digits = -Math.floor(Math.log10(step)); // decimals; negative for zeros before the point
   const last = digits + 3;
   while (digits < last && Math.abs(step * 10 ** digits - Math.round(step * 10 ** digits)) > 1e-3) digits += 1;
   const fixed = ticks.map((tick) => tick.toFixed(Math.min(100, Math.max(0, digits))));
@@ -44,12 +44,12 @@ export function marks(ticks) {
   return length(fixed) > SHORT && length(scientific) < length(fixed) ? scientific : fixed;
 }
 
-// How wide an axis is whose marks have these texts, in pixels.
+// Return the width in pixels of an axis with these tick labels.
 export function axisWidth(_, texts) {
   return Math.max(64, 24 + 7 * Math.max(0, ...(texts || []).map(({ length }) => length)));
 }
 
-// The ends of an axis for values between two, with some room.
+// Return the range of an axis for values from least to most, with a margin.
 /** @returns {[number, number]} */
 export function spread(least, most) {
   if (least === null || most === null || !Number.isFinite(least) || !Number.isFinite(most)) return [0, 1];
@@ -57,8 +57,8 @@ export function spread(least, most) {
   return countable([least - room, most + room]);
 }
 
-// Ends of an axis between which uPlot can count its ticks: it would never come to an end where a step changes nothing, as
-// between 1e17 and 1e17 + 16, and cannot begin at what is not finite.
+// Widen a range until uPlot can compute its ticks: it would loop forever where a step changes nothing, as between 1e17 and
+// 1e17 + 16, and cannot start at an infinite value.
 /** @returns {[number, number]} */
 export function countable(ends) {
   const [least, most] = ends.map((end) => Math.min(LARGEST, Math.max(-LARGEST, end)));

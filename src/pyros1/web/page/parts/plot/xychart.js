@@ -1,14 +1,14 @@
-// A chart of curves against each other: trails that fade, the newest point, and the point under the cursor.
+// A chart of curves against each other: fading trails, the newest point, and the point under the cursor.
 
 import uPlot from "../../vendor/uplot.js";
 import { gestures } from "./gestures.js";
 import { axisWidth, countable, marks } from "./words.js";
 import { boxAround, equal, join, nearest } from "../../lib/xy.js";
 
-const MOST = 12000; // points of a trail
-const LONGEST = 60; // letters of an axis' name
-const REACH = 30; // pixels from the cursor to a point
-const FADED = [0.3, 0.5, 0.75, 1]; // of the quarters of a trail, the oldest first
+const MOST = 12000; // points per trail
+const LONGEST = 60; // characters of an axis title
+const REACH = 30; // maximum pixels from the cursor to a point
+const FADED = [0.3, 0.5, 0.75, 1]; // opacity of the quarters of a trail, the oldest first
 
 export class XYChart {
   // pairs: [{pair: {x, y} (names), x: Points, y: Points, colour, dash}]; on: {cursor(found or null)}, with {trail, x, y, time} of a point.
@@ -17,7 +17,7 @@ export class XYChart {
     this.equal = isEqual;
     this.on = on;
     this.trails = [];
-    this.box = null; // what was zoomed to; null: all
+    this.box = null; // the zoomed range; null: everything
     this.shown = { x: [0, 1], y: [0, 1] };
     this.found = null;
     const style = getComputedStyle(document.documentElement);
@@ -67,7 +67,7 @@ export class XYChart {
     this.plot.destroy();
   }
 
-  // Show what came between two times; without times, the same again.
+  // Draw the points in a time range; without times, the same as before.
   draw(begin, end) {
     if (begin !== undefined) this.trails = this.pairs.map(({ x, y }) => join(x, y, begin, end, MOST));
     const { clientWidth: width, clientHeight: height } = this.plot.over;
