@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 
 const page = new URL("../../../src/pyros1/web/page/", import.meta.url);
-const { MOST_FOR_DAGRE, POINTS, detour, layout, sampled } = await import(new URL("lib/graph/layout.js", page));
+const { MAX_FOR_DAGRE, POINTS, detour, layout, sampled } = await import(new URL("lib/graph/layout.js", page));
 
 const room = [1200, 700];
 
@@ -58,7 +58,7 @@ test("boxes of a group are within its frame, and frames do not overlap", () => {
 test("200 nodes and 1,000 topics have about the shape of the room", () => {
   for (const groups of [0, 20]) {
     const what = system(200, 1000, groups);
-    assert.ok(what.boxes.length + what.edges.length > MOST_FOR_DAGRE);
+    assert.ok(what.boxes.length + what.edges.length > MAX_FOR_DAGRE);
     const { width, height } = check(what);
     assert.ok(width / height < 5 && height / width < 2, `${width} x ${height}`);
   }

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 
 const page = new URL("../../../src/pyros1/web/page/", import.meta.url);
-const { MOST_BOXES, build, dot, flowOf, isDebugNode, matching, around, stateOf } = await import(new URL("lib/graph/model.js", page));
+const { MAX_BOXES, build, dot, flowOf, isDebugNode, matching, around, stateOf } = await import(new URL("lib/graph/model.js", page));
 
 const topic = (publishers, subscribers, more = {}) => ({ type: "std_msgs/String", publishers, subscribers, ...more });
 
@@ -133,8 +133,8 @@ test("many boxes begin folded, a few do not, and a toggled group is open", () =>
 });
 
 test("too many boxes are cut, with their number", () => {
-  const model = build(large(MOST_BOXES + 7), NOTHING);
-  assert.deepEqual([model.boxes.length, model.cut], [MOST_BOXES, 7]);
+  const model = build(large(MAX_BOXES + 7), NOTHING);
+  assert.deepEqual([model.boxes.length, model.cut], [MAX_BOXES, 7]);
 });
 
 test("names from the robot need not be names: nothing breaks", () => {

@@ -4,7 +4,7 @@ import { copy, fill, h } from "./lib/dom.js";
 import { Robot } from "./lib/robot.js";
 import { panelList } from "./lib/panels.js";
 import { Workspace } from "./lib/workspace.js";
-import { MADE_IN, layoutsButton } from "./lib/layouts.js";
+import { BUILT_IN, layoutsButton } from "./lib/layouts.js";
 import { fromLink, linkFor, load, store } from "./lib/store.js";
 
 const theme0 = load("theme");
@@ -20,7 +20,7 @@ const state = h("span.state", { role: "status" });
 const tabs = h("nav", { "aria-label": "views" });
 const menu = h("select.menu", { "aria-label": "all views", title: "all views", onchange: () => choose(menu.value) }); // for narrow windows
 const workspace = new Workspace(document.getElementById("workspace"), panels, robot, changed);
-const KEYS = 9; // number of panels with a keyboard shortcut
+const SHORTCUTS = 9; // number of panels with a keyboard shortcut
 let current = "";
 
 fill(bar,
@@ -39,7 +39,7 @@ function drawTabs() {
   const used = load("layouts") || {};
   fill(tabs, other && h("button.tab", { "aria-current": "page", title: "a layout" }, `▦ ${other}`), panels.map((panel, index) => (panel.rare && panel.name !== current && !used[panel.name] ? null : h("button.tab", {
     "aria-current": panel.name === current ? "page" : null,
-    title: `${panel.description}${index < KEYS ? ` (key ${index + 1})` : ""}`,
+    title: `${panel.description}${index < SHORTCUTS ? ` (key ${index + 1})` : ""}`,
     onclick: () => choose(panel.name),
   }, panel.title))));
   fill(menu, other && h("option", { value: other }, `▦ ${other}`), panels.map(({ name, title }) => h("option", { value: name }, title)));
@@ -69,9 +69,9 @@ new ResizeObserver(seeTab).observe(bar);
 // Show a tab or a named layout. Each tab is a layout that starts as a single panel, or as the panel specifies.
 function choose(name, tree) {
   const layouts = load("layouts") || {}; // another page in this browser may have changed them
-  const known = tree || layouts[name] || Object.hasOwn(MADE_IN, name) || panels.some((panel) => panel.name === name);
+  const known = tree || layouts[name] || Object.hasOwn(BUILT_IN, name) || panels.some((panel) => panel.name === name);
   current = known ? name : panels[0].name;
-  const begun = MADE_IN[current] || panels.find((panel) => panel.name === current)?.layout;
+  const begun = BUILT_IN[current] || panels.find((panel) => panel.name === current)?.layout;
   workspace.show(tree || layouts[current] || (begun ? structuredClone(begun) : { panel: current }));
   if (tree) changed(workspace.tree);
   drawTabs();

@@ -1,6 +1,6 @@
 // Operations on trees of panels: remove one, move one, swap two. Pure.
 
-const MOST = 8; // parts of a split
+const MAX_PARTS = 8; // parts of a split
 
 // Return the panels of a tree, in order.
 export function panelsOf(tree) {
@@ -30,7 +30,7 @@ export function moved(tree, panel, target, side) {
     if (each === target) return { split, sizes: [1, 1], parts: after ? [each, panel] : [panel, each] };
     if (!each.parts) return each;
     const at = each.parts.indexOf(target);
-    if (at < 0 || each.split !== split || each.parts.length >= MOST) return { ...each, parts: each.parts.map(put) };
+    if (at < 0 || each.split !== split || each.parts.length >= MAX_PARTS) return { ...each, parts: each.parts.map(put) };
     const half = each.sizes[at] / 2;
     const [sizes, parts] = [[...each.sizes], [...each.parts]]; // toSpliced is too new for many browsers
     sizes.splice(at, 1, half, half);

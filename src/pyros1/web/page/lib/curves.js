@@ -1,12 +1,12 @@
 // Points of curves over time, and how to sample them for a chart of a given width.
 
-const ROOM = 1024;
-const BACK = 0.1; // seconds; a time that goes back by more means that a bag or simulation has restarted
+const INITIAL_CAPACITY = 1024;
+const MAX_CLOCK_STEP = 0.1; // seconds; a time that goes back by more means that a bag or simulation has restarted
 
 export class Points {
   constructor() {
-    this.times = new Float64Array(ROOM);
-    this.values = new Float64Array(ROOM);
+    this.times = new Float64Array(INITIAL_CAPACITY);
+    this.values = new Float64Array(INITIAL_CAPACITY);
     this.start = 0;
     this.end = 0;
     this.forgotten = 0; // number of points dropped so far, so that point numbers stay valid
@@ -21,7 +21,7 @@ export class Points {
     let newest = this.length ? this.times[this.end - 1] : -Infinity;
     let first = 0;
     times.forEach((time, index) => {
-      if (time < newest - BACK) {
+      if (time < newest - MAX_CLOCK_STEP) {
         this.start = this.end = 0;
         first = index;
         newest = time;

@@ -2,7 +2,7 @@
 // https://www.w3.org/TR/png and https://wiki.ros.org/compressed_depth_image_transport
 
 const INTERLACED = [[0, 0, 8, 8], [4, 0, 8, 8], [0, 4, 4, 8], [2, 0, 4, 4], [0, 2, 2, 4], [1, 0, 2, 2], [0, 1, 1, 2]];
-const HEAD = 12; // bytes of the compressedDepth header before the file
+const HEADER_BYTES = 12; // bytes of the compressedDepth header before the file
 
 // Return the image as a sensor_msgs/Image: {encoding, width, height, step, bigendian, data}; null if the file is not a
 // 16-bit greyscale PNG. Throws an Error if it is damaged, or has more than the maximum number of pixels.
@@ -35,7 +35,7 @@ export async function deepGrey(file, most) {
 
 // Return the depths in metres of a compressedDepth image with the format 32FC1; NaN where there is none.
 export function metres(message, { width, height, data }) {
-  const head = new DataView(message.buffer, message.byteOffset, HEAD);
+  const head = new DataView(message.buffer, message.byteOffset, HEADER_BYTES);
   const [one, other] = [head.getFloat32(4, true), head.getFloat32(8, true)];
   const found = new DataView(new ArrayBuffer(4 * width * height));
   for (let pixel = 0; pixel < width * height; pixel += 1) {

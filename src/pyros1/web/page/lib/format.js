@@ -1,6 +1,6 @@
 // Format numbers and times for people.
 
-const SIMULATED = 1e8; // seconds; earlier times (before 1973) are simulated time
+const MAX_SIMULATED_TIME = 1e8; // seconds; earlier times (before 1973) are simulated time
 
 export function number(value, digits = 4) {
   if (typeof value !== "number") return String(value);
@@ -39,7 +39,7 @@ export function bytes(count, unit = "B") {
 
 export function clock(seconds) {
   const date = new Date(seconds * 1000);
-  if (seconds < SIMULATED) return seconds.toFixed(3);
+  if (seconds < MAX_SIMULATED_TIME) return seconds.toFixed(3);
   const two = (value) => String(value).padStart(2, "0");
   return `${two(date.getHours())}:${two(date.getMinutes())}:${two(date.getSeconds())}.${String(date.getMilliseconds()).padStart(3, "0")}`;
 }
@@ -53,7 +53,7 @@ export function seconds({ secs, nsecs }) {
 
 // Format a date and time; simulated times as seconds.
 export function moment(seconds) {
-  return seconds < SIMULATED ? `${seconds.toFixed(2)} s` : new Date(seconds * 1000).toLocaleString();
+  return seconds < MAX_SIMULATED_TIME ? `${seconds.toFixed(2)} s` : new Date(seconds * 1000).toLocaleString();
 }
 
 export function plural(count, word) {

@@ -3,41 +3,41 @@
 import { deepGrey, metres } from "./deep_png.js";
 
 // Encodings come from a robot and may have any name: __proto__: null keeps "constructor" from being found.
-const PLAIN = { // bytes per pixel, then the offsets of red, green, blue and alpha; -1 for none
+const PACKED_8 = { // bytes per pixel, then the offsets of red, green, blue and alpha; -1 for none
   __proto__: null,
   rgb8: [3, 0, 1, 2, -1], bgr8: [3, 2, 1, 0, -1], rgba8: [4, 0, 1, 2, 3], bgra8: [4, 2, 1, 0, 3],
   "8uc3": [3, 2, 1, 0, -1], "8uc4": [4, 2, 1, 0, 3],
 };
-const WIDE = { __proto__: null, rgb16: [3, 0, 1, 2], bgr16: [3, 2, 1, 0], rgba16: [4, 0, 1, 2, 3], bgra16: [4, 2, 1, 0, 3] };
-const SINGLE = { // one channel: bytes per value, and how to read it
+const PACKED_16 = { __proto__: null, rgb16: [3, 0, 1, 2], bgr16: [3, 2, 1, 0], rgba16: [4, 0, 1, 2, 3], bgra16: [4, 2, 1, 0, 3] };
+const SINGLE_CHANNEL = { // one channel: bytes per value, and how to read it
   __proto__: null,
   mono8: [1, "getUint8"], "8uc1": [1, "getUint8"], "8sc1": [1, "getInt8"],
   mono16: [2, "getUint16"], "16uc1": [2, "getUint16"], "16sc1": [2, "getInt16"],
   "32sc1": [4, "getInt32"], "32fc1": [4, "getFloat32"], "64fc1": [8, "getFloat64"],
 };
-const READ = { __proto__: null, "8u": "getUint8", "8s": "getInt8", "16u": "getUint16", "16s": "getInt16", "32s": "getInt32", "32f": "getFloat32", "64f": "getFloat64" };
-const SEVERAL = /^((?:8|16|32|64)[usf])c([2-4])$/; // OpenCV's channel order: blue, green, red and another
+const GETTERS = { __proto__: null, "8u": "getUint8", "8s": "getInt8", "16u": "getUint16", "16s": "getInt16", "32s": "getInt32", "32f": "getFloat32", "64f": "getFloat64" };
+const MULTI_CHANNEL = /^((?:8|16|32|64)[usf])c([2-4])$/; // OpenCV's channel order: blue, green, red and another
 const BAYER = /^bayer_(rggb|bggr|gbrg|grbg)(8|16)$/; // colours at (even row, even column), (even, odd), (odd, even), (odd, odd)
-const MOST_PIXELS = 40e6;
+const MAX_PIXELS = 40e6;
 
 // Return {pixels: ImageData, least, most} of an image, or throw an Error that explains what is wrong.
 // range: [least, most], the values drawn as black and white; null uses those of the image.
 export function pixelsOf({ encoding, width, height, step, bigendian }, data, range) {
   const kind = encoding.trim().toLowerCase();
   if (!width || !height) throw new Error(`an image of ${width} x ${height} pixels`);
-  if (width * height > MOST_PIXELS) throw new Error(`an image of ${width} x ${height} pixels is too large to be shown`);
+  if (width * height > MAX_PIXELS) throw new Error(`an image of ${width} x ${height} pixels is too large to be shown`);
   const pixels = new ImageData(width, height);
   const out = pixels.data;
   const need = (bytes) => {
     if (step < width * bytes) throw new Error(`a row of ${width} pixels of ${encoding} has ${width * bytes} bytes, but step is ${step}`);
     if (data.length < step * (height - 1) + width * bytes) throw new Error(`data has ${data.length} bytes, which is too few for ${height} rows of ${step}`);
   };
-  if (PLAIN[kind]) {
-    need(PLAIN[kind][0]);
-    plain(out, data, width, height, step, PLAIN[kind]);
-  } else if (WIDE[kind]) {
-    need(2 * WIDE[kind][0]);
-    wide(out, data, width, height, step, WIDE[kind], bigendian);
+  if (PACKED_8[kind]) {
+    need(PACKED_8[kind][0]);
+    plain(out, data, width, height, step, PACKED_8[kind]);
+  } else if (PACKED_16[kind]) {
+    need(2 * PACKED_16[kind][0]);
+    wide(out, data, width, height, step, PACKED_16[kind], bigendian);
   } else if (BAYER.test(kind)) {
     const [, order, bits] = BAYER.exec(kind);
     const size = Number(bits) / 8;
@@ -46,14 +46,14 @@ export function pixelsOf({ encoding, width, height, step, bigendian }, data, ran
   } else if (kind === "yuv422" || kind === "yuv422_yuy2" || kind === "uyvy" || kind === "yuyv") {
     need(2);
     yuv(out, data, width, height, step, kind === "yuv422" || kind === "uyvy");
-  } else if (SINGLE[kind]) {
-    need(SINGLE[kind][0]);
-    return { pixels, ...single(out, data, width, height, step, SINGLE[kind], bigendian, range) };
-  } else if (READ[SEVERAL.exec(kind)?.[1]]) {
-    const [, value, digit] = SEVERAL.exec(kind);
+  } else if (SINGLE_CHANNEL[kind]) {
+    need(SINGLE_CHANNEL[kind][0]);
+    return { pixels, ...single(out, data, width, height, step, SINGLE_CHANNEL[kind], bigendian, range) };
+  } else if (GETTERS[MULTI_CHANNEL.exec(kind)?.[1]]) {
+    const [, value, digit] = MULTI_CHANNEL.exec(kind);
     const [size, count] = [Number.parseInt(value, 10) / 8, Number(digit)];
     need(size * count);
-    return { pixels, ...several(out, data, width, height, step, [size, READ[value], count], bigendian, range) };
+    return { pixels, ...several(out, data, width, height, step, [size, GETTERS[value], count], bigendian, range) };
   } else {
     throw new Error(`the encoding ${encoding} is not supported`);
   }
@@ -176,7 +176,7 @@ const turns = new WeakMap(); // canvas -> number of its latest image
 // Return a compressed 16-bit greyscale or depth image as an uncompressed one; null for all others.
 async function uncompressed({ format }, data) {
   const depth = format.includes("compressedDepth");
-  const found = await deepGrey(depth ? data.subarray(12) : data, MOST_PIXELS);
+  const found = await deepGrey(depth ? data.subarray(12) : data, MAX_PIXELS);
   return found && depth && format.startsWith("32FC1") ? metres(data, found) : found;
 }
 

@@ -1,6 +1,6 @@
 // The newest entries of a log, limited by their number and total length.
 
-const SPARE = 1.2; // factor by which the limits may be exceeded before entries are dropped
+const SLACK = 1.2; // factor by which the limits may be exceeded before entries are dropped
 
 // Strings in an entry, and in lists within it, count.
 export class Kept {
@@ -22,7 +22,7 @@ export class Kept {
 
   // Drop the oldest entries if there are too many. Returns whether any were dropped.
   forget() {
-    if (this.entries.length <= this.most * SPARE && this.size <= this.characters * SPARE) return false;
+    if (this.entries.length <= this.most * SLACK && this.size <= this.characters * SLACK) return false;
     let count = 0;
     while (this.entries.length - count > this.most || this.size > this.characters) this.size -= sizeOf(this.entries[count++]);
     this.entries.splice(0, count);

@@ -3,9 +3,9 @@
 import { fill, h, save } from "./dom.js";
 import { load, store } from "./store.js";
 
-const FORM = "pyros1 layout 1";
+const FORMAT = "pyros1 layout 1";
 
-export const MADE_IN = {
+export const BUILT_IN = {
   Tutorial: {
     split: "column", sizes: [3, 2], parts: [
       { split: "row", sizes: [1, 1], parts: [
@@ -63,7 +63,7 @@ export function layoutsButton(host) {
     file.value = "";
     try {
       const content = JSON.parse(await chosen.text());
-      if (content.form !== FORM || !content.tree) throw new Error();
+      if (content.form !== FORMAT || !content.tree) throw new Error();
       own[content.name || chosen.name] = content.tree;
       keep();
       draw();
@@ -74,11 +74,11 @@ export function layoutsButton(host) {
   };
   const row = (title, tree, mine) => h("li", {},
     h("button.quiet.title", { onclick: () => choose(title, tree) }, title),
-    h("button.quiet", { title: "save to a file", onclick: () => save(`${title}.json`, JSON.stringify({ form: FORM, name: title, tree }, null, 1), "application/json") }, "File"),
+    h("button.quiet", { title: "save to a file", onclick: () => save(`${title}.json`, JSON.stringify({ form: FORMAT, name: title, tree }, null, 1), "application/json") }, "File"),
     mine && h("button.quiet", { title: "delete", "aria-label": `delete ${title}`, onclick: () => { delete own[title]; keep(); draw(); } }, "✕"));
   const draw = () => fill(sheet,
     h("h3", {}, "Layouts"),
-    h("ul", {}, Object.entries(MADE_IN).map(([title, tree]) => row(title, tree, false)), Object.entries(own).map(([title, tree]) => row(title, tree, true))),
+    h("ul", {}, Object.entries(BUILT_IN).map(([title, tree]) => row(title, tree, false)), Object.entries(own).map(([title, tree]) => row(title, tree, true))),
     h("form", { method: "dialog", onsubmit: (event) => {
       event.preventDefault();
       if (!name.value.trim()) return;

@@ -1,8 +1,8 @@
 // The connection to the server; see pyros1/web/server/wire.py. It reconnects automatically.
 
-const LONGEST_PAUSE = 4000;
-const PULSE = 4000; // milliseconds between requests for the server's state
-const PATIENCE = 12000; // milliseconds without data from the server
+const MAX_RETRY_DELAY = 4000;
+const HEARTBEAT = 4000; // milliseconds between requests for the server's state
+const TIMEOUT = 12000; // milliseconds without data from the server
 
 export class Robot extends EventTarget {
   constructor(token) {
@@ -62,9 +62,9 @@ export class Robot extends EventTarget {
     let heard = performance.now();
     // A connection may die silently: the server is suspended, or this computer has changed its network.
     const pulse = setInterval(() => {
-      if (performance.now() - heard > PATIENCE) closed();
+      if (performance.now() - heard > TIMEOUT) closed();
       else if (opened) this._askAbout(false);
-    }, PULSE);
+    }, HEARTBEAT);
     socket.onopen = () => {
       opened = true;
       this._pause = 500;
@@ -85,7 +85,7 @@ export class Robot extends EventTarget {
       if (opened) this._became("connecting", "the server does not answer; is pyros1 web running?");
       else this._ask();
       setTimeout(() => this._connect(), this._pause);
-      this._pause = Math.min(LONGEST_PAUSE, this._pause * 1.5);
+      this._pause = Math.min(MAX_RETRY_DELAY, this._pause * 1.5);
     };
     socket.onclose = closed;
   }
@@ -108,7 +108,7 @@ export class Robot extends EventTarget {
   // A WebSocket does not report why it was refused; a plain request does.
   async _ask() {
     try {
-      const answer = await fetch(`/ws?token=${encodeURIComponent(this.token)}`, { signal: AbortSignal.timeout(PATIENCE) });
+      const answer = await fetch(`/ws?token=${encodeURIComponent(this.token)}`, { signal: AbortSignal.timeout(TIMEOUT) });
       const text = await answer.text();
       if (answer.status === 401 || answer.status === 403 || answer.status === 503) this._became("refused", text.trim());
     } catch {

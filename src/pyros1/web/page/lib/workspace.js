@@ -3,11 +3,11 @@
 import { moved, panelsOf, sideOf, swapped, without } from "./arrange.js";
 import { fill, h, s } from "./dom.js";
 
-const DEEPEST = 6;
-const LEAST = 0.08; // fraction of a split
-const STEP = 0.02; // fraction of a split per press of an arrow key
-const FAR = 6; // pixels after which a drag begins
-const WIDE = 900; // pixels; a panel of at least this width can be split into two columns
+const MAX_DEPTH = 6;
+const MIN_SIZE = 0.08; // fraction of a split
+const KEY_STEP = 0.02; // fraction of a split per press of an arrow key
+const MIN_DRAG = 6; // pixels after which a drag begins
+const MIN_WIDTH_FOR_TWO = 900; // pixels; a panel of at least this width can be split into two columns
 
 export class Workspace {
   // changed(tree) is called when the user arranges something, or a panel saves its settings.
@@ -40,7 +40,7 @@ export class Workspace {
 
   // A tree from a link is untrusted input.
   _clean(tree, depth) {
-    if (!tree || typeof tree !== "object" || depth > DEEPEST) return null;
+    if (!tree || typeof tree !== "object" || depth > MAX_DEPTH) return null;
     if (Array.isArray(tree.parts)) {
       const parts = tree.parts.slice(0, 8).map((part) => this._clean(part, depth + 1)).filter(Boolean);
       if (parts.length < 2) return parts[0] || null;
@@ -73,7 +73,7 @@ export class Workspace {
     const whole = node.sizes.reduce((sum, size) => sum + size, 0);
     const both = node.sizes[index - 1] + node.sizes[index];
     const put = (size) => {
-      const first = Math.min(Math.max(size, LEAST * whole), both - LEAST * whole);
+      const first = Math.min(Math.max(size, MIN_SIZE * whole), both - MIN_SIZE * whole);
       node.sizes[index - 1] = first;
       node.sizes[index] = both - first;
       set();
@@ -86,7 +86,7 @@ export class Workspace {
       const at = beside ? (event.clientX - box.left) / box.width : (event.clientY - box.top) / box.height;
       put(at * whole - before);
     };
-    const keys = { ArrowLeft: -STEP, ArrowUp: -STEP, ArrowRight: STEP, ArrowDown: STEP, Home: -1, End: 1 };
+    const keys = { ArrowLeft: -KEY_STEP, ArrowUp: -KEY_STEP, ArrowRight: KEY_STEP, ArrowDown: KEY_STEP, Home: -1, End: 1 };
     const handle = h("div.handle", {
       role: "separator", tabIndex: 0, "aria-label": "size of the panels", "aria-orientation": node.split === "row" ? "vertical" : "horizontal",
       "aria-valuemin": "0", "aria-valuemax": "100", title: "drag it, or move it with the arrow keys",
@@ -212,10 +212,10 @@ export class Workspace {
   _room(node) {
     const size = (other) => this._bodies.get(other).getBoundingClientRect();
     const others = [...this._mounted.keys()].filter((other) => other !== node);
-    if (!others.length || size(node).width >= WIDE) return [node, "row"];
+    if (!others.length || size(node).width >= MIN_WIDTH_FOR_TWO) return [node, "row"];
     const area = (other) => size(other).width * size(other).height;
     const largest = others.reduce((most, other) => (area(other) > area(most) ? other : most));
-    return [largest, size(largest).width >= WIDE ? "row" : "column"];
+    return [largest, size(largest).width >= MIN_WIDTH_FOR_TWO ? "row" : "column"];
   }
 
   _point(node) {
@@ -244,7 +244,7 @@ export class Workspace {
     from.setPointerCapture(pointerId);
     addEventListener("keydown", escape);
     from.onpointermove = ({ clientX: x, clientY: y }) => {
-      if (!mark.isConnected && Math.hypot(x - clientX, y - clientY) < FAR) return;
+      if (!mark.isConnected && Math.hypot(x - clientX, y - clientY) < MIN_DRAG) return;
       this.root.append(mark);
       place = this._under(node, x, y);
       mark.hidden = !place;

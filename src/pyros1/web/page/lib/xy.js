@@ -1,6 +1,6 @@
 // Plot two curves over time against each other: points of both at the same times, and the range of a chart.
 
-const LARGEST_GAP = 1; // seconds; x is interpolated between two values that are at most this far apart
+const MAX_GAP = 1; // seconds; x is interpolated between two values that are at most this far apart
 
 // Return the points of a pair of curves in a time range: {xs, ys, times}, at the times of y, up to a maximum; NaN interrupts the line.
 // If there are too many, only every n-th is used, always the same ones, so that the chart does not flicker.
@@ -36,9 +36,9 @@ export function join(x, y, begin, end, most) {
 // Interpolate a curve at a time; near is the index of its first point at that time or later.
 function at({ times, values, start, end }, near, time) {
   if (near < end && times[near] === time) return values[near];
-  if (near <= start || near >= end) return near > start && near >= end && time - times[end - 1] < LARGEST_GAP ? values[end - 1] : NaN;
+  if (near <= start || near >= end) return near > start && near >= end && time - times[end - 1] < MAX_GAP ? values[end - 1] : NaN;
   const [before, after] = [times[near - 1], times[near]];
-  if (after - before > LARGEST_GAP) return time - before < LARGEST_GAP ? values[near - 1] : NaN;
+  if (after - before > MAX_GAP) return time - before < MAX_GAP ? values[near - 1] : NaN;
   return values[near - 1] + ((values[near] - values[near - 1]) * (time - before)) / (after - before);
 }
 

@@ -1,7 +1,7 @@
 // Zoom an image with the wheel or two fingers, pan it by dragging, and reset it with a double click.
 
-const MOST = 64; // zoom factor
-const NOTCH = 0.0015; // zoom per unit of the wheel's deltaY
+const MAX_ZOOM = 64; // zoom factor
+const ZOOM_PER_DELTA = 0.0015; // zoom per unit of the wheel's deltaY
 
 export class Zoom {
   // changed(): the position or size has changed.
@@ -14,7 +14,7 @@ export class Zoom {
     frame.style.touchAction = "none"; // disable the browser's own gestures
     frame.addEventListener("wheel", (event) => {
       event.preventDefault();
-      this._zoom(Math.exp(-Math.max(-200, Math.min(200, event.deltaY)) * NOTCH), this._place(event));
+      this._zoom(Math.exp(-Math.max(-200, Math.min(200, event.deltaY)) * ZOOM_PER_DELTA), this._place(event));
     }, { passive: false });
     frame.addEventListener("pointerdown", (event) => {
       frame.setPointerCapture(event.pointerId);
@@ -44,7 +44,7 @@ export class Zoom {
 
   // Zoom around a position, which stays fixed.
   _zoom(times, place) {
-    const scale = Math.min(MOST, Math.max(1, this.scale * times));
+    const scale = Math.min(MAX_ZOOM, Math.max(1, this.scale * times));
     this.shift = scale === 1 ? [0, 0] : this.shift.map((value, index) => place[index] - (place[index] - value) * scale / this.scale);
     this.scale = scale;
     this.changed();

@@ -6,12 +6,12 @@ import { Kept } from "../lib/kept.js";
 
 /** @type {[number, string][]} */
 const LEVELS = [[1, "debug"], [2, "info"], [4, "warn"], [8, "error"], [16, "fatal"]];
-const NAME = new Map(LEVELS);
-const KEPT = [50000, 50e6]; // messages, and characters
-const ROW = 24; // pixels
-const SEEN = 1000; // characters of a line: the layout of longer ones with changing writing directions takes seconds
-const MORE = 12; // rows above and below the visible ones
-const STILL = 5; // pixels that the pointer may move during a click
+const LEVEL_NAMES = new Map(LEVELS);
+const LIMITS = [50000, 50e6]; // messages, and characters
+const ROW_HEIGHT = 24; // pixels
+const MAX_LINE_LENGTH = 1000; // characters of a line: the layout of longer ones with changing writing directions takes seconds
+const EXTRA_ROWS = 12; // rows above and below the visible ones
+const MAX_CLICK_MOVE = 5; // pixels that the pointer may move during a click
 
 export default {
   title: "Console",
@@ -23,7 +23,7 @@ export default {
 class Console {
   constructor(place) {
     this.place = place;
-    this.kept = new Kept(...KEPT); // entries are [number, time, level, node, text, file, function, line, topics]
+    this.kept = new Kept(...LIMITS); // entries are [number, time, level, node, text, file, function, line, topics]
     this.shown = [];
     this.loaded = null; // messages of a file instead of the robot's: {entries, counts, note}
     this.paused = false;
@@ -127,7 +127,7 @@ class Console {
     const node = matcher(this.node);
     const mark = matcher(this.marking);
     this.mark = ([, , level, name, said, , , , topics]) => Boolean(this.marking) && !mark.problem
-      && (mark.test(said) || mark.test(name) || mark.test(NAME.get(level) || "info") || topics.some(mark.test));
+      && (mark.test(said) || mark.test(name) || mark.test(LEVEL_NAMES.get(level) || "info") || topics.some(mark.test));
     this.place.problem(text.problem || exclude.problem || node.problem || mark.problem || this.loaded?.note || "");
     this.fits = (entry) => !this.hidden.has(entry[2]) && text.test(entry[4]) && (Boolean(exclude.problem) || !exclude.test(entry[4])) && (node.test(entry[3]) || (this.node && entry[8].some(node.test)));
     this.shown = (this.loaded || this.kept).entries.filter(this.fits);
@@ -140,7 +140,7 @@ class Console {
     for (const [level, button] of this.buttons) {
       button.setAttribute("aria-pressed", String(!this.hidden.has(level)));
       const count = (this.loaded || this).counts.get(level);
-      const text = `${NAME.get(level)} ${count < 1e4 ? count : bytes(count, "")}`;
+      const text = `${LEVEL_NAMES.get(level)} ${count < 1e4 ? count : bytes(count, "")}`;
       if (button.textContent !== text) button.textContent = text;
     }
     this.missing.hidden = !this.dropped || Boolean(this.loaded);
@@ -148,7 +148,7 @@ class Console {
   }
 
   _scrolled() {
-    this.atEnd = this.list.scrollTop + this.list.clientHeight >= this.list.scrollHeight - ROW;
+    this.atEnd = this.list.scrollTop + this.list.clientHeight >= this.list.scrollHeight - ROW_HEIGHT;
     this._draw();
   }
 
@@ -178,22 +178,22 @@ class Console {
       this.newest.hidden = true;
       return;
     }
-    this.tall.style.height = `${count * ROW}px`;
+    this.tall.style.height = `${count * ROW_HEIGHT}px`;
     if (this.atEnd && !this.paused) this.list.scrollTop = this.list.scrollHeight;
     if (this.wanted !== null) {
       const { scrollTop, clientHeight } = this.list;
-      this.list.scrollTop = Math.min(this.wanted * ROW, Math.max(scrollTop, (this.wanted + 1) * ROW - clientHeight));
+      this.list.scrollTop = Math.min(this.wanted * ROW_HEIGHT, Math.max(scrollTop, (this.wanted + 1) * ROW_HEIGHT - clientHeight));
       this.wanted = null;
     }
     this.newest.hidden = this.atEnd;
-    const first = Math.max(0, Math.floor(this.list.scrollTop / ROW) - MORE);
-    const last = Math.min(count, Math.ceil((this.list.scrollTop + this.list.clientHeight) / ROW) + MORE);
+    const first = Math.max(0, Math.floor(this.list.scrollTop / ROW_HEIGHT) - EXTRA_ROWS);
+    const last = Math.min(count, Math.ceil((this.list.scrollTop + this.list.clientHeight) / ROW_HEIGHT) + EXTRA_ROWS);
     if (!this.drawn.size) fill(this.tall);
     const gone = new Set(this.drawn.keys());
     for (let index = first; index < last; index += 1) {
       const entry = this.shown[index];
       gone.delete(entry);
-      this._place(entry, index * ROW);
+      this._place(entry, index * ROW_HEIGHT);
     }
     for (const entry of gone) {
       this.drawn.get(entry).remove();
@@ -206,9 +206,9 @@ class Console {
     let row = this.drawn.get(entry);
     if (!row) {
       const [, time, level, node, text] = entry;
-      const name = NAME.get(level) || "info";
+      const name = LEVEL_NAMES.get(level) || "info";
       row = h(`div.entry.${name}`, {},
-        h("span.time", {}, clock(time)), h("span.severity", {}, name), h("span.of", { title: node }, node), h("span.text", {}, text.split("\n", 1)[0].slice(0, SEEN)));
+        h("span.time", {}, clock(time)), h("span.severity", {}, name), h("span.of", { title: node }, node), h("span.text", {}, text.split("\n", 1)[0].slice(0, MAX_LINE_LENGTH)));
       row.entry = entry;
       this.drawn.set(entry, row);
       this.tall.append(row);
@@ -221,7 +221,7 @@ class Console {
   _released({ clientX, clientY }) {
     const { entry, x, y } = this.pressed || {};
     this.pressed = null;
-    if (entry && Math.hypot(clientX - x, clientY - y) < STILL) this._select(entry);
+    if (entry && Math.hypot(clientX - x, clientY - y) < MAX_CLICK_MOVE) this._select(entry);
   }
 
   _key(event) {
@@ -259,7 +259,7 @@ class Console {
   _describe([, time, level, node, text, file, fn, line, topics, nanoseconds]) {
     const row = (label, value) => value && [h("dt", {}, label), h("dd.mono", {}, value)];
     fill(this.detail, h("pre.mono", {}, text), h("dl", {},
-      row("node", node), row("level", NAME.get(level)), row("time", `${clock(time)} (${exact(time, nanoseconds)})`),
+      row("node", node), row("level", LEVEL_NAMES.get(level)), row("time", `${clock(time)} (${exact(time, nanoseconds)})`),
       row("place", file && `${file}:${line}${fn ? ` in ${fn}` : ""}`), row("topics", topics.join(" "))));
   }
 

@@ -3,8 +3,8 @@
 import { command, empty, fill, h, save } from "../lib/dom.js";
 import { number, plural, rate } from "../lib/format.js";
 
-const OLD = 1; // seconds
-const RECORDED = 86400; // seconds: transforms this old come from a bag, not from a running robot
+const MAX_AGE = 1; // seconds
+const RECORDED_AGE = 86400; // seconds: transforms this old come from a bag, not from a running robot
 
 export default {
   title: "Frames",
@@ -47,7 +47,7 @@ class Frames {
   _draw() {
     const { data } = this;
     if (!data) return;
-    const recorded = data.frames.some((frame) => !frame.static && frame.age > RECORDED);
+    const recorded = data.frames.some((frame) => !frame.static && frame.age > RECORDED_AGE);
     this.place.problem(data.problem || (data.ignored ? "there are too many frames to show them all" : "")
       || (recorded ? "these transforms are from a recording, but nodes use the current time: type `pyros1 param set /use_sim_time true`, and play the bag with `pyros1 bag play --clock`" : ""));
     fill(this.count, plural(data.frames.length + data.roots.length, "frame"));
@@ -109,7 +109,7 @@ class Frames {
       put(problem, frame.problem || "");
       put(hz, frame.root ? "" : frame.static ? "static" : rate(frame.hz));
       put(old, frame.root || frame.static ? "" : age(frame.age));
-      old.classList.toggle("wrong", frame.age > OLD && frame.age <= RECORDED);
+      old.classList.toggle("wrong", frame.age > MAX_AGE && frame.age <= RECORDED_AGE);
       put(who, (frame.publishers || []).join(" "));
     } };
   }

@@ -2,13 +2,13 @@
 
 import { command, empty, fill, h, save } from "../lib/dom.js";
 import { plural } from "../lib/format.js";
-import { HIDING, MODES, around, build, dot, matching } from "../lib/graph/model.js";
+import { HIDE_OPTIONS, MODES, around, build, dot, matching } from "../lib/graph/model.js";
 import { Picture } from "../lib/graph/picture.js";
 import { Sheet } from "../lib/graph/sheet.js";
 
 const DEPTHS = [[-1, "group if many"], [0, "no groups"], [1, "groups: 1 level"], [2, "groups: 2 levels"], [3, "groups: 3 levels"]];
-const NODES = "pyros1 launch minimal_nodes minimal_simulator.launch";
-const HIDDEN = ["debug", "tf", "leaf", "dead"];
+const EXAMPLE_COMMAND = "pyros1 launch minimal_nodes minimal_simulator.launch";
+const HIDDEN_BY_DEFAULT = ["debug", "tf", "leaf", "dead"];
 
 export default {
   title: "Graph",
@@ -22,7 +22,7 @@ class GraphPanel {
     this.place = place;
     const { settings } = place;
     this.mode = MODES.some(([name]) => name === settings.mode) ? settings.mode : "active";
-    this.hide = new Set(Array.isArray(settings.hide) ? settings.hide : HIDDEN);
+    this.hide = new Set(Array.isArray(settings.hide) ? settings.hide : HIDDEN_BY_DEFAULT);
     this.depth = DEPTHS.some(([depth]) => depth === settings.depth) ? settings.depth : -1;
     this.toggled = new Set(Array.isArray(settings.toggled) ? settings.toggled.map(String) : []);
     this.rates = settings.rates !== false;
@@ -69,7 +69,7 @@ class GraphPanel {
       this[key] = typeof values[0][0] === "number" ? Number(event.target.value) : event.target.value;
       this._changed();
     } }, values.map(([value, text]) => h("option", { value, selected: value === this[key] }, text)));
-    const hiding = HIDING.map(([name, text, title]) => h("label.check", { title }, h("input", {
+    const hiding = HIDE_OPTIONS.map(([name, text, title]) => h("label.check", { title }, h("input", {
       type: "checkbox", checked: this.hide.has(name), dataset: { hide: name },
       onchange: (event) => {
         if (event.target.checked) this.hide.add(name);
@@ -211,8 +211,8 @@ class GraphPanel {
     if (what === this.why) return;
     this.why = what;
     fill(this.nothing, what === "wait" ? empty("Looking at the robot …")
-      : what === "hidden" ? empty("Everything is hidden", "Only tools and debug topics are running.", h("button", { onclick: () => this._showAll() }, "Show them"), "To see more, start some nodes, in a terminal:", command(NODES))
-        : what === "none" ? empty("No nodes are running yet", "Start some, in a terminal:", command(NODES))
+      : what === "hidden" ? empty("Everything is hidden", "Only tools and debug topics are running.", h("button", { onclick: () => this._showAll() }, "Show them"), "To see more, start some nodes, in a terminal:", command(EXAMPLE_COMMAND))
+        : what === "none" ? empty("No nodes are running yet", "Start some, in a terminal:", command(EXAMPLE_COMMAND))
           : empty("No robot yet", this.trouble, command("pyros1 core")));
   }
 

@@ -3,7 +3,7 @@
 import { copy, empty, fill, h } from "../lib/dom.js";
 
 // The panels beside each step, with their titles here, and their settings.
-const BESIDE = {
+const PANELS_BESIDE = {
   publisher: [["topics", "Topics"], ["graph", "Graph"]],
   look: [["graph", "Graph"], ["topics", "Topics"]],
   launch: [["graph", "Graph"], ["launches", "Launches"]],
@@ -18,7 +18,7 @@ const BESIDE = {
   machines: [["nodes", "Nodes"]],
 };
 
-const PAGE = "howto/"; // prefix of the names of how-to pages in settings
+const PAGE_PREFIX = "howto/"; // prefix of the names of how-to pages in settings
 
 export default {
   title: "Guide",
@@ -54,7 +54,7 @@ class Guide {
     try {
       const { robot } = this.place;
       const [steps, pages] = await Promise.all([robot.call("guide.steps", {}), robot.call("guide.pages", {})]);
-      this.pages = [...steps, ...pages.map((page) => ({ ...page, name: `${PAGE}${page.name}` }))];
+      this.pages = [...steps, ...pages.map((page) => ({ ...page, name: `${PAGE_PREFIX}${page.name}` }))];
     } catch (error) {
       if (!this.gone) this.place.problem(error.message);
       return;
@@ -82,12 +82,12 @@ class Guide {
     this.back.disabled = index === 0;
     this.next.disabled = index === this.pages.length - 1;
     this.place.save({ step: page.name });
-    fill(this.text, this._beside(page), blocks(page, (name) => this._show(this._index(`${PAGE}${name}`))), this._end(page));
+    fill(this.text, this._beside(page), blocks(page, (name) => this._show(this._index(`${PAGE_PREFIX}${name}`))), this._end(page));
     this.text.scrollTop = 0;
   }
 
   _beside(step) {
-    const panels = BESIDE[step.name];
+    const panels = PANELS_BESIDE[step.name];
     if (!panels) return null;
     return h("div.guide-beside", {}, "Look at it here:", panels.map(([name, title, settings]) => (
       h("button.quiet", { title: `show ${title} beside this`, onclick: () => this.place.open(name, settings || {}) }, title))));

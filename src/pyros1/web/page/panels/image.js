@@ -5,8 +5,8 @@ import { number, rate } from "../lib/format.js";
 import { drawPicture } from "../lib/images.js";
 import { Zoom } from "../lib/zoom.js";
 
-const KINDS = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
-const QUIET = 3; // seconds without an image, after which the rate is outdated
+const IMAGE_TYPES = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
+const RATE_TIMEOUT = 3; // seconds without an image, after which the rate is outdated
 
 export default {
   title: "Image",
@@ -61,7 +61,7 @@ class Picture {
   }
 
   _topics(data) {
-    const names = Object.entries(data.topics).filter(([, { type }]) => KINDS.includes(type)).map(([name]) => name);
+    const names = Object.entries(data.topics).filter(([, { type }]) => IMAGE_TYPES.includes(type)).map(([name]) => name);
     const all = [...new Set([...names, ...(this.topic ? [this.topic] : [])])].sort();
     if (JSON.stringify(all) !== this.known) {
       this.known = JSON.stringify(all);
@@ -159,7 +159,7 @@ class Picture {
   // Return the current rate, also while paused.
   _rate() {
     const age = (performance.now() - this.at) / 1000;
-    return age > Math.max(QUIET, this.hz ? 3 / this.hz : 0) ? "0 Hz" : rate(this.hz);
+    return age > Math.max(RATE_TIMEOUT, this.hz ? 3 / this.hz : 0) ? "0 Hz" : rate(this.hz);
   }
 
   _status() {

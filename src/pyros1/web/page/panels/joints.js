@@ -4,16 +4,16 @@ import { command, empty, fill, h } from "../lib/dom.js";
 import { number, plural } from "../lib/format.js";
 
 const DEGREES = 180 / Math.PI;
-const STEPS = 500; // minimum number of steps of a slider
-const QUIET = 600; // milliseconds after the user moves a slider during which it does not follow the robot
+const MIN_STEPS = 500; // minimum number of steps of a slider
+const FOLLOW_DELAY = 600; // milliseconds after the user moves a slider during which it does not follow the robot
 // The 3D panel beside the sliders: only the robot, without the names of its frames.
-const NEAR = { hidden: ["frames"] };
+const SCENE_SETTINGS = { hidden: ["frames"] };
 
 export default {
   title: "Joints",
   description: "joints of the robot, with sliders",
   order: 42,
-  layout: { split: "row", sizes: [3, 2], parts: [{ panel: "scene", settings: NEAR }, { panel: "joints" }] },
+  layout: { split: "row", sizes: [3, 2], parts: [{ panel: "scene", settings: SCENE_SETTINGS }, { panel: "joints" }] },
   mount: (place) => new Joints(place),
 };
 
@@ -172,7 +172,7 @@ class Row {
     this.position = null;
     this.touched = -Infinity;
     const { name, type, lower, upper, follows } = joint;
-    this.step = 10 ** Math.floor(Math.log10((upper - lower || 1) / STEPS));
+    this.step = 10 ** Math.floor(Math.log10((upper - lower || 1) / MIN_STEPS));
     this.slider = h("input", {
       type: "range", "aria-label": name, title: "double-click: move to zero", disabled: true, min: lower, max: upper, step: "any", value: joint.zero,
       oninput: () => this.move(this.round(Number(this.slider.value))),
@@ -196,7 +196,7 @@ class Row {
   // The robot reports a joint's position, perhaps only once.
   heard(position) {
     clearTimeout(this.later);
-    const left = QUIET - (performance.now() - this.touched);
+    const left = FOLLOW_DELAY - (performance.now() - this.touched);
     if (left > 0) this.later = setTimeout(() => this.heard(position), left);
     else if (position !== this.position) {
       this.position = position;
@@ -235,7 +235,7 @@ class Row {
     fill(this.unit, joint.type === "prismatic" ? "m" : scale === 1 ? "rad" : "°");
     fill(this.ends[0], shown(joint.lower));
     fill(this.ends[1], shown(joint.upper));
-    if (always || document.activeElement !== this.field || performance.now() - this.touched < QUIET) {
+    if (always || document.activeElement !== this.field || performance.now() - this.touched < FOLLOW_DELAY) {
       this.field.value = position === null || position === undefined ? "" : shown(position);
       this.field.classList.remove("wrong");
     }

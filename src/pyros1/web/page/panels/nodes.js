@@ -6,7 +6,7 @@ import { Listing } from "../parts/listing.js";
 import { asking, copied, facts, links, outcome } from "../parts/pieces.js";
 
 const LEVELS = ["debug", "info", "warn", "error", "fatal"];
-const MOST_ACTIONS = 10;
+const MAX_ACTIONS = 10;
 
 export default {
   title: "Nodes",
@@ -104,7 +104,7 @@ class Nodes {
         ["subscribes to", links(now.subscribes, open("topics"))],
         ["services", links(now.services, open("services"))],
       ]), now.missing.slice(0, 10).map(([topic, publisher, subscriber]) => h("p.wrong.hint", {}, `${subscriber} does not get ${topic} from ${publisher}: `, command("pyros1 wtf"))));
-      const names = actionsOf(now).slice(0, MOST_ACTIONS);
+      const names = actionsOf(now).slice(0, MAX_ACTIONS);
       if (String(names) === this.actionNames && shown.length) return;
       this.actionNames = String(names);
       for (const action of shown.splice(0)) action.close();

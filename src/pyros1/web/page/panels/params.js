@@ -5,7 +5,7 @@ import { Listing } from "../parts/listing.js";
 import { asking, copied, outcome } from "../parts/pieces.js";
 import { Reconfigure } from "../parts/reconfigure.js";
 
-const TYPE = "dynamic_reconfigure/Reconfigure";
+const RECONFIGURE_TYPE = "dynamic_reconfigure/Reconfigure";
 
 export default {
   title: "Parameters",
@@ -78,7 +78,7 @@ class Parameters {
     try {
       if (fresh.length) {
         const types = await this.place.robot.call("services.types", { services: fresh });
-        for (const name of fresh) if (types[name]) this.servers.set(name, types[name] === TYPE); // undefined: it did not respond
+        for (const name of fresh) if (types[name]) this.servers.set(name, types[name] === RECONFIGURE_TYPE); // undefined: it did not respond
       }
     } catch {
       return; // asked again after the next change

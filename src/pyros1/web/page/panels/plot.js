@@ -11,10 +11,10 @@ import { expand } from "../parts/plot/words.js";
 import { XYChart } from "../parts/plot/xychart.js";
 
 const PERIODS = [2, 5, 10, 20, 60, 300];
-const KEPT = 600; // seconds
-const MOST = 6e5; // points per line
-const LEAST_HEIGHT = 90;
-const IDLE = 250; // milliseconds until trails are redrawn without new data: they continue to fade
+const MAX_AGE = 600; // seconds
+const MAX_POINTS = 6e5; // points per line
+const MIN_HEIGHT = 90;
+const REDRAW_DELAY = 250; // milliseconds until trails are redrawn without new data: they continue to fade
 
 export default {
   title: "Plot",
@@ -256,7 +256,7 @@ class Plot {
 
   _size(count) {
     const { width, height } = this.area.getBoundingClientRect();
-    return { width: Math.max(120, Math.floor(width) - 8), height: Math.max(LEAST_HEIGHT, Math.floor((height - 10) / count)) };
+    return { width: Math.max(120, Math.floor(width) - 8), height: Math.max(MIN_HEIGHT, Math.floor((height - 10) / count)) };
   }
 
   _resize() {
@@ -307,7 +307,7 @@ class Plot {
     if (!this.range) this.origin = end; // zero of the time axis; it is kept while the user looks at the past
     for (const chart of this.charts) {
       if (this.xy) {
-        if (fresh || performance.now() - this.drawnAt > IDLE) {
+        if (fresh || performance.now() - this.drawnAt > REDRAW_DELAY) {
           chart.draw(begin, end);
           this.drawnAt = performance.now();
         }
@@ -320,7 +320,7 @@ class Plot {
         chart.setScale("x", { min: begin, max: end });
       });
     }
-    for (const line of this.lines) line.points.trim(Math.min(begin, this.now) - KEPT, MOST);
+    for (const line of this.lines) line.points.trim(Math.min(begin, this.now) - MAX_AGE, MAX_POINTS);
     this._drawValues();
   }
 

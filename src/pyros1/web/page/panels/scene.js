@@ -1,16 +1,16 @@
 // The robot and its sensor data in 3D, like rviz.
 
 import { empty, fill, h, save } from "../lib/dom.js";
-import { DESCRIPTION, ROBOT, offersOf, picturesOf, readKey } from "../lib/scene/kinds.js";
+import { ROBOT_DESCRIPTION, ROBOT_PREFIX, offersOf, picturesOf, readKey } from "../lib/scene/kinds.js";
 import { DisplayList } from "../lib/scene/list.js";
 import { FixedChoice } from "../lib/scene/fixed_choice.js";
 import { Toolbox } from "../lib/scene/toolbox.js";
 import { ViewChoice } from "../lib/scene/view_choice.js";
 
 const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9"];
-const PARTS = ["stage", "displays", "frames", "tools", "robot_model", "interactive", "interact", "overlay", "camera_view", "efforts", "select"];
-const FRAMES = "frames"; // keys of displays: these, and those of kinds.js
-const GRID = "grid";
+const LIBRARY_MODULES = ["stage", "displays", "frames", "tools", "robot_model", "interactive", "interact", "overlay", "camera_view", "efforts", "select"];
+const FRAMES_KEY = "frames"; // keys of displays: these, and those of kinds.js
+const GRID_KEY = "grid";
 
 /**
  * A row of the list of displays.
@@ -42,7 +42,7 @@ class Scene {
     this.background = /^#[0-9a-f]{6}$/i.test(background) ? background : ""; // from an rviz file
     this.fixed = new FixedChoice(String(fixed || ""), () => this._fix());
     this.topics = texts(topics) || []; // keys of displayed topics
-    this.robots = texts(robots) || [DESCRIPTION]; // parameters with URDFs
+    this.robots = texts(robots) || [ROBOT_DESCRIPTION]; // parameters with URDFs
     this.options = { ...options }; // key of a display -> the chosen options
     this.concealed = new Set(texts(hidden)); // keys
     this.look = new ViewChoice({ view, target }, { changed: () => this.keep(), robot: () => this._robotAlone() });
@@ -60,7 +60,7 @@ class Scene {
   // three.js is loaded only when needed: it is large.
   async _begin() {
     try {
-      const parts = await Promise.all(PARTS.map((name) => import(`../lib/scene/${name}.js`)));
+      const parts = await Promise.all(LIBRARY_MODULES.map((name) => import(`../lib/scene/${name}.js`)));
       if (this.gone) return;
       this.lib = Object.assign({}, ...parts);
       this.stage = new this.lib.Stage(this.view);
@@ -76,8 +76,8 @@ class Scene {
     this.onTheme = () => { this.frames.colours(); this.stage.colours(); };
     addEventListener("themechange", this.onTheme);
     const { robot } = this.place;
-    this._enter({ key: FRAMES, display: this.frames, title: "TF", kind: "TF", fixed: true });
-    this._enter({ key: GRID, display: this.stage.grid, title: "Grid", kind: "Grid", fixed: true });
+    this._enter({ key: FRAMES_KEY, display: this.frames, title: "TF", kind: "TF", fixed: true });
+    this._enter({ key: GRID_KEY, display: this.stage.grid, title: "Grid", kind: "Grid", fixed: true });
     for (const name of this.robots) this._showRobot(name);
     for (const key of this.topics) this._show(key);
     this.mouse = new this.lib.Interaction(this.stage, {
@@ -134,7 +134,7 @@ class Scene {
       option: (key, name, value) => this._option(key, name, value),
       offers: () => offersOf(this.types, this.topics, this.robots),
       open: () => file.click(),
-      add: (key) => (key.startsWith(ROBOT) ? this._addRobot(key.slice(ROBOT.length)) : this._add(key)),
+      add: (key) => (key.startsWith(ROBOT_PREFIX) ? this._addRobot(key.slice(ROBOT_PREFIX.length)) : this._add(key)),
     });
     body.classList.add("scene");
     body.append(element, this.view, file);
@@ -246,7 +246,7 @@ class Scene {
 
   _remove(key) {
     this.topics = this.topics.filter((each) => each !== key);
-    this.robots = this.robots.filter((each) => ROBOT + each !== key);
+    this.robots = this.robots.filter((each) => ROBOT_PREFIX + each !== key);
     this.concealed.delete(key);
     delete this.options[key];
     this._hide(key);
@@ -276,7 +276,7 @@ class Scene {
       this.look.seeRobot(true);
       this._touched(entry);
     });
-    const entry = this._enter({ key: ROBOT + name, title: name, kind: "RobotModel", display });
+    const entry = this._enter({ key: ROBOT_PREFIX + name, title: name, kind: "RobotModel", display });
     entry.stream = this.place.robot.stream("param", { param: name }, {
       data: (data) => { display.take(data); display.place(this.frames); this.world?.change(this._standing()); this.look.seeRobot(true); this._touched(entry); },
       problem: (text) => { entry.trouble = text; this.list.tell(entry); },

@@ -6,8 +6,8 @@ import { Listing } from "../parts/listing.js";
 import { copied, facts, links, outcome, tabbed } from "../parts/pieces.js";
 import { Tree } from "../parts/tree.js";
 
-const ASKED = 40; // types to request at a time
-const PLUMBING = /\/(get_loggers|set_logger_level)$/; // services of every node
+const REQUESTED_TYPES = 40; // types to request at a time
+const INTERNAL_SERVICES = /\/(get_loggers|set_logger_level)$/; // services of every node
 
 export default {
   title: "Services",
@@ -20,7 +20,7 @@ class Services {
   constructor(place) {
     this.place = place;
     this.types = new Map(); // service and node -> type
-    this.all = Boolean(place.settings.all) || PLUMBING.test(place.settings.selected || "");
+    this.all = Boolean(place.settings.all) || INTERNAL_SERVICES.test(place.settings.selected || "");
     this.services = {};
     const everything = this.everything = h("button", { "aria-pressed": String(this.all), title: "show the logger services, which every node has", onclick: () => {
       this.all = !this.all;
@@ -54,13 +54,13 @@ class Services {
 
   accept({ selected }) {
     if (!selected) return;
-    if (PLUMBING.test(selected) && !this.all) this.everything.click();
+    if (INTERNAL_SERVICES.test(selected) && !this.all) this.everything.click();
     this._show();
     this.listing.choose(selected);
   }
 
   _show() {
-    const rows = Object.entries(this.services).filter(([name]) => this.all || !PLUMBING.test(name));
+    const rows = Object.entries(this.services).filter(([name]) => this.all || !INTERNAL_SERVICES.test(name));
     this.listing.show(rows.map(([name, nodes]) => ({ name, nodes, type: this.types.get(`${name} ${nodes}`) })));
   }
 
@@ -70,7 +70,7 @@ class Services {
     this.asking = true;
     try {
       for (;;) {
-        const rows = (this.listing.rows || []).filter((row) => row.type === undefined).slice(0, ASKED);
+        const rows = (this.listing.rows || []).filter((row) => row.type === undefined).slice(0, REQUESTED_TYPES);
         if (!rows.length) break;
         const found = await this.place.robot.call("services.types", { services: rows.map((row) => row.name) });
         for (const row of rows) this.types.set(`${row.name} ${row.nodes}`, found[row.name] || "");

@@ -7,8 +7,8 @@ import { Listing } from "../parts/listing.js";
 import { copied, facts, links, tabbed } from "../parts/pieces.js";
 import { Publisher } from "../parts/publisher.js";
 
-const MOST_MEASURED = 50; // same as in pyros1/web/views/rates.py
-const LOOKS = 3; // number of updates after which a rate is known: one until connected, and two measurements
+const MAX_MEASURED = 50; // same as in pyros1/web/views/rates.py
+const UPDATES_UNTIL_KNOWN = 3; // number of updates after which a rate is known: one until connected, and two measurements
 
 export default {
   title: "Topics",
@@ -90,7 +90,7 @@ class Topics {
     this.all.setAttribute("aria-pressed", String(count > 0));
     const text = count ? `Stop measuring (${count})` : "Measure all";
     if (this.all.textContent !== text) fill(this.all, text);
-    this.all.title = count ? "stop listening" : `subscribe to topics without subscribers to measure their rates: the first ${MOST_MEASURED} of those found`;
+    this.all.title = count ? "stop listening" : `subscribe to topics without subscribers to measure their rates: the first ${MAX_MEASURED} of those found`;
   }
 
   // Topics that match the search and have no subscribers.
@@ -99,7 +99,7 @@ class Topics {
   }
 
   _measureAll() {
-    const names = this.measured.size ? [] : this._quiet().slice(0, MOST_MEASURED);
+    const names = this.measured.size ? [] : this._quiet().slice(0, MAX_MEASURED);
     this.measured = new Map(names.map((name) => [name, {}]));
     this._listen();
   }
@@ -115,14 +115,14 @@ class Topics {
     if (row.subscribers.length) {
       if (row.hz === 0) return h("span.muted", {}, "0 Hz");
       if (row.hz === null) return h("span.muted", { title: "a rate needs two messages" }, "…");
-      return this.looks.get(row.name) < LOOKS ? h("span.muted", { title: "a moment: a rate needs two readings" }, "…") : h("span.muted", { title: "nothing is connected, or its publishers report no statistics" }, "?");
+      return this.looks.get(row.name) < UPDATES_UNTIL_KNOWN ? h("span.muted", { title: "a moment: a rate needs two readings" }, "…") : h("span.muted", { title: "nothing is connected, or its publishers report no statistics" }, "?");
     }
     return h("button.measure", { title: "no subscribers: listen to measure the rate", onclick: () => this._measure(row.name) }, "measure");
   }
 
   _measure(name) {
     if (!this.measured.delete(name)) {
-      if (this.measured.size >= MOST_MEASURED) this.measured.delete(this.measured.keys().next().value);
+      if (this.measured.size >= MAX_MEASURED) this.measured.delete(this.measured.keys().next().value);
       this.measured.set(name, {});
     }
     this._listen();

@@ -3,8 +3,8 @@
 import { command, empty, fill, h } from "../lib/dom.js";
 import { drawPicture } from "../lib/images.js";
 
-const PIXELS = 500; // width and height of the drawing
-const PER_UNIT = 45;
+const SIZE = 500; // width and height of the drawing
+const PIXELS_PER_UNIT = 45;
 const BACKGROUND = "#4556ff";
 const SHELLS = ["#3f9142", "#b4690e", "#8e44ad", "#c0392b", "#16808a", "#7f6000"]; // used in turn
 const SKINS = ["#8fd694", "#f0b765", "#c99be0", "#ef9a90", "#7fd6de", "#d8bd5a"];
@@ -104,13 +104,13 @@ class Turtles {
     this.canvas.width = this.canvas.height = Math.round(size * sharp);
     this.canvas.style.width = this.canvas.style.height = `${size}px`;
     const pen = this.canvas.getContext("2d");
-    const scale = this.canvas.width / PIXELS;
+    const scale = this.canvas.width / SIZE;
     pen.fillStyle = BACKGROUND;
     pen.fillRect(0, 0, this.canvas.width, this.canvas.height);
     if (this.drawn) pen.drawImage(this.drawing, 0, 0, this.canvas.width, this.canvas.height);
     const rows = Object.entries(this.turtles).filter(([, place]) => place);
     rows.forEach(([name, [x, y, theta]], index) => {
-      pen.setTransform(scale, 0, 0, scale, x * PER_UNIT * scale, (PIXELS - 1 - y * PER_UNIT) * scale);
+      pen.setTransform(scale, 0, 0, scale, x * PIXELS_PER_UNIT * scale, (SIZE - 1 - y * PIXELS_PER_UNIT) * scale);
       turtle(pen, theta, SHELLS[index % SHELLS.length], SKINS[index % SKINS.length]);
       if (rows.length > 1) label(pen, name);
     });

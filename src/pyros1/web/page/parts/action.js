@@ -6,8 +6,8 @@ import { Editor } from "./editor.js";
 import { copied, outcome } from "./pieces.js";
 import { Tree } from "./tree.js";
 
-const STATUS = ["pending", "active", "preempted", "succeeded", "aborted", "rejected", "preempting", "recalling", "recalled", "lost"];
-const GOING = new Set([0, 1, 6, 7]);
+const STATUS_NAMES = ["pending", "active", "preempted", "succeeded", "aborted", "rejected", "preempting", "recalling", "recalled", "lost"];
+const UNFINISHED = new Set([0, 1, 6, 7]);
 
 export class Action {
   constructor(robot, name) {
@@ -82,11 +82,11 @@ export class Action {
     const element = h("div.goal", {}, h("div.actions", {}, state, h("span.muted", {}, clock(stamp)), text, h("span.gap"), !this.robot.about.read_only && cancel),
       h("div.muted.mono.id", {}, id), feedbackPart, resultPart);
     return { element, update: (goal) => {
-      const word = STATUS[goal.status] || String(goal.status);
+      const word = STATUS_NAMES[goal.status] || String(goal.status);
       fill(state, word);
       state.className = `status ${word}`;
       fill(text, goal.text);
-      cancel.hidden = !GOING.has(goal.status);
+      cancel.hidden = !UNFINISHED.has(goal.status);
       feedbackPart.hidden = !goal.feedback;
       resultPart.hidden = !goal.result;
       if (goal.feedback) feedback.show(goal.feedback);

@@ -4,7 +4,7 @@ import { h } from "../lib/dom.js";
 import { Form } from "./form.js";
 import { outcome, tabbed } from "./pieces.js";
 
-const PAUSE = 250; // milliseconds after the last key until the text is parsed
+const PARSE_DELAY = 250; // milliseconds after the last key until the text is parsed
 
 export class Editor {
   // form: result of topics.form, services.form or actions.form; part: "request" for services.
@@ -46,7 +46,7 @@ export class Editor {
     this._say("");
     this.area = h("textarea.mono.yaml", { rows: 12, spellcheck: false, "aria-label": "the message as YAML", oninput: () => {
       clearTimeout(this.timer);
-      this.timer = setTimeout(() => this._read(), PAUSE);
+      this.timer = setTimeout(() => this._read(), PARSE_DELAY);
     } });
     this.robot.call("forms.yaml", { value: this.value }).then((text) => {
       this.area.value = text;

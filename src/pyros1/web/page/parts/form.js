@@ -2,9 +2,9 @@
 
 import { fill, h } from "../lib/dom.js";
 
-const LIMITS = { int8: 7, int16: 15, int32: 31, int64: 63, byte: 7, uint8: 8, char: 8, uint16: 16, uint32: 32, uint64: 64 };
+const INTEGER_BITS = { int8: 7, int16: 15, int32: 31, int64: 63, byte: 7, uint8: 8, char: 8, uint16: 16, uint32: 32, uint64: 64 };
 const FLOATS = new Set(["float32", "float64"]);
-const MOST_ITEMS = 200; // maximum number of array items to show
+const MAX_ITEMS = 200; // maximum number of array items to show
 
 // fields: [[name, type, fields or null, choices or null], ...]; value: the message as JSON, which the form edits.
 // onchange(): called after each change; then `problems` lists the invalid fields.
@@ -103,16 +103,16 @@ export class Form {
   _array(kind, inner, choices, depth, get, set, label) {
     const base = kind.slice(0, kind.indexOf("["));
     const fixed = kind.slice(kind.indexOf("[") + 1, -1);
-    if (base in LIMITS || FLOATS.has(base)) return this._numbers(kind, base, fixed && Number(fixed), get, set, label);
+    if (base in INTEGER_BITS || FLOATS.has(base)) return this._numbers(kind, base, fixed && Number(fixed), get, set, label);
     const list = h("div.inner");
     const count = h("span.muted");
     const draw = () => {
       const items = get();
       fill(count, `${items.length} item${items.length === 1 ? "" : "s"}`);
-      fill(list, items.slice(0, MOST_ITEMS).map((_, index) => h("div.item", {},
+      fill(list, items.slice(0, MAX_ITEMS).map((_, index) => h("div.item", {},
         this._field(["", base, inner, choices], depth + 1, () => get()[index], (given) => { get()[index] = given; this.onchange(); }, `[${index}]`, base),
         !fixed && h("button.quiet", { type: "button", title: "remove", "aria-label": `remove ${label}[${index}]`, onclick: () => { get().splice(index, 1); draw(); this.onchange(); } }, "✕"))),
-      items.length > MOST_ITEMS && h("p.muted", {}, "The others are shown as YAML."),
+      items.length > MAX_ITEMS && h("p.muted", {}, "The others are shown as YAML."),
       !fixed && h("button.add", { type: "button", onclick: () => { get().push(blank(base, inner)); draw(); this.onchange(); } }, `Add to ${label}`));
     };
     if (!Array.isArray(get())) set([]);
@@ -174,7 +174,7 @@ export function readNumber(text, kind) {
     return Number.isFinite(value) ? { value } : { problem: "too large; write inf for infinity" };
   }
   if (!/^[+-]?\d+$/.test(word)) return { problem: "not a whole number" };
-  const bits = LIMITS[kind] ?? 31;
+  const bits = INTEGER_BITS[kind] ?? 31;
   const signed = kind.startsWith("int") || kind === "byte";
   const [least, most] = signed ? [-(2n ** BigInt(bits)), 2n ** BigInt(bits) - 1n] : [0n, 2n ** BigInt(bits) - 1n];
   const whole = BigInt(word.replace("+", ""));

@@ -4,7 +4,7 @@ import { fill, h } from "../lib/dom.js";
 import { bytes, plural, rate } from "../lib/format.js";
 import { Tree } from "./tree.js";
 
-const QUIET = 3; // seconds without a message, after which the rate is outdated
+const RATE_TIMEOUT = 3; // seconds without a message, after which the rate is outdated
 
 export class Inspector {
   // on: {plot(path)}
@@ -88,7 +88,7 @@ export class Inspector {
     const stamp = value?.fields.find(([name]) => name === "header")?.[2].fields?.find(([name]) => name === "stamp")?.[2];
     const delay = stamp && stamp.secs ? time - stamp.secs - stamp.nsecs / 1e9 : null;
     const figure = (label, text, title) => text && h("span.figure", { title }, h("span.muted", {}, label), text);
-    const quiet = !this.frozen && age > Math.max(QUIET, hz ? 3 / hz : 0);
+    const quiet = !this.frozen && age > Math.max(RATE_TIMEOUT, hz ? 3 / hz : 0);
     fill(this.figures,
       figure("rate", quiet ? "0 Hz" : rate(hz) || "…", "messages per second over the last 5 s; for slow topics, between the latest two messages"),
       figure("flow", quiet || !flow ? "" : `${bytes(flow)}/s`, "bytes per second"),

@@ -4,8 +4,8 @@ import { fill, h } from "../lib/dom.js";
 import { number } from "../lib/format.js";
 import { copied, outcome } from "./pieces.js";
 
-const WIDEST = 1e6; // maximum range of a slider
-const STEPS = 500; // minimum number of steps of a slider
+const MAX_SLIDER_RANGE = 1e6; // maximum range of a slider
+const MIN_STEPS = 500; // minimum number of steps of a slider
 
 export class Reconfigure {
   constructor(robot, node) {
@@ -130,8 +130,8 @@ export class Reconfigure {
 
   _number({ name, type, min, max }, label) {
     const whole = type === "int";
-    const bounded = min !== null && max !== null && max > min && max - min <= WIDEST;
-    const step = whole ? 1 : 10 ** Math.floor(Math.log10((max - min) / STEPS));
+    const bounded = min !== null && max !== null && max > min && max - min <= MAX_SLIDER_RANGE;
+    const step = whole ? 1 : 10 ** Math.floor(Math.log10((max - min) / MIN_STEPS));
     const clean = (value) => (whole ? Math.round(value) : Number((Math.round(value / step) * step).toPrecision(9)));
     const field = h("input.num.mono", { ...label, type: "number", step: whole ? 1 : "any", min: bounded ? min : undefined, max: bounded ? max : undefined, onchange: () => {
       if (field.value !== "" && Number.isFinite(Number(field.value))) this._send(name, whole ? clean(Number(field.value)) : Number(field.value));

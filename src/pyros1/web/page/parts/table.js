@@ -3,9 +3,9 @@
 
 import { fill, h } from "../lib/dom.js";
 
-const ROW = 30; // pixels
-const MORE = 8; // rows above and below the visible ones
-const MANY = 60; // rows; above this, namespaces are initially folded
+const ROW_HEIGHT = 30; // pixels
+const EXTRA_ROWS = 8; // rows above and below the visible ones
+const MANY_ROWS = 60; // rows; above this, namespaces are initially folded
 
 /** @typedef {{label?: string, sort?: {column: number, down: boolean} | null, tree?: boolean | null, open?: string[]}} Options */
 
@@ -59,7 +59,7 @@ export class Table {
 
   // Whether namespaces are shown as a tree.
   get isTree() {
-    return this.tree ?? this.rows.length > MANY;
+    return this.tree ?? this.rows.length > MANY_ROWS;
   }
 
   // Set whether details are shown beside the table: then some columns are omitted.
@@ -156,7 +156,7 @@ export class Table {
   }
 
   isOpen(path) {
-    return this.searching || (this.rows.length <= MANY) !== this.turned.has(path);
+    return this.searching || (this.rows.length <= MANY_ROWS) !== this.turned.has(path);
   }
 
   _turn(path) {
@@ -174,10 +174,10 @@ export class Table {
   }
 
   _drawNow() {
-    this.tall.style.height = `${this.items.length * ROW}px`;
+    this.tall.style.height = `${this.items.length * ROW_HEIGHT}px`;
     const top = this.element.scrollTop;
-    const first = Math.max(0, Math.floor(top / ROW) - MORE);
-    const last = Math.min(this.items.length, Math.ceil((top + this.element.clientHeight) / ROW) + MORE);
+    const first = Math.max(0, Math.floor(top / ROW_HEIGHT) - EXTRA_ROWS);
+    const last = Math.min(this.items.length, Math.ceil((top + this.element.clientHeight) / ROW_HEIGHT) + EXTRA_ROWS);
     const gone = new Set(this.drawn.keys());
     for (let index = first; index < last; index += 1) {
       const item = this.items[index];
@@ -200,7 +200,7 @@ export class Table {
       this.tall.append(line.element);
     }
     const { element, cells } = line;
-    element.style.top = `${index * ROW}px`;
+    element.style.top = `${index * ROW_HEIGHT}px`;
     cells[0].style.paddingLeft = `${10 + item.depth * 16}px`;
     element.classList.toggle("group", Boolean(item.group));
     element.setAttribute("aria-selected", String(!item.group && item.key === this.selected));
@@ -258,8 +258,8 @@ export class Table {
     const item = this.items[index];
     if (!item) return;
     this.at = item.key;
-    const top = index * ROW;
-    const room = this.element.clientHeight - this.head.offsetHeight - ROW;
+    const top = index * ROW_HEIGHT;
+    const room = this.element.clientHeight - this.head.offsetHeight - ROW_HEIGHT;
     if (top < this.element.scrollTop) this.element.scrollTop = top;
     else if (top > this.element.scrollTop + room) this.element.scrollTop = top - room;
     for (const [key, line] of this.drawn) line.element.classList.toggle("at", key === item.key);

@@ -5,8 +5,8 @@ import { clock, number, seconds } from "../lib/format.js";
 import { copied } from "./pieces.js";
 
 const OPEN_DEPTH = 2;
-const MANY = 3; // maximum number of messages in an array that is initially open
-const PREVIEW = 70; // characters
+const MAX_OPEN_MESSAGES = 3; // maximum number of messages in an array that is initially open
+const PREVIEW_LENGTH = 70; // characters
 
 // on: {plot(path), window(path, start)}, both optional; paths are like "pose.position.x", "ranges[3]".
 // prefix: prepended to a path that is copied, like "/topic".
@@ -94,7 +94,7 @@ export class Tree {
 
   _message(label, path, type, depth) {
     const element = path.endsWith("]");
-    const few = element && this.lengths.get(path.slice(0, path.lastIndexOf("["))) <= MANY;
+    const few = element && this.lengths.get(path.slice(0, path.lastIndexOf("["))) <= MAX_OPEN_MESSAGES;
     const open = element ? few && depth <= OPEN_DEPTH : depth < OPEN_DEPTH && label !== "header";
     return this._fold(label, path, type, depth, open, (value) => value.fields.map(([name, kind]) => [name, `${path}.${name}`, kind]), (value) => value.fields.map((field) => field[2]));
   }
@@ -141,7 +141,7 @@ export class Tree {
       let known = false;
       return { element: h("div.branch", {}, fold.element, pager.element), update: (value) => {
         this.lengths.set(path, value.length);
-        if (!known && !this.folds.has(path)) { known = true; if (value.length <= MANY && depth < OPEN_DEPTH) this.folds.set(path, true); }
+        if (!known && !this.folds.has(path)) { known = true; if (value.length <= MAX_OPEN_MESSAGES && depth < OPEN_DEPTH) this.folds.set(path, true); }
         fold.update(value);
         pager.update(value, this.folds.get(path) ?? false);
       } };
@@ -208,11 +208,11 @@ export function written(value, type = "") {
 function summary(value) {
   let text = "";
   const walk = (part, type) => {
-    if (text.length > PREVIEW) return;
+    if (text.length > PREVIEW_LENGTH) return;
     if (part && part.fields) part.fields.forEach(([name, kind, inner]) => { text += `${text ? "  " : ""}${name}: `; walk(inner, kind); });
     else if (part && part.items) text += part.length ? `${part.length} element${part.length === 1 ? "" : "s"}` : "empty";
     else text += written(part, type).split("\n")[0];
   };
   walk(value);
-  return text.length > PREVIEW ? `${text.slice(0, PREVIEW)} …` : text;
+  return text.length > PREVIEW_LENGTH ? `${text.slice(0, PREVIEW_LENGTH)} …` : text;
 }

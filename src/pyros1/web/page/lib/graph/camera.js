@@ -1,9 +1,9 @@
 // Which part of a large plane an element shows: dragging, wheel, pinch, and animated moves.
 
-const LEAST = 0.02;
-const MOST = 4;
-const CLICK = 5; // pixels that the pointer may move during a click
-const GLIDE = 260; // ms
+const MIN_SCALE = 0.02;
+const MAX_SCALE = 4;
+const MAX_CLICK_MOVE = 5; // pixels that the pointer may move during a click
+const ANIMATION_MS = 260; // ms
 
 export class Camera {
   // on: {changed(), click(x, y), double(x, y), hover(x, y), took(), grab(x, y, touch), drag(right, down), drop(), foot()}; x and y in plane coordinates.
@@ -55,7 +55,7 @@ export class Camera {
   zoom(factor, left = this.size[0] / 2, top = this.size[1] / 2) {
     const [width, height] = this.size;
     const [x, y] = this.toPlane(left, top);
-    const scale = Math.min(MOST, Math.max(LEAST, this.scale * factor));
+    const scale = Math.min(MAX_SCALE, Math.max(MIN_SCALE, this.scale * factor));
     this._set(x - (left - width / 2) / scale, y - (top - height / 2) / scale, scale);
   }
 
@@ -63,7 +63,7 @@ export class Camera {
   show(/** @type {number[]} */ [left, top, right, bottom], most, glide = true) {
     const [width, height] = this.size;
     const foot = this.on.foot();
-    const scale = Math.max(LEAST, Math.min(most, (width - 40) / Math.max(1, right - left), (height - 40 - foot) / Math.max(1, bottom - top)));
+    const scale = Math.max(MIN_SCALE, Math.min(most, (width - 40) / Math.max(1, right - left), (height - 40 - foot) / Math.max(1, bottom - top)));
     this.go((left + right) / 2, (top + bottom) / 2 + foot / 2 / scale, scale, glide);
   }
 
@@ -81,7 +81,7 @@ export class Camera {
   step(now) {
     if (!this.target) return false;
     const { from, to, begin } = this.target;
-    const part = Math.min(1, Math.max(0, (now - begin) / GLIDE));
+    const part = Math.min(1, Math.max(0, (now - begin) / ANIMATION_MS));
     const t = 1 - (1 - part) ** 3;
     this.scale = from[2] * (to[2] / from[2]) ** t;
     [this.x, this.y] = [from[0] + (to[0] - from[0]) * t, from[1] + (to[1] - from[1]) * t];
@@ -111,7 +111,7 @@ export class Camera {
     this.element.focus({ preventScroll: true });
     this.element.setPointerCapture(event.pointerId);
     this.pointers.set(event.pointerId, [event.offsetX, event.offsetY]);
-    this.moved = this.pointers.size > 1 ? CLICK : 0;
+    this.moved = this.pointers.size > 1 ? MAX_CLICK_MOVE : 0;
     if (this.held) this.on.drop(); // a second finger starts a pinch
     this.held = this.pointers.size === 1 && event.button === 0 && this.on.grab(...this.toPlane(event.offsetX, event.offsetY), event.pointerType === "touch");
   }
@@ -124,7 +124,7 @@ export class Camera {
       return;
     }
     this.moved += Math.hypot(now[0] - before[0], now[1] - before[1]);
-    if (this.moved < CLICK) return;
+    if (this.moved < MAX_CLICK_MOVE) return;
     if (this.held) {
       this.on.drag((now[0] - before[0]) / this.scale, (now[1] - before[1]) / this.scale);
     } else if (this.pointers.size === 1) {
@@ -143,6 +143,6 @@ export class Camera {
     this.pointers.delete(event.pointerId);
     if (this.held) this.on.drop();
     this.held = false;
-    if (before && this.moved < CLICK && event.type === "pointerup") this.on.click(...this.toPlane(event.offsetX, event.offsetY));
+    if (before && this.moved < MAX_CLICK_MOVE && event.type === "pointerup") this.on.click(...this.toPlane(event.offsetX, event.offsetY));
   }
 }

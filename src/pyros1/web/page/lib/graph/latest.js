@@ -3,11 +3,11 @@
 import { fill, h } from "../dom.js";
 import { bytes, number, rate, seconds } from "../format.js";
 
-const HEAVY = 2e6; // bytes per second; above this, messages are requested only after a click
-const LARGE = /^sensor_msgs\/(Image|CompressedImage|PointCloud2?|LaserScan)$|\/OccupancyGrid$/;
-const MOST_LINES = 80;
-const PAUSE = 200; // milliseconds
-const MOST_ITEMS = 8;
+const MAX_AUTOMATIC_FLOW = 2e6; // bytes per second; above this, messages are requested only after a click
+const LARGE_TYPES = /^sensor_msgs\/(Image|CompressedImage|PointCloud2?|LaserScan)$|\/OccupancyGrid$/;
+const MAX_LINES = 80;
+const UPDATE_INTERVAL = 200; // milliseconds
+const MAX_ITEMS = 8;
 
 export class Latest {
   // published: whether the topic has publishers; flow: bytes per second, if known
@@ -21,7 +21,7 @@ export class Latest {
     const text = h("details", { ontoggle: () => text.open && this._define() }, h("summary", {}, "Definition"), this.definition);
     this.element = h("section", {}, text, h("h3", {}, "latest message ", this.facts), this.value);
     if (!published) fill(this.value, h("p.muted", {}, "No node publishes it."));
-    else if (LARGE.test(type) || flow > HEAVY) fill(this.value, h("button", { title: "this subscribes to the topic", onclick: () => this._open() }, "Show messages"));
+    else if (LARGE_TYPES.test(type) || flow > MAX_AUTOMATIC_FLOW) fill(this.value, h("button", { title: "this subscribes to the topic", onclick: () => this._open() }, "Show messages"));
     else this._open();
   }
 
@@ -63,13 +63,13 @@ export class Latest {
 
   _show() {
     if (this.value.contains(document.activeElement)) { // do not replace a button that has the focus
-      this._later(PAUSE);
+      this._later(UPDATE_INTERVAL);
       return;
     }
     const { value, problem, count, hz, size, bytes: flow } = this.data;
     this.data = null;
-    this._later(PAUSE);
-    fill(this.facts, [hz && rate(hz), bytes(size), flow > HEAVY && bytes(flow, "B/s"), `number ${count}`].filter(Boolean).join(" · "));
+    this._later(UPDATE_INTERVAL);
+    fill(this.facts, [hz && rate(hz), bytes(size), flow > MAX_AUTOMATIC_FLOW && bytes(flow, "B/s"), `number ${count}`].filter(Boolean).join(" · "));
     if (problem) {
       fill(this.value, h("p.trouble", {}, problem));
       return;
@@ -77,11 +77,11 @@ export class Latest {
     const lines = [];
     this.first = null;
     this._lines(value, "", this.topic, 0, lines);
-    fill(this.value, lines.slice(0, MOST_LINES), lines.length > MOST_LINES && h("div.muted", {}, "… (“Inspect” shows all)"));
+    fill(this.value, lines.slice(0, MAX_LINES), lines.length > MAX_LINES && h("div.muted", {}, "… (“Inspect” shows all)"));
   }
 
   _lines(value, name, path, depth, lines) {
-    if (lines.length > MOST_LINES) return;
+    if (lines.length > MAX_LINES) return;
     const row = (...what) => lines.push(h("div", { style: { paddingLeft: `${depth * 14}px` } }, name && h("span.muted", {}, `${name}: `), ...what));
     if (value?.fields) {
       if (name) row();
@@ -89,8 +89,8 @@ export class Latest {
       if (!value.fields.length) row(h("span.muted", {}, "(empty)"));
     } else if (value?.items) {
       const plain = value.items.every((item) => typeof item !== "object");
-      const more = value.length - Math.min(value.items.length, MOST_ITEMS);
-      const items = value.items.slice(0, MOST_ITEMS);
+      const more = value.length - Math.min(value.items.length, MAX_ITEMS);
+      const items = value.items.slice(0, MAX_ITEMS);
       if (plain) {
         row("[", items.map((item, index) => [index ? ", " : "", this._plain(item, `${path}[${index}]`)]), more > 0 ? `, … ${value.length} in all]` : "]");
         return;

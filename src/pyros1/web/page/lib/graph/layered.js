@@ -1,10 +1,10 @@
 // A simple layered layout for graphs that are too large for dagre: its time is proportional to the number of edges. Pure.
 
 const GAP = 18;
-const BETWEEN = 90;
+const LAYER_GAP = 90;
 const SWEEPS = 6;
-const LEAST_HEIGHT = 600;
-const MOST_ROWS = 16;
+const MIN_HEIGHT = 600;
+const MAX_ROWS = 16;
 
 // boxes: [{id, width, height}]; edges: [[from, to]]. Returns a Map: id -> [x, y] of the centre.
 export function layered(boxes, edges, { down, aspect }) {
@@ -87,15 +87,15 @@ function wrapped(layers, sizes, most) {
     layer.forEach((id, place) => columns[Math.floor((place * count) / layer.length)].push(id));
     return columns.map((ids, index) => ({
       ids, height: ids.reduce((sum, id) => sum + sizes.get(id)[1] + GAP, -GAP),
-      width: Math.max(...ids.map((id) => sizes.get(id)[0])), room: index === count - 1 ? BETWEEN : GAP * 2,
+      width: Math.max(...ids.map((id) => sizes.get(id)[0])), room: index === count - 1 ? LAYER_GAP : GAP * 2,
     }));
   });
 }
 
 // Wrap a long sequence of layers into rows, like text.
 function coordinates(layers, sizes, aspect) {
-  const area = layers.flat().reduce((sum, id) => sum + (sizes.get(id)[0] + BETWEEN) * (sizes.get(id)[1] + GAP), 0);
-  const columns = wrapped(layers, sizes, Math.max(LEAST_HEIGHT, Math.sqrt(area / aspect)));
+  const area = layers.flat().reduce((sum, id) => sum + (sizes.get(id)[0] + LAYER_GAP) * (sizes.get(id)[1] + GAP), 0);
+  const columns = wrapped(layers, sizes, Math.max(MIN_HEIGHT, Math.sqrt(area / aspect)));
   const rows = folded(columns, aspect);
   const places = new Map();
   let top = 0;
@@ -110,7 +110,7 @@ function coordinates(layers, sizes, aspect) {
       }
       along += width + room;
     }
-    top += tall + BETWEEN;
+    top += tall + LAYER_GAP;
   }
   return places;
 }
@@ -119,7 +119,7 @@ function coordinates(layers, sizes, aspect) {
 function folded(columns, aspect) {
   const whole = columns.reduce((sum, { width, room }) => sum + width + room, 0);
   let [best, found] = [Infinity, [columns]];
-  for (let count = 1; count <= MOST_ROWS; count += 1) {
+  for (let count = 1; count <= MAX_ROWS; count += 1) {
     const most = whole / count;
     const rows = [[]];
     let [length, longest] = [0, 0];
@@ -132,7 +132,7 @@ function folded(columns, aspect) {
       length += column.width + column.room;
       longest = Math.max(longest, length);
     }
-    const tall = rows.reduce((sum, row) => sum + Math.max(...row.map(({ height }) => height)) + BETWEEN, 0);
+    const tall = rows.reduce((sum, row) => sum + Math.max(...row.map(({ height }) => height)) + LAYER_GAP, 0);
     const size = Math.max(longest, tall * aspect);
     if (size < best) [best, found] = [size, rows];
   }

@@ -9,32 +9,32 @@
 // x and y are centres; an edge has POINTS points.
 //
 // Unconnected parts are laid out one by one and then packed. dagre gives the best layout, but takes minutes for a thousand
-// boxes; above MOST_FOR_DAGRE a simpler method is used, with namespaces as boxes that contain boxes.
+// boxes; above MAX_FOR_DAGRE a simpler method is used, with namespaces as boxes that contain boxes.
 
 import * as dagre from "../../vendor/dagre.js";
 import { layered } from "./layered.js";
 
 export const POINTS = 10;
-export const MOST_FOR_DAGRE = 260; // boxes and edges of a connected part
-const MOST_INSIDE = 60; // the same for a namespace in a large part, since there may be many
+export const MAX_FOR_DAGRE = 260; // boxes and edges of a connected part
+const MAX_IN_NAMESPACE = 60; // the same for a namespace in a large part, since there may be many
 const GAP = 44;
-const GOOD = 1; // pixels per unit; below this, the other direction is tried as well
-const MANY = 1500; // boxes and edges
-const BETTER = 1.2;
-const MUCH_BETTER = 1.5; // factor by which the simple method must be better, since its edges cross boxes
-const FEW = 30; // boxes and edges of a part that always uses dagre
-const STUB = 16; // how far a backward edge continues before it turns
-const CHANNEL = 9; // distance between a backward edge and a box
+const READABLE_SCALE = 1; // pixels per unit; below this, the other direction is tried as well
+const LARGE_GRAPH = 1500; // boxes and edges
+const BETTER_BY = 1.2;
+const MUCH_BETTER_BY = 1.5; // factor by which the simple method must be better, since its edges cross boxes
+const ALWAYS_DAGRE = 30; // boxes and edges of a part that always uses dagre
+const STUB_LENGTH = 16; // how far a backward edge continues before it turns
+const CHANNEL_GAP = 9; // distance between a backward edge and a box
 const PADDING = 14;
-const TITLE = 20;
+const TITLE_HEIGHT = 20;
 
 export function layout(what) {
   const { down, room: [width, height] } = what;
   const scale = (found) => Math.min(width / found.width, height / found.height);
   let best = directed(what, down);
-  if (what.boxes.length + what.edges.length > MANY) return best; // each attempt takes seconds
-  for (const [way, plain, factor] of [[!down, false, BETTER], [down, true, MUCH_BETTER]]) {
-    if (scale(best) > GOOD) break;
+  if (what.boxes.length + what.edges.length > LARGE_GRAPH) return best; // each attempt takes seconds
+  for (const [way, plain, factor] of [[!down, false, BETTER_BY], [down, true, MUCH_BETTER_BY]]) {
+    if (scale(best) > READABLE_SCALE) break;
     const other = directed(what, way, plain);
     if (scale(other) > scale(best) * factor) best = other;
   }
@@ -44,7 +44,7 @@ export function layout(what) {
 function directed(what, down, plain = false) {
   const aspect = what.room[0] / what.room[1];
   const parts = partsOf(what).map((part) => {
-    const few = plain ? FEW : MOST_FOR_DAGRE;
+    const few = plain ? ALWAYS_DAGRE : MAX_FOR_DAGRE;
     const small = part.boxes.length + part.edges.length <= few;
     return turned(small ? byDagre(part, down) : nested(part, { down, aspect }), part);
   });
@@ -126,7 +126,7 @@ function nested({ boxes, edges, groups }, { down, aspect }, outside = "") {
     if (!within.length) continue;
     const ids = new Set(within.map(({ id }) => id));
     const own = edges.filter(({ from, to }) => ids.has(from) && ids.has(to));
-    const small = within.length + own.length <= MOST_INSIDE;
+    const small = within.length + own.length <= MAX_IN_NAMESPACE;
     const placed = small && !groups.some(({ parent }) => parent === name)
       ? byDagre({ boxes: within, edges: own, groups: [] }, down)
       : nested({ boxes: within, edges: own, groups }, { down, aspect }, name);
@@ -172,10 +172,10 @@ export function detour([at1, one, at2, other], seat1, seat2, obstacles, down) {
   const turn = ([x, y, ...size]) => (down ? [y, x, ...size.reverse()] : [x, y, ...size]); // computed as if it ran from left to right
   const [[x1, y1], [x2, y2], [s1, , w1], [s2, , w2]] = [at1, at2, seat1, seat2].map(turn);
   const [ax, bx] = [x1 + (down ? one.height : one.width) / 2, x2 - (down ? other.height : other.width) / 2];
-  const [right, left] = [s1 + w1 / 2 + STUB, s2 - w2 / 2 - STUB];
+  const [right, left] = [s1 + w1 / 2 + STUB_LENGTH, s2 - w2 / 2 - STUB_LENGTH];
   const boxes = obstacles.map(turn);
   const free = (y) => boxes.every(([x, at, wide, high]) => x + wide / 2 <= left || x - wide / 2 >= right || Math.abs(at - y) >= high / 2 + 4);
-  const channels = boxes.flatMap(([, at, , high]) => [at - high / 2 - CHANNEL, at + high / 2 + CHANNEL]).filter(free);
+  const channels = boxes.flatMap(([, at, , high]) => [at - high / 2 - CHANNEL_GAP, at + high / 2 + CHANNEL_GAP]).filter(free);
   const cost = (y) => Math.abs(y - y1) + Math.abs(y - y2);
   const channel = channels.reduce((best, y) => (cost(y) < cost(best) ? y : best)); // always free above and below everything
   const line = [[ax, y1], [right, y1], [right, channel]];
@@ -247,7 +247,7 @@ function turned(found, { boxes, groups, edges }) {
   for (const { name, parent } of deepest) {
     if (!frames[name]) continue;
     const [left, top, right, bottom] = frames[name];
-    frames[name] = [left - PADDING, top - PADDING - TITLE, right + PADDING, bottom + PADDING];
+    frames[name] = [left - PADDING, top - PADDING - TITLE_HEIGHT, right + PADDING, bottom + PADDING];
     if (parent) frames[parent] = grow(frames[parent] || none, ...frames[name]);
   }
   let whole = none;

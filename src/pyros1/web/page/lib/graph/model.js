@@ -1,7 +1,7 @@
 // The boxes and edges that the graph shows of a ROS system. Pure.
 //
 // system: what the view "system" sends, see pyros1/web/system.py
-// choice: {mode: "nodes" | "active" | "all", hide: [names of HIDING], depth, toggled: [group]}
+// choice: {mode: "nodes" | "active" | "all", hide: [names of HIDE_OPTIONS], depth, toggled: [group]}
 // depth: levels of namespaces that become groups; -1 means one level if there are many boxes, initially folded
 // toggled: groups folded by the user, or unfolded if they are initially folded
 // build(system, choice) -> {
@@ -18,23 +18,23 @@ export const MODES = [
   ["active", "Nodes/Topics (active)"],
   ["all", "Nodes/Topics (all)"],
 ];
-export const HIDING = [
+export const HIDE_OPTIONS = [
   ["debug", "debug", "rosout, statistics, logger levels, and nodes of monitoring tools"],
   ["tf", "tf", "the topics of coordinate frames"],
   ["leaf", "leaf topics", "topics that only one node uses"],
   ["dead", "dead sinks", "topics without subscribers"],
 ];
-export const MANY = 150; // boxes
-export const MOST_BOXES = 3000;
-export const MOST_LINKS = 20000;
+export const MANY_BOXES = 150; // boxes
+export const MAX_BOXES = 3000;
+export const MAX_LINKS = 20000;
 
-const DEBUG_TOPIC = /(^|\/)(rosout|rosout_agg|statistics)$/;
-const DEBUG_NODE = /^\/(rosout|rqt|rqt_.*|rx(graph|plot|console).*)$/;
+const DEBUG_TOPICS = /(^|\/)(rosout|rosout_agg|statistics)$/;
+const DEBUG_NODES = /^\/(rosout|rqt|rqt_.*|rx(graph|plot|console).*)$/;
 // Tools have names with a process id and a timestamp: /rostopic_4711_1700000000000.
-const TOOL = /^\/(ros(topic|service|node|param|bag|graph|wtf|launch|msg)|rqt|rviz|pyros1|complete|tf_(echo|monitor)|view_frames)\w*_\d+(_\d+)*$/;
-const STEERING = /[\p{Cc}\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]/gu;
-const SHORT = { "\t": "\\t", "\n": "\\n", "\r": "\\r" };
-const TF = /(^|\/)tf(_static)?$/;
+const TOOL_NODES = /^\/(ros(topic|service|node|param|bag|graph|wtf|launch|msg)|rqt|rviz|pyros1|complete|tf_(echo|monitor)|view_frames)\w*_\d+(_\d+)*$/;
+const UNPRINTABLE = /[\p{Cc}\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff\ud800-\udfff]/gu;
+const SHORT_ESCAPES = { "\t": "\\t", "\n": "\\n", "\r": "\\r" };
+const TF_TOPICS = /(^|\/)tf(_static)?$/;
 
 export function build(system, choice) {
   const hide = new Set(choice.hide);
@@ -63,21 +63,21 @@ export function build(system, choice) {
 function toolsThatMatter(system, listeners) {
   const found = new Set();
   for (const [name, { publishers, subscribers }] of Object.entries(system.topics)) {
-    if (DEBUG_TOPIC.test(name) || !subscribers.some((node) => listeners.has(node))) continue;
-    for (const node of publishers) if (TOOL.test(node) && node in system.nodes) found.add(node);
+    if (DEBUG_TOPICS.test(name) || !subscribers.some((node) => listeners.has(node))) continue;
+    for (const node of publishers) if (TOOL_NODES.test(node) && node in system.nodes) found.add(node);
   }
   return found;
 }
 
 export function isDebugNode(name) {
-  return DEBUG_NODE.test(name) || TOOL.test(name);
+  return DEBUG_NODES.test(name) || TOOL_NODES.test(name);
 }
 
 // Return the visible topics with their visible publishers and subscribers.
 function topicsOf(system, hide, nodes, listeners) {
   const found = new Map();
   for (const [name, topic] of Object.entries(system.topics)) {
-    if ((hide.has("debug") && DEBUG_TOPIC.test(name)) || (hide.has("tf") && TF.test(name))) continue;
+    if ((hide.has("debug") && DEBUG_TOPICS.test(name)) || (hide.has("tf") && TF_TOPICS.test(name))) continue;
     const publishers = topic.publishers.filter((node) => nodes.has(node));
     const subscribers = topic.subscribers.filter((node) => listeners.has(node));
     if (!publishers.length && !subscribers.length) continue;
@@ -100,7 +100,7 @@ function linksOf(system, topics, nodes, listeners) {
     const facts = topics.get(topic);
     if (!facts || !nodes.has(publisher) || !listeners.has(subscriber)) return;
     const key = `${topic} ${publisher} ${subscriber}`;
-    if (links.has(key) || links.size >= MOST_LINKS) return;
+    if (links.has(key) || links.size >= MAX_LINKS) return;
     const size = facts.hz ? facts.bytes / facts.hz : null; // bytes per message
     const known = typeof hz === "number";
     links.set(key, { topic, publisher, subscriber, state, hz: known ? hz : null, bytes: known && (size !== null || !hz) ? hz * (size || 0) : null });
@@ -110,7 +110,7 @@ function linksOf(system, topics, nodes, listeners) {
   for (const [topic, { publishers, subscribers }] of topics) {
     for (const publisher of publishers) {
       for (const subscriber of subscribers) {
-        if (links.size >= MOST_LINKS) break;
+        if (links.size >= MAX_LINKS) break;
         add(topic, publisher, subscriber, "unknown", null);
       }
     }
@@ -155,7 +155,7 @@ function box(kind, name, more) {
 
 // Put boxes into their namespaces up to a depth; a folded namespace becomes one box.
 function grouped({ boxes, edges }, { depth: wanted, toggled }) {
-  const automatic = wanted < 0 && boxes.length > MANY;
+  const automatic = wanted < 0 && boxes.length > MANY_BOXES;
   const depth = wanted < 0 ? Number(automatic) : wanted;
   if (!depth) return { boxes, edges, groups: [] };
   const groups = new Map();
@@ -220,8 +220,8 @@ function below(name, group) {
 
 // Keep the first boxes if there are too many to be useful, nodes before topics.
 function limited({ boxes, edges, groups }) {
-  if (boxes.length <= MOST_BOXES) return { boxes, edges, groups, cut: 0 };
-  const kept = boxes.slice(0, MOST_BOXES);
+  if (boxes.length <= MAX_BOXES) return { boxes, edges, groups, cut: 0 };
+  const kept = boxes.slice(0, MAX_BOXES);
   const ids = new Set(kept.map(({ id }) => id));
   const used = new Set(kept.flatMap(({ group }) => upwards(group)));
   return {
@@ -316,7 +316,7 @@ export function dot(model) {
 // Escape control characters and marks that change the writing direction, like `pyros1.ground.terminal_text.one_line`:
 // the file may be viewed in a terminal.
 function shown(text) {
-  return text.replace(STEERING, (letter) => SHORT[letter] || `\\${letter < "\u0100" ? "x" : "u"}${letter.charCodeAt(0).toString(16).padStart(letter < "\u0100" ? 2 : 4, "0")}`);
+  return text.replace(UNPRINTABLE, (letter) => SHORT_ESCAPES[letter] || `\\${letter < "\u0100" ? "x" : "u"}${letter.charCodeAt(0).toString(16).padStart(letter < "\u0100" ? 2 : 4, "0")}`);
 }
 
 function compare(one, other) {

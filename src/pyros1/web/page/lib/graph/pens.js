@@ -9,7 +9,7 @@ import { s } from "../dom.js";
 
 /** @typedef {{radius?: number, fill?: string, stroke?: string, lineWidth?: number, dash?: number[], alpha?: number}} BoxStyle */
 
-const TIP = [0, 0, -9, -4, -9, 4];
+const ARROW_HEAD = [0, 0, -9, -4, -9, 4];
 
 export class CanvasPen {
   constructor(context, family) {
@@ -34,8 +34,8 @@ export class CanvasPen {
     context.fillStyle = fill;
     context.beginPath();
     const [cos, sin] = [Math.cos(angle), Math.sin(angle)];
-    for (let index = 0; index < TIP.length; index += 2) {
-      context.lineTo(x + TIP[index] * cos - TIP[index + 1] * sin, y + TIP[index] * sin + TIP[index + 1] * cos);
+    for (let index = 0; index < ARROW_HEAD.length; index += 2) {
+      context.lineTo(x + ARROW_HEAD[index] * cos - ARROW_HEAD[index + 1] * sin, y + ARROW_HEAD[index] * sin + ARROW_HEAD[index + 1] * cos);
     }
     context.fill();
   }
@@ -83,7 +83,7 @@ export class SvgPen {
 
   tip(x, y, angle, { fill, alpha }) {
     const turn = `translate(${short(x)} ${short(y)}) rotate(${short((angle * 180) / Math.PI)})`;
-    this._add("polygon", { points: TIP.join(" "), transform: turn, fill, opacity: alpha });
+    this._add("polygon", { points: ARROW_HEAD.join(" "), transform: turn, fill, opacity: alpha });
   }
 
   box(x, y, width, height, /** @type {BoxStyle} */ { radius, fill, stroke, lineWidth = 1, dash, alpha }) {

@@ -5,10 +5,10 @@ import { CanvasPen, SvgPen } from "./pens.js";
 import { Scene, plan } from "./scene.js";
 import { s } from "../dom.js";
 
-const LARGEST = 1.25; // pixels per unit when everything is shown
-const STEP = 60; // pixels per press of an arrow key
-const NEAR = 7; // pixels from an edge that still count as a hit
-const ARROWS = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowDown: [0, 1], ArrowUp: [0, -1] };
+const MAX_FIT_SCALE = 1.25; // pixels per unit when everything is shown
+const KEY_STEP = 60; // pixels per press of an arrow key
+const HIT_DISTANCE = 7; // pixels from an edge that still count as a hit
+const ARROW_KEYS = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowDown: [0, 1], ArrowUp: [0, -1] };
 
 export class Picture {
   // room: the element whose shape the layout should have; the canvas may show only a part of it.
@@ -118,7 +118,7 @@ export class Picture {
 
   fit(glide = true) {
     this.fitted = true;
-    this.camera.show(this.scene.bounds, LARGEST, glide);
+    this.camera.show(this.scene.bounds, MAX_FIT_SCALE, glide);
   }
 
   // Centre the view on boxes.
@@ -200,7 +200,7 @@ export class Picture {
   }
 
   _find(x, y) {
-    return this.scene.find(x, y, NEAR / this.camera.scale);
+    return this.scene.find(x, y, HIT_DISTANCE / this.camera.scale);
   }
 
   _hover(x, y) {
@@ -255,11 +255,11 @@ export class Picture {
 
   _key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const way = ARROWS[event.key];
+    const way = ARROW_KEYS[event.key];
     if (way) {
       const next = this.chosen && !event.shiftKey && this.scene.items.has(this.chosen) ? this.scene.beside(this.chosen, way) : null;
       if (next) this.on.choose({ box: this.scene.items.get(next).box });
-      else this.camera.move(way[0] * STEP, way[1] * STEP);
+      else this.camera.move(way[0] * KEY_STEP, way[1] * KEY_STEP);
     } else if (event.key === "r") this.release();
     else if (event.key === "+" || event.key === "=") this.camera.zoom(1.25);
     else if (event.key === "-") this.camera.zoom(0.8);

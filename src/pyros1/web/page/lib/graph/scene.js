@@ -3,19 +3,19 @@
 import { bytes, plural, rate } from "../format.js";
 import { flowOf, stateOf, topicsOn } from "./model.js";
 
-const GLIDE = 380; // ms
-const MOST_LETTERS = 44;
-const MOST_LINES = 3; // topics listed on an edge
-const LINE = 14;
-const LETTER = 5.5; // approximate width of a character at that size in pixels
+const ANIMATION_MS = 380; // ms
+const MAX_NAME_LENGTH = 44;
+const MAX_LABEL_LINES = 3; // topics listed on an edge
+const LINE_HEIGHT = 14;
+const CHARACTER_WIDTH = 5.5; // approximate width of a character at that size in pixels
 const FLOW_WIDTH = 104; // pixels reserved for a rate, so that changing digits do not move anything
-const FAR = 0.25; // pixels per unit; below this, only shapes are drawn
-const SMALLEST = 11; // pixels; minimum font size of group names
-const MOST_LABELS = 400;
-const MOST_PUT = 500; // maximum number of boxes that the user has moved
+const SHAPES_ONLY_SCALE = 0.25; // pixels per unit; below this, only shapes are drawn
+const MIN_GROUP_FONT = 11; // pixels; minimum font size of group names
+const MAX_LABELS = 400;
+const MAX_MOVED_BOXES = 500; // maximum number of boxes that the user has moved
 const PADDING = 14; // of a group around a moved box
-const TITLE = 20;
-const LEAST_TEXT = 4.5; // pixels; smaller text is not drawn
+const TITLE_HEIGHT = 20;
+const MIN_FONT = 4.5; // pixels; smaller text is not drawn
 
 // Return everything that a layout depends on. measure(text, size, weight) returns pixels.
 export function plan(model, { rates, down, room, measure }) {
@@ -30,7 +30,7 @@ export function plan(model, { rates, down, room, measure }) {
     edge.lines = namesOn(edge);
     edge.flows = rates && edge.links.some(({ publisher, subscriber }) => publisher && subscriber); // a node that responds late must not change the layout
     const widest = Math.max(0, edge.flows ? FLOW_WIDTH : 0, ...edge.lines.map((line) => Math.ceil(measure(line, 11, 400)) + 6));
-    const height = (edge.lines.length + (edge.flows ? 2 : 0)) * LINE;
+    const height = (edge.lines.length + (edge.flows ? 2 : 0)) * LINE_HEIGHT;
     return { id: edge.id, from: edge.from, to: edge.to, width: widest, height };
   });
   return { boxes, edges, groups: model.groups.map(({ name, parent }) => ({ name, parent })), down, room };
@@ -40,9 +40,9 @@ function namesOn(edge) {
   if (edge.from.startsWith("t:") || edge.to.startsWith("t:")) return [];
   const topics = topicsOn(edge);
   if (edge.from.startsWith("g:") || edge.to.startsWith("g:")) return [plural(topics.length, "topic")];
-  const more = topics.length - MOST_LINES;
+  const more = topics.length - MAX_LABEL_LINES;
   if (more <= 0) return topics.map(shortened);
-  return [...topics.slice(0, MOST_LINES - 1).map(shortened), `and ${more + 1} more`];
+  return [...topics.slice(0, MAX_LABEL_LINES - 1).map(shortened), `and ${more + 1} more`];
 }
 
 export class Scene {
@@ -109,7 +109,7 @@ export class Scene {
   move(id, right, down) {
     const item = this.items.get(id);
     if (!item) return;
-    if (this.put.size >= MOST_PUT && !this.put.has(id)) this.put.delete(this.put.keys().next().value);
+    if (this.put.size >= MAX_MOVED_BOXES && !this.put.has(id)) this.put.delete(this.put.keys().next().value);
     this.put.set(id, [item.to[0] + right, item.to[1] + down]);
     this._settle(id);
   }
@@ -126,7 +126,7 @@ export class Scene {
   // Links are untrusted input.
   set offsets(list) {
     const good = (each) => Array.isArray(each) && typeof each[0] === "string" && each.length === 3 && each.slice(1).every(Number.isFinite);
-    this.asked = new Map((Array.isArray(list) ? list : []).filter(good).slice(0, MOST_PUT).map(([id, ...way]) => [id, way]));
+    this.asked = new Map((Array.isArray(list) ? list : []).filter(good).slice(0, MAX_MOVED_BOXES).map(([id, ...way]) => [id, way]));
   }
 
   // Animate all boxes back to the positions of the layout.
@@ -170,7 +170,7 @@ export class Scene {
 
   // Advance the animation. Returns whether it is still running.
   step(now) {
-    const part = matchMedia("(prefers-reduced-motion: reduce)").matches ? 1 : Math.min(1, Math.max(0, (now - this.begin) / GLIDE));
+    const part = matchMedia("(prefers-reduced-motion: reduce)").matches ? 1 : Math.min(1, Math.max(0, (now - this.begin) / ANIMATION_MS));
     const t = part < 0.5 ? 4 * part ** 3 : 1 - (2 - 2 * part) ** 3 / 2;
     for (const set of [this.items, this.lines, this.frames]) {
       for (const each of set.values()) {
@@ -193,7 +193,7 @@ export class Scene {
     let [best, found] = [near, null];
     for (const { edge, at } of this.lines.values()) {
       const [left, top] = at.slice(-2);
-      if (edge.lines.length && Math.abs(x - left) < 50 && Math.abs(y - top) < edge.lines.length * LINE / 2) return { edge };
+      if (edge.lines.length && Math.abs(x - left) < 50 && Math.abs(y - top) < edge.lines.length * LINE_HEIGHT / 2) return { edge };
       for (let index = 0; index < at.length - 4; index += 2) {
         const away = distance(x, y, at[index], at[index + 1], at[index + 2], at[index + 3]);
         if (away < best) [best, found] = [away, { edge }];
@@ -234,7 +234,7 @@ export class Scene {
   draw(pen, look) {
     const [left, top, right, bottom] = look.seen;
     const outside = (x, y, width, height) => x + width / 2 < left || x - width / 2 > right || y + height / 2 < top || y - height / 2 > bottom;
-    const text = (size) => size * look.scale >= LEAST_TEXT;
+    const text = (size) => size * look.scale >= MIN_FONT;
     for (const frame of this.frames.values()) {
       const [x, y, width, height] = frame.at;
       if (!outside(x, y, width, height)) drawFrame(pen, look, frame);
@@ -245,7 +245,7 @@ export class Scene {
       const points = line.at.slice(0, -2);
       if (outsideLine(points, look.seen)) continue;
       const style = styleOf(look, line);
-      if (look.scale < FAR) {
+      if (look.scale < SHAPES_ONLY_SCALE) {
         const key = Object.values(style).join();
         if (!strokes.has(key)) strokes.set(key, { style, lines: [] });
         strokes.get(key).lines.push(points);
@@ -259,7 +259,7 @@ export class Scene {
     for (const { style, lines } of strokes.values()) pen.lines(lines, style);
     const boxes = [...this.items.values()].filter(({ at, width, height }) => !outside(...at, width, height));
     const taken = boxes.map(({ at: [x, y], width, height }) => [x, y, width, height]);
-    if (labels.length <= MOST_LABELS) for (const line of labels) drawLabel(pen, look, line, taken);
+    if (labels.length <= MAX_LABELS) for (const line of labels) drawLabel(pen, look, line, taken);
     for (const item of boxes) drawBox(pen, look, item, text(13));
     for (const frame of this.frames.values()) drawTitle(pen, look, frame);
   }
@@ -274,7 +274,7 @@ function drawFrame(pen, { colours, pointed, scale }, { group, at: [x, y, width, 
 
 // Group names never become too small to read: when zoomed out they are all that is left.
 function drawTitle(pen, { colours, pointed, scale, seen }, { group, at: [x, y, width, height], alpha }) {
-  const size = Math.max(12, SMALLEST / scale);
+  const size = Math.max(12, MIN_GROUP_FONT / scale);
   const within = Math.min(Math.max(y - height / 2, seen[1]), y + height / 2 - 30); // keep the name of a large group visible
   const [left, top] = [Math.max(x - width / 2, Math.min(seen[0], x)) + (size > 14 ? 0 : 12), size > 14 ? y - height / 2 - size * 0.7 : within + 16];
   const text = `▾ ${group.label}`;
@@ -305,13 +305,13 @@ function drawLabel(pen, look, { edge, at, alpha }, taken) {
   if (edge.flows) rows.push(...flowTexts(edge).map((text) => [text, colours.muted]));
   const [x, y] = at.slice(-2);
   if (!rows.length) return;
-  const widest = Math.max(...rows.map(([text]) => text.length)) * LETTER + 8;
-  const height = rows.length * LINE + 2;
+  const widest = Math.max(...rows.map(([text]) => text.length)) * CHARACTER_WIDTH + 8;
+  const height = rows.length * LINE_HEIGHT + 2;
   if (taken.some(([left, top, wide, high]) => Math.abs(left - x) * 2 < wide + widest - 4 && Math.abs(top - y) * 2 < high + height - 4)) return;
   taken.push([x, y, widest, height]);
   pen.box(x, y, widest, height, { radius: 3, fill: colours.surface, alpha });
   rows.forEach(([text, fill], index) => {
-    pen.text(x, y + (index - (rows.length - 1) / 2) * LINE, text, { size: 11, fill, alpha });
+    pen.text(x, y + (index - (rows.length - 1) / 2) * LINE_HEIGHT, text, { size: 11, fill, alpha });
   });
 }
 
@@ -338,7 +338,7 @@ function drawBox(pen, look, { box, at: [x, y], width, height, alpha }, named) {
   const words = { fill: box.silent ? colours.muted : colours.text, alpha: shade };
   if (box.kind === "group") {
     const topics = box.inside.length - box.nodes;
-    const size = Math.max(13, SMALLEST / scale);
+    const size = Math.max(13, MIN_GROUP_FONT / scale);
     pen.text(x, named && size < 20 ? y - 8 : y, size > 13 ? box.shown : `▸ ${box.shown}`, { size, weight: 600, ...words });
     const text = `${plural(box.nodes, "node")}${topics ? `, ${plural(topics, "topic")}` : ""}`;
     if (named && size < 20) pen.text(x, y + 11, text, { size: 11, fill: colours.muted, alpha: shade });
@@ -348,8 +348,8 @@ function drawBox(pen, look, { box, at: [x, y], width, height, alpha }, named) {
 }
 
 export function shortened(text) {
-  if (text.length <= MOST_LETTERS) return text;
-  return `${text.slice(0, MOST_LETTERS / 2 - 3)}…${text.slice(2 - MOST_LETTERS / 2)}`;
+  if (text.length <= MAX_NAME_LENGTH) return text;
+  return `${text.slice(0, MAX_NAME_LENGTH / 2 - 3)}…${text.slice(2 - MAX_NAME_LENGTH / 2)}`;
 }
 
 function middle(values) {
@@ -378,7 +378,7 @@ function framed([x, y, width, height], items) {
   let [left, top, right, bottom] = [x - width / 2, y - height / 2, x + width / 2, y + height / 2];
   for (const { to, width: wide, height: high } of items) {
     left = Math.min(left, to[0] - wide / 2 - PADDING);
-    top = Math.min(top, to[1] - high / 2 - PADDING - TITLE);
+    top = Math.min(top, to[1] - high / 2 - PADDING - TITLE_HEIGHT);
     right = Math.max(right, to[0] + wide / 2 + PADDING);
     bottom = Math.max(bottom, to[1] + high / 2 + PADDING);
   }

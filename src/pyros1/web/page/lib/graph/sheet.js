@@ -5,7 +5,7 @@ import { bytes, plural, rate } from "../format.js";
 import { findings } from "./findings.js";
 import { Latest } from "./latest.js";
 
-const MOST_ROWS = 200;
+const MAX_ROWS = 200;
 
 export class Sheet {
   // on: {choose(id), unfold(group), close()}
@@ -56,7 +56,7 @@ export class Sheet {
   _factsOf({ kind, name }, system) {
     if (kind === "topic") {
       const { type, publishers, subscribers } = system.topics[name] || { type: "", publishers: [], subscribers: [] };
-      return { type, publishers, subscribers, missing: system.missing.filter(([topic]) => topic === name).slice(0, MOST_ROWS), gone: !system.topics[name] };
+      return { type, publishers, subscribers, missing: system.missing.filter(([topic]) => topic === name).slice(0, MAX_ROWS), gone: !system.topics[name] };
     }
     if (kind === "group") return { nodes: Object.keys(system.nodes).filter((each) => each.startsWith(`${name}/`)) };
     const all = Object.entries(system.topics);
@@ -65,7 +65,7 @@ export class Sheet {
       publishes: all.filter(([, topic]) => topic.publishers.includes(name)).map(([topic]) => topic),
       subscribes: all.filter(([, topic]) => topic.subscribers.includes(name)).map(([topic]) => topic),
       services: Object.entries(system.services).filter(([, nodes]) => nodes.includes(name)).map(([service]) => service),
-      missing: system.missing.filter(([, one, other]) => one === name || other === name).slice(0, MOST_ROWS),
+      missing: system.missing.filter(([, one, other]) => one === name || other === name).slice(0, MAX_ROWS),
     };
   }
 
@@ -188,6 +188,6 @@ export class Sheet {
 }
 
 function rows(items, draw) {
-  const more = items.length - MOST_ROWS;
-  return h("ul", {}, items.slice(0, MOST_ROWS).map(draw), more > 0 && h("li.muted", {}, `and ${more} more`));
+  const more = items.length - MAX_ROWS;
+  return h("ul", {}, items.slice(0, MAX_ROWS).map(draw), more > 0 && h("li.muted", {}, `and ${more} more`));
 }

@@ -6,9 +6,9 @@ import { drawPicture } from "../images.js";
 import { put } from "./stage.js";
 
 const NEAR = 0.01; // metres
-const MOST = 1024; // pixels of an image's longer side on the graphics card
-const TURN = new THREE.Quaternion(1, 0, 0, 0); // cameras in ROS look along z with y down, those of three.js along -z with y up
-const FLAT = new THREE.OrthographicCamera(-1, 1, 1, -1, 0, 1);
+const MAX_TEXTURE = 1024; // pixels of an image's longer side on the graphics card
+const CAMERA_ROTATION = new THREE.Quaternion(1, 0, 0, 0); // cameras in ROS look along z with y down, those of three.js along -z with y up
+const SCREEN_CAMERA = new THREE.OrthographicCamera(-1, 1, 1, -1, 0, 1);
 
 // Return the left, right, top and bottom of a camera's field of view at a distance of 1; see pyros1/web/scene/camera.py.
 export function sight({ fx, fy, cx, cy, width, height }, zoom = 1) {
@@ -87,7 +87,7 @@ export class CameraView {
   }
 
   _shrink() {
-    const scale = Math.min(1, MOST / Math.max(this.canvas.width, this.canvas.height));
+    const scale = Math.min(1, MAX_TEXTURE / Math.max(this.canvas.width, this.canvas.height));
     const [width, height] = [this.canvas.width, this.canvas.height].map((size) => Math.max(1, Math.round(size * scale)));
     if (this.small.width !== width || this.small.height !== height || !this.material.map) {
       Object.assign(this.small, { width, height });
@@ -103,7 +103,7 @@ export class CameraView {
   _look(pose, { tx, ty }) {
     put(this.eye, pose);
     this.eye.position.add(new THREE.Vector3(tx, ty, 0).applyQuaternion(this.eye.quaternion));
-    this.eye.quaternion.multiply(TURN);
+    this.eye.quaternion.multiply(CAMERA_ROTATION);
   }
 
   // Draw into the part of the stage's canvas that is visible through the hole.
@@ -138,7 +138,7 @@ export class CameraView {
 
   _sheet(renderer, opacity) {
     this.material.opacity = opacity;
-    renderer.render(this.sheet, FLAT);
+    renderer.render(this.sheet, SCREEN_CAMERA);
     renderer.clearDepth();
   }
 }

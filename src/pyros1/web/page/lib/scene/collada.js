@@ -19,7 +19,7 @@ function polygons(document) {
     const inputs = children(part, "input");
     const size = 1 + Math.max(0, ...inputs.map((input) => Number(input.getAttribute("offset"))));
     const lists = children(part, "p", "ph").map((list) => cornersOf(list.localName === "ph" ? list.querySelector("p") : list, size));
-    const faces = lists.flatMap((corners) => FACES[part.localName](corners));
+    const faces = lists.flatMap((corners) => POLYGON_KINDS[part.localName](corners));
     const list = document.createElementNS(part.namespaceURI, "polylist");
     list.setAttribute("count", faces.length);
     list.setAttribute("material", part.getAttribute("material") || UNBOUND);
@@ -32,7 +32,7 @@ function polygons(document) {
   return found.length;
 }
 
-const FACES = {
+const POLYGON_KINDS = {
   polygons: (corners) => [corners],
   trifans: (corners) => corners.slice(2).map((corner, index) => [corners[0], corners[index + 1], corner]),
   tristrips: (corners) => corners.slice(2).map((corner, index) => (index % 2 ? [corners[index + 1], corners[index], corner] : [corners[index], corners[index + 1], corner])),

@@ -1,17 +1,17 @@
 // How many points of a cloud to draw: fewer when frames take too long, more when they do not.
 // Pure.
 
-const SLOW = 150; // milliseconds that a frame may take
-const SLOW_TIMES = 3; // consecutive frames that take longer
-const WELL_TIMES = 5; // consecutive frames that are fast enough before more points are requested
-const MOST_TIMES = 160;
-const ROOM = 1.5; // more points are requested if this factor more could be drawn
-const FEWEST = 20000;
+const SLOW_FRAME = 150; // milliseconds that a frame may take
+const SLOW_FRAMES = 3; // consecutive frames that take longer
+const FAST_FRAMES = 5; // consecutive frames that are fast enough before more points are requested
+const MAX_FAST_FRAMES = 160;
+const MIN_INCREASE = 1.5; // more points are requested if this factor more could be drawn
+const MIN_POINTS = 20000;
 
 export class Density {
   constructor() {
     this.enough = Infinity; // maximum number of points
-    this._patience = WELL_TIMES;
+    this._patience = FAST_FRAMES;
     this._slow = 0;
     this._well = 0;
     this._more = false; // whether the last change was an increase
@@ -26,12 +26,12 @@ export class Density {
   // count: points drawn; all: whether there are no more points; fresh: whether they have just arrived, which takes longer
   // than drawing them again from another viewpoint.
   told(lag, { count, all, fresh }) {
-    const room = Math.min(4 * count, Math.round(count * 0.7 * SLOW / Math.max(lag, 1)));
-    if (fresh) this._slow = lag > SLOW ? this._slow + 1 : 0;
-    this._well = !all && room > ROOM * Math.max(count, this.enough) ? this._well + 1 : 0;
-    if (this._slow >= SLOW_TIMES && count > FEWEST) {
-      if (this._more) this._patience = Math.min(MOST_TIMES, 2 * this._patience); // the increase was too much: wait longer before the next one
-      return this._change(Math.max(FEWEST, Math.round(count / 10), room), false);
+    const room = Math.min(4 * count, Math.round(count * 0.7 * SLOW_FRAME / Math.max(lag, 1)));
+    if (fresh) this._slow = lag > SLOW_FRAME ? this._slow + 1 : 0;
+    this._well = !all && room > MIN_INCREASE * Math.max(count, this.enough) ? this._well + 1 : 0;
+    if (this._slow >= SLOW_FRAMES && count > MIN_POINTS) {
+      if (this._more) this._patience = Math.min(MAX_FAST_FRAMES, 2 * this._patience); // the increase was too much: wait longer before the next one
+      return this._change(Math.max(MIN_POINTS, Math.round(count / 10), room), false);
     }
     return this._well >= this._patience && this._change(room, true);
   }

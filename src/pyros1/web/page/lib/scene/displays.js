@@ -6,13 +6,13 @@ import * as draw from "./draw.js";
 import { MapPlane } from "./map.js";
 import { plural } from "../format.js";
 import { MarkerSet } from "./markers.js";
-import { MOST, OPTIONS, TINT } from "./options.js";
+import { MAX_POINTS_CONTROL, OPTIONS, TINT_CONTROL } from "./options.js";
 import { PointSet, levels, scanPoints } from "./points.js";
 import { numbers, placed } from "./select.js";
 import { dispose, put } from "./stage.js";
 
-const NUMBERS = new Float32Array(0);
-const PLACE = ["x", "y", "z"];
+const NO_NUMBERS = new Float32Array(0);
+const COORDINATES = ["x", "y", "z"];
 const IDENTITY = [0, 0, 0, 0, 0, 0, 1];
 
 export class Display {
@@ -24,7 +24,7 @@ export class Display {
     this.word = ""; // status, for the list
     this.problem = "";
     this.controls = { ...OPTIONS[kind] };
-    if (this.controls.tint === TINT) this.controls.tint = { ...TINT, usual: colour };
+    if (this.controls.tint === TINT_CONTROL) this.controls.tint = { ...TINT_CONTROL, usual: colour };
     if (this.controls.colour) this.controls.colour = { ...this.controls.colour, choices: pictures };
     this.options = Object.fromEntries(Object.entries(this.controls).map(([key, { usual }]) => [key, usual]));
     this.host = { token, changed };
@@ -141,7 +141,7 @@ export class Display {
   }
 
   _shape(data, blob, again) {
-    const values = blob ? new Float32Array(blob.buffer, blob.offset) : NUMBERS;
+    const values = blob ? new Float32Array(blob.buffer, blob.offset) : NO_NUMBERS;
     if (!again && this._near(values)) return;
     this.last = [data, blob];
     const [object, word] = draw[data.kind](data, values, this.tint, this.options);
@@ -186,7 +186,7 @@ export class Display {
     place.userData.count = count;
     let all = this.object.children.reduce((sum, { userData }) => sum + userData.count, 0);
     for (const oldest of [...this.object.children]) {
-      if (all <= MOST.most || oldest === place) break;
+      if (all <= MAX_POINTS_CONTROL.most || oldest === place) break;
       all -= oldest.userData.count;
       this._drop(oldest);
     }
@@ -205,9 +205,9 @@ export class Display {
     this.told = { indices, values, by };
     this._style();
     const { auto, low, high } = this.options;
-    if (PLACE.includes(by)) this.points.set(positions, by);
+    if (COORDINATES.includes(by)) this.points.set(positions, by);
     else this.points.set(positions, "value", levels(values, auto ? null : [low, high]));
-    this._offer(["intensity", "range", ...PLACE]);
+    this._offer(["intensity", "range", ...COORDINATES]);
     this.word = plural(positions.length / 3, "point");
   }
 

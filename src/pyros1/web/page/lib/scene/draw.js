@@ -12,7 +12,7 @@ import { put } from "./stage.js";
 
 /** @typedef {Record<string, any>} Style  the options of a display: see options.js */
 
-const MOST_ARROWS = 2000;
+const MAX_ARROWS = 2000;
 
 export function path({ count }, numbers, colour, /** @type {Style} */ style = {}) {
   const group = new THREE.Group();
@@ -35,7 +35,7 @@ function addTo(group, things) {
 
 // Copies of an object at the first of many poses.
 function each(count, numbers, thing) {
-  return Array.from({ length: Math.min(count, MOST_ARROWS) }, (_, index) => {
+  return Array.from({ length: Math.min(count, MAX_ARROWS) }, (_, index) => {
     const place = new THREE.Group();
     put(place, numbers.subarray(7 * index, 7 * index + 7));
     place.add(thing.clone());
@@ -53,7 +53,7 @@ export function poses({ count, spread, turn }, numbers, colour, /** @type {Style
     if (style.place) group.add(ellipsoid(spread, numbers, style));
     if (style.turn && turn > 0) group.children[0].add(fan(Math.min(Math.PI, turn), style));
   }
-  return [group, count === 1 ? "" : `${count} poses${count > MOST_ARROWS ? `, ${MOST_ARROWS} are drawn` : ""}`];
+  return [group, count === 1 ? "" : `${count} poses${count > MAX_ARROWS ? `, ${MAX_ARROWS} are drawn` : ""}`];
 }
 
 function flatArrow(length, colour, alpha) {

@@ -6,10 +6,10 @@ import { numbers, placed } from "./select.js";
 import { dispose, put } from "./stage.js";
 import { readUrdf } from "./urdf.js";
 
-const SWEEP = 1.5 * Math.PI; // of an arc; its tip shows the direction
-const THICK = 0.06; // fraction of an arc's radius
-const LEAST = 0.02; // fraction of the maximum effort; below that nothing is drawn
-const STILL = new Set(["fixed", "floating"]);
+const ARC_ANGLE = 1.5 * Math.PI; // of an arc; its tip shows the direction
+const ARC_THICKNESS = 0.06; // fraction of an arc's radius
+const MIN_EFFORT = 0.02; // fraction of the maximum effort; below that nothing is drawn
+const IMMOVABLE = new Set(["fixed", "floating"]);
 
 export class EffortSet {
   // host: {robot, changed()}
@@ -94,15 +94,15 @@ export class EffortSet {
       const joint = this.joints.get(name);
       if (!joint) unknown.push(name);
       const pose = joint && this.frames?.pose(prefix ? `${prefix}/${joint.child}` : joint.child);
-      if (!pose || STILL.has(joint.type)) return;
+      if (!pose || IMMOVABLE.has(joint.type)) return;
       shown.add(name);
       const effort = efforts[index];
       const part = Math.abs(effort) / (joint.effort || greatest);
       const shape = this._shape(name, joint);
       Object.assign(shape, { effort, limit: joint.effort });
       put(shape.group, pose);
-      shape.group.visible = part >= LEAST;
-      const size = Math.max(LEAST, Math.min(1, part)) * scale;
+      shape.group.visible = part >= MIN_EFFORT;
+      const size = Math.max(MIN_EFFORT, Math.min(1, part)) * scale;
       const side = effort < 0 ? -size : size; // half a turn about x reverses the direction
       shape.inner.scale.set(size, side, side);
       shape.material.color.setHSL((1 - Math.min(1, part)) / 3, 0.85, 0.45); // green to red
@@ -149,9 +149,9 @@ export class EffortSet {
 // An arc of radius 1 around z, with an arrow head.
 function arc(material) {
   const group = new THREE.Group();
-  const tip = new THREE.Mesh(new THREE.ConeGeometry(3.5 * THICK, 8 * THICK, 18).translate(0, 4 * THICK, 0), material);
-  tip.position.set(Math.cos(SWEEP), Math.sin(SWEEP), 0);
-  tip.rotation.z = SWEEP;
-  group.add(new THREE.Mesh(new THREE.TorusGeometry(1, THICK, 10, 48, SWEEP), material), tip);
+  const tip = new THREE.Mesh(new THREE.ConeGeometry(3.5 * ARC_THICKNESS, 8 * ARC_THICKNESS, 18).translate(0, 4 * ARC_THICKNESS, 0), material);
+  tip.position.set(Math.cos(ARC_ANGLE), Math.sin(ARC_ANGLE), 0);
+  tip.rotation.z = ARC_ANGLE;
+  group.add(new THREE.Mesh(new THREE.TorusGeometry(1, ARC_THICKNESS, 10, 48, ARC_ANGLE), material), tip);
   return group;
 }

@@ -8,8 +8,8 @@ import { pairs, ribbons, shades } from "./ribbons.js";
 import { placed } from "./select.js";
 import { dispose, put } from "./stage.js";
 
-const HEIGHT = 0.12; // metres; height of a name
-const LETTERS = 13; // pixels
+const NAME_HEIGHT = 0.12; // metres; height of a name
+const FONT_SIZE = 13; // pixels
 const IDENTITY = [0, 0, 0, 0, 0, 0, 1];
 
 export class FrameSet {
@@ -100,9 +100,9 @@ export class FrameSet {
       if (!axes.visible) continue;
       const name = axes.children[1];
       const pixel = stage.pixel(axes.position);
-      const size = LETTERS * pixel / HEIGHT;
+      const size = FONT_SIZE * pixel / NAME_HEIGHT;
       name.scale.copy(name.userData.size).multiplyScalar(size);
-      name.position.z = 0.75 * HEIGHT * size;
+      name.position.z = 0.75 * NAME_HEIGHT * size;
       const { x, y, z } = axes.localToWorld(name.position.clone()).project(stage.camera);
       const [wide, high] = [name.scale.x / pixel, name.scale.y / pixel];
       seen.push({ name, z, left: (x + 1) * width / 2 - wide / 2, top: (1 - y) * height / 2 - high / 2, wide, high });
@@ -149,7 +149,7 @@ export class FrameSet {
 // A label that is readable on any background.
 function nameOf(name) {
   const dark = getComputedStyle(document.documentElement).colorScheme.includes("dark");
-  const text = label(name, { height: HEIGHT, color: dark ? [1, 1, 1, 1] : [0.1, 0.12, 0.15, 1], outline: dark ? "#14171bdd" : "#ffffffdd", onTop: true });
+  const text = label(name, { height: NAME_HEIGHT, color: dark ? [1, 1, 1, 1] : [0.1, 0.12, 0.15, 1], outline: dark ? "#14171bdd" : "#ffffffdd", onTop: true });
   text.userData.size = text.scale.clone();
   return text;
 }

@@ -4,7 +4,7 @@ import * as THREE from "../../vendor/three/three.module.min.js";
 import { pairs, ribbons, shades } from "./ribbons.js";
 import { dispose } from "./stage.js";
 
-const TURNS = { xy: [0, 0], xz: [Math.PI / 2, 0], yz: [0, -Math.PI / 2] }; // about x and y
+const PLANE_ROTATIONS = { xy: [0, 0], xz: [Math.PI / 2, 0], yz: [0, -Math.PI / 2] }; // about x and y
 
 export class Grid {
   constructor() {
@@ -19,7 +19,7 @@ export class Grid {
       alpha: { text: "opacity", kind: "number", usual: 1, least: 0, most: 1, step: 0.05 },
       line: { text: "lines", kind: "choice", usual: "pixel", choices: ["pixel", "metres"] },
       width: { text: "their width", kind: "number", usual: 0.03, least: 0.001, most: 100, step: 0.01 },
-      plane: { text: "plane", kind: "choice", usual: "xy", choices: Object.keys(TURNS) },
+      plane: { text: "plane", kind: "choice", usual: "xy", choices: Object.keys(PLANE_ROTATIONS) },
       ...Object.fromEntries(["x", "y", "z"].map((axis) => [axis, { text: `offset ${axis}`, kind: "number", usual: 0, least: -1e6, most: 1e6, step: 0.1 }])),
     };
     /** @type {Record<string, any>} */
@@ -55,7 +55,7 @@ export class Grid {
     const { places, colours } = linesOf(count, size, middle, others, value("alpha"));
     const broad = line === "metres";
     this.object.add(ribbons(places, colours, broad ? value("width") : 1, pairs(places.length / 3), broad ? "metres" : "pixels"));
-    const [about, over] = TURNS[plane] || TURNS.xy;
+    const [about, over] = PLANE_ROTATIONS[plane] || PLANE_ROTATIONS.xy;
     this.object.rotation.set(about, over, 0);
     this.object.position.set(value("x"), value("y"), value("z"));
     this.word = `${Number(size.toPrecision(4))} m`;

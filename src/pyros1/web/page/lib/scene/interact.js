@@ -5,8 +5,8 @@ import { fill, h } from "../dom.js";
 import { FACING, MODE, axisOf } from "./interactive.js";
 
 const EVENT = { POSE_UPDATE: 1, MENU_SELECT: 2, BUTTON_CLICK: 3, MOUSE_DOWN: 4, MOUSE_UP: 5 };
-const ALIVE = 500; // milliseconds between poses of a marker that is held still
-const TURN = 0.01; // radians per pixel
+const KEEP_ALIVE = 500; // milliseconds between poses of a marker that is held still
+const ROTATION_PER_PIXEL = 0.01; // radians per pixel
 
 export class Interaction {
   // stage; sets() -> the InteractiveSets; fixed() -> the fixed frame; publish(topic, type, value) -> promise; told(text): report an error.
@@ -72,7 +72,7 @@ export class Interaction {
     this._feedback(EVENT.POSE_UPDATE, point); // the order of all these is rviz's
     this._feedback(EVENT.MOUSE_DOWN, point);
     if (control.facts.mode === MODE.BUTTON) this._feedback(EVENT.BUTTON_CLICK, point);
-    this.beat = setInterval(() => this._feedback(EVENT.POSE_UPDATE), ALIVE);
+    this.beat = setInterval(() => this._feedback(EVENT.POSE_UPDATE), KEEP_ALIVE);
   }
 
   _move(event) {
@@ -81,9 +81,9 @@ export class Interaction {
       return;
     }
     event.stopPropagation();
-    if (DRAGS[this.drag.mode]) {
+    if (DRAG_HANDLERS[this.drag.mode]) {
       const { ray } = this.stage.ray(event.offsetX, event.offsetY);
-      if (DRAGS[this.drag.mode](this.drag, ray, event, this.stage.camera)) this._soon();
+      if (DRAG_HANDLERS[this.drag.mode](this.drag, ray, event, this.stage.camera)) this._soon();
     }
     this.drag.at = [event.offsetX, event.offsetY];
   }
@@ -202,7 +202,7 @@ export class Interaction {
 }
 
 // What a drag does in each mode. Each function takes the drag, the ray of the mouse, the event and the camera; it returns whether something has moved.
-const DRAGS = {
+const DRAG_HANDLERS = {
   [MODE.MOVE_AXIS]: (drag, ray) => {
     const place = along(drag.from, drag.axis, ray);
     return place && shift(drag, place);
@@ -234,7 +234,7 @@ const DRAGS = {
     return place && shift(drag, place);
   },
   [MODE.ROTATE_3D]: (drag, ray, event, camera) => tumble(drag, event, camera),
-  [MODE.MOVE_ROTATE_3D]: (drag, ray, event, camera) => DRAGS[event.shiftKey ? MODE.ROTATE_3D : MODE.MOVE_3D](drag, ray, event, camera),
+  [MODE.MOVE_ROTATE_3D]: (drag, ray, event, camera) => DRAG_HANDLERS[event.shiftKey ? MODE.ROTATE_3D : MODE.MOVE_3D](drag, ray, event, camera),
 };
 
 // Return the point of a line that is nearest to a ray; null if they are parallel.
@@ -278,7 +278,7 @@ function tumble(drag, event, camera) {
   const turn = new THREE.Quaternion();
   const [right, down] = [event.offsetX - drag.at[0], event.offsetY - drag.at[1]];
   for (const axis of [new THREE.Vector3(0, right, 0), new THREE.Vector3(down, 0, 0)]) {
-    const angle = axis.length() * TURN;
+    const angle = axis.length() * ROTATION_PER_PIXEL;
     turn.premultiply(new THREE.Quaternion().setFromAxisAngle(axis.normalize().applyQuaternion(camera.quaternion), angle));
   }
   return turnBy(drag, turn);

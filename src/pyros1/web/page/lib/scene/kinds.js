@@ -3,7 +3,7 @@
 // Pure.
 
 // Supported types, and rviz's names of their displays.
-export const TYPES = {
+export const DISPLAY_TYPES = {
   __proto__: null, // a robot may send a type named "constructor"
   "geometry_msgs/AccelStamped": "AccelStamped",
   "geometry_msgs/PointStamped": "PointStamped",
@@ -34,11 +34,11 @@ export const TYPES = {
   "visualization_msgs/MarkerArray": "MarkerArray",
 };
 
-export const ROBOT = "robot:";
-export const DESCRIPTION = "/robot_description";
-const PICTURES = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
-const INFO = "sensor_msgs/CameraInfo";
-const MADE = { camera: "Camera", depth: "DepthCloud" }; // displays of image topics
+export const ROBOT_PREFIX = "robot:";
+export const ROBOT_DESCRIPTION = "/robot_description";
+const IMAGE_TYPES = ["sensor_msgs/Image", "sensor_msgs/CompressedImage"];
+const CAMERA_INFO = "sensor_msgs/CameraInfo";
+const KEY_PREFIXES = { camera: "Camera", depth: "DepthCloud" }; // displays of image topics
 const VIEWS = { Camera: "scene_camera", DepthCloud: "scene_depth", Image: "image", InteractiveMarkers: "scene_interactive" };
 
 // Return {topic, kind, view} of a key: rviz's name of its display ("" if the topic has no publishers yet), and the
@@ -46,7 +46,7 @@ const VIEWS = { Camera: "scene_camera", DepthCloud: "scene_depth", Image: "image
 export function readKey(key, types) {
   const [, made, topic] = /^(?:(camera|depth):)?(.*)$/s.exec(key);
   const type = types[topic];
-  const kind = made ? (PICTURES.includes(type) ? MADE[made] : "") : TYPES[type] || "";
+  const kind = made ? (IMAGE_TYPES.includes(type) ? KEY_PREFIXES[made] : "") : DISPLAY_TYPES[type] || "";
   return { topic, kind, view: VIEWS[kind] || "scene_topic" };
 }
 
@@ -54,8 +54,8 @@ export function readKey(key, types) {
 export function offersOf(types, topics, robots) {
   const keys = [];
   for (const topic of Object.keys(types).sort()) {
-    if (TYPES[types[topic]]) keys.push(topic);
-    if (!PICTURES.includes(types[topic]) || types[infoTopic(topic, types[topic])] !== INFO) continue;
+    if (DISPLAY_TYPES[types[topic]]) keys.push(topic);
+    if (!IMAGE_TYPES.includes(types[topic]) || types[infoTopic(topic, types[topic])] !== CAMERA_INFO) continue;
     keys.push(`camera:${topic}`);
     if (/depth/i.test(topic)) keys.push(`depth:${topic}`);
   }
@@ -64,13 +64,13 @@ export function offersOf(types, topics, robots) {
     const { topic, kind } = readKey(key, types);
     return { key, title: topic, kind, text: `${topic}: ${types[topic]}` };
   });
-  if (!robots.includes(DESCRIPTION)) offers.unshift({ key: ROBOT + DESCRIPTION, title: DESCRIPTION, kind: "RobotModel", text: "the robot as its URDF describes it" });
-  if (Object.values(types).includes(INFO)) offers.push({ key: "depth:", title: "/depth/image", kind: "DepthCloud", text: "the topic with other depths", field: true });
-  return [...offers, { key: ROBOT, title: "/other_robot", kind: "RobotModel", text: "the parameter with another robot's URDF", field: true }];
+  if (!robots.includes(ROBOT_DESCRIPTION)) offers.unshift({ key: ROBOT_PREFIX + ROBOT_DESCRIPTION, title: ROBOT_DESCRIPTION, kind: "RobotModel", text: "the robot as its URDF describes it" });
+  if (Object.values(types).includes(CAMERA_INFO)) offers.push({ key: "depth:", title: "/depth/image", kind: "DepthCloud", text: "the topic with other depths", field: true });
+  return [...offers, { key: ROBOT_PREFIX, title: "/other_robot", kind: "RobotModel", text: "the parameter with another robot's URDF", field: true }];
 }
 
 export function picturesOf(types) {
-  return Object.keys(types).filter((topic) => PICTURES.includes(types[topic])).sort();
+  return Object.keys(types).filter((topic) => IMAGE_TYPES.includes(types[topic])).sort();
 }
 
 // Return the topic of an image topic's CameraInfo; same as pyros1/web/scene/camera.py.

@@ -2,28 +2,28 @@
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 
-const SIZE = 48; // font size in pixels
-const SMALL = 16; // the same if there are many labels
-const MOST = 300; // characters
-const WIDEST = 2048; // pixels; longer lines get smaller letters
-const ROOM = 24e6; // pixels of all labels, about 100 MB; further ones are not drawn, and have userData.missing
+const FONT_SIZE = 48; // font size in pixels
+const SMALL_FONT = 16; // the same if there are many labels
+const MAX_LENGTH = 300; // characters
+const MAX_WIDTH = 2048; // pixels; longer lines get smaller letters
+const MAX_TOTAL_PIXELS = 24e6; // pixels of all labels, about 100 MB; further ones are not drawn, and have userData.missing
 
 let held = 0; // pixels
 
 export function label(text, { height = 0.15, color = [1, 1, 1, 1], background = null, outline = "", onTop = false } = {}) {
-  const lines = String(text).slice(0, MOST).split("\n").slice(0, 12);
+  const lines = String(text).slice(0, MAX_LENGTH).split("\n").slice(0, 12);
   const canvas = document.createElement("canvas");
   const context = canvas.getContext("2d");
-  let size = held < ROOM / 2 ? SIZE : SMALL;
+  let size = held < MAX_TOTAL_PIXELS / 2 ? FONT_SIZE : SMALL_FONT;
   const font = () => `${size}px "Liberation Sans", Arial, Helvetica, "DejaVu Sans", sans-serif`;
   context.font = font();
   const wide = Math.max(1, ...lines.map((line) => context.measureText(line).width));
-  const fits = Math.min(1, (WIDEST - size / 3) / wide);
+  const fits = Math.min(1, (MAX_WIDTH - size / 3) / wide);
   size *= fits;
   canvas.width = Math.ceil(wide * fits + size / 3);
   canvas.height = Math.ceil((lines.length * 1.25 + 1 / 6) * size);
   const pixels = canvas.width * canvas.height;
-  const missing = held + pixels > ROOM;
+  const missing = held + pixels > MAX_TOTAL_PIXELS;
   if (missing) canvas.width = canvas.height = 1;
   else {
     held += pixels;

@@ -3,9 +3,9 @@
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { dispose } from "./stage.js";
 
-const MOST = 8192; // maximum texture size of graphics cards; of larger grids only every n-th cell is shown
+const MAX_TEXTURE = 8192; // maximum texture size of graphics cards; of larger grids only every n-th cell is shown
 
-export const SCHEMES = ["map", "costmap", "raw"];
+export const COLOUR_SCHEMES = ["map", "costmap", "raw"];
 
 // rviz's colours of the 256 values of a cell, as pixels.
 function table(scheme) {
@@ -42,7 +42,7 @@ export class MapPlane {
   // Set a complete grid.
   set({ width, height, resolution, origin }, cells) {
     this._clear();
-    const every = Math.max(1, Math.ceil(Math.max(width, height) / MOST));
+    const every = Math.max(1, Math.ceil(Math.max(width, height) / MAX_TEXTURE));
     this.width = width;
     this.resolution = resolution;
     this.every = every;

@@ -9,17 +9,17 @@ import { PointSet } from "./points.js";
 import { pairs, ribbons } from "./ribbons.js";
 
 const [ARROW, CUBE, SPHERE, CYLINDER, LINE_STRIP, LINE_LIST, CUBE_LIST, SPHERE_LIST, POINTS, TEXT, MESH, TRIANGLES] = Array(12).keys();
-const NAMES = ["ARROW", "CUBE", "SPHERE", "CYLINDER", "LINE_STRIP", "LINE_LIST", "CUBE_LIST", "SPHERE_LIST", "POINTS", "TEXT_VIEW_FACING", "MESH_RESOURCE", "TRIANGLE_LIST"];
-const BOX = new THREE.BoxGeometry(1, 1, 1);
-const BALL = new THREE.SphereGeometry(0.5, 20, 14);
-const CAN = new THREE.CylinderGeometry(0.5, 0.5, 1, 24).rotateX(Math.PI / 2);
-const SHARED = new Set([BOX, BALL, CAN]);
-const LISTS = new Set([LINE_STRIP, LINE_LIST, CUBE_LIST, SPHERE_LIST, POINTS, TRIANGLES]);
-const HEAD = 0.23; // fraction of an arrow's length
-const LETTER = 0.82; // the size of rviz's letters at scale.z 1
-const FLAT = 1e-6; // size of what is flat, so that its matrix can be inverted
-const MOST_NAMESPACES = 50;
-const MOST_FAULTS = 20;
+const TYPE_NAMES = ["ARROW", "CUBE", "SPHERE", "CYLINDER", "LINE_STRIP", "LINE_LIST", "CUBE_LIST", "SPHERE_LIST", "POINTS", "TEXT_VIEW_FACING", "MESH_RESOURCE", "TRIANGLE_LIST"];
+const CUBE_SHAPE = new THREE.BoxGeometry(1, 1, 1);
+const SPHERE_SHAPE = new THREE.SphereGeometry(0.5, 20, 14);
+const CYLINDER_SHAPE = new THREE.CylinderGeometry(0.5, 0.5, 1, 24).rotateX(Math.PI / 2);
+const SHARED_SHAPES = new Set([CUBE_SHAPE, SPHERE_SHAPE, CYLINDER_SHAPE]);
+const LIST_TYPES = new Set([LINE_STRIP, LINE_LIST, CUBE_LIST, SPHERE_LIST, POINTS, TRIANGLES]);
+const HEAD_LENGTH = 0.23; // fraction of an arrow's length
+const TEXT_SCALE = 0.82; // the size of rviz's letters at scale.z 1
+const MIN_SIZE = 1e-6; // size of what is flat, so that its matrix can be inverted
+const MAX_NAMESPACES = 50;
+const MAX_FAULTS = 20;
 
 // Return why a marker is not drawn, neither by rviz; empty if it is.
 export function faultOf({ type, scale, finite = true, points: { length: points }, colors: { length: colours } }) {
@@ -34,7 +34,7 @@ export function faultOf({ type, scale, finite = true, points: { length: points }
   if (type === LINE_LIST && points % 2) return `${points} points are not pairs`;
   if (type === TRIANGLES && points % 3) return `${points} points are not triples`;
   const fits = colours === 0 || colours === points || (type === TRIANGLES && colours === points / 3);
-  if (LISTS.has(type) && !fits) return `it has ${colours} colors, but ${points} points`;
+  if (LIST_TYPES.has(type) && !fits) return `it has ${colours} colors, but ${points} points`;
   return "";
 }
 
@@ -49,15 +49,15 @@ export function markerObject(marker, host) {
   }
   if (type === ARROW) return arrowMarker(marker);
   if (type === CUBE || type === SPHERE || type === CYLINDER) {
-    const mesh = new THREE.Mesh([null, BOX, BALL, CAN][type], solid(color));
-    mesh.scale.fromArray(scale.map((size) => Math.abs(size) || FLAT));
+    const mesh = new THREE.Mesh([null, CUBE_SHAPE, SPHERE_SHAPE, CYLINDER_SHAPE][type], solid(color));
+    mesh.scale.fromArray(scale.map((size) => Math.abs(size) || MIN_SIZE));
     return mesh;
   }
   if (type === LINE_STRIP || type === LINE_LIST) return lines(marker);
-  if (type === CUBE_LIST || type === SPHERE_LIST) return many(marker, type === CUBE_LIST ? BOX : BALL);
+  if (type === CUBE_LIST || type === SPHERE_LIST) return many(marker, type === CUBE_LIST ? CUBE_SHAPE : SPHERE_SHAPE);
   if (type === POINTS) return points(marker);
   if (type === TEXT) {
-    const text = label(marker.text, { height: LETTER * scale[2], color });
+    const text = label(marker.text, { height: TEXT_SCALE * scale[2], color });
     if (text.userData.missing) host.failed("too many text markers to draw them all");
     return text;
   }
@@ -68,7 +68,7 @@ export function markerObject(marker, host) {
 
 function mesh({ mesh: uri, materials, scale, color }, { token, changed, failed }) {
   const object = new THREE.Group();
-  object.scale.fromArray(scale.map((size) => size || FLAT));
+  object.scale.fromArray(scale.map((size) => size || MIN_SIZE));
   meshOf(uri, token).then((found) => {
     const tint = color.some((value) => value !== 0) ? color : null; // 0, 0, 0, 0: use the mesh's own colours
     found.traverse((each) => {
@@ -103,7 +103,7 @@ function tinted(material, [red, green, blue, alpha]) {
 // Dispose of a marker, but not of the shared shapes.
 export function disposeMarker(object) {
   object.traverse((each) => {
-    if (SHARED.has(each.geometry)) each.geometry = undefined;
+    if (SHARED_SHAPES.has(each.geometry)) each.geometry = undefined;
   });
   dispose(object);
 }
@@ -121,14 +121,14 @@ function arrowMarker({ points: ends, scale, color }) {
     const from = new THREE.Vector3(...ends[0]);
     const to = new THREE.Vector3(...ends[1]);
     const length = from.distanceTo(to);
-    const head = scale[2] ? Math.min(Math.max(scale[2], 0), length) : length * HEAD;
+    const head = scale[2] ? Math.min(Math.max(scale[2], 0), length) : length * HEAD_LENGTH;
     const arrow = arrowOf(length, head, Math.abs(scale[0]), head > 0 ? Math.abs(scale[1]) : 0, material);
     arrow.position.copy(from);
     if (length > 0) arrow.quaternion.setFromUnitVectors(new THREE.Vector3(1, 0, 0), to.sub(from).normalize());
     group.add(arrow);
   } else { // of length 1, as wide as it is long
-    const arrow = arrowOf(1, HEAD, 1, 2, material);
-    arrow.scale.fromArray(scale.map((size) => size || FLAT));
+    const arrow = arrowOf(1, HEAD_LENGTH, 1, 2, material);
+    arrow.scale.fromArray(scale.map((size) => size || MIN_SIZE));
     group.add(arrow);
   }
   return group;
@@ -211,7 +211,7 @@ function many(marker, shape) {
   geometry.setAttribute("color", new THREE.InstancedBufferAttribute(linear(colours), 4));
   const mesh = new THREE.InstancedMesh(geometry, solid([1, 1, 1, 1], seeThrough(colours)), marker.points.length);
   const matrix = new THREE.Matrix4();
-  const [x, y, z] = marker.scale.map((size) => Math.abs(size) || FLAT);
+  const [x, y, z] = marker.scale.map((size) => Math.abs(size) || MIN_SIZE);
   marker.points.forEach((point, index) => mesh.setMatrixAt(index, matrix.makeScale(x, y, z).setPosition(point[0], point[1], point[2])));
   mesh.frustumCulled = false;
   return mesh;
@@ -230,13 +230,13 @@ function triangles(marker) {
   geometry.computeVertexNormals();
   const material = solid([1, 1, 1, 1], { ...seeThrough(colours), side: THREE.DoubleSide });
   const mesh = new THREE.Mesh(geometry, asShown(material));
-  mesh.scale.fromArray(scale.map((size) => size || FLAT));
+  mesh.scale.fromArray(scale.map((size) => size || MIN_SIZE));
   return mesh;
 }
 
 // Return whether a marker is invisible because its color.a is 0.
 function isUnseen({ type, color, colors, materials }) {
-  return color[3] === 0 && !(LISTS.has(type) && colors.length) && !(type === MESH && materials);
+  return color[3] === 0 && !(LIST_TYPES.has(type) && colors.length) && !(type === MESH && materials);
 }
 
 // The markers of a topic.
@@ -258,7 +258,7 @@ export class MarkerSet {
     for (const marker of added) {
       const key = `${marker.ns}\n${marker.id}`;
       this._remove(key);
-      if (this.namespaces.size < MOST_NAMESPACES) this.namespaces.add(marker.ns);
+      if (this.namespaces.size < MAX_NAMESPACES) this.namespaces.add(marker.ns);
       const frame = poses[marker.frame];
       const object = frame && markerObject(marker, { ...this.host, failed: (text) => this._failed(key, marker, text) });
       if (!object) continue;
@@ -294,7 +294,7 @@ export class MarkerSet {
   parts() {
     return [...this.known.values()].map((outer) => {
       const { ns, id, type, frame, text, points: { length } } = outer.userData.facts;
-      const rows = [["namespace", ns], ["id", id], ["type", NAMES[type] || type], ["frame", frame]];
+      const rows = [["namespace", ns], ["id", id], ["type", TYPE_NAMES[type] || type], ["frame", frame]];
       if (text) rows.push(["text", text]);
       if (length) rows.push(["points", length]);
       return { object: outer, about: () => [...rows, ...placed(outer.children[0])] };
@@ -306,7 +306,7 @@ export class MarkerSet {
   }
 
   _failed(key, { ns, id }, text) {
-    if (this.faults.size < MOST_FAULTS) this.faults.set(key, `marker ${ns ? `${ns}/` : ""}${id}: ${text}`);
+    if (this.faults.size < MAX_FAULTS) this.faults.set(key, `marker ${ns ? `${ns}/` : ""}${id}: ${text}`);
     this.host.changed("words");
   }
 

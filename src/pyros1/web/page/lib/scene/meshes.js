@@ -5,10 +5,10 @@ import * as THREE from "../../vendor/three/three.module.min.js";
 import { plainCollada } from "./collada.js";
 import { soundNormals } from "./normals.js";
 
-const MOST_TEXT = 48 << 20; // bytes of a text mesh: parsing it blocks the page for a while
-const MOST_FILES = 300; // cached, within a limit on their total size
-const MOST_BYTES = 256 << 20;
-const PLAIN = "#999999"; // rviz's colour of files without materials, except STL
+const MAX_TEXT_BYTES = 48 << 20; // bytes of a text mesh: parsing it blocks the page for a while
+const MAX_FILES = 300; // cached, within a limit on their total size
+const MAX_BYTES = 256 << 20;
+const DEFAULT_COLOUR = "#999999"; // rviz's colour of files without materials, except STL
 const LOADERS = { stl: "STLLoader", obj: "OBJLoader", dae: "ColladaLoader" };
 const known = new Map(); // URI -> promise of an object
 const sizes = new Map(); // URI -> bytes of its file
@@ -38,7 +38,7 @@ function remember(uri, size) {
   sizes.set(uri, size);
   let all = [...sizes.values()].reduce((sum, each) => sum + each, 0);
   for (const [oldest, bytes] of sizes) {
-    if (sizes.size <= MOST_FILES && all <= MOST_BYTES) break;
+    if (sizes.size <= MAX_FILES && all <= MAX_BYTES) break;
     all -= bytes;
     forget(oldest);
   }
@@ -157,7 +157,7 @@ async function obj(loader, bytes, uri, token, manager) {
   }
   const object = quietly(() => loader.parse(text.replace(/^[ \t]*[lp][ \t].*$/gm, ""))); // of a file that also has lines, the loader draws only those
   object.userData.painted = Boolean(loader.materials);
-  if (!loader.materials) object.traverse((each) => { for (const material of [each.material || []].flat()) if (!material.vertexColors) material.color.set(PLAIN); });
+  if (!loader.materials) object.traverse((each) => { for (const material of [each.material || []].flat()) if (!material.vertexColors) material.color.set(DEFAULT_COLOUR); });
   return object;
 }
 
@@ -177,7 +177,7 @@ function dae(loader, bytes) {
 
 // A Collada material like rviz's: grey for none, and never fully transparent, as some programs write it.
 function seen(material) {
-  if (material.name === THREE.Loader.DEFAULT_MATERIAL_NAME) return new THREE.MeshLambertMaterial({ color: PLAIN, side: THREE.DoubleSide });
+  if (material.name === THREE.Loader.DEFAULT_MATERIAL_NAME) return new THREE.MeshLambertMaterial({ color: DEFAULT_COLOUR, side: THREE.DoubleSide });
   if (material.opacity === 0) Object.assign(material, { opacity: 1, transparent: false });
   return material;
 }
@@ -194,7 +194,7 @@ function quietly(work) {
 }
 
 function decode(bytes) {
-  if (bytes.byteLength > MOST_TEXT) throw new Error(`${bytes.byteLength >> 20} MB of text; ${MOST_TEXT >> 20} MB can be read`);
+  if (bytes.byteLength > MAX_TEXT_BYTES) throw new Error(`${bytes.byteLength >> 20} MB of text; ${MAX_TEXT_BYTES >> 20} MB can be read`);
   return new TextDecoder().decode(bytes);
 }
 

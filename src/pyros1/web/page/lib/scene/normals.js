@@ -1,6 +1,6 @@
 // Normals of meshes, which may be missing, zero, not finite or of any length. Pure.
 
-const SHORTEST = 0.03; // rviz recomputes shorter ones, too
+const MIN_LENGTH = 0.03; // rviz recomputes shorter ones, too
 
 // Return unit normals for all corners of triangles, or null if the given ones can be used.
 // places, normals: three numbers per corner; normals may be null. index: the corners of the triangles, three by three;
@@ -12,7 +12,7 @@ export function soundNormals(places, normals, index = null) {
   let same = Boolean(given);
   if (!given) missing.fill(1);
   else for (let corner = 0; corner < missing.length; corner += 1) {
-    const length = unit(given, found, 3 * corner, SHORTEST);
+    const length = unit(given, found, 3 * corner, MIN_LENGTH);
     if (!length) missing[corner] = 1;
     same &&= Math.abs(length - 1) < 0.01;
   }

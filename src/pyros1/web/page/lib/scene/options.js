@@ -1,7 +1,7 @@
 // The options of displays: {key: {text, kind: "number" | "check" | "choice" | "colour" | "text", usual,
 // least, most, step, choices, none}}. Defaults are rviz's, except that small points are drawn as pixels.
 
-import { SCHEMES } from "./map.js";
+import { COLOUR_SCHEMES } from "./map.js";
 import { STYLES } from "./points.js";
 
 /**
@@ -24,17 +24,17 @@ const choice = (text, usual, choices) => ({ text, kind: "choice", usual, choices
 const opacity = (usual = 1, text = "opacity") => number(text, usual, 0, 1, 0.05);
 const keep = (usual = 1) => ({ keep: number("keep", usual, 1, 1000, 1) });
 
-export const TINT = colour("colour", ""); // the display's own
-export const MOST = number("points at most", 1500000, 1000, 1500000, 1000);
-const BY = choice("colour by", "", [""]);
+export const TINT_CONTROL = colour("colour", ""); // the display's own
+export const MAX_POINTS_CONTROL = number("points at most", 1500000, 1000, 1500000, 1000);
+const COLOUR_BY_CONTROL = choice("colour by", "", [""]);
 const looks = (pixels) => ({
   style: choice("drawn as", STYLES[0], STYLES), size: number("size in pixels", pixels, 1, 30, 1), metres: number("size in metres", 0.01, 0.0001, 100, 0.01),
-  flat: check("one colour", false), tint: TINT, alpha: opacity(),
+  flat: check("one colour", false), tint: TINT_CONTROL, alpha: opacity(),
   auto: check("bounds of the values", true), low: number("least value", 0, -1e9, 1e9, 0.1), high: number("greatest value", 1, -1e9, 1e9, 0.1),
   rainbow: check("rainbow", true), inverted: check("inverted rainbow", false), first: colour("least colour", "#000000"), last: colour("greatest colour", "#ffffff"),
   local: check("axes of its own frame", false), decay: number("seconds to keep", 0, 0, 3600, 1),
 });
-const CLOUD = { most: MOST, by: BY, ...looks(2) };
+const CLOUD = { most: MAX_POINTS_CONTROL, by: COLOUR_BY_CONTROL, ...looks(2) };
 const SCREW = {
   scale: number("length of 1", 2, 0.001, 1000, 0.1), scaleAround: number("length of 1, around", 2, 0.001, 1000, 0.1), width: metres("width", 0.5),
   tint: colour("colour", "#cc3333"), tintAround: colour("colour, around", "#cccc33"), alpha: opacity(), small: check("hide small values", true), ...keep(),
@@ -42,31 +42,31 @@ const SCREW = {
 const AXES = check("as axes", false);
 const ARROW = { shaft: metres("length of the shaft", 1), shaftWidth: metres("its width", 0.05), head: metres("length of the head", 0.3), headWidth: metres("its width", 0.1) };
 const CROSS = { axes: AXES, axesLength: metres("length of the axes", 1), axesWidth: metres("their width", 0.1) };
-const SURE = {
+const COVARIANCE = {
   covariance: check("covariance", true), place: check("of the position", true), placeTint: colour("its colour", "#cc33cc"), placeAlpha: opacity(0.3, "its opacity"), placeScale: number("times", 1, 0, 1000, 0.1),
   turn: check("of the orientation", true), turnTint: colour("its colour", "#ffff7f"), turnAlpha: opacity(0.5, "its opacity"),
 };
-const POSE = { tint: TINT, alpha: opacity(), ...ARROW, ...CROSS };
+const POSE = { tint: TINT_CONTROL, alpha: opacity(), ...ARROW, ...CROSS };
 
 export const OPTIONS = {
-  DepthCloud: { colour: { ...choice("colours of", ""), none: "no image" }, info: { text: "CameraInfo", kind: "text", usual: "", none: "next to the image" }, most: MOST, ...looks(2), local: check("axes of its own frame", true) },
+  DepthCloud: { colour: { ...choice("colours of", ""), none: "no image" }, info: { text: "CameraInfo", kind: "text", usual: "", none: "next to the image" }, most: MAX_POINTS_CONTROL, ...looks(2), local: check("axes of its own frame", true) },
   AccelStamped: SCREW, TwistStamped: SCREW, WrenchStamped: SCREW,
-  LaserScan: { by: BY, ...looks(3) }, PointCloud: CLOUD, PointCloud2: CLOUD,
-  Map: { scheme: choice("colours", "map", SCHEMES), alpha: opacity(0.7), behind: check("behind all", false) },
-  GridCells: { tint: TINT, alpha: opacity() },
-  Imu: { tint: TINT },
+  LaserScan: { by: COLOUR_BY_CONTROL, ...looks(3) }, PointCloud: CLOUD, PointCloud2: CLOUD,
+  Map: { scheme: choice("colours", "map", COLOUR_SCHEMES), alpha: opacity(0.7), behind: check("behind all", false) },
+  GridCells: { tint: TINT_CONTROL, alpha: opacity() },
+  Imu: { tint: TINT_CONTROL },
   Path: {
-    tint: TINT, alpha: opacity(), ...keep(), line: choice("line", "pixel", ["pixel", "metres"]), width: metres("its width", 0.03),
+    tint: TINT_CONTROL, alpha: opacity(), ...keep(), line: choice("line", "pixel", ["pixel", "metres"]), width: metres("its width", 0.03),
     poses: choice("poses", "none", ["none", "arrows", "axes"]), poseTint: colour("their colour", "#ff55ff"),
     shaft: metres("length of the shaft", 0.1), shaftWidth: metres("its width", 0.1), head: metres("length of the head", 0.2), headWidth: metres("its width", 0.3),
     axesLength: metres("length of the axes", 0.3), axesWidth: metres("their width", 0.03),
     ...Object.fromEntries(["x", "y", "z"].map((axis) => [axis, number(`offset ${axis}`, 0, -1e6, 1e6, 0.1)])),
   },
-  PointStamped: { tint: TINT, alpha: opacity(), radius: metres("radius", 0.2), ...keep() },
-  Polygon: { tint: TINT, alpha: opacity() },
-  Range: { tint: TINT, alpha: opacity(0.5), ...keep() },
-  Odometry: { ...POSE, ...SURE, keep: number("keep", 100, 1, 1000, 1), step: metres("metres between them", 0.1), angle: number("or radians", 0.1, 0, 7, 0.01) },
+  PointStamped: { tint: TINT_CONTROL, alpha: opacity(), radius: metres("radius", 0.2), ...keep() },
+  Polygon: { tint: TINT_CONTROL, alpha: opacity() },
+  Range: { tint: TINT_CONTROL, alpha: opacity(0.5), ...keep() },
+  Odometry: { ...POSE, ...COVARIANCE, keep: number("keep", 100, 1, 1000, 1), step: metres("metres between them", 0.1), angle: number("or radians", 0.1, 0, 7, 0.01) },
   Pose: POSE,
-  PoseArray: { tint: TINT, alpha: opacity(), lines: check("flat arrows", true), arrow: metres("their length", 0.3), ...ARROW, shaft: metres("length of the shaft", 0.23), shaftWidth: metres("its width", 0.01), head: metres("length of the head", 0.07), headWidth: metres("its width", 0.03), ...CROSS, axesLength: metres("length of the axes", 0.3), axesWidth: metres("their width", 0.01) },
-  PoseWithCovariance: { ...POSE, ...SURE },
+  PoseArray: { tint: TINT_CONTROL, alpha: opacity(), lines: check("flat arrows", true), arrow: metres("their length", 0.3), ...ARROW, shaft: metres("length of the shaft", 0.23), shaftWidth: metres("its width", 0.01), head: metres("length of the head", 0.07), headWidth: metres("its width", 0.03), ...CROSS, axesLength: metres("length of the axes", 0.3), axesWidth: metres("their width", 0.01) },
+  PoseWithCovariance: { ...POSE, ...COVARIANCE },
 };

@@ -42,7 +42,7 @@ function extent(values) {
   return [least, most];
 }
 
-const VERTEX = `
+const VERTEX_SHADER = `
   attribute float level;
   attribute vec4 bgr;
   uniform float size;
@@ -98,7 +98,7 @@ const VERTEX = `
     gl_PointSize = size;
   }
   #endif`;
-const FRAGMENT = `
+const FRAGMENT_SHADER = `
   varying vec4 shade;
   #ifdef SOLID
   uniform bool disc;
@@ -115,7 +115,7 @@ const FRAGMENT = `
 const MODES = { rgb: 0, value: 1, x: 2, y: 2, z: 2, rgba: 4 };
 const AXES = ["x", "y", "z"];
 export const STYLES = ["pixels", "squares", "spheres", "boxes"];
-const BYTES = { rgb: ["bgr", 4], rgba: ["bgr", 4], value: ["level", 1] };
+const COLOUR_ATTRIBUTES = { rgb: ["bgr", 4], rgba: ["bgr", 4], value: ["level", 1] };
 
 /**
  * @typedef {object} Look
@@ -182,7 +182,7 @@ export class PointSet {
   set(positions, colour, bytes) {
     this.count = positions.length / 3;
     this.colour = colour;
-    const [name, size] = BYTES[colour] || [];
+    const [name, size] = COLOUR_ATTRIBUTES[colour] || [];
     for (const each of [...this.held.keys()]) if (each !== "place" && each !== name) this._drop(each);
     this._put("place", positions, 3, false);
     if (name) this._put(name, bytes, size, true);
@@ -263,7 +263,7 @@ export class PointSet {
     const before = this.drawn;
     const { uniforms, solid } = this;
     const material = before && before.userData.solid === solid ? before.material : new THREE.ShaderMaterial({
-      vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms, defines: solid ? { SOLID: "" } : {}, side: THREE.DoubleSide,
+      vertexShader: VERTEX_SHADER, fragmentShader: FRAGMENT_SHADER, uniforms, defines: solid ? { SOLID: "" } : {}, side: THREE.DoubleSide,
       transparent: before?.material.transparent || false, depthWrite: before?.material.depthWrite ?? true,
     });
     const geometry = solid ? new THREE.InstancedBufferGeometry() : new THREE.BufferGeometry();

@@ -3,7 +3,7 @@
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 
-const VERTEX = `
+const VERTEX_SHADER = `
   attribute vec3 along;
   attribute float side;
   attribute vec4 colour;
@@ -21,7 +21,7 @@ const VERTEX = `
     if (size > 0.0) place.xyz += across / size * side * metres;
     gl_Position = projectionMatrix * place;
   }`;
-const FRAGMENT = `
+const FRAGMENT_SHADER = `
   varying vec4 shade;
   void main() { gl_FragColor = shade; }`;
 
@@ -62,7 +62,7 @@ export function ribbons(places, colours, width, given, unit = "metres") {
   geometry.userData.spine = new THREE.BufferGeometry().setIndex(spine).setAttribute("position", geometry.getAttribute("position"));
   const uniforms = { width: { value: width }, pixels: { value: unit === "pixels" ? width : 0 }, high: { value: 1 } };
   return new Ribbons(geometry, new THREE.ShaderMaterial({
-    vertexShader: VERTEX, fragmentShader: FRAGMENT, uniforms, side: THREE.DoubleSide, transparent: sheer(colours), depthWrite: !sheer(colours),
+    vertexShader: VERTEX_SHADER, fragmentShader: FRAGMENT_SHADER, uniforms, side: THREE.DoubleSide, transparent: sheer(colours), depthWrite: !sheer(colours),
   }));
 }
 

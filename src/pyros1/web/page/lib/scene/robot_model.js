@@ -6,10 +6,10 @@ import { placed } from "./select.js";
 import { dispose, put } from "./stage.js";
 import { readUrdf } from "./urdf.js";
 
-const GREY = [0.72, 0.74, 0.77, 1];
-const PAUSE = 30; // milliseconds in which changes of shapes are combined
-const MANY = 1000; // shapes
-const NAMED = 3; // maximum number of links and problems to list by name
+const DEFAULT_COLOUR = [0.72, 0.74, 0.77, 1];
+const UPDATE_DELAY = 30; // milliseconds in which changes of shapes are combined
+const MANY_SHAPES = 1000; // shapes
+const MAX_NAMED = 3; // maximum number of links and problems to list by name
 
 export class RobotModel {
   // token: of the page's link; changed(): called when its look changes.
@@ -190,7 +190,7 @@ export class RobotModel {
   // Equal shapes share one geometry, with fewer corners if there are many shapes.
   _solid(geometry) {
     const key = JSON.stringify(geometry);
-    if (!this.solids.has(key)) this.solids.set(key, solid(geometry, this.shapes > MANY ? 12 : 32));
+    if (!this.solids.has(key)) this.solids.set(key, solid(geometry, this.shapes > MANY_SHAPES ? 12 : 32));
     return this.solids.get(key);
   }
 
@@ -200,7 +200,7 @@ export class RobotModel {
       this.telling = 0;
       this.place(this.frames);
       this.changed();
-    }, PAUSE);
+    }, UPDATE_DELAY);
   }
 
   // Update visibility and transparency.
@@ -238,8 +238,8 @@ export class RobotModel {
 }
 
 function some(list, between) {
-  const more = list.length - NAMED;
-  return list.slice(0, NAMED).join(between) + (more > 0 ? `${between}and ${more} more` : "");
+  const more = list.length - MAX_NAMED;
+  return list.slice(0, MAX_NAMED).join(between) + (more > 0 ? `${between}and ${more} more` : "");
 }
 
 function turned(object, { xyz, rpy }) {
@@ -254,7 +254,7 @@ function solid(geometry, corners) {
 }
 
 function paintOf(material) {
-  const [red, green, blue, alpha] = material?.color || (material?.texture ? [1, 1, 1, 1] : GREY);
+  const [red, green, blue, alpha] = material?.color || (material?.texture ? [1, 1, 1, 1] : DEFAULT_COLOUR);
   return new THREE.MeshStandardMaterial({
     color: new THREE.Color().setRGB(red, green, blue, THREE.SRGBColorSpace), opacity: alpha, roughness: 0.75, side: THREE.DoubleSide,
   });

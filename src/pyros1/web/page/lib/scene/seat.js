@@ -3,12 +3,12 @@
 import * as THREE from "../../vendor/three/three.module.min.js";
 
 // The viewing direction in the frame, and which way is up. Along z, as in a camera's frame: y points down (REP 103).
-const AXES = {
+const AXIS_DIRECTIONS = {
   x: [[1, 0, 0], [0, 0, 1]], "-x": [[-1, 0, 0], [0, 0, 1]],
   y: [[0, 1, 0], [0, 0, 1]], "-y": [[0, -1, 0], [0, 0, 1]],
   z: [[0, 0, 1], [0, -1, 0]], "-z": [[0, 0, -1], [1, 0, 0]],
 };
-const ALONG = 1e-4; // radians, approximately; below this the view counts as aligned with the axis
+const ALIGNED_ANGLE = 1e-4; // radians, approximately; below this the view counts as aligned with the axis
 
 export class Seat {
   constructor(stage) {
@@ -19,23 +19,23 @@ export class Seat {
 
   // Enter the frame, at its origin or at a position in it.
   sit(/** @type {{axis?: string, position?: number[], target?: number[]}} */ { axis, position = [0, 0, 0], target } = {}) {
-    this.axis = Object.hasOwn(AXES, axis) ? axis : "x";
+    this.axis = Object.hasOwn(AXIS_DIRECTIONS, axis) ? axis : "x";
     this.frame = new THREE.Matrix4();
     this.stage.camera.position.fromArray(position);
-    this._face(target || AXES[this.axis][0].map((value, index) => value + position[index]));
+    this._face(target || AXIS_DIRECTIONS[this.axis][0].map((value, index) => value + position[index]));
   }
 
   // Look along an axis of the frame from the current position.
   look(axis) {
     this.axis = axis;
     const eye = this.stage.camera.position.clone();
-    this._face(eye.applyMatrix4(this.frame.clone().invert()).add(new THREE.Vector3(...AXES[axis][0])).toArray());
+    this._face(eye.applyMatrix4(this.frame.clone().invert()).add(new THREE.Vector3(...AXIS_DIRECTIONS[axis][0])).toArray());
   }
 
   // Look at a position in the frame.
   _face(target) {
     const { camera, controls } = this.stage;
-    camera.up.set(...AXES[this.axis][1]).transformDirection(this.frame);
+    camera.up.set(...AXIS_DIRECTIONS[this.axis][1]).transformDirection(this.frame);
     controls.target.set(...target).applyMatrix4(this.frame);
     controls.update();
   }
@@ -44,7 +44,7 @@ export class Seat {
   get place() {
     const back = this.frame.clone().invert();
     const [eye, target] = [this.stage.camera.position, this.stage.controls.target].map((each) => each.clone().applyMatrix4(back));
-    const along = target.clone().sub(eye).angleTo(new THREE.Vector3(...AXES[this.axis][0])) < ALONG;
+    const along = target.clone().sub(eye).angleTo(new THREE.Vector3(...AXIS_DIRECTIONS[this.axis][0])) < ALIGNED_ANGLE;
     return { axis: this.axis, along, position: eye.toArray(), target: target.toArray() };
   }
 

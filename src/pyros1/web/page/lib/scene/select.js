@@ -8,9 +8,9 @@ import { fill, h } from "../dom.js";
 import { pointsIn, reaches } from "./picking.js";
 import { dispose } from "./stage.js";
 
-const NEAR = 5; // pixels around a click in which a point or a line counts as hit
-const MOST = 100; // maximum number of objects
-const MOST_POINTS = 50; // maximum number of points of a cloud
+const HIT_DISTANCE = 5; // pixels around a click in which a point or a line counts as hit
+const MAX_SELECTED = 100; // maximum number of objects
+const MAX_POINTS = 50; // maximum number of points of a cloud
 const COLOUR = 0xffb000;
 
 export class SelectTool {
@@ -54,7 +54,7 @@ export class SelectTool {
     if (!this.from) return;
     const [left, right] = [this.from[0], offsetX].sort((one, other) => one - other);
     const [top, bottom] = [this.from[1], offsetY].sort((one, other) => one - other);
-    this.frame.hidden = Math.max(right - left, bottom - top) <= NEAR;
+    this.frame.hidden = Math.max(right - left, bottom - top) <= HIT_DISTANCE;
     Object.assign(this.frame.style, { left: `${left}px`, top: `${top}px`, width: `${right - left}px`, height: `${bottom - top}px` });
   }
 
@@ -63,8 +63,8 @@ export class SelectTool {
     const [x, y] = this.from;
     this.from = null;
     this.frame.hidden = true;
-    const found = Math.max(Math.abs(offsetX - x), Math.abs(offsetY - y)) > NEAR ? this._within(x, y, offsetX, offsetY) : this._at(x, y);
-    this.chosen = [...(shiftKey ? this.chosen : []), ...found].slice(0, MOST);
+    const found = Math.max(Math.abs(offsetX - x), Math.abs(offsetY - y)) > HIT_DISTANCE ? this._within(x, y, offsetX, offsetY) : this._at(x, y);
+    this.chosen = [...(shiftKey ? this.chosen : []), ...found].slice(0, MAX_SELECTED);
     this._mark();
     this._tell();
   }
@@ -82,7 +82,7 @@ export class SelectTool {
     const caster = this.stage.ray(x, y);
     for (const { entry, part } of this._parts()) {
       if (part.points) {
-        const { nearest, deep } = this._points(part, x - NEAR, y - NEAR, x + NEAR, y + NEAR, 0);
+        const { nearest, deep } = this._points(part, x - HIT_DISTANCE, y - HIT_DISTANCE, x + HIT_DISTANCE, y + HIT_DISTANCE, 0);
         if (nearest >= 0) found.push({ entry, part, place: null, indices: [nearest], total: 1, deep });
         continue;
       }
@@ -90,7 +90,7 @@ export class SelectTool {
       part.object.traverseVisible((each) => {
         if (!each.isMesh && !each.isLine && !each.isSprite && !each.isPoints) return;
         const far = new THREE.Box3().setFromObject(each).distanceToPoint(camera.position);
-        const around = NEAR * this.stage.pixel(camera.position.clone().add(new THREE.Vector3(0, 0, far)));
+        const around = HIT_DISTANCE * this.stage.pixel(camera.position.clone().add(new THREE.Vector3(0, 0, far)));
         Object.assign(caster.params, { Line: { threshold: around }, Points: { threshold: around } });
         each.raycast(caster, hits);
       });
@@ -107,7 +107,7 @@ export class SelectTool {
     const found = [];
     for (const { entry, part } of this._parts()) {
       if (part.points) {
-        const { total, indices } = this._points(part, x, y, toX, toY, MOST_POINTS);
+        const { total, indices } = this._points(part, x, y, toX, toY, MAX_POINTS);
         if (total) found.push({ entry, part, place: null, indices, total });
       } else if (reaches(corners(new THREE.Box3().setFromObject(part.object)), matrix, box)) found.push({ entry, part, place: null });
     }

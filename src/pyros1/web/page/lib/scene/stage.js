@@ -23,7 +23,7 @@ const VIEWS = {
 };
 /** @typedef {{name?: string, position?: number[], target?: number[], zoom?: number, axis?: string, along?: boolean}} View */
 
-const FARTHEST = 1e7; // metres
+const MAX_COORDINATE = 1e7; // metres
 const FLAT_HEIGHT = 16; // metres from top to bottom in the flat view
 
 export class Stage {
@@ -291,7 +291,7 @@ function roomOf(object) {
   if (object.isInstancedMesh) object.computeBoundingBox();
   else if (!object.geometry.boundingBox) object.geometry.computeBoundingBox();
   const own = (object.isInstancedMesh ? object : object.geometry).boundingBox.clone().applyMatrix4(object.matrixWorld);
-  return [...own.min.toArray(), ...own.max.toArray()].every((value) => Math.abs(value) < FARTHEST) ? own : null;
+  return [...own.min.toArray(), ...own.max.toArray()].every((value) => Math.abs(value) < MAX_COORDINATE) ? own : null;
 }
 
 // Browsers name the renderer.

@@ -9,7 +9,7 @@ const TOOLS = {
   estimate: ["Pose estimate", "rviz's 2D Pose Estimate: tell the robot where it is"],
   point: ["Point", "rviz's Publish Point"],
 };
-const WRITING = { goal: "/move_base_simple/goal", estimate: "/initialpose", point: "/clicked_point" }; // tools that publish, and their default topics
+const DEFAULT_TOPICS = { goal: "/move_base_simple/goal", estimate: "/initialpose", point: "/clicked_point" }; // tools that publish, and their default topics
 const HINTS = { point: "click the point to publish", goal: "press at the position, and release in the direction", estimate: "press at the position, and release in the direction" };
 
 export class Toolbox {
@@ -18,7 +18,7 @@ export class Toolbox {
   constructor(scene, topics) {
     this.scene = scene;
     this.using = "";
-    this.topics = Object.fromEntries(Object.keys(WRITING).filter((name) => typeof topics?.[name] === "string").map((name) => [name, topics[name]]));
+    this.topics = Object.fromEntries(Object.keys(DEFAULT_TOPICS).filter((name) => typeof topics?.[name] === "string").map((name) => [name, topics[name]]));
     this.buttons = new Map(Object.entries(TOOLS).map(([name, [text, title]]) => [name, h("button", { "aria-pressed": "false", title, onclick: () => this.use(name) }, text)]));
     this.field = h("input.mono", { hidden: true, "aria-label": "topic of the tool", title: "where this tool publishes; empty: the usual topic", spellcheck: false, size: 20, maxLength: 200, onchange: () => this._publishOn(this.field.value.trim()) });
     this.elements = [...this.buttons.values(), this.field];
@@ -56,7 +56,7 @@ export class Toolbox {
   mayWrite() {
     const { mouse, place } = this.scene;
     const { read_only: readOnly } = place.robot.about;
-    for (const name of Object.keys(WRITING)) this.buttons.get(name).hidden = readOnly;
+    for (const name of Object.keys(DEFAULT_TOPICS)) this.buttons.get(name).hidden = readOnly;
     if (mouse) mouse.enabled = !this.using && !readOnly;
   }
 
@@ -70,14 +70,14 @@ export class Toolbox {
   }
 
   _showTopic() {
-    this.field.hidden = !(this.using in WRITING);
-    this.field.value = this.topics[this.using] || WRITING[this.using] || "";
+    this.field.hidden = !(this.using in DEFAULT_TOPICS);
+    this.field.value = this.topics[this.using] || DEFAULT_TOPICS[this.using] || "";
   }
 
   _publishOn(topic) {
     const name = this.using;
     delete this.topics[name];
-    if (topic && topic !== WRITING[name]) this.topics[name] = topic.replace(/^\/?/, "/");
+    if (topic && topic !== DEFAULT_TOPICS[name]) this.topics[name] = topic.replace(/^\/?/, "/");
     this._showTopic();
     this.scene.keep();
   }
@@ -86,7 +86,7 @@ export class Toolbox {
     const { scene } = this;
     const pose = { position: { x, y, z }, orientation: { x: 0, y: 0, z: Math.sin(yaw / 2), w: Math.cos(yaw / 2) } };
     const [type, value] = scene.lib.MESSAGES[name](pose, scene.fixedFrame());
-    const topic = this.topics[name] || WRITING[name];
+    const topic = this.topics[name] || DEFAULT_TOPICS[name];
     this.use(name);
     try {
       const { subscribers } = await scene.place.robot.call("topics.publish", { topic, type, value });

@@ -4,7 +4,7 @@ import * as THREE from "../../vendor/three/three.module.min.js";
 import { arrowOf } from "./markers.js";
 import { dispose, put } from "./stage.js";
 
-const STILL = 4; // pixels that the pointer may move during a click
+const MAX_CLICK_MOVE = 4; // pixels that the pointer may move during a click
 const COVARIANCE = Object.assign(new Array(36).fill(0), { 0: 0.25, 7: 0.25, 35: 0.06853891909122467 }); // rviz's defaults: 0.5 m, 15°
 
 // The type and value to publish for a pose on the ground.
@@ -84,7 +84,7 @@ export class PointTool {
     this.listen = {
       pointerdown: ({ clientX, clientY }) => { this.from = [clientX, clientY]; },
       click: ({ clientX, clientY, offsetX, offsetY }) => {
-        if (this.from && Math.hypot(clientX - this.from[0], clientY - this.from[1]) > STILL) return;
+        if (this.from && Math.hypot(clientX - this.from[0], clientY - this.from[1]) > MAX_CLICK_MOVE) return;
         const point = stage.surface(offsetX, offsetY);
         if (point) done(point);
       },

@@ -1,8 +1,8 @@
 // Parse URDF (https://wiki.ros.org/urdf/XML): text -> links with shapes, and joints. Pure.
 
-const MOST_LINKS = 5000;
-const MOST_SHAPES = 20000;
-const GREATEST = 1e30; // graphics cards compute with 32-bit floats
+const MAX_LINKS = 5000;
+const MAX_SHAPES = 20000;
+const MAX_NUMBER = 1e30; // graphics cards compute with 32-bit floats
 
 // Return {name, links: Map, joints: [...], roots: [names], problems: [texts]}, or throw an Error that explains what is wrong.
 // A link is {name, visuals: [shape], collisions: [shape]}, a shape {xyz, rpy, geometry, material}, a geometry one of
@@ -19,14 +19,14 @@ export function readUrdf(text) {
   const materials = new Map(children(robot, "material").map((each) => [each.getAttribute("name") || "", material(each)]));
   const links = new Map();
   let shapes = 0;
-  for (const element of children(robot, "link").slice(0, MOST_LINKS)) {
+  for (const element of children(robot, "link").slice(0, MAX_LINKS)) {
     const name = element.getAttribute("name") || "";
     const link = { name, visuals: [], collisions: [] };
     /** @type {Record<string, object[]>} */
     const lists = { visual: link.visuals, collision: link.collisions };
     for (const [tag, list] of Object.entries(lists)) {
       for (const each of children(element, tag)) {
-        if (++shapes > MOST_SHAPES) throw new Error(`more than ${MOST_SHAPES} shapes`);
+        if (++shapes > MAX_SHAPES) throw new Error(`more than ${MAX_SHAPES} shapes`);
         try {
           list.push(shape(each, materials));
         } catch (error) {
@@ -56,7 +56,7 @@ function numbers(element, attribute, usual) {
   const text = element?.getAttribute(attribute);
   if (text === null || text === undefined) return usual;
   const found = text.trim().split(/\s+/).map(Number);
-  if (found.length !== usual.length || !found.every((value) => Math.abs(value) < GREATEST)) throw new Error(`${attribute}="${text.slice(0, 60)}" is not ${usual.length === 1 ? "a number" : `${usual.length} numbers`}`);
+  if (found.length !== usual.length || !found.every((value) => Math.abs(value) < MAX_NUMBER)) throw new Error(`${attribute}="${text.slice(0, 60)}" is not ${usual.length === 1 ? "a number" : `${usual.length} numbers`}`);
   return found;
 }
 

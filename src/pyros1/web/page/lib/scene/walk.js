@@ -3,11 +3,11 @@
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 
-const TURN = 0.005; // radians per pixel
-const SIDE = 0.01; // metres per pixel
-const STEP = 0.3; // metres per notch of the wheel
-const KEYS = { w: [0, 1, 0], s: [0, -1, 0], a: [-1, 0, 0], d: [1, 0, 0], e: [0, 0, 1], q: [0, 0, -1], ArrowUp: [0, 1, 0], ArrowDown: [0, -1, 0], ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0] };
-const STEEP = 0.01; // radians; minimum angle to straight up and down
+const ROTATION_PER_PIXEL = 0.005; // radians per pixel
+const METRES_PER_PIXEL = 0.01; // metres per pixel
+const METRES_PER_NOTCH = 0.3; // metres per notch of the wheel
+const KEY_DIRECTIONS = { w: [0, 1, 0], s: [0, -1, 0], a: [-1, 0, 0], d: [1, 0, 0], e: [0, 0, 1], q: [0, 0, -1], ArrowUp: [0, 1, 0], ArrowDown: [0, -1, 0], ArrowLeft: [-1, 0, 0], ArrowRight: [1, 0, 0] };
+const MIN_POLAR_ANGLE = 0.01; // radians; minimum angle to straight up and down
 
 export class Walk {
   constructor(stage) {
@@ -38,8 +38,8 @@ export class Walk {
     if (!this.at) return;
     const [x, y] = [offsetX - this.at[0], offsetY - this.at[1]];
     this.at = [offsetX, offsetY];
-    if (this.turns) this._look(-x * TURN, -y * TURN);
-    else this._go(x * SIDE, 0, -y * SIDE);
+    if (this.turns) this._look(-x * ROTATION_PER_PIXEL, -y * ROTATION_PER_PIXEL);
+    else this._go(x * METRES_PER_PIXEL, 0, -y * METRES_PER_PIXEL);
   }
 
   _up() {
@@ -51,15 +51,15 @@ export class Walk {
   _wheel(event) {
     if (!this._has()) return;
     event.preventDefault();
-    this._go(0, -Math.sign(event.deltaY) * STEP, 0);
+    this._go(0, -Math.sign(event.deltaY) * METRES_PER_NOTCH, 0);
     this.stage.moved?.();
   }
 
   _key(event) {
-    const way = KEYS[event.key.length === 1 ? event.key.toLowerCase() : event.key];
+    const way = KEY_DIRECTIONS[event.key.length === 1 ? event.key.toLowerCase() : event.key];
     if (!way || !this._has() || event.ctrlKey || event.altKey || event.metaKey) return;
     event.preventDefault();
-    this._go(...way.map((part) => part * STEP * (event.shiftKey ? 5 : 1)));
+    this._go(...way.map((part) => part * METRES_PER_NOTCH * (event.shiftKey ? 5 : 1)));
     this.stage.moved?.();
   }
 
@@ -69,7 +69,7 @@ export class Walk {
     const turn = new THREE.Quaternion().setFromUnitVectors(camera.up, new THREE.Vector3(0, 1, 0)); // three.js's spherical coordinates have y up
     const way = new THREE.Spherical().setFromVector3(controls.target.clone().sub(camera.position).applyQuaternion(turn));
     way.theta += left;
-    way.phi = Math.min(Math.PI - STEEP, Math.max(STEEP, way.phi - up));
+    way.phi = Math.min(Math.PI - MIN_POLAR_ANGLE, Math.max(MIN_POLAR_ANGLE, way.phi - up));
     controls.target.setFromSpherical(way).applyQuaternion(turn.invert()).add(camera.position);
     controls.update();
   }

@@ -6,10 +6,10 @@ import { fill, h } from "../../lib/dom.js";
 import { reading } from "../../lib/format.js";
 import { dots, lookOf, say, swatch } from "../plot/looks.js";
 import { marks, spread } from "../plot/words.js";
-import { RIGHT } from "./timeline.js";
+import { RIGHT_MARGIN } from "./timeline.js";
 
-const MOST = 16;
-const PATIENCE = 250; // ms after the last zoom
+const MAX_CURVES = 16;
+const ZOOM_DELAY = 250; // ms after the last zoom
 
 // on: {gutter() -> the pixels beside the lanes, seek(time), changed(curves), problem(text)}
 export class Chart {
@@ -49,8 +49,8 @@ export class Chart {
 
   add(text) {
     if (!text || this.curves.some((curve) => curve.text === text)) return;
-    if (this.curves.length >= MOST) {
-      this.on.problem(`a plot has at most ${MOST} curves: remove one first`);
+    if (this.curves.length >= MAX_CURVES) {
+      this.on.problem(`a plot has at most ${MAX_CURVES} curves: remove one first`);
       return;
     }
     this.curves.push({ id: ++this.ids, text, lines: new Map(), problem: "", done: false });
@@ -73,7 +73,7 @@ export class Chart {
     this.view = view;
     this._draw();
     clearTimeout(this.timer);
-    if (this.curves.length) this.timer = setTimeout(() => this._ask(), PATIENCE);
+    if (this.curves.length) this.timer = setTimeout(() => this._ask(), ZOOM_DELAY);
   }
 
   setTime(time) {
@@ -159,7 +159,7 @@ export class Chart {
     const axis = { stroke: colour("--muted"), grid: { stroke: colour("--border"), width: 1 }, ticks: { show: false } };
     this.plot = new uPlot({
       width: Math.floor(width), height: Math.floor(height),
-      padding: [8, RIGHT, 4, 0],
+      padding: [8, RIGHT_MARGIN, 4, 0],
       legend: { show: false },
       cursor: { drag: { x: false, y: false }, y: false },
       scales: { x: { time: false, auto: false }, y: { range: (_, least, most) => spread(least, most) } },
@@ -182,7 +182,7 @@ export class Chart {
   _draw() {
     if (!this.plot) return;
     const [begin, end] = this.view;
-    const places = grid(begin, end, Math.max(50, this.plot.width - this.on.gutter() - RIGHT)); // the plot is measured later
+    const places = grid(begin, end, Math.max(50, this.plot.width - this.on.gutter() - RIGHT_MARGIN)); // the plot is measured later
     this.plot.batch(() => {
       this.plot.setData([places.times, ...this.lines.map((line) => sample(line.points, places))], false);
       this.plot.setScale("x", { min: begin, max: end });
@@ -193,7 +193,7 @@ export class Chart {
   _mark() {
     if (this.plot && this.time !== undefined) {
       const x = this.plot.valToPos(this.time, "x");
-      this.mark.hidden = !(x >= 0 && x <= this.plot.width - this.on.gutter() - RIGHT);
+      this.mark.hidden = !(x >= 0 && x <= this.plot.width - this.on.gutter() - RIGHT_MARGIN);
       this.mark.style.transform = `translateX(${x}px)`;
     }
     this._values();

@@ -3,7 +3,7 @@
 import { command, empty, fill, h } from "../../lib/dom.js";
 import { bytes } from "../../lib/format.js";
 
-const FEW = 12; // number of files up to which no filter is needed
+const FILTER_FROM = 12; // number of files up to which no filter is needed
 
 // on: {open(path), problem(text), folder(path, writable)}; folders: choose a folder instead of a file.
 export class Files {
@@ -44,7 +44,7 @@ export class Files {
       folders.map(({ name, path }) => entry("folder", name, null, () => this.go(path))),
       !this.folders && shown.map(({ name, path, size, time }) => entry("file", name, [h("span.muted.size", {}, bytes(size)), h("span.muted.date", {}, new Date(time * 1000).toLocaleString([], { dateStyle: "medium", timeStyle: "short" }))], () => this.on.open(path))),
       more && h("p.muted.hint", {}, "This folder has more than can be shown."));
-    const filter = !this.folders && files.length > FEW && h("input", { placeholder: "filter", "aria-label": "filter", value: this.filter, oninput: (event) => { this.filter = event.target.value; this._drawAgain(); } });
+    const filter = !this.folders && files.length > FILTER_FROM && h("input", { placeholder: "filter", "aria-label": "filter", value: this.filter, oninput: (event) => { this.filter = event.target.value; this._drawAgain(); } });
     const nothing = !this.folders && !files.length && (folders.length
       ? h("p.muted.hint", {}, "There are no bags in this folder; its subfolders may have some. Record one with ● Record, or show another folder: ", command("pyros1 web --bags FOLDER"))
       : empty("No bags here", "Record one with ● Record above, or in a terminal:", command("pyros1 bag record -a"), "To show bags in another folder:", command("pyros1 web --bags FOLDER")));

@@ -4,7 +4,7 @@ import { empty, fill, h } from "../../lib/dom.js";
 import { Tree } from "../tree.js";
 import { span } from "./times.js";
 
-const MOST = 8; // topics
+const MAX_TOPICS = 8; // topics
 
 // on: {plot(text), step(topic, forward), drop(topic), problem(text)}
 export class Inspector {
@@ -41,7 +41,7 @@ export class Inspector {
   }
 
   select(selected) {
-    const wanted = [...selected].slice(0, MOST);
+    const wanted = [...selected].slice(0, MAX_TOPICS);
     for (const [name, section] of this.sections) {
       if (wanted.includes(name)) continue;
       section.close?.();
@@ -49,7 +49,7 @@ export class Inspector {
     }
     for (const name of wanted) if (!this.sections.has(name)) this.sections.set(name, this._section(name));
     if (!this.sections.size) this._hint();
-    else fill(this.element, [...this.sections.values()].map((section) => section.element), selected.size > MOST && h("p.muted.hint", {}, `${selected.size - MOST} more topics are selected; the first ${MOST} are shown.`));
+    else fill(this.element, [...this.sections.values()].map((section) => section.element), selected.size > MAX_TOPICS && h("p.muted.hint", {}, `${selected.size - MAX_TOPICS} more topics are selected; the first ${MAX_TOPICS} are shown.`));
     this.seek(this.time || 0);
   }
 

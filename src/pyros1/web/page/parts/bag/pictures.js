@@ -2,9 +2,9 @@
 
 import { fill, h } from "../../lib/dom.js";
 
-const HEIGHT = 46; // pixels
-const WIDE = 76; // minimum pixels between two thumbnails
-const KEPT = 200;
+const THUMBNAIL_HEIGHT = 46; // pixels
+const MIN_DISTANCE = 76; // minimum pixels between two thumbnails
+const CACHE_SIZE = 200;
 
 export class Pictures {
   constructor(robot, path, topic, drawn, problem) {
@@ -26,7 +26,7 @@ export class Pictures {
 
   // The times of the thumbnails: fixed, so that they do not change while the timeline pans.
   _times({ view: [begin, end], width, facts }) {
-    const least = (WIDE / width) * (end - begin);
+    const least = (MIN_DISTANCE / width) * (end - begin);
     const step = 2 ** Math.ceil(Math.log2(least));
     const times = [];
     for (let index = Math.floor(begin / step); index * step < end && times.length < 60; index += 1) {
@@ -42,7 +42,7 @@ export class Pictures {
     const text = missing.join();
     if (!missing.length || text === this.text) return;
     this.text = text;
-    const args = { path: this.path, topic: this.topic, times: missing.slice(0, 64), height: HEIGHT * 2 };
+    const args = { path: this.path, topic: this.topic, times: missing.slice(0, 64), height: THUMBNAIL_HEIGHT * 2 };
     if (this.stream) this.stream.change(args);
     else this.stream = this.robot.stream("bag_pictures", args, { data: (data, blob) => this._take(data, blob) });
   }
@@ -51,7 +51,7 @@ export class Pictures {
     const bytes = new Uint8Array(blob.buffer, blob.offset);
     const url = bytes.length ? URL.createObjectURL(new Blob([bytes], { type: "image/jpeg" })) : "";
     this.known.set(data.wanted, { ...data, url });
-    while (this.known.size > KEPT) {
+    while (this.known.size > CACHE_SIZE) {
       const [first, { url: old }] = this.known.entries().next().value;
       URL.revokeObjectURL(old);
       this.known.delete(first);
@@ -74,7 +74,7 @@ export class Pictures {
     const key = spaced.map(({ x, url }) => `${x.toFixed(1)} ${url}`).join() + this.problem;
     if (holder.key === key) return;
     holder.key = key;
-    fill(holder, spaced.map(({ x, url }) => h("img", { src: url, alt: "", draggable: false, height: HEIGHT, style: { left: `${x}px` } })),
+    fill(holder, spaced.map(({ x, url }) => h("img", { src: url, alt: "", draggable: false, height: THUMBNAIL_HEIGHT, style: { left: `${x}px` } })),
       !spaced.length && this.problem && h("span.wrong", {}, this.problem));
   }
 }

@@ -5,7 +5,7 @@ import { bytes, plural, rate } from "../../lib/format.js";
 import { Files } from "./files.js";
 import { span } from "./times.js";
 
-const MOST = 300; // maximum number of topics in the list
+const MAX_LISTED = 300; // maximum number of topics in the list
 
 // on: {open(path), problem(text)}
 export class Recorder {
@@ -95,8 +95,8 @@ export class Recorder {
       fill(count, `(${names.length} now)`);
       if (known === list.known) return;
       list.known = known;
-      fill(list, names.slice(0, MOST).map((name) => h("label.check", {}, h("input", { type: "checkbox", checked: chosen.has(name), onchange: (event) => (event.target.checked ? chosen.add(name) : chosen.delete(name)) }), h("span.mono", {}, name), h("span.muted", {}, topics[name].type))),
-        names.length > MOST && h("p.muted", {}, `and ${names.length - MOST} more`));
+      fill(list, names.slice(0, MAX_LISTED).map((name) => h("label.check", {}, h("input", { type: "checkbox", checked: chosen.has(name), onchange: (event) => (event.target.checked ? chosen.add(name) : chosen.delete(name)) }), h("span.mono", {}, name), h("span.muted", {}, topics[name].type))),
+        names.length > MAX_LISTED && h("p.muted", {}, `and ${names.length - MAX_LISTED} more`));
     }, problem: say });
     fill(this.dialog, h("h3", {}, "Record"), h("form", { method: "dialog", onsubmit: async (event) => {
       event.preventDefault();

@@ -5,12 +5,12 @@ import { plural, rate } from "../../lib/format.js";
 import { Pictures } from "./pictures.js";
 import { span, ticks } from "./times.js";
 
-const ROW = 30; // pixels
-const PICTURED = 74;
-const MORE = 4; // rows above and below the visible ones
-const MOST_PICTURED = 6; // maximum number of rows with thumbnails
-const LEAST_SPAN = 1e-4; // seconds; minimum width of the view
-export const RIGHT = 12; // pixels to the right of the lanes
+const ROW_HEIGHT = 30; // pixels
+const IMAGE_ROW_HEIGHT = 74;
+const EXTRA_ROWS = 4; // rows above and below the visible ones
+const MAX_IMAGE_ROWS = 6; // maximum number of rows with thumbnails
+const MIN_SPAN = 1e-4; // seconds; minimum width of the view
+export const RIGHT_MARGIN = 12; // pixels to the right of the lanes
 
 // on: {seek(time), view(begin, end), room(): the lanes have moved, select(topic, several)}
 export class Timeline {
@@ -86,7 +86,7 @@ export class Timeline {
   }
 
   _height(topic) {
-    return (topic.image ? PICTURED : ROW) + (this.narrow ? 16 : 0);
+    return (topic.image ? IMAGE_ROW_HEIGHT : ROW_HEIGHT) + (this.narrow ? 16 : 0);
   }
 
   _measure() {
@@ -95,7 +95,7 @@ export class Timeline {
     const narrow = style.getPropertyValue("--narrow").trim() === "1";
     const moved = this.gutter !== undefined && this.gutter !== gutter;
     this.gutter = gutter;
-    this.width = Math.max(50, this.element.clientWidth - gutter - RIGHT);
+    this.width = Math.max(50, this.element.clientWidth - gutter - RIGHT_MARGIN);
     if (narrow !== this.narrow) {
       this.narrow = narrow;
       if (this.facts) this._layOut();
@@ -123,7 +123,7 @@ export class Timeline {
   // Show another time range; it is never wider than the bag, nor outside it.
   setView(begin, end) {
     const [least, most] = this.full;
-    const size = Math.min(most - least, Math.max(LEAST_SPAN, end - begin));
+    const size = Math.min(most - least, Math.max(MIN_SPAN, end - begin));
     const middle = (begin + end) / 2;
     begin = Math.min(Math.max(least, middle - size / 2), most - size);
     this.view = [begin, begin + size];
@@ -216,7 +216,7 @@ export class Timeline {
 
   _drawNow() {
     const { scrollTop, clientHeight } = this.scroller;
-    const seen = this.rows.map((_, index) => index).filter((index) => this.tops[index] + PICTURED + 16 > scrollTop - MORE * ROW && this.tops[index] < scrollTop + clientHeight + MORE * ROW);
+    const seen = this.rows.map((_, index) => index).filter((index) => this.tops[index] + IMAGE_ROW_HEIGHT + 16 > scrollTop - EXTRA_ROWS * ROW_HEIGHT && this.tops[index] < scrollTop + clientHeight + EXTRA_ROWS * ROW_HEIGHT);
     const topics = seen.map((index) => this.rows[index].name).slice(0, 200);
     const args = this._args(topics);
     const asked = JSON.stringify(args);
@@ -312,7 +312,7 @@ export class Timeline {
   }
 
   _askPictures(seen) {
-    const wanted = seen.map((index) => this.rows[index]).filter((topic) => topic.image).slice(0, MOST_PICTURED);
+    const wanted = seen.map((index) => this.rows[index]).filter((topic) => topic.image).slice(0, MAX_IMAGE_ROWS);
     for (const { name } of wanted) {
       if (!this.pictures.has(name)) this.pictures.set(name, new Pictures(this.robot, this.path, name, () => this.draw(), this.on.problem));
       this.pictures.get(name).ask(this);

@@ -4,7 +4,7 @@ import { fill, h } from "../../lib/dom.js";
 import { bytes, duration } from "../../lib/format.js";
 import { button, may } from "./verbs.js";
 
-const MOST_ROWS = 300;
+const MAX_ROWS = 300;
 
 export function keyOf(param, entry) {
   return `${param} ${entry.label}`;
@@ -44,14 +44,14 @@ export class Launch {
     this._drawHead(open);
     const words = [];
     if (!facts.problem && facts.refusal) words.push(`View only: ${facts.refusal}.`);
-    if (entries.length > MOST_ROWS) words.push(`${entries.length - MOST_ROWS} more processes are not shown; the field above finds them.`);
+    if (entries.length > MAX_ROWS) words.push(`${entries.length - MAX_ROWS} more processes are not shown; the field above finds them.`);
     else if (facts.count > (facts.processes || []).length) words.push(`${facts.count - facts.processes.length} more processes are not shown.`);
     if (!facts.problem && !facts.count && !facts.expected) words.push(facts.title === "roscore" ? "The master and rosout." : "It has no processes.");
     const text = open ? words.join(" ") : "";
     this.note.hidden = !text;
     if (this.note.textContent !== text) this.note.textContent = text;
     // Processes are in starting order; if there are too many, those with problems are kept.
-    const few = entries.length > MOST_ROWS ? [...entries].sort((one, other) => Number(one.state === "running") - Number(other.state === "running")).slice(0, MOST_ROWS) : entries;
+    const few = entries.length > MAX_ROWS ? [...entries].sort((one, other) => Number(one.state === "running") - Number(other.state === "running")).slice(0, MAX_ROWS) : entries;
     const shown = open ? [...few].sort((one, other) => turn(one) - turn(other)) : [];
     const labels = new Set(shown.map((entry) => entry.label));
     for (const [label, row] of this.rows) {

@@ -2,7 +2,7 @@
 
 import { h } from "../../lib/dom.js";
 
-const WORDS = {
+const BUTTON_TEXTS = {
   stop: ["Stop", "■", "stop it; its launch does not restart it"],
   start: ["Start", "▶", "start it as in its launch file"],
   restart: ["Restart", "↻", "stop it and start it again"],
@@ -16,7 +16,7 @@ export function may(launch, entry) {
 }
 
 export function button(verb, small, act, disabled = false) {
-  const [word, sign, about] = WORDS[verb];
+  const [word, sign, about] = BUTTON_TEXTS[verb];
   const props = { title: `${word}: ${about}`, "aria-label": word, disabled, onclick: act };
   return small ? h("button.quiet.verb", props, sign) : h("button", props, `${sign} ${word}`);
 }

@@ -1,6 +1,6 @@
 // Gestures of a chart: one finger, or Shift and the mouse, pans; two fingers zoom.
 
-const APART = 30; // pixels between two fingers; below this they do not zoom in that direction
+const MIN_FINGER_DISTANCE = 30; // pixels between two fingers; below this they do not zoom in that direction
 
 // on: {pan(right, down), pinch(x, y, across, along)}: pixels; x and y are the centre, across and along the zoom factors.
 export function gestures(element, on) {
@@ -25,7 +25,7 @@ export function gestures(element, on) {
     const { left, top } = element.getBoundingClientRect();
     const factor = (axis) => {
       const [was, is] = [before, now].map((at) => Math.abs(at[axis] - other[axis]));
-      return Math.min(was, is) > APART ? is / was : 1;
+      return Math.min(was, is) > MIN_FINGER_DISTANCE ? is / was : 1;
     };
     on.pan((now[0] - before[0]) / 2, (now[1] - before[1]) / 2);
     on.pinch((now[0] + other[0]) / 2 - left, (now[1] + other[1]) / 2 - top, factor(0), factor(1));

@@ -4,7 +4,7 @@ import { fill, h } from "../../lib/dom.js";
 import { number } from "../../lib/format.js";
 import { lookOf, say, swatch } from "./looks.js";
 
-const MOST = 50;
+const MAX_PAIRS = 50;
 
 // on: {curves() -> the existing ones, add(text), remove(texts): remove curves, changed(), redraw()}
 export class Pairs {
@@ -26,7 +26,7 @@ export class Pairs {
   }
 
   pair(x, y) {
-    if (this.list.length >= MOST || (y && this.list.some((pair) => pair.x === x && pair.y === y))) return;
+    if (this.list.length >= MAX_PAIRS || (y && this.list.some((pair) => pair.x === x && pair.y === y))) return;
     this.list.push({ x, y, hidden: false });
     for (const text of [x, y]) this.on.add(text);
   }

@@ -2,20 +2,20 @@
 
 import { number } from "../../lib/format.js";
 
-const SHORT = 8; // characters of a number
-const LARGEST = 8e307; // twice this value is still finite
-const FINEST = 1e-12; // relative: floats have 16 digits, and an axis has several ticks
+const SHORT_LABEL = 8; // characters of a number
+const MAX_VALUE = 8e307; // twice this value is still finite
+const MIN_RELATIVE_STEP = 1e-12; // relative: floats have 16 digits, and an axis has several ticks
 
-const FIELD = "[\\w/]*(?:\\[[-+\\d:]*\\][\\w/]*)*";
-const EXPRESSION = new RegExp(`^\\s*[\\w/~]+\\s*:(?!${FIELD}(?::${FIELD})*\\s*(?:,|$))`); // what follows the colon are not field names
-const COLON = /:(?![^[\]]*\])/; // between fields, not in a slice
+const FIELD_PATTERN = "[\\w/]*(?:\\[[-+\\d:]*\\][\\w/]*)*";
+const EXPRESSION_PATTERN = new RegExp(`^\\s*[\\w/~]+\\s*:(?!${FIELD_PATTERN}(?::${FIELD_PATTERN})*\\s*(?:,|$))`); // what follows the colon are not field names
+const FIELD_SEPARATOR = /:(?![^[\]]*\])/; // between fields, not in a slice
 
 // Split /a/x:y, /a/x[0]:y[0] and /a,/b into several curves; an expression is a single one.
 export function expand(text) {
-  if (EXPRESSION.test(text)) return [text];
+  if (EXPRESSION_PATTERN.test(text)) return [text];
   return text.split(",").filter(Boolean).flatMap((part) => {
-    if (EXPRESSION.test(part)) return [part];
-    const [head, ...others] = part.trim().split(COLON);
+    if (EXPRESSION_PATTERN.test(part)) return [part];
+    const [head, ...others] = part.trim().split(FIELD_SEPARATOR);
     const folder = head.slice(0, head.lastIndexOf("/"));
     return [head, ...others.filter(Boolean).map((other) => `${folder}/${other}`)];
   });
@@ -41,7 +41,7 @@ export function marks(ticks) {
   const fixed = ticks.map((tick) => tick.toFixed(Math.min(100, Math.max(0, digits))));
   const scientific = ticks.map((tick) => (tick ? tick.toExponential(Math.min(15, Math.max(0, digits + Math.floor(Math.log10(largest))))) : "0"));
   const length = (texts) => Math.max(...texts.map((text) => text.length));
-  return length(fixed) > SHORT && length(scientific) < length(fixed) ? scientific : fixed;
+  return length(fixed) > SHORT_LABEL && length(scientific) < length(fixed) ? scientific : fixed;
 }
 
 // Return the width in pixels of an axis with these tick labels.
@@ -61,7 +61,7 @@ export function spread(least, most) {
 // 1e17 + 16, and cannot start at an infinite value.
 /** @returns {[number, number]} */
 export function countable(ends) {
-  const [least, most] = ends.map((end) => Math.min(LARGEST, Math.max(-LARGEST, end)));
-  const lacks = Math.max(Math.abs(least), Math.abs(most)) * FINEST - (most - least);
+  const [least, most] = ends.map((end) => Math.min(MAX_VALUE, Math.max(-MAX_VALUE, end)));
+  const lacks = Math.max(Math.abs(least), Math.abs(most)) * MIN_RELATIVE_STEP - (most - least);
   return lacks > 0 ? [least - lacks / 2, most + lacks / 2] : [least, most];
 }

@@ -5,10 +5,10 @@ import { gestures } from "./gestures.js";
 import { axisWidth, countable, marks } from "./words.js";
 import { boxAround, equal, join, nearest } from "../../lib/xy.js";
 
-const MOST = 12000; // points per trail
-const LONGEST = 60; // characters of an axis title
-const REACH = 30; // maximum pixels from the cursor to a point
-const FADED = [0.3, 0.5, 0.75, 1]; // opacity of the quarters of a trail, the oldest first
+const MAX_POINTS = 12000; // points per trail
+const MAX_TITLE_LENGTH = 60; // characters of an axis title
+const HIT_DISTANCE = 30; // maximum pixels from the cursor to a point
+const TRAIL_OPACITIES = [0.3, 0.5, 0.75, 1]; // opacity of the quarters of a trail, the oldest first
 
 export class XYChart {
   // pairs: [{pair: {x, y} (names), x: Points, y: Points, colour, dash}]; on: {cursor(found or null)}, with {trail, x, y, time} of a point.
@@ -26,7 +26,7 @@ export class XYChart {
     this.ink = colour("--text");
     const named = (key) => {
       const names = [...new Set(pairs.map(({ pair }) => pair[key]))].join(", ");
-      return { label: names.length > LONGEST ? `${names.slice(0, LONGEST)} …` : names, labelSize: 22, labelFont: "12px sans-serif" };
+      return { label: names.length > MAX_TITLE_LENGTH ? `${names.slice(0, MAX_TITLE_LENGTH)} …` : names, labelSize: 22, labelFont: "12px sans-serif" };
     };
     this.plot = new uPlot({
       ...size,
@@ -69,7 +69,7 @@ export class XYChart {
 
   // Draw the points in a time range; without times, the same as before.
   draw(begin, end) {
-    if (begin !== undefined) this.trails = this.pairs.map(({ x, y }) => join(x, y, begin, end, MOST));
+    if (begin !== undefined) this.trails = this.pairs.map(({ x, y }) => join(x, y, begin, end, MAX_POINTS));
     const { clientWidth: width, clientHeight: height } = this.plot.over;
     const box = this.box || boxAround(this.trails);
     const { x, y } = this.equal ? equal(box, width, height) : box;
@@ -107,9 +107,9 @@ export class XYChart {
       const { colour, dash = [] } = this.pairs[number_];
       ctx.strokeStyle = colour;
       ctx.setLineDash(dash.map((length) => length * ratio));
-      FADED.forEach((alpha, quarter) => {
-        const from = Math.floor((xs.length * quarter) / FADED.length);
-        const to = Math.min(xs.length - 1, Math.floor((xs.length * (quarter + 1)) / FADED.length));
+      TRAIL_OPACITIES.forEach((alpha, quarter) => {
+        const from = Math.floor((xs.length * quarter) / TRAIL_OPACITIES.length);
+        const to = Math.min(xs.length - 1, Math.floor((xs.length * (quarter + 1)) / TRAIL_OPACITIES.length));
         ctx.globalAlpha = alpha;
         ctx.beginPath();
         for (let index = from; index <= to; index += 1) {
@@ -168,7 +168,7 @@ export class XYChart {
     if (left >= 0 && top >= 0) {
       const { clientWidth: width, clientHeight: height } = this.plot.over;
       const place = { x: this.plot.posToVal(left, "x"), y: this.plot.posToVal(top, "y") };
-      const found = nearest(this.trails, place, this.shown, width, height, REACH);
+      const found = nearest(this.trails, place, this.shown, width, height, HIT_DISTANCE);
       if (found) {
         const { xs, ys, times } = this.trails[found.trail];
         this.found = { trail: found.trail, x: xs[found.index], y: ys[found.index], time: times[found.index] };
