@@ -25,7 +25,6 @@ def test_nodes(launcher: Master, name: str) -> None:
         "field_paths",
         "graph_parts",
         "home_names",
-        "prototypes",
         "ros_packages",
         "rospy_pure",
         "roslib_old",

@@ -26,7 +26,7 @@ def form(function):
 found = {}
 for module in (rosbag.bag, rosbag.rosbag_main, rosbag.migration):
     for name, value in vars(module).items():
-        if name.startswith("_") or inspect.ismodule(value) or getattr(value, "__module__", "") not in (module.__name__, "rosbag._tool"):
+        if name.startswith("_") or inspect.ismodule(value) or getattr(value, "__module__", "") not in (module.__name__, "rosbag._progress"):
             continue
         if inspect.isfunction(value):
             found[module.__name__ + "." + name] = form(value)
@@ -58,7 +58,15 @@ RULE = (
     "migrate",
 )
 LEFT_OUT = {
-    "rosbag.rosbag_main.RosbagCmds",  # nearly all of it is Python's UserDict
+    "rosbag.rosbag_main.RosbagCmds",
+    "rosbag.rosbag_main.bag_op",
+    "rosbag.rosbag_main.change_compression_op",
+    "rosbag.rosbag_main.change_encryption_op",
+    "rosbag.rosbag_main.handle_pause_topics",
+    "rosbag.rosbag_main.handle_split",
+    "rosbag.rosbag_main.handle_topics",
+    "rosbag.rosbag_main.print_trans",
+    "rosbag.rosbag_main.reindex_op",
     "rosbag.bag.ComparableMixin",  # of which only the comparisons count
     *(f"rosbag.migration.MessageMigrator.{name}" for name in MIGRATOR),
     *(f"rosbag.migration.MessageUpdateRule.{name}" for name in RULE),
@@ -421,7 +429,9 @@ for name in ("String", "std_msgs/String", "Header", "int32", "std_msgs/Header", 
     print(migration.qualified_name(name, "std_msgs/Bool"), migration.clean_name(name, "std_msgs/Bool"))
 print(migration.get_message_key(String), migration.get_path_key(String, Int32))
 with rosbag.Bag(path) as bag, rosbag.Bag(other, "w") as out:
-    rosbag.rosbag_main.change_compression_op(bag, out, "bz2", True)
+    out.compression = "bz2"
+    for topic, message, stamp, header in bag.read_messages(raw=True, return_connection_header=True):
+        out.write(topic, message, stamp, raw=True, connection_header=header)
 with rosbag.Bag(other) as bag:
     print(bag.get_compression_info().compression, bag.get_message_count())
     print([header.get("callerid") for _, _, _, header in bag.read_messages(return_connection_header=True)])

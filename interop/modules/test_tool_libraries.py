@@ -43,14 +43,21 @@ print(json.dumps(found))
 PRIVATE = (
     "rostopic._get_topic_type", "rostopic._rostopic_list_group_by_host", "rostopic._rostopic_list",
     "rostopic._rostopic_type", "rostopic._rostopic_info", "rostopic._rostopic_echo", "rostopic._rostopic_hz",
-    "rostopic._rostopic_bw", "rostopic._rostopic_delay", "rostopic._check_master", "rostopic._str_plot",
-    "rostopic._str_plot_fields", "rostopic._master_get_topic_types", "rosnode._succeed", "rosservice._succeed",
+    "rostopic._rostopic_bw", "rostopic._rostopic_delay", "rostopic._check_master",
+    "rostopic._master_get_topic_types", "rosnode._succeed", "rosservice._succeed",
     "rosservice._get_master", "rosservice._rosservice_list", "rosservice._rosservice_type",
     "rosservice._rosservice_uri",
     "rosservice._rosservice_node", "rosservice._rosservice_call", "rosservice._rosservice_args",
     "rosservice._rosservice_info", "rosmsg._list_types", "rosmsg._msg_filter", "rosparam._get_caller_id",
 )  # fmt: skip
 """What programs reach for, though it is private."""
+LEFT_OUT = {
+    *(f"rostopic.{name}" for name in ("argv_publish", "create_value_transform", "file_yaml_arg", "param_publish")),
+    *("rostopic.param_publish_once", "rostopic.stdin_yaml_arg", "rosmsg.construct_ordered_mapping"),
+    *("rosmsg.construct_yaml_map_with_ordered_dict", "rosmsg.init_rosmsg_proto", "rosmsg.represent_ordered_mapping"),
+    "rosmsg.rosmsg_cmd_prototype",
+}
+"""What no public program uses: an error says what ours have in its place."""
 TALKER = """
 import rospy
 from geometry_msgs.msg import PoseStamped
@@ -93,7 +100,7 @@ TOPICS = """
 import rostopic
 from geometry_msgs.msg import PoseArray, Pose, PoseStamped
 from sensor_msgs.msg import LaserScan
-from std_msgs.msg import String
+from std_msgs.msg import Bool, String, Time, UInt8MultiArray
 for topic in ("/chatter", "chatter", "/pose/pose/position/x", "/pose/pose", "/not_there", "/heard"):
     kind, name, field = rostopic.get_topic_type(topic)
     print(kind, name, field is None, rostopic._get_topic_type(topic)[:2])
@@ -129,9 +136,11 @@ for path in ("/poses[1]/position/y", "/poses[1:]/position/y", "/header/frame_id"
 scan = LaserScan(ranges=[1, 2], range_max=3)
 for flags in ((False, False), (True, False), (False, True), (True, True)):
     print([list(rostopic.create_field_filter(*flags)(each)) for each in (String("x"), scan, array.header)])
-for each in (message, scan, String("a"), array):
-    print(rostopic._sub_str_plot(each, None, None), rostopic._str_plot_fields(each, "field", None))
-print(rostopic._str_plot(message), rostopic._str_plot(scan, field_filter=rostopic.create_field_filter(True, True)))
+for each in (message, scan, String("a"), array, Bool(True), UInt8MultiArray(data=b"ab"), Time(rospy.Time(3, 4))):
+    for fields in (None, rostopic.create_field_filter(True, True)):
+        made = rostopic.CallbackEcho("/x", None, plot=True, field_filter_fn=fields)
+        for _ in range(2):
+            made.callback(each, {"topic": "/x", "type_information": None}, rospy.Time(5, 6))
 def echo(times, *arguments, topic="/pose", **named):
     made = rostopic.CallbackEcho(*arguments, **named)
     for _ in range(times):
@@ -145,20 +154,7 @@ echo(1, "/pose", None, filter_fn=lambda m: m.pose.position.x > 8)
 echo(1, "/other", None)
 echo(1, "/", None, echo_all_topics=True)
 echo(1, "/pose", None, field_filter_fn=rostopic.create_field_filter(True, True), echo_clear=True)
-for flags in ((True, False), (False, True), (True, True)):
-    change = rostopic.create_value_transform(*flags)
-    for each in (String("text"), scan, array):
-        print(change(each))
-    for value, kind in (("abc", "string"), ([1, 2], "int32[]"), ([1, 2], None), ("abc", None), (5, "int32")):
-        ask(change, value, kind)
-    echo(1, "/pose", None, value_transform_fn=change)
-with open(os.path.join(sys.argv[1], "values.yaml"), "w") as file:
-    file.write("data: hello\\n---\\ndata: two\\n")
-ask(lambda: list(rostopic.file_yaml_arg(file.name)()))
-try:
-    rostopic.file_yaml_arg("not_there.yaml")
-except rostopic.ROSTopicException as error:
-    print(error)
+echo(1, "/pose", None, value_transform_fn=lambda value, kind: value)
 print(issubclass(rostopic.ROSTopicIOException, rostopic.ROSTopicException), rostopic.NAME, rostopic.SUBSCRIBER_TIMEOUT)
 """
 
@@ -404,7 +400,7 @@ def test_signatures_are_stocks(master: Master) -> None:
     wanted = {
         name: form
         for name, form in stock.items()
-        if (not name.partition(".")[2].startswith("_") or name in PRIVATE) and name not in mains
+        if (not name.partition(".")[2].startswith("_") or name in PRIVATE) and name not in mains | LEFT_OUT
     }
     assert {name: ours.get(name) for name in wanted} == wanted
 
@@ -420,9 +416,8 @@ publisher, cls = rostopic.create_publisher("sent", "std_msgs/String", latch=True
 print(cls._type)
 rostopic.wait_for_subscriber(publisher, 20)
 rostopic.publish_message(publisher, cls, ["one"], once=True, verbose=True)
-rostopic.argv_publish(publisher, cls, [{"data": "two"}], None, True, False)
-rospy.set_param("/to_send", ["three"])
-rostopic.param_publish_once(publisher, cls, "/to_send", False)
+rostopic.publish_message(publisher, cls, [{"data": "two"}], None, True, False)
+rostopic.publish_message(publisher, cls, ["three"], once=True)
 for arguments in (["a", "b"], [{"other": 1}]):
     try:
         rostopic.publish_message(publisher, cls, arguments, once=True)

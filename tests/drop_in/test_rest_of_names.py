@@ -37,7 +37,10 @@ for write in (
 """
 PROTOTYPE = """
 import rosmsg
-print(rosmsg.rosmsg_cmd_prototype(["msg", "-Hf1", "std_msgs/Header"]))
+try:
+    rosmsg.rosmsg_cmd_prototype
+except AttributeError as error:
+    print(error)
 """
 
 
@@ -50,5 +53,5 @@ def test_a_connection_of_a_program_and_the_answers_to_a_request() -> None:
     ]
 
 
-def test_an_empty_message_as_yaml() -> None:
-    assert run(PROTOTYPE, {}).strip() == "{seq: 0, stamp: {secs: 0, nsecs: 0}, frame_id: ''}"
+def test_a_name_that_no_program_uses_says_what_to_use() -> None:
+    assert run(PROTOTYPE, {}).strip() == "pyros1 has no rosmsg.rosmsg_cmd_prototype: see the command `rosmsg-proto`"

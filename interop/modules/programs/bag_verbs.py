@@ -109,17 +109,20 @@ for f in ("record_cmd", "play_cmd", "encrypt_cmd", "decrypt_cmd"):
 t("play", rosbag_main.play_cmd, [])
 t("enc", rosbag_main.encrypt_cmd, [])
 t("dec", rosbag_main.decrypt_cmd, [])
-# operations
+# what the verbs do, with rosbag.Bag
 make("in.bag")
-with Bag("in.bag") as i, Bag("o3.bag", "w") as o:
-    t("op", rosbag_main.change_compression_op, i, o, Compression.BZ2, True)
+
+
+def copy(old, new):
+    for topic, message, stamp in old.read_messages():
+        new.write(topic, message, stamp)
+
+
+with Bag("in.bag") as i, Bag("o3.bag", "w", compression=Compression.BZ2) as o:
+    t("copy", copy, i, o)
 t("f", facts, "o3.bag")
-shutil.copy("cut.bag", "r.bag")
 unclosed("cut2.bag")
 shutil.copy("cut2.bag", "r.bag")
-with Bag("cut2.bag", allow_unindexed=True) as i, Bag("r.bag", "a", allow_unindexed=True) as o:
-    t("reindex", rosbag_main.reindex_op, i, o, True)
+with Bag("r.bag", "a", allow_unindexed=True) as o:
+    t("reindex", lambda: len([None for _ in o.reindex()]) > 0)
 t("f", recovered, "r.bag")
-with Bag("in.bag") as i, Bag("e.bag", "w") as o:
-    t("enc", rosbag_main.change_encryption_op, i, o, "rosbag/NoEncryptor", "*", Compression.NONE, True)
-t("f", facts, "e.bag")

@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
-from pyros1.bag.export.tables import emit_row
+from pyros1.bag.export.tables import Table
 from pyros1.cli.shared.buffered_output import BufferedOutput, Write
 from pyros1.cli.shared.printing import use_colour
 from pyros1.ground.terminal_text import json_text, lines
-from pyros1.ground.timing import Time, TVal
+from pyros1.ground.timing import Time
 from pyros1.msgs import Message
 from pyros1.msgs.text import emit_message
 
@@ -90,7 +90,7 @@ class Plot:
         self._now = now
         self._offset = bool(options.offset)
         self._recorded = bool(options.bag)  # then the time of recording is used
-        self._nostr, self._noarr = bool(options.nostr), bool(options.noarr)
+        self._table = Table(nostr=bool(options.nostr), noarr=bool(options.noarr))
         self._header_done = False
 
     def __call__(self, message: Message, value: Any, kind: str | None, write: Write) -> None:
@@ -101,37 +101,5 @@ class Plot:
         with BufferedOutput(write, lines) as out:
             if not self._header_done:
                 self._header_done = True
-                emit_row(out.add, "%time", self._names(value, kind, "field"))
-            emit_row(out.add, str(ns), self._values(value, kind, now if self._offset else None))
-
-    def _is_included(self, kind: str) -> bool:
-        return not (self._noarr and "[" in kind) and not (self._nostr and kind.partition("[")[0] == "string")
-
-    def _slots(self, message: Message) -> list[tuple[str, str]]:
-        includes = [(n, t) for n, t in zip(message.__slots__, message._slot_types, strict=True) if self._is_included(t)]
-        return [
-            (n, t) for n, t in includes if not isinstance(getattr(message, n), bytes)
-        ]  # like stock: no raw data in rows
-
-    def _names(self, value: Any, kind: str | None, prefix: str) -> Iterator[str]:
-        if isinstance(value, Message):
-            for name, slot_type in self._slots(value):
-                yield from self._names(getattr(value, name), slot_type, f"{prefix}.{name}")
-        elif isinstance(value, (list, tuple, bytes)):
-            for number, element in enumerate(value):
-                yield from self._names(element, None, f"{prefix}{number}")
-        else:
-            yield prefix
-
-    def _values(self, value: Any, kind: str | None, offset: Time | None) -> Iterator[str]:
-        if isinstance(value, Message):
-            for name, slot_type in self._slots(value):
-                yield from self._values(getattr(value, name), slot_type, offset)
-        elif isinstance(value, (list, tuple, bytes)):
-            for element in value:
-                yield from self._values(element, None, offset)
-        elif isinstance(value, TVal):
-            minus = offset.to_nsec() if offset is not None and isinstance(value, Time) else 0
-            yield str(value.to_nsec() - minus)
-        else:
-            yield str(int(value) if isinstance(value, bool) else value)
+                self._table.head(value, out.add)
+            self._table.row(value, ns, out.add, now if self._offset else None)

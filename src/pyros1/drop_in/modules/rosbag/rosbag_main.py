@@ -1,23 +1,23 @@
-"""The tool rosbag, as functions: each takes the words after its verb; and what it does to bags."""
+"""The tool rosbag, as functions: each takes the words after its verb."""
 
 from __future__ import annotations
 
 import sys
-from typing import Any
 
 from pyros1.drop_in.commands import main, run
 from pyros1.drop_in.missing import missing
-from rosbag._tool import (
-    ProgressMeter,
-    RosbagCmds,
-    bag_op,
-    handle_pause_topics,
-    handle_split,
-    handle_topics,
-    print_trans,
-)
+from rosbag._progress import ProgressMeter
 
-__getattr__ = missing(__name__)
+_WORK = "see rosbag.Bag, or the function of a verb here, such as compress_cmd"
+__getattr__ = missing(
+    __name__,
+    RosbagCmds="see rosbagmain",
+    bag_op=_WORK,
+    change_compression_op=_WORK,
+    change_encryption_op=_WORK,
+    print_trans=_WORK,
+    reindex_op=_WORK,
+)
 
 
 def _verb(verb: str, argv: list[str]) -> None:
@@ -84,25 +84,3 @@ def decrypt_cmd(argv: list[str]) -> None:
 def rosbagmain(argv: list[str] | None = None) -> None:
     """Run the tool with a command line; None: that of the process."""
     main("rosbag", argv)
-
-
-# Operations ---------------------------------------------------------------------------------------------------------
-
-
-def change_compression_op(inbag: Any, outbag: Any, compression: str, quiet: bool) -> None:
-    """Write all messages of a bag into another, with a compression."""
-    outbag.compression = compression
-    for topic, message, stamp, header in inbag.read_messages(raw=True, return_connection_header=True):
-        outbag.write(topic, message, stamp, raw=True, connection_header=header)
-
-
-def change_encryption_op(inbag: Any, outbag: Any, plugin: str, param: str, compression: str, quiet: bool) -> None:
-    """Write all messages of a bag into another, encrypted."""
-    outbag.set_encryptor(plugin, param)
-    change_compression_op(inbag, outbag, compression, quiet)
-
-
-def reindex_op(inbag: Any, outbag: Any, quiet: bool) -> None:
-    """Reindex `outbag`, which is a copy of `inbag`."""
-    for _ in outbag.reindex():
-        pass

@@ -16,11 +16,17 @@ from pyros1.ground.generated import finder
 from pyros1.msgs.digest import Digests
 from pyros1.msgs.spec import MessageSpec
 
-_PROTOTYPE = (
-    *("MAX_DEFAULT_NON_FLOW_ITEMS", "construct_ordered_mapping", "construct_yaml_map_with_ordered_dict"),
-    *("init_rosmsg_proto", "represent_ordered_mapping", "rosmsg_cmd_prototype"),
+_PROTOTYPE = "see the command `rosmsg-proto`"
+__getattr__, __dir__ = names(
+    __name__,
+    why=dict.fromkeys(
+        (
+            *("construct_ordered_mapping", "construct_yaml_map_with_ordered_dict", "init_rosmsg_proto"),
+            *("represent_ordered_mapping", "rosmsg_cmd_prototype"),
+        ),
+        _PROTOTYPE,
+    ),
 )
-__getattr__, __dir__ = names(__name__, dict.fromkeys(_PROTOTYPE, "rosmsg._prototype"))
 
 MODE_MSG = ".msg"
 MODE_SRV = ".srv"

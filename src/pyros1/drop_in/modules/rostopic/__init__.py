@@ -15,31 +15,20 @@ import rospy
 from pyros1.drop_in.commands import main as _main
 from pyros1.drop_in.commands import run as _run
 from pyros1.drop_in.missing import missing
-from rostopic._echo import CallbackEcho
-from rostopic._fields import (
-    _isstring_type,
-    _str_plot,
-    _str_plot_fields,
-    _sub_str_plot,
-    _sub_str_plot_fields,
-    create_field_filter,
-    create_value_transform,
-    msgevalgen,
-)
-from rostopic._publishing import (
-    argv_publish,
-    create_publisher,
-    file_yaml_arg,
-    param_publish,
-    param_publish_once,
-    publish_message,
-    stdin_publish,
-    stdin_yaml_arg,
-    wait_for_subscriber,
-)
+from rostopic._echo import CallbackEcho, create_field_filter, msgevalgen
+from rostopic._publishing import create_publisher, publish_message, stdin_publish, wait_for_subscriber
 from rostopic._rates import ROSTopicBandwidth, ROSTopicDelay, ROSTopicHz
 
-__getattr__ = missing(__name__)
+_PUB = "see publish_message, and the command `rostopic pub`"
+__getattr__ = missing(
+    __name__,
+    argv_publish=_PUB,
+    create_value_transform="see create_field_filter",
+    file_yaml_arg=_PUB,
+    param_publish=_PUB,
+    param_publish_once=_PUB,
+    stdin_yaml_arg=_PUB,
+)
 
 NAME = "rostopic"
 SUBSCRIBER_TIMEOUT = 5.0

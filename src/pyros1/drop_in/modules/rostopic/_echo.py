@@ -1,18 +1,63 @@
-"""Printing of messages as they come."""
+"""Fields of messages, and printing of messages as they come."""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import rospy
 from genpy import Message
 from genpy.message import strify_message
 
+from pyros1.bag.export.tables import Table
 from pyros1.msgs.text import format_message
-from rostopic._fields import Shown, _str_plot, _str_plot_fields, msgevalgen
+from pyros1.observe.fields import FieldPath, FieldPathError
 
 _CLEAR = "\033[2J\033[;H"
+
+
+def msgevalgen(pattern: str) -> Callable[[Any], Any] | None:
+    """Return a function that returns a field of a message.
+
+    Args:
+        pattern: the path behind the topic, for example ``/pose/position/x`` or ``/poses[0:2]``.
+
+    Returns:
+        The function, which prints an error and returns None for messages without the field. None for an empty path,
+        and for a wrong one, after an error was printed.
+    """
+    try:
+        path = FieldPath(pattern)
+    except FieldPathError as error:
+        print(error, file=sys.stderr)
+        return None
+
+    def field(message: Any) -> Any:
+        try:
+            return path.get(message)[0]
+        except FieldPathError as error:
+            print(error, file=sys.stderr)
+            return None
+
+    return field if pattern.strip("/") else None
+
+
+def create_field_filter(echo_nostr: bool, echo_noarr: bool) -> Callable[[Any], Iterator[str]]:
+    """Return a function that yields the names of a message's fields, without those of texts or of arrays.
+
+    Args:
+        echo_nostr: leave out texts.
+        echo_noarr: leave out arrays.
+    """
+
+    def field_filter(val: Any) -> Iterator[str]:
+        for name, kind in zip(val.__slots__, val._slot_types, strict=True):
+            is_text = kind == "string" or kind.startswith(("string[", "std_msgs/String"))
+            if not (echo_noarr and "[" in kind) and not (echo_nostr and is_text):
+                yield name
+
+    return field_filter
 
 
 class CallbackEcho:
@@ -55,16 +100,15 @@ class CallbackEcho:
         self.filter_fn = filter_fn
         self.fixed_numeric_width = fixed_numeric_width
         self.prefix = _CLEAR if echo_clear else ""
-        self.suffix = "" if plot else "\n---"
+        self.suffix = "" if plot else "\n---\n"
         self.echo_all_topics = echo_all_topics
         self.offset_time = offset_time
         self.done = False
         self.max_count = count
         self.count = 0
-        self.str_fn = _str_plot if plot else self.custom_strify_message
         self.field_filter = field_filter_fn
         self.value_transform = value_transform_fn
-        self.first = True
+        self._table: Table | None = None
         self.last_topic: str | None = None
         self.last_msg_eval: Any = None
 
@@ -82,10 +126,6 @@ class CallbackEcho:
         """Return a message, or the value of a field, as text."""
         if value_transform is not None:
             val = value_transform(val, type_information)
-        options: dict[str, bool] = {}
-        if isinstance(val, Shown):
-            options = {"no_string": val.no_string, "no_array": val.no_array}
-            val = val.message
         if isinstance(val, Message) or (type_information is not None and not isinstance(val, str)):
             text = format_message(
                 val,
@@ -94,7 +134,6 @@ class CallbackEcho:
                 field_filter=field_filter,
                 type_name=type_information,
                 indent=indent,
-                **options,
             ).lstrip("\n")
             return f"\n{text}" if indent else text
         return strify_message(
@@ -131,20 +170,34 @@ class CallbackEcho:
         if value is None:
             return
         self.count += 1
-        if self.plot and self.first:
-            sys.stdout.write("%" + _str_plot_fields(value, "field", self.field_filter) + "\n")
-            self.first = False
         offset = rospy.get_rostime() if self.offset_time else None
-        text = self.str_fn(
-            value,
-            time_offset=offset,
-            current_time=current_time,
-            field_filter=self.field_filter,
-            type_information=callback_args.get("type_information"),
-            fixed_numeric_width=self.fixed_numeric_width,
-            value_transform=self.value_transform,
-        )
-        sys.stdout.write(f"{self.prefix}{text}{self.suffix}\n")
+        sys.stdout.write(self.prefix)
+        if self.plot:
+            self._write_row(value, current_time, offset)
+        else:
+            text = self.custom_strify_message(
+                value,
+                time_offset=offset,
+                current_time=current_time,
+                field_filter=self.field_filter,
+                type_information=callback_args.get("type_information"),
+                fixed_numeric_width=self.fixed_numeric_width,
+                value_transform=self.value_transform,
+            )
+            sys.stdout.write(text)
+        sys.stdout.write(self.suffix)
         sys.stdout.flush()
         if self.max_count is not None and self.count >= self.max_count:
             self.done = True
+
+    def _write_row(self, value: Any, current_time: Any, offset: Any) -> None:
+        """Write a row of values with its time, and before the first one a row of names."""
+        if self._table is None:
+            self._table = Table(field_filter=self.field_filter)
+            self._table.head(value, sys.stdout.write)
+        if current_time is not None:
+            moment = current_time
+        else:
+            moment = value.header.stamp if getattr(value, "_has_header", False) else rospy.get_rostime()
+        nanoseconds = moment.to_nsec() - (offset.to_nsec() if offset is not None else 0)
+        self._table.row(value, nanoseconds, sys.stdout.write, offset)

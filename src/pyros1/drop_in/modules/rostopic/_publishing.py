@@ -1,12 +1,13 @@
-"""Publishing messages from values, files, the standard input and parameters."""
+"""Publishing messages from values, files and the standard input."""
 
 from __future__ import annotations
 
 import os
 import sys
 import time
-from collections.abc import Callable, Iterator
-from typing import Any
+from collections.abc import Iterator
+from contextlib import nullcontext
+from typing import Any, TextIO
 
 import genpy
 import roslib.message
@@ -115,40 +116,6 @@ def _now_header() -> Any:
     return Header(stamp=rospy.get_rostime())
 
 
-def argv_publish(
-    pub: Any,
-    msg_class: Any,
-    pub_args: Any,
-    rate: float | None,
-    once: bool,
-    verbose: bool,
-    substitute_keywords: bool = False,
-) -> None:
-    """Publish as `publish_message`, and wait a moment for subscribers if it is once."""
-    publish_message(pub, msg_class, pub_args, rate, once, verbose, substitute_keywords)
-
-
-def file_yaml_arg(filename: str) -> Callable[[], Iterator[list[Any]]]:
-    """Return a function that yields the documents of a YAML file, each as a list of values.
-
-    Raises:
-        ROSTopicException: there is no such file, or it is not valid (when it is read).
-    """
-    if not os.path.isfile(filename):
-        raise _refused(f"file does not exist: {filename}")
-
-    def documents() -> Iterator[list[Any]]:
-        with open(filename, encoding="utf-8") as file:
-            yield from _documents(file.read())
-
-    return documents
-
-
-def _documents(text: str) -> Iterator[list[Any]]:
-    for document in _values(text):
-        yield document if isinstance(document, list) else [document]
-
-
 def _values(text: str) -> Iterator[Any]:
     try:
         for document in yaml.safe_load_all(text):
@@ -158,10 +125,10 @@ def _values(text: str) -> Iterator[Any]:
         raise _refused(f"Invalid YAML: {error}") from None
 
 
-def stdin_yaml_arg() -> Iterator[Any]:
-    """Yield the values of the documents of the standard input as they come; ``---`` ends one."""
+def _documents(file: TextIO) -> Iterator[Any]:
+    """Yield the values of the documents of a file as they come; ``---`` ends one."""
     lines: list[str] = []
-    for line in sys.stdin:
+    for line in file:
         if line.startswith("---"):
             yield from _values("".join(lines))
             lines = []
@@ -173,10 +140,22 @@ def stdin_yaml_arg() -> Iterator[Any]:
 def stdin_publish(
     pub: Any, msg_class: Any, rate: float | None, once: bool, filename: str | None, verbose: bool
 ) -> None:
-    """Publish the documents of a YAML file, or of the standard input: at a rate, or as they come."""
-    documents = file_yaml_arg(filename) if filename else stdin_yaml_arg
-    pace = rospy.Rate(rate) if rate else None
-    for number, values in enumerate(documents()):
+    """Publish the documents of a YAML file, or of the standard input: at a rate, or as they come.
+
+    Raises:
+        ROSTopicException: there is no such file, it is not valid, or the values do not fit.
+    """
+    if filename and not os.path.isfile(filename):
+        raise _refused(f"file does not exist: {filename}")
+    with open(filename, encoding="utf-8") if filename else nullcontext(sys.stdin) as file:
+        _publish_documents(pub, msg_class, rospy.Rate(rate) if rate else None, once, verbose, _documents(file))
+    time.sleep(0.2)
+
+
+def _publish_documents(
+    pub: Any, msg_class: Any, pace: Any, once: bool, verbose: bool, documents: Iterator[Any]
+) -> None:
+    for number, values in enumerate(documents):
         if rospy.is_shutdown():
             return
         if number and pace is not None:
@@ -194,29 +173,3 @@ def stdin_publish(
         pub.publish(made)
         if once:
             break
-    time.sleep(0.2)
-
-
-def param_publish_once(pub: Any, msg_class: Any, param_name: str, verbose: bool) -> None:
-    """Publish a message with the values of a parameter; raises ROSTopicException if they do not fit."""
-    values = rospy.get_param(param_name)
-    publish_message(pub, msg_class, values if isinstance(values, list) else [values], None, True, verbose)
-
-
-def param_publish(pub: Any, msg_class: Any, param_name: str, rate: float | None, verbose: bool) -> None:
-    """Publish messages with the values of a parameter until the node ends: at a rate, or when it has changed."""
-    pace = rospy.Rate(rate or 10)
-    before: Any = None
-    while not rospy.is_shutdown():
-        values = rospy.get_param_cached(param_name)
-        if rate or values != before:
-            made = msg_class()
-            try:
-                fill_message_args(made, values if isinstance(values, list) else [values])
-            except genpy.MessageException as error:
-                raise _refused(f"{error}\n\nArgs are: [{get_printable_message_args(made)}]") from None
-            if verbose:
-                print(made)
-            pub.publish(made)
-            before = values
-        pace.sleep()

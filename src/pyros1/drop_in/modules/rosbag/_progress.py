@@ -1,0 +1,73 @@
+"""Progress on one line of the terminal."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import time
+
+
+class ProgressMeter:
+    """Shows on one line of the terminal how much of a file is done.
+
+    Args:
+        path: of the file.
+        bytes_total: its size.
+        refresh_rate: seconds between two changes of the line.
+
+    Attributes:
+        bytes_read: what is done. elapsed: seconds since the beginning.
+    """
+
+    def __init__(self, path: str, bytes_total: int, refresh_rate: float = 1.0) -> None:
+        self.path = path
+        self.bytes_total = bytes_total
+        self.refresh_rate = refresh_rate
+        self.bytes_read = 0
+        self.elapsed = 0.0
+        self.update_elapsed = 0.0
+        self.start_time = time.time()
+        self._show()
+
+    def step(self, bytes_read: int, force_update: bool = False) -> None:
+        """Tell how much is done, in bytes; ``force_update``: show it at once."""
+        self.bytes_read = bytes_read
+        self.elapsed = time.time() - self.start_time
+        if force_update or self.elapsed - self.update_elapsed > self.refresh_rate:
+            self._show()
+            self.update_elapsed = self.elapsed
+
+    def finish(self) -> None:
+        """All is done: show it, and end the line."""
+        self.step(self.bytes_total, force_update=True)
+        print()
+
+    def _show(self) -> None:
+        done = self.bytes_read / self.bytes_total if self.bytes_total else 1.0
+        if self.bytes_read >= self.bytes_total:
+            facts = f"100%{_size(self.bytes_total):>20} {_clock(self.elapsed)}    "
+        else:
+            left = _clock(self.elapsed * (1 / done - 1)) if done else "--:--"
+            facts = f"{int(100 * done):3d}% {_size(self.bytes_read)} / {_size(self.bytes_total)} {left} ETA"
+        width = max(self.terminal_width() - 37, 3)  # beside the facts
+        name = self.path if len(self.path) <= width else "..." + (self.path[3 - width :] if width > 3 else "")
+        sys.stdout.write(f"\r {name:<{max(width, 7)}} {facts}")
+        sys.stdout.flush()
+
+    @staticmethod
+    def terminal_width() -> int:
+        """Return the columns of the terminal; 80 without one."""
+        return shutil.get_terminal_size((80, 24)).columns
+
+
+def _size(count: float) -> str:
+    for unit in ("KB", "MB", "GB"):
+        count /= 1024
+        if count < 1024:
+            return f"{count:5.1f} {unit}"
+    return f"{count / 1024:5.1f} TB"
+
+
+def _clock(seconds: float) -> str:
+    minutes, rest = divmod(int(seconds), 60)
+    return f"{minutes:02d}:{rest:02d}"
