@@ -1,14 +1,12 @@
-"""Write ``interop/modules.md``: which public names of stock's Python modules ours have, and which ones tests use.
-
-The page counts all names of stock; the names that must be there are those that programs use (`USED`).
+"""Write ``interop/modules.md``: which names of stock's Python modules public programs use, and which of them ours have.
 
 ::
 
-    python interop/modules/make_table.py            # needs stock ROS
+    python interop/modules/make_table.py
     python interop/modules/make_table.py --check    # exit code 1 if the page is not current
 
 A name counts as tested if it occurs in the syntax tree of a test program in ``interop/modules`` or ``tests/drop_in``
-that imports the module, see `uses`. Names that ``Class.member`` inherits count once for each class.
+that imports the module, see `uses`.
 """
 
 from __future__ import annotations
@@ -30,13 +28,12 @@ SPEED = HERE / "speed.md"
 """Figures of `python interop/bench/run.py --only rospy:`, put there by hand."""
 USED = ROOT / "tests" / "drop_in" / "used_names.txt"
 """Names of stock's modules that public programs use."""
-STOCK_PYTHON = "/usr/bin/python3"
 START = ROOT / "src" / "pyros1" / "drop_in" / "start"
 
 MODULES = """
 rospy rospy.client rospy.core rospy.exceptions rospy.msg rospy.msproxy rospy.names rospy.numpy_msg rospy.rostime
 rospy.service rospy.timer rospy.topics rospy.logger_level_service_caller rospy.impl.tcpros_base
-rospy.impl.tcpros_service rospy.impl.paramserver
+rospy.impl.tcpros_service rospy.impl.paramserver rospy.impl.transport rospy.impl.registration
 genpy genpy.message genpy.rostime genpy.dynamic genpy.base genpy.generator
 genmsg genmsg.base genmsg.names genmsg.msgs genmsg.msg_loader genmsg.gentools
 roslib roslib.message roslib.packages roslib.names roslib.msgs roslib.srvs roslib.manifest roslib.rospack roslib.rosenv
@@ -45,7 +42,7 @@ rosgraph rosgraph.masterapi rosgraph.names rosgraph.network rosgraph.rosenv rosg
 rosgraph.roslogging rospkg rospkg.environment rospkg.common
 rosbag rosbag.bag rosbag.migration rosbag.rosbag_main rostopic rosnode rosservice rosparam rosmsg
 roslaunch roslaunch.parent roslaunch.scriptapi roslaunch.rlutil roslaunch.xmlloader roslaunch.core roslaunch.config
-roslaunch.pmon roslaunch.substitution_args rostest rosunit rosunit.junitxml
+roslaunch.pmon roslaunch.loader roslaunch.launch roslaunch.substitution_args rostest rosunit rosunit.junitxml
 tf tf.transformations tf.broadcaster tf.listener tf2_ros tf2_py tf2_geometry_msgs tf2_sensor_msgs
 actionlib actionlib.action_client actionlib.action_server actionlib.simple_action_client
 actionlib.simple_action_server actionlib.server_goal_handle actionlib.goal_id_generator
@@ -56,30 +53,18 @@ message_filters diagnostic_updater topic_tools sensor_msgs.point_cloud2 cv_bridg
 interactive_markers.interactive_marker_server interactive_markers.menu_handler
 """.split()  # noqa: SIM905  shorter as text
 
-OTHER_PACKAGES = "image_geometry rosclean roslz4 rosmaster roswtf tf2_kdl".split()  # noqa: SIM905  as above
-
 BEGINNING = """# Python modules of stock ROS 1, and ours
 
-Written by `interop/modules/make_table.py` from stock's installed modules and ours; not to be changed by hand. A public
-name is a function, class, value, or public member of a class. *There* means that our module has it; *tested* that it
-occurs in the code of a test program in `interop/modules` or `tests/drop_in` that imports the module (in its syntax tree or
-that of a program in a string; comments and other strings do not count). What tests use by the name of another module, as
-rospy.Timer for rospy.timer.Timer, counts there only. Names that we lack raise an error that says so.
+Written by `interop/modules/make_table.py`; not to be changed by hand. It counts what programs use: {used} names of stock's
+modules, found in 44 public packages and by searching public code (`tests/drop_in/used_names.txt`). *There* means that our
+module has the name, which `tests/drop_in/test_used_names.py` shows; *tested* that it occurs in the code of a test program in
+`interop/modules` or `tests/drop_in` that imports the module (in its syntax tree or that of a program in a string; comments and
+other strings do not count). What tests use by the name of another module, as rospy.Timer for rospy.timer.Timer, counts there only.
 
-What counts is what programs use: of stock's modules, 44 public packages use the {used} names of
-`tests/drop_in/used_names.txt`, and `tests/drop_in/test_used_names.py` shows that all but one are there. Names of
-rosbuild's time that no program of ROS 1's last releases uses are left out on purpose; the tables show where ours end.
+Other names of stock are there if they cost little. What is not there raises an error that says what to use in its place.
 
-The first table has the modules that programs import most, which were chosen by hand.
-
-| module | names | there | tested | missing |
+| module | names that programs use | there | tested | missing |
 |---|---|---|---|---|
-"""
-OTHERS = """
-All other modules of these packages and their neighbours, without generated messages:
-
-| module | names | there |
-|---|---|---|
 """
 PROGRAMS = """
 ## Programs
@@ -105,15 +90,25 @@ modules, such as PyKDL, are left out; what Python offers of them is in `tf2_kdl`
 """
 
 
-def surface(python: str, mode: str, names: str = "", *words: str) -> dict[str, list[str] | None]:
-    """Return what ``surface.py`` says on an interpreter."""
+def present(names: dict[str, list[str]]) -> dict[str, list[str]]:
+    """Return which names of modules ours have."""
     environ = {"PATH": os.environ["PATH"], "HOME": "/nonexistent", "PYTHONPATH": f"{START}{os.pathsep}{ROOT / 'src'}"}
-    if python == STOCK_PYTHON:
-        del environ["PYTHONPATH"]
-    command = [python, str(HERE / "surface.py"), mode, *words]
-    done = subprocess.run(command, input=names, env=environ, capture_output=True, text=True, timeout=300, check=True)
-    answer: dict[str, list[str] | None] = json.loads(done.stdout.splitlines()[-1])
+    command = [sys.executable, str(HERE / "surface.py"), "have"]
+    done = subprocess.run(
+        command, input=json.dumps(names), env=environ, capture_output=True, text=True, timeout=300, check=True
+    )
+    answer: dict[str, list[str]] = json.loads(done.stdout.splitlines()[-1])
     return answer
+
+
+def by_module(names: list[str]) -> dict[str, list[str]]:
+    """Return names of modules by the module of `MODULES` that has each, without the modules themselves."""
+    found: dict[str, list[str]] = {module: [] for module in MODULES}
+    for name in names:
+        module = max((each for each in MODULES if name.startswith(f"{each}.")), key=len, default="")
+        if module and name not in found:
+            found[module].append(name[len(module) + 1 :])
+    return {module: each for module, each in found.items() if each}
 
 
 def test_programs() -> list[Path]:
@@ -124,52 +119,25 @@ def test_programs() -> list[Path]:
 
 def page() -> str:
     """Return the text of the page."""
-    packages = [*dict.fromkeys(name.partition(".")[0] for name in MODULES), *OTHER_PACKAGES]
-    every = [name for names in surface(STOCK_PYTHON, "modules", "", *packages).values() for name in names or []]
-    others = [name for name in every if name not in MODULES]
-    stock = surface(STOCK_PYTHON, "list", "", *MODULES, *others)
-    ours = surface(sys.executable, "have", json.dumps({name: each or [] for name, each in stock.items()}))
+    wanted = by_module(USED.read_text(encoding="utf-8").split())
+    ours = present(wanted)
     used = used_names(test_programs(), MODULES)
     rows: list[str] = []
     sums = [0, 0, 0]
-    for module in MODULES:
-        names = stock[module]
-        if names is None:
-            continue
+    for module, names in wanted.items():
         there = ours[module] or []
         tested = [name for name in there if name.rpartition(".")[2] in used[module]]
-        missing = [name for name in names if name not in there]
-        gone = "all" if not there and names else ", ".join(f"`{name}`" for name in missing)
-        rows.append(f"| `{module}` | {len(names)} | {len(there)} | {len(tested)} | {gone} |\n")
+        missing = ", ".join(f"`{name}`" for name in names if name not in there)
+        rows.append(f"| `{module}` | {len(names)} | {len(there)} | {len(tested)} | {missing} |\n")
         for index, part in enumerate((names, there, tested)):
             sums[index] += len(part)
-    rows.append(f"| all of this table | {sums[0]} | {sums[1]} | {sums[2]} | |\n")
-    rows.append(OTHERS)
-    total = sums[:2]
-    for module in sorted(others):
-        names, there = stock[module] or [], ours[module] or []
-        if not names:
-            continue
-        rows.append(f"| `{module}` | {len(names)} | {len(there)} |\n")
-        total = [total[0] + len(names), total[1] + len(there)]
-    rows.append(f"| all of both tables | {total[0]} | {total[1]} |\n")
-    share, tested_share = 100 * total[1] / total[0], 100 * sums[2] / sums[1]
-    rows.append(
-        f"\nOf all names, {100 * sums[1] / sums[0]:.1f} % are there of the selection, and {share:.1f} % of all modules. Tests use "
-        f"{tested_share:.1f} % of what is there of the selection.\n"
-    )
-    used_by_programs = len(USED.read_text(encoding="utf-8").split())
-    return (
-        BEGINNING.format(used=used_by_programs)
-        + "".join(rows)
-        + PROGRAMS
-        + with_ratios(SPEED.read_text(encoding="utf-8"))
-    )
+    rows.append(f"| all | {sums[0]} | {sums[1]} | {sums[2]} | |\n")
+    return BEGINNING.format(used=sums[0]) + "".join(rows) + PROGRAMS + with_ratios(SPEED.read_text(encoding="utf-8"))
 
 
 def main() -> int:
     """Write or check the page; return the exit code."""
-    parser = argparse.ArgumentParser(description="Write interop/modules.md from stock's modules and ours.")
+    parser = argparse.ArgumentParser(description="Write interop/modules.md.")
     parser.add_argument("--check", action="store_true", help="write nothing; exit code 1 if the page is not current")
     options = parser.parse_args()
     text = page()

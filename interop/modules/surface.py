@@ -4,7 +4,6 @@
 
     python interop/modules/surface.py list MODULE...    # print them as JSON: {module: [name, "Class.member" ...]}
     python interop/modules/surface.py have < names      # the same, of such an answer, with what there is here only
-    python interop/modules/surface.py modules PACKAGE...    # print all modules of packages: {package: [module ...]}
 
 A name is public if the module lists it in ``__all__``, or if it begins without an underscore and belongs to the module:
 what it has only because it imports it does not count, unless a package takes it from its own modules. A module that
@@ -14,13 +13,11 @@ cannot be imported has the value null.
 from __future__ import annotations
 
 import contextlib
-import functools
 import importlib
 import inspect
 import io
 import json
 import os
-import pkgutil
 import sys
 import types
 import warnings
@@ -73,23 +70,17 @@ def imported(name: str) -> Any:
         return None
 
 
-def below(name: str) -> list[str]:
-    """Return the full names of a module and of those in it, without private and generated ones."""
-    module = imported(name)
-    found = [name]
-    for each in pkgutil.iter_modules(getattr(module, "__path__", [])):
-        if not each.name.startswith("_") and each.name not in ("msg", "srv", "cfg"):
-            full = f"{name}.{each.name}"
-            found += below(full) if each.ispkg else [full]
-    return found
-
-
 def has(module: Any, name: str) -> bool:
-    """Tell whether a module has a name, or a class of it a member."""
-    try:
-        functools.reduce(getattr, name.split("."), module)
-    except AttributeError:
-        return False
+    """Return whether a module has a name, or a class or module in it."""
+    path, value = module.__name__, module
+    for part in name.split("."):
+        path += f".{part}"
+        try:
+            value = getattr(value, part)
+        except AttributeError:
+            value = imported(path)
+            if value is None:
+                return False
     return True
 
 
@@ -101,8 +92,6 @@ def main() -> None:
         for name in sys.argv[2:]:
             module = imported(name)
             result[name] = None if module is None else names(module)
-    elif sys.argv[1] == "modules":
-        result.update({name: below(name) for name in sys.argv[2:]})
     else:
         for name, wanted in json.load(sys.stdin).items():
             module = imported(name)

@@ -12,7 +12,7 @@ MASTERS = ("ours",)
 PROGRAMS = Path(__file__).parent / "programs"
 
 
-@pytest.mark.parametrize("name", ["node_names", "rospy_end", "rospy_node", "tcpros"])
+@pytest.mark.parametrize("name", ["node_names", "rospy_end", "rospy_node", "service_requests"])
 def test_nodes(launcher: Master, name: str) -> None:
     assert faces.same(launcher, (PROGRAMS / f"{name}.py").read_text())
 

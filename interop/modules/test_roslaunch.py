@@ -77,9 +77,6 @@ for node in config.nodes + config.tests:
     show(node.package, node.type, node.name, node.namespace, node.machine_name, repr(node.args), node.respawn,
          node.respawn_delay, node.remap_args, node.env_args, node.process_name, node.output, node.cwd,
          node.launch_prefix, node.required, os.path.basename(node.filename), node.machine.name)
-    show(node.to_xml())
-    show(node.to_remote_xml())
-    show(node.xmltype(), node.xmlattrs())
 show(config.tests[0].test_name, config.tests[0].time_limit, config.tests[0].retry)
 show(config.clear_params, config.executables, sorted(config.machines), config.config_errors, config.has_remote_nodes())
 show([str(param) for name, param in sorted(config.params.items()) if name[:5] != "/rosd" and name[:5] != "/rosv"])
@@ -114,7 +111,9 @@ fails(other.add_machine, Machine("m", "other"), verbose=False)
 fails(Test, "t", "a", "b", time_limit=-1)
 show(roslaunch.config.namespaces_of("/a/b/c"), roslaunch.config.namespaces_of("/a"))
 show(Param("a//b/", 1).key, Param("/x", 1) == Param("/x", 1), Param("/x", 1) != Param("/x", 2))
-show(Node("p", "t", "n", "x//y").to_xml(), Test("name", "p", "t").to_xml())
+show(Node("p", "t", "n", "x//y").namespace, Test("name", "p", "t").time_limit)
+show([roslaunch.loader.convert_value(*words) for words in (("5", "int"), ("5.5", "auto"), ("true", "bool"), ("x", "str"))])
+fails(roslaunch.loader.convert_value, "x", "int")
 show(len(roslaunch.core.generate_run_id()), roslaunch.core.TEST_TIME_LIMIT_DEFAULT, roslaunch.core.local_machine())
 show(Machine("a", "b", user="u") == Machine("a", "b", user="u"), Machine("a", "b").config_equals(Machine("c", "b")))
 """
@@ -283,6 +282,24 @@ try:
 except roslaunch.RLException as error:
     show(error)
 """
+ENDS = """
+import time
+import roslaunch
+roslaunch.pmon._init_signal_handlers()
+text = "<launch><node pkg='scripted' type='run' name='short' args='0'/></launch>"
+for stays in (True, False):
+    parent = roslaunch.parent.ROSLaunchParent(roslaunch.rlutil.get_or_generate_uuid(None, False), [],
+                                              roslaunch_strs=[text])
+    parent.start(auto_terminate=not stays)
+    end = time.monotonic() + 20
+    while not parent.pm.dead_list and time.monotonic() < end:
+        time.sleep(0.02)
+    if not stays:
+        parent.pm.join(20)
+    show(parent.pm.is_alive(), parent.pm.done, parent.pm.is_shutdown, len(parent.pm.dead_list))
+    parent.shutdown()
+    show(parent.pm.is_alive(), parent.pm.done, parent.pm.is_shutdown)
+"""
 SPINS = """
 import os, subprocess
 import roslaunch, roslaunch.launch
@@ -366,7 +383,9 @@ os._exit(0)
 
 
 @pytest.mark.parametrize(
-    "text", [PARENT, SCRIPT, RUNNER, SPINS, PROCESSES], ids=["parent", "script", "runner", "spins", "processes"]
+    "text",
+    [PARENT, SCRIPT, RUNNER, SPINS, ENDS, PROCESSES],
+    ids=["parent", "script", "runner", "spins", "ends", "processes"],
 )
 def test_running(launcher: Master, package: dict[str, str], text: str) -> None:
     text = SHOW + text

@@ -91,32 +91,6 @@ def test_roslaunch_check(master: Master, no_modules: Path, robot: Path, tmp_path
     assert results[0][0] == (name != "good.launch")
 
 
-DEPENDS = """
-import sys
-import roslaunch.depends as depends
-for name in sys.argv[1:]:
-    try:
-        base, files, missing = depends.roslaunch_deps([name])
-    except depends.RoslaunchDepsException as error:
-        print(error)
-        continue
-    print(base, sorted(missing["robot"]), [(key, str(files[key])) for key in sorted(files)])
-    print(files[name] == depends.RoslaunchDeps(), repr(files[name]) == str(files[name]))
-    depends.print_deps(base, files, True)
-    filled = {}
-    depends.rl_file_deps(filled, name)
-    print(filled == files, depends.calculate_missing(base, {}, files, use_test_depends=True) == missing)
-"""
-
-
-def test_roslaunch_depends_as_a_library(master: Master, robot: Path) -> None:
-    files = [*(str(robot / name) for name in NAMES), "nope.launch"]
-    stock, ours = (
-        run(face, master, DEPENDS, *files, ROS_PACKAGE_PATH=package_path(robot)) for face in ("stock", "ours")
-    )
-    assert ours == stock.replace("the rosdep view is empty: call 'sudo rosdep init' and 'rosdep update'\n", "")
-
-
 MAKE_BAG = """
 import sys
 import rosbag, rospy

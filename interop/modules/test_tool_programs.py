@@ -28,8 +28,6 @@ PROGRAMS = Path(__file__).parent / "programs"
         "kdl",
         "launch_config",
         "launch_core",
-        "launch_loader",
-        "launch_monitor",
         "markers",
         "small_libraries",
         "tf2_registries",

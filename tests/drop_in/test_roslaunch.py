@@ -47,8 +47,7 @@ process, started = launch.runner.launch_node(roslaunch.core.Node("scripted", "ru
 print(process, started, launch.pm.has_process(process.name), launch.pm.get_process(process.name) is process)
 launch.shutdown()
 print(process.is_alive(), process.get_info()["alive"], launch.pm.get_active_names())
-from roslaunch.pmon import DeadProcess
-print(DeadProcess(process).exit_code)
+print([(each.name, each.exit_code) for each in launch.pm.dead_list if each.name == "n-1"])
 try:
     launch.start()
 except roslaunch.RLException as error:
@@ -61,7 +60,32 @@ def test_a_launch_file_and_more(environ_with_package: dict[str, str]) -> None:
     assert "('n-1', 4)" in out
     assert "Process<more-2> True True True" in out
     assert "False False []" in out
+    assert "[('n-1', 4)]" in out
     assert "this launch was already started" in out
+
+
+ENDS = """
+import roslaunch
+launch = roslaunch.parent.ROSLaunchParent(None, [], roslaunch_strs=[
+    "<launch><node pkg='scripted' type='run' name='n' args='3'/></launch>"])
+launch.start()
+launch.pm.join(20)
+print(launch.pm.is_alive(), launch.pm.done, launch.pm.get_process_names_with_spawn_count())
+for name in ("register", "shown"):
+    try:
+        getattr(launch.pm, name)
+    except AttributeError as error:
+        print(error)
+launch.shutdown()
+"""
+
+
+def test_the_monitor_ends_with_its_launch(environ_with_package: dict[str, str]) -> None:
+    """Programs wait for it: ``while launch.pm.is_alive()``."""
+    out = run(ENDS, environ_with_package)
+    assert "False True [[], [('n-1', 1)]]" in out
+    assert "pyros1 has no ProcessMonitor.register: pyros1 starts processes itself" in out
+    assert "'ProcessMonitor' object has no attribute 'shown'" in out
 
 
 SCRIPT = """

@@ -1,4 +1,5 @@
-"""The names of stock's modules that public programs use: counted in 44 public packages of ROS 1, 1,185 files.
+"""The names of stock's modules that public programs use: counted in 44 public packages of ROS 1, 1,185 files, and found
+by searching public code for names of the inner modules.
 
 ``used_names.txt`` has those that stock of ROS 1's last release has.
 """

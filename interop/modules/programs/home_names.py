@@ -11,7 +11,6 @@ import genmsg.msg_loader
 import genmsg.msgs
 import genpy.generator
 import genpy.rostime
-import roslaunch.xmlloader
 import roslib.launcher
 import roslib.msgs
 import roslib.network
@@ -44,11 +43,16 @@ def t(title, call):
 
 
 # Constants
-for module in (rospy.core, rospy.service, rospy.topics, rospy.impl.tcpros_base):
+for module in (rospy.core, rospy.service, rospy.topics):
     print(module.ANYTYPE, module.GLOBALNS, module.REMAP, module.ROSRPC, module.SEP, module.SERVICE_ANYTYPE)
-    print(module.TOPIC_ANYTYPE, module.MASTER_NAME if module is not rospy.impl.tcpros_base else "")
+    print(module.TOPIC_ANYTYPE, module.MASTER_NAME)
 print(rospy.names.ANYTYPE, rospy.names.GLOBALNS, rospy.names.REMAP, rospy.names.SEP, rospy.names.SERVICE_ANYTYPE)
-print(rospy.names.TOPIC_ANYTYPE, rospy.impl.tcpros_base.TCPROS, rospy.impl.tcpros_base.BIDIRECTIONAL)
+print(
+    rospy.names.TOPIC_ANYTYPE,
+    rospy.impl.tcpros_base.TCPROS,
+    rospy.impl.tcpros_base.BIDIRECTIONAL,
+    rospy.impl.tcpros_base.DEFAULT_BUFF_SIZE,
+)
 print(rospy.service.BIDIRECTIONAL, rospy.topics.DEFAULT_BUFF_SIZE, rospy.impl.paramserver.GLOBALNS)
 print(rospy.client.DEBUG, rospy.client.INFO, rospy.client.ERROR, rospy.client.FATAL, rospy.client.TIMEOUT_READY)
 print(rospy.FATAL, rospy.impl.paramserver.SEP)
@@ -72,20 +76,6 @@ print(rosgraph.network.ROS_HOSTNAME, rosgraph.network.ROS_IP, rosgraph.network.R
 print(rosgraph.xmlrpc.ThreadingXMLRPCServer.daemon_threads, rosgraph.impl.graph.logger.name)
 compression = rosbag.bag.Compression
 print(compression.NONE, compression.BZ2, compression.LZ4)
-loader = roslaunch.xmlloader.XmlLoader
-for attributes in (
-    loader.ARG_ATTRS,
-    loader.ENV_ATTRS,
-    loader.GROUP_ATTRS,
-    loader.INCLUDE_ATTRS,
-    loader.MACHINE_ATTRS,
-    loader.NODE_ATTRS,
-    loader.PARAM_ATTRS,
-    loader.REMAP_ATTRS,
-    loader.ROSPARAM_OPT_ATTRS,
-    loader.TEST_ATTRS,
-):
-    print(sorted(attributes))
 
 # Exceptions: what catches what
 for kind, texts in (

@@ -1,8 +1,6 @@
-"""Names of rospy of a running node: log functions, topics and services in its lists, connections, signals."""
+"""Names of rospy of a running node: log functions, topics and services in its lists, signals."""
 
-import io
 import logging
-import os
 import re
 import signal
 import socket
@@ -13,13 +11,11 @@ import warnings
 warnings.simplefilter("ignore")
 import rospy
 import rospy.core
-import rospy.impl.tcpros_base as base
 import rospy.names
 import rospy.service
 import rospy.topics
-from rosgraph.network import read_ros_handshake_header, write_ros_handshake_header
 from rospy.impl.registration import get_service_manager, get_topic_manager
-from rospy.topics import Poller, Topic
+from rospy.topics import Topic
 from std_msgs.msg import Header, String
 from std_srvs.srv import Empty, Trigger
 
@@ -185,93 +181,6 @@ t("wait", lambda: rospy.wait_for_service("one", 0.05))
 own = rospy.service.ServiceManager()
 print(own.get_services(), own.get_service("/x"))
 t("all", own.unregister_all)
-
-# Pollers
-one, two = socket.socketpair()
-poller = Poller()
-for call in (lambda: poller.add_kqueue(1), lambda: poller.remove_kqueue(1), lambda: list(poller.error_kqueue_iter())):
-    try:
-        print(call())
-    except AttributeError:
-        print("not on Linux")
-t("poll", lambda: poller.add_poll(one.fileno()))
-t("poll", lambda: list(poller.error_poll_iter()))
-t("poll", lambda: poller.remove_poll(one.fileno()))
-t("poll", lambda: poller.remove_poll(one.fileno()))
-poller.add_fd(one.fileno())
-print(list(poller.error_iter()))
-poller.remove_fd(one.fileno())
-t("again", lambda: poller.remove_fd(one.fileno()))
-one.close()
-two.close()
-t("closed", lambda: poller.add_fd(-1))
-
-# Connections
-one, two = socket.socketpair()
-
-
-class Protocol(base.TCPROSTransportProtocol):
-    def get_header_fields(self):
-        return {"callerid": "/me", "x": "y"}
-
-
-transport = base.TCPROSTransport(Protocol("/a", String), "/a")
-print(
-    transport.transport_type,
-    base.TCPROSTransport.transport_type,
-    transport.endpoint_id,
-    transport.header,
-    transport.direction,
-)
-t("info", transport.get_transport_info)
-t("write", transport.write_header)
-t("read", transport.read_header)
-t("endpoint", lambda: transport.set_endpoint_id("/other"))
-print(transport.endpoint_id)
-called = []
-t("cleanup", lambda: transport.set_cleanup_callback(called.append))
-transport.set_socket(one, "/peer")
-transport.write_header()
-print(read_ros_handshake_header(two, io.BytesIO(), 4096))
-write_ros_handshake_header(two, {"callerid": "/peer", "type": "std_msgs/String", "md5sum": "*", "x": "y"})
-transport.read_header()
-print(
-    sorted(transport.header.items()),
-    transport.endpoint_id,
-    transport.type if hasattr(transport, "type") else "",
-    transport.md5sum if hasattr(transport, "md5sum") else "",
-)
-print(
-    transport.stat_bytes, transport.stat_num_msg, transport.callerid_pub, transport.is_latched, transport.local_endpoint
-)
-for fields in ({"callerid": "/a"}, {"type": "a"}, {"type": "a", "md5sum": "b", "latching": "1"}, {"x": "y"}):
-    write_ros_handshake_header(two, fields)
-    t("fields", transport.read_header)
-    print(transport.type, transport.md5sum, transport.callerid_pub, transport.is_latched)
-transport.send_message(String("abc"), 3)
-print(two.recv(100), transport.stat_bytes, transport.stat_num_msg)
-write_ros_handshake_header(two, {"error": "no"})
-t("error", transport.read_header)
-two.close()
-t("ended", transport.read_header)
-t("ended", lambda: transport.write_data(b"x"))
-t("ended", lambda: transport.write_data(b"x"))
-transport.close()
-print([each is transport for each in called], transport.done, transport.socket, callable(transport.cleanup_cb))
-transport.close()
-print(len(called))
-left, right = socket.create_server(("127.0.0.1", 0)), None
-transport = base.TCPROSTransport(base.TCPROSTransportProtocol("/a", String), "/a")
-transport.set_socket(socket.create_connection(left.getsockname()), "/peer")
-t("info", transport.get_transport_info)
-transport.close()
-t("info", transport.get_transport_info)
-left.close()
-t("nameless", lambda: base.TCPROSTransport(base.TCPROSTransportProtocol("/a", String), ""))
-t("no message", lambda: base.TCPROSTransportProtocol("/a", str))
-print(base.get_tcpros_server_address()[1] > 0)
-t("init", lambda: type(base.init_tcpros_server()).__name__)
-t("start", lambda: base.start_tcpros_server() is not None and base.get_tcpros_server_address()[1] > 0)
 
 # Names of the node
 print(rospy.names.get_mappings(), rospy.names.get_resolved_mappings())

@@ -40,7 +40,6 @@ for module in (
     rospy.names,
     rospy.service,
     rospy.topics,
-    rospy.impl.tcpros_base,
     rospy.impl.paramserver,
     rospy,
     rospy.client,

@@ -26,6 +26,7 @@ REASONS = {
     "resource_retriever": "see pyros1.urdf and roslib.packages for package:// addresses",
     "moveit_commander": f"{_COMPILED} for the most part",
     "rospy.impl.masterslave": _NODE,
+    "rospy.impl.tcpros_pubsub": _NODE,
     "rospy.impl.udpros": _NODE,
     "roslaunch.child": _LAUNCH,
     "roslaunch.remote": _LAUNCH,

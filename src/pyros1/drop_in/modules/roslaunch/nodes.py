@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
-from xml.sax.saxutils import quoteattr
 
 from pyros1.ground.names import canonicalize_name, ns_join
 
@@ -112,45 +111,6 @@ class Node:
         if respawn and required:
             raise ValueError("respawn and required cannot both be set to true")
 
-    def xmltype(self) -> str:
-        """Return the name of its tag."""
-        return "node"
-
-    def xmlattrs(self) -> list[tuple[str, Any]]:
-        """Return the attributes of its tag; those that are None are left out there."""
-        return [
-            ("pkg", self.package),
-            ("type", self.type),
-            ("machine", self.machine_name),
-            ("ns", self.namespace),
-            ("args", self.args),
-            ("output", self.output),
-            ("cwd", self.cwd),
-            ("respawn", self.respawn),
-            ("respawn_delay", self.respawn_delay),
-            ("name", self.name),
-            ("launch-prefix", self.launch_prefix),
-            ("required", self.required),
-        ]
-
-    def to_xml(self) -> str:
-        """Return its tag."""
-        return self._tag(self.xmlattrs())
-
-    def to_remote_xml(self) -> str:
-        """Return its tag for the machine on which it runs."""
-        return self._tag([(key, value) for key, value in self.xmlattrs() if key != "machine"])
-
-    def _tag(self, attributes: list[tuple[str, Any]]) -> str:
-        words = [f"{key}={quoteattr(str(value))}" for key, value in attributes if value is not None]
-        lines = [f"<{' '.join([self.xmltype(), *words])}>"]
-        for tag, first, second, pairs in (
-            ("remap", "from", "to", self.remap_args),
-            ("env", "name", "value", self.env_args),
-        ):
-            lines += [f"  <{tag} {first}={quoteattr(str(a))} {second}={quoteattr(str(b))} />" for a, b in pairs]
-        return "\n".join([*lines, f"</{self.xmltype()}>"])
-
 
 class Test(Node):
     """A test to run; the arguments are as in a <test> tag."""
@@ -194,17 +154,3 @@ class Test(Node):
         self.time_limit = float(time_limit or TEST_TIME_LIMIT_DEFAULT)
         if self.time_limit <= 0:
             raise ValueError("'time-limit' must be a positive number")
-
-    def xmltype(self) -> str:
-        """Return the name of its tag."""
-        return "test"
-
-    def xmlattrs(self) -> list[tuple[str, Any]]:
-        """Return the attributes of its tag."""
-        attributes = [each for each in super().xmlattrs() if each[0] not in ("respawn", "respawn_delay")]
-        attributes.append(("test-name", self.test_name))
-        if self.retry:
-            attributes.append(("retry", str(self.retry)))
-        if self.time_limit != TEST_TIME_LIMIT_DEFAULT:
-            attributes.append(("time-limit", self.time_limit))
-        return attributes

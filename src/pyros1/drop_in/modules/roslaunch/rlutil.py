@@ -10,9 +10,9 @@ from typing import Any
 
 import pyros1.launch.scripting as _scripting
 from pyros1.finding.packages import package_of
-from pyros1.launch.reading.depends import declared_depends
+from pyros1.launch.reading.depends import declared_depends, file_needs, undeclared
 from pyros1.launch.reading.loader import absolute_files, load_plan
-from pyros1.launch.reading.words import find_files
+from pyros1.launch.reading.words import find_files, parse_arguments
 from pyros1.launch.reading.world import make_resources
 from roslaunch.core import RLException, rl_errors
 from roslaunch.printing import printerrlog
@@ -97,30 +97,28 @@ def check_roslaunch(f: str, use_test_depends: bool = False, ignore_unset_args: b
     Returns:
         The errors, or None.
 
-    Raises:
-        RoslaunchDepsException: an argument has no value.
     """
     from roslib.packages import find_node
     from rospkg import ResourceNotFound
 
     from roslaunch.config import load_config_default
-    from roslaunch.depends import roslaunch_deps
 
     try:
         config = load_config_default([f], DEFAULT_MASTER_PORT, ignore_unset_args=ignore_unset_args)
     except RLException as error:
         return str(error)
-    _, file_deps, missing = roslaunch_deps([f], use_test_depends=use_test_depends, ignore_unset_args=ignore_unset_args)
-    declared = {name for file in file_deps for name in declared_depends(package_of(Path(file))[0])}
+    needs = file_needs(load_plan([f], parse_arguments(sys.argv), make_resources(), problems=[]))
+    declared = {name for each in needs for name in declared_depends(package_of(Path(each.file))[0])}
     errors = []
-    for package, names in missing.items():
+    for package, found in undeclared(needs, test_depends=use_test_depends).items():
+        names = set(found)
         text = f"Missing package dependencies: {package}/package.xml: {', '.join(sorted(names))}"
         if names - declared:
             printerrlog(text)
             errors.append(text)
         elif names:
             printerrlog(f"{text} (notify upstream maintainer)")
-    nodes = [node for deps in file_deps.values() for node in deps.nodes]
+    nodes = [node for each in needs for node in each.nodes]
     unknown = {package for package, _ in nodes if package not in make_resources().packages.list()}
     errors += [f"cannot find package [{package}] for node [{kind}]" for package, kind in nodes if package in unknown]
     for package, kind in nodes:

@@ -3,74 +3,30 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
 
-from pyros1.drop_in.missing import missing
+from pyros1.drop_in.missing import members, missing
 from pyros1.ground.errors import Error
 from pyros1.launch.plan import Plan
 from pyros1.launch.reading.loader import load_plan
 from pyros1.launch.reading.report import contents
 from pyros1.launch.reading.words import parse_arguments
 from pyros1.launch.reading.world import make_resources
-from roslaunch.core import Machine, Node, Param, RLException, Test
-from roslaunch.loader import Loader, convert_value
+from roslaunch.core import Param, RLException
 from roslaunch.plans import machine_of, node_of
-from roslaunch.substitution_args import ArgException, SubstitutionException, resolve_args
 
-__all__ = [
-    "ArgException",
-    "Machine",
-    "Node",
-    "Param",
-    "RLException",
-    "SubstitutionException",
-    "Test",
-    "XmlLoader",
-    "XmlParseException",
-    "ifunless",
-    "ifunless_test",
-]
+__all__ = ["XmlLoader", "XmlParseException"]
 
-NS = "ns"
-CLEAR_PARAMS = "clear_params"
-__getattr__ = missing("roslaunch.xmlloader")
+_READING = "pyros1.launch.reading reads launch files; see XmlLoader.load"
+__getattr__ = missing("roslaunch.xmlloader", ifunless=_READING, ifunless_test=_READING)
 
 
 class XmlParseException(RLException):
     """A launch file is wrong."""
 
 
-def ifunless_test(obj: Any, tag: Any, context: Any) -> bool:
-    """Return whether a tag counts by its attributes ``if`` and ``unless``.
-
-    Args:
-        obj: an XmlLoader.
-        tag: an element of xml.dom.minidom.
-        context: see `XmlLoader.resolve_args`.
-
-    Raises:
-        XmlParseException: it has both. ValueError: the value is not a truth value.
-    """
-    wanted, unwanted = obj.opt_attrs(tag, context, ["if", "unless"])
-    if wanted is not None and unwanted is not None:
-        raise XmlParseException("cannot set both 'if' and 'unless' on the same tag")
-    if wanted is not None:
-        return bool(convert_value(wanted, "bool"))
-    return unwanted is None or not convert_value(unwanted, "bool")
-
-
-def ifunless(f: Callable[..., Any]) -> Callable[..., Any]:
-    """Make a method ``f(loader, tag, context, ...)`` do nothing with tags that do not count; see `ifunless_test`."""
-
-    def call(*args: Any, **kwds: Any) -> Any:
-        return f(*args, **kwds) if ifunless_test(*args[:3]) else None
-
-    return call
-
-
-class XmlLoader(Loader):
+class XmlLoader:
     """Reads launch files into a ROSLaunchConfig.
 
     Args:
@@ -83,45 +39,11 @@ class XmlLoader(Loader):
         self.args_only = args_only
         self.root_context: Any = None
 
-    # The attributes of each tag, in stock's order.
-    ROSPARAM_OPT_ATTRS = ("command", "ns", "file", "param", "subst_value")
-    PARAM_ATTRS = ("name", "value", "type", "value", "textfile", "binfile", "command")
-    ARG_ATTRS = ("name", "value", "default", "doc")
-    NODE_ATTRS = [
-        "pkg", "type", "machine", "name", "args", "output", "respawn", "respawn_delay", "cwd", "ns", "clear_params",
-        "launch-prefix", "required",
-    ]  # fmt: skip
-    TEST_ATTRS = [*NODE_ATTRS, "test-name", "time-limit", "retry"]
-    MACHINE_ATTRS = ("name", "address", "env-loader", "ssh-port", "user", "password", "default", "timeout")
-    REMAP_ATTRS = ("from", "to")
-    ENV_ATTRS = ("name", "value")
-    INCLUDE_ATTRS = ("file", "ns", "clear_params", "pass_all_args")
-    GROUP_ATTRS = ("ns", "clear_params")
-
-    def resolve_args(self, args: str, context: Any) -> str:
-        """Replace all ``$(...)`` in a text.
-
-        Args:
-            args: the text.
-            context: has the attributes ``resolve_dict``, see `substitution_args.resolve_args`, and ``filename``.
-
-        Raises:
-            SubstitutionException: it is not possible.
-        """
-        return resolve_args(args, context.resolve_dict, self.resolve_anon, context.filename)
-
-    def opt_attrs(self, tag: Any, context: Any, attrs: Iterable[str]) -> list[str | None]:
-        """Return attributes of a tag of xml.dom.minidom, after `resolve_args`; None for those that it does not have."""
-        return [
-            self.resolve_args(tag.getAttribute(name), context) if tag.hasAttribute(name) else None for name in attrs
-        ]
-
-    def reqd_attrs(self, tag: Any, context: Any, attrs: Iterable[str]) -> list[str]:
-        """Return attributes of a tag of xml.dom.minidom, after `resolve_args`; raises KeyError if one is not there."""
-        return [self.resolve_args(tag.attributes[name].value, context) for name in attrs]
-
-    def __getattr__(self, name: str) -> Any:
-        raise AttributeError(f"pyros1 has no roslaunch XmlLoader.{name}: pyros1.launch.reading reads launch files")
+    __getattr__ = members(
+        "XmlLoader",
+        _READING,
+        frozenset(["add_param", "load_env", "load_rosparam", "opt_attrs", "param_value", "reqd_attrs", "resolve_args"]),
+    )
 
     def load(
         self, filename: str, ros_config: Any, core: bool = False, argv: list[str] | None = None, verbose: bool = True

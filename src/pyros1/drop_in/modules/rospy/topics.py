@@ -311,7 +311,6 @@ __getattr__, __dir__ = _names(
         **LATE,
         "Log": "rosgraph_msgs.msg",
         "SubscriberStatisticsLogger": "rospy.impl.statistics",
-        "Poller": "rospy.impl.poller",
     },
-    dict.fromkeys(("QueuedConnection", "get_tcpros_handler"), _links),
+    dict.fromkeys(("Poller", "QueuedConnection", "get_tcpros_handler"), _links),
 )

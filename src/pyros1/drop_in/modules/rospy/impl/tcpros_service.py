@@ -382,9 +382,8 @@ def wait_for_service(service: str, timeout: Any = None) -> None:
         raise ROSInterruptException("rospy shutdown") from None
 
 
-_late = {
-    **dict.fromkeys(("TCPROSTransport", "TCPROSTransportProtocol"), "rospy.impl.tcpros_base"),
-    **dict.fromkeys(("TCPROSServiceClient", "TCPService"), "rospy.impl.tcpros_client"),
-    "service_connection_handler": "rospy.impl.tcpros_server",
-}
-__getattr__, __dir__ = _names(__name__, _late)
+__getattr__, __dir__ = _names(
+    __name__,
+    dict.fromkeys(("TCPROSServiceClient", "TCPROSTransport", "TCPROSTransportProtocol"), "rospy.impl.tcpros_base"),
+    dict.fromkeys(("TCPService", "service_connection_handler"), "pyros1's nodes serve connections themselves"),
+)
