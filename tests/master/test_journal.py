@@ -117,8 +117,8 @@ def test_spoilt_bytes_end_what_is_read(seed: int) -> None:
     data = bytearray(b"".join(map(encode_record, calls)))
     for _ in range(chance.randrange(1, 4)):
         data[chance.randrange(len(data))] = chance.randrange(256)
-    found = list(journals.decode_records(bytes(data)))
-    good = [call for call in found if call is not None]
+    previous = list(journals.decode_records(bytes(data)))
+    good = [call for call in previous if call is not None]
     assert [list(call) for call in good] == [[name, params] for name, params in calls[: len(good)]]
     make_api().restore(good)
 
@@ -160,13 +160,13 @@ def test_what_was_written_is_read(journal: Callable[..., Journal], tmp_path: Pat
     writer.add(("setParam", ["/a", "/y", [1, 2]]))
     writer.heartbeat()
     writer.close(remove=False)
-    found = read(path)
-    assert found is not None
-    assert [list(call) for call in found.calls] == [
+    previous = read(path)
+    assert previous is not None
+    assert [list(call) for call in previous.calls] == [
         ["setParam", ["/a", "/", {"x": 1}]],
         ["setParam", ["/a", "/y", [1, 2]]],
     ]
-    assert (found.pid, found.boot, found.truncated) == (os.getpid(), boot_id(), False)
+    assert (previous.pid, previous.boot, previous.truncated) == (os.getpid(), boot_id(), False)
     assert path.stat().st_mode & 0o777 == 0o600
     with path.open("ab") as file:
         file.write(b"\x10\0\0\0abc")
@@ -203,7 +203,7 @@ def test_what_is_no_file_is_no_journal(make: Callable[[Path], object], tmp_path:
 
 def test_one_journal_has_one_writer(journal: Callable[..., Journal]) -> None:
     first = journal()
-    with pytest.raises(JournalError, match="another master uses"):
+    with pytest.raises(JournalError, match="another master is using"):
         journal()
     first.close()
     journal()
@@ -218,7 +218,7 @@ def test_a_writer_that_a_disk_holds_up_keeps_the_lock(
     first = journal()
     first.begin([])
     first.close(timeout=0.01)
-    with pytest.raises(JournalError, match="another master uses"):
+    with pytest.raises(JournalError, match="another master is using"):
         journal()
     leave.set()
     first.close()
@@ -239,8 +239,8 @@ def test_nothing_follows_a_change_that_was_left_out(
     while not writer.needs_rewrite:
         assert time.monotonic() < until
     writer.close(remove=False)
-    found = read(tmp_path / "own" / "m.journal")
-    assert found is not None and found.calls == ()
+    previous = read(tmp_path / "own" / "m.journal")
+    assert previous is not None and previous.calls == ()
 
 
 def test_a_full_disk_is_told_once_and_asked_for_again(
@@ -263,8 +263,8 @@ def test_a_full_disk_is_told_once_and_asked_for_again(
     writer.begin([("setParam", ["/a", "/x", 1])])
     writer.close(remove=False)
     assert len(told) == 1 and "No space left" in told[0]
-    found = read(tmp_path / "own" / "m.journal")
-    assert found is not None and len(found.calls) == 1
+    previous = read(tmp_path / "own" / "m.journal")
+    assert previous is not None and len(previous.calls) == 1
 
 
 @pytest.mark.parametrize(
@@ -297,10 +297,10 @@ def test_a_pipe_in_its_place_is_not_waited_for(tmp_path: Path) -> None:
 
 
 def test_stale_journals() -> None:
-    found = JournalContents((("registerPublisher", ["/a", "/t", "*", "http://h:1/"]),), 1, boot_id(), 1000.0, False)
-    assert stale_reason(found, 1059.0, lambda _: False) == ""
-    assert "none of its nodes is running" in stale_reason(found, 1061.0, lambda apis: list(apis) != ["http://h:1/"])
-    assert stale_reason(found, 1061.0, lambda _: True) == ""
+    previous = JournalContents((("registerPublisher", ["/a", "/t", "*", "http://h:1/"]),), 1, boot_id(), 1000.0, False)
+    assert stale_reason(previous, 1059.0, lambda _: False) == ""
+    assert "none of its nodes is running" in stale_reason(previous, 1061.0, lambda apis: list(apis) != ["http://h:1/"])
+    assert stale_reason(previous, 1061.0, lambda _: True) == ""
     assert "restarted" in stale_reason(JournalContents((), 1, "other", 1000.0, False), 1001.0, lambda _: True)
 
 
@@ -398,13 +398,19 @@ def test_a_master_goes_on_where_another_stopped(tmp_path: Path) -> None:
     client.close()
     until = time.monotonic() + 10
     while True:  # a thread writes
-        found = read(path)
-        if found is not None and len(found.calls) >= 4:
+        previous = read(path)
+        if previous is not None and len(previous.calls) >= 4:
             break
         assert time.monotonic() < until
     first.stop()
     assert not path.exists()
-    second = Master(port=0, bind_host="127.0.0.1", journal=Journal(path, print), found=found, on_restored=continued)
+    second = Master(
+        port=0,
+        bind_host="127.0.0.1",
+        journal=Journal(path, print),
+        previous=previous,
+        on_restored=continued,
+    )
     second.start()
     assert came.wait(10)
     client = MasterClient("/b", second.uri)
@@ -456,5 +462,5 @@ def test_only_nodes_that_were_there_at_the_end_count_as_left() -> None:
 
 def test_an_early_year_can_be_read_again() -> None:
     call = ("setParam", ("/a", "/x", datetime.datetime(1, 2, 3, 4, 5, 6)))
-    (found,) = journals.decode_records(encode_record(call))
-    assert found is not None and list(found[1]) == list(call[1])
+    (previous,) = journals.decode_records(encode_record(call))
+    assert previous is not None and list(previous[1]) == list(call[1])

@@ -38,10 +38,10 @@ def test_each_kind_has_a_cure(host: str, error: BaseException | None, words: str
 
 def test_where_all_use_a_loopback_address_other_machines_are_not_suspected() -> None:
     refused = caused(ConnectionRefusedError())
-    assert connectivity_hint("localhost", refused, "127.0.0.1") == "Has it exited? Then: pyros1 node cleanup"
+    assert connectivity_hint("localhost", refused, "127.0.0.1") == "Has it exited? Then run: pyros1 node cleanup"
     for own in ("", "laptop"):
         text = connectivity_hint("localhost", refused, own)
-        assert text.startswith("Has it exited? Then: pyros1 node cleanup") and "unset ROS_HOSTNAME" in text
+        assert text.startswith("Has it exited? Then run: pyros1 node cleanup") and "unset ROS_HOSTNAME" in text
 
 
 @pytest.mark.parametrize("own", ["", "laptop", "localhost"])

@@ -44,7 +44,7 @@ def test_texts_that_differ_are_bounded_for_each_place() -> None:
     repeats.log("there", "lost", lines.append)
     assert lines == [*(f"refused {number}" for number in range(MAX_TEXTS)), "lost"]
     timers.run()
-    assert lines[-1] == f"{1000 - MAX_TEXTS} more messages like the last ones were suppressed"
+    assert lines[-1] == f"{1000 - MAX_TEXTS} similar messages were suppressed"
 
 
 def test_what_was_counted_is_told_at_the_end() -> None:
@@ -79,4 +79,4 @@ def test_a_place_may_have_a_lower_bound() -> None:
         repeats.log("here", f"/talker_{number} is gone", lines.append, max_texts=3)
     assert lines == [f"/talker_{number} is gone" for number in range(3)]
     timers.run()
-    assert lines[3:] == ["28 more messages like the last ones were suppressed"]
+    assert lines[3:] == ["28 similar messages were suppressed"]

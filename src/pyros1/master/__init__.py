@@ -1,4 +1,4 @@
-"""The ROS master: registry, parameter server, their XML-RPC API, notification of nodes."""
+"""The ROS master: the registry and the parameter server, their XML-RPC API, and notifications to nodes."""
 
 from __future__ import annotations
 

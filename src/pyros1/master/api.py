@@ -1,7 +1,8 @@
 """The methods of the Master and Parameter Server APIs
 (https://wiki.ros.org/ROS/Master_API, https://wiki.ros.org/ROS/Parameter%20Server%20API).
 
-Every call is answered with ``[code, message, value]`` (M03): code 1 success, 0 failed, -1 the caller's mistake.
+Every call returns ``[code, message, value]`` (M03). The code is 1 for success, 0 for a failure, and -1 for an error of
+the caller.
 """
 
 from __future__ import annotations
@@ -22,22 +23,22 @@ Log = Callable[[str, str], object]
 
 Response = tuple[str, Any]
 _TYPES: Final = "topicTypes"
-"""In a record: the types of topics; no method of the API."""
+"""A record that holds the types of topics; not a method of the API."""
 
 
 class MasterApi:
-    """The API of a master: it makes each call on the registry or the parameters.
+    """The API of a master, which executes each call on the registry or the parameters.
 
     Args:
-        notify: takes the notices that a call causes.
-        log: gets a line for each change (M57).
-        on_shutdown: called with the reason when a client asks the master to end.
-        pid: this process's id.
+        notify: called with the notices that result from a call.
+        log: called for each change (M57).
+        on_shutdown: called with the reason when a client asks the master to shut down.
+        pid: the process id that ``getPid`` returns.
         log_calls: also log each call, with level ``debug``.
-        record: gets each call that has changed something, with its arguments resolved (see `restore`).
+        record: called with each call that has changed something, with its arguments resolved (see `restore`).
 
     Attributes:
-        uri: what ``getUri`` answers.
+        uri: the URI that ``getUri`` returns.
     """
 
     def __init__(
@@ -59,10 +60,10 @@ class MasterApi:
         self._pid = pid
         self._log_calls = log_calls
         self._record = record
-        self._state: tuple[int, PreparedList] = (-1, PreparedList())  # tools often ask for it
+        self._state: tuple[int, PreparedList] = (-1, PreparedList())  # cached, as tools often request it
 
     def dispatch(self, method: str, params: Sequence[Any]) -> list[Any]:
-        """Answer one call.
+        """Execute a call and return its response.
 
         Raises:
             XmlRpcFault: there is no such method (M05).
@@ -73,7 +74,7 @@ class MasterApi:
         if self._log_calls:
             self._log("debug", f"{method}({', '.join(map(repr, params))})")
         try:
-            # The order of these checks is visible in the answers (M06).
+            # The order of these checks affects the responses (M06).
             if not params:
                 raise Refused("missing required caller_id parameter")
             if len(params) != len(entry.arguments) + 1:
@@ -82,33 +83,33 @@ class MasterApi:
             if not isinstance(caller, str):
                 raise Refused("caller_id must be a string")
             values = [check(value, caller) for check, value in zip(entry.arguments, params[1:], strict=True)]
-            before = self.registry.version, self.parameters.version
+            versions_before = self.registry.version, self.parameters.version
             message, value = entry.perform(self, caller, *values)
         except Refused as refused:
             if not entry.is_query:
                 self._log("error", f"{method}: {refused.message}")
             return [refused.code, refused.message, entry.default if refused.value is None else refused.value]
-        if self._record is not None and before != (self.registry.version, self.parameters.version):
+        if self._record is not None and versions_before != (self.registry.version, self.parameters.version):
             self._record(method, (caller, *values))
         return [1, message, value]
 
-    # ---- to continue after a restart
+    # ---- recovery after a restart
 
     def snapshot(self) -> Iterator[tuple[str, Sequence[Any]]]:
-        """Yield the calls that make this state, for `restore`."""
+        """Yield the calls with which `restore` can reproduce the current state."""
         yield _TYPES, [self.registry.topic_types()]
         yield from self.registry.calls()
         yield "setParam", (SEP, SEP, self.parameters.get(SEP))
 
     def restore(self, calls: Iterable[tuple[str, Sequence[Any]]]) -> None:
-        """Make recorded calls; nodes are not notified, and nothing is logged. Calls that fail are skipped."""
+        """Execute recorded calls, without notifying nodes and without logging. Calls that fail are skipped."""
         notify, log, record = self._notify, self._log, self._record
         self._notify, self._log, self._record = (lambda _: None), (lambda *_: None), None
         try:
             for method, params in calls:
                 if method == _TYPES:
-                    self.registry.restore_types(_pairs(params))
-                elif method in METHODS and METHODS[method].is_change:
+                    self.registry.restore_types(_parse_types(params))
+                elif method in METHODS and METHODS[method].changes_state:
                     self.dispatch(method, params)
         finally:
             self._notify, self._log, self._record = notify, log, record
@@ -127,36 +128,36 @@ class MasterApi:
 
     # ---- topics and services
 
-    def _register_publisher(self, caller: str, topic: str, kind: str, api: str) -> Response:
-        notices = self.registry.register_publisher(caller, topic, kind, api)
+    def _register_publisher(self, caller: str, topic: str, topic_type: str, api: str) -> Response:
+        notices = self.registry.register_publisher(caller, topic, topic_type, api)
         self._log("info", f"+PUB [{topic}] {caller} {api}")
         self._notify(notices)
         return f"Registered [{caller}] as publisher of [{topic}]", self.registry.subscriber_apis(topic)
 
-    def _register_subscriber(self, caller: str, topic: str, kind: str, api: str) -> Response:
-        notices = self.registry.register_subscriber(caller, topic, kind, api)
+    def _register_subscriber(self, caller: str, topic: str, topic_type: str, api: str) -> Response:
+        notices = self.registry.register_subscriber(caller, topic, topic_type, api)
         self._log("info", f"+SUB [{topic}] {caller} {api}")
         self._notify(notices)
         return f"Subscribed to [{topic}]", self.registry.publisher_apis(topic)
 
     def _unregister_publisher(self, caller: str, topic: str, api: str) -> Response:
-        known = self.registry.node_api(caller) is not None
+        is_known = self.registry.node_api(caller) is not None
         notices = self.registry.unregister_publisher(caller, topic, api)
         self._log("info", f"-PUB [{topic}] {caller} {api}")
         self._notify(notices or ())
-        return self._unregistered(caller, topic, known, notices is not None)
+        return self._unregistered(caller, topic, is_known, notices is not None)
 
     def _unregister_subscriber(self, caller: str, topic: str, api: str) -> Response:
-        known = self.registry.node_api(caller) is not None
+        is_known = self.registry.node_api(caller) is not None
         removed = self.registry.unregister_subscriber(caller, topic, api)
         self._log("info", f"-SUB [{topic}] {caller} {api}")
-        return self._unregistered(caller, topic, known, removed)
+        return self._unregistered(caller, topic, is_known, removed)
 
     @staticmethod
-    def _unregistered(caller: str, topic: str, known: bool, removed: bool) -> Response:
+    def _unregistered(caller: str, topic: str, is_known: bool, removed: bool) -> Response:
         if removed:
             return f"Unregistered [{caller}] as provider of [{topic}]", 1
-        if known:
+        if is_known:
             return f"[{caller}] is not a known provider of [{topic}]", 0
         return f"[{caller}] is not a registered node", 0
 
@@ -167,12 +168,12 @@ class MasterApi:
         return f"Registered [{caller}] as provider of [{service}]", 1
 
     def _unregister_service(self, caller: str, service: str, uri: str) -> Response:
-        known = self.registry.node_api(caller) is not None
+        is_known = self.registry.node_api(caller) is not None
         removed = self.registry.unregister_service(caller, service, uri)
         self._log("info", f"-SERVICE [{service}] {caller} {uri}")
         if removed:
             return f"Unregistered [{caller}] as provider of [{service}]", 1
-        if not known:
+        if not is_known:
             return f"[{caller}] is not a registered node", 0
         return f"[{uri}] is no longer the current service api handle for [{service}]", 0
 
@@ -257,8 +258,8 @@ class MasterApi:
         return f"Unsubscribe to parameter [{key}]", 1
 
 
-def _pairs(params: Sequence[Any]) -> list[tuple[str, str]]:
-    """Return the well-formed entries of recorded topic types."""
+def _parse_types(params: Sequence[Any]) -> list[tuple[str, str]]:
+    """Return the well-formed ``(topic, type)`` entries of recorded topic types."""
     rows = params[0] if params and isinstance(params[0], list) else []
     return [
         (row[0], row[1])
@@ -271,24 +272,24 @@ class Method(NamedTuple):
     """A row of the API table.
 
     Attributes:
-        perform: the method; gets the caller's id and the checked arguments, returns message and value.
-        default: the value of an answer with a code other than 1.
-        arguments: checks of the arguments after the caller's id.
-        is_query: whether it asks for something that may not exist, so that a refusal is not logged.
-        is_change: whether it may change what the master knows.
+        perform: the implementation; called with the caller's id and the validated arguments, returns message and value.
+        default: the value to return with a code other than 1.
+        arguments: validators of the arguments after the caller's id.
+        is_query: whether the call asks for something that may not exist, so that a refusal is not logged.
+        changes_state: whether the call may change the state of the master.
     """
 
     perform: Callable[..., Response]
     default: Any
     arguments: tuple[Validator, ...] = ()
     is_query: bool = False
-    is_change: bool = False
+    changes_state: bool = False
 
 
-_TOPIC: Final = arguments.name_of("topic")
-_SERVICE: Final = arguments.name_of("service")
-_CALLER_API: Final = arguments.api_of("caller_api")
-_SERVICE_API: Final = arguments.api_of("service_api")
+_TOPIC: Final = arguments.name_validator("topic")
+_SERVICE: Final = arguments.name_validator("service")
+_CALLER_API: Final = arguments.api_validator("caller_api")
+_SERVICE_API: Final = arguments.api_validator("service_api")
 _TYPE: Final = arguments.topic_type
 _KEY: Final = arguments.key
 
@@ -296,23 +297,25 @@ METHODS: Final[dict[str, Method]] = {
     "getPid": Method(MasterApi._get_pid, -1),
     "getUri": Method(MasterApi._get_uri, ""),
     "shutdown": Method(MasterApi._shutdown, 0, (arguments.unchecked,)),
-    "registerPublisher": Method(MasterApi._register_publisher, [], (_TOPIC, _TYPE, _CALLER_API), is_change=True),
-    "registerSubscriber": Method(MasterApi._register_subscriber, [], (_TOPIC, _TYPE, _CALLER_API), is_change=True),
-    "unregisterPublisher": Method(MasterApi._unregister_publisher, 0, (_TOPIC, _CALLER_API), is_change=True),
-    "unregisterSubscriber": Method(MasterApi._unregister_subscriber, 0, (_TOPIC, _CALLER_API), is_change=True),
-    "registerService": Method(MasterApi._register_service, 0, (_SERVICE, _SERVICE_API, _CALLER_API), is_change=True),
-    "unregisterService": Method(MasterApi._unregister_service, 0, (_SERVICE, _SERVICE_API), is_change=True),
+    "registerPublisher": Method(MasterApi._register_publisher, [], (_TOPIC, _TYPE, _CALLER_API), changes_state=True),
+    "registerSubscriber": Method(MasterApi._register_subscriber, [], (_TOPIC, _TYPE, _CALLER_API), changes_state=True),
+    "unregisterPublisher": Method(MasterApi._unregister_publisher, 0, (_TOPIC, _CALLER_API), changes_state=True),
+    "unregisterSubscriber": Method(MasterApi._unregister_subscriber, 0, (_TOPIC, _CALLER_API), changes_state=True),
+    "registerService": Method(
+        MasterApi._register_service, 0, (_SERVICE, _SERVICE_API, _CALLER_API), changes_state=True
+    ),
+    "unregisterService": Method(MasterApi._unregister_service, 0, (_SERVICE, _SERVICE_API), changes_state=True),
     "lookupService": Method(MasterApi._lookup_service, "", (_SERVICE,), is_query=True),
     "lookupNode": Method(MasterApi._lookup_node, "", (arguments.node_name,), is_query=True),
     "getPublishedTopics": Method(MasterApi._get_published_topics, 0, (arguments.subgraph,)),
     "getTopicTypes": Method(MasterApi._get_topic_types, []),
     "getSystemState": Method(MasterApi._get_system_state, [[], [], []]),
-    "setParam": Method(MasterApi._set_param, 0, (_KEY, arguments.parameter_value), is_change=True),
+    "setParam": Method(MasterApi._set_param, 0, (_KEY, arguments.parameter_value), changes_state=True),
     "getParam": Method(MasterApi._get_param, 0, (_KEY,), is_query=True),
     "hasParam": Method(MasterApi._has_param, False, (_KEY,)),
-    "deleteParam": Method(MasterApi._delete_param, 0, (_KEY,), is_query=True, is_change=True),
+    "deleteParam": Method(MasterApi._delete_param, 0, (_KEY,), is_query=True, changes_state=True),
     "searchParam": Method(MasterApi._search_param, 0, (arguments.raw_key,), is_query=True),
     "getParamNames": Method(MasterApi._get_param_names, []),
-    "subscribeParam": Method(MasterApi._subscribe_param, 0, (_CALLER_API, _KEY), is_change=True),
-    "unsubscribeParam": Method(MasterApi._unsubscribe_param, 0, (_CALLER_API, _KEY), is_change=True),
+    "subscribeParam": Method(MasterApi._subscribe_param, 0, (_CALLER_API, _KEY), changes_state=True),
+    "unsubscribeParam": Method(MasterApi._unsubscribe_param, 0, (_CALLER_API, _KEY), changes_state=True),
 }

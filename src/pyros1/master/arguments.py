@@ -1,6 +1,6 @@
-"""The arguments of the master's methods: resolved against the caller's name, and refused with stock's texts.
+"""Validates the arguments of the master's methods, and resolves names; the error messages are those of stock.
 
-Checks are as weak as stock's (M09, M10): a name that a node could use there must be accepted here.
+The checks are as lenient as stock's (M09, M10): any name that the stock master accepts must be accepted here.
 """
 
 from __future__ import annotations
@@ -12,16 +12,16 @@ from pyros1.ground.errors import Error
 from pyros1.ground.names import SEP, canonicalize_name, namespace
 
 Validator = Callable[[Any, str], Any]
-"""Takes an argument and the caller's id; returns the value to use, or raises Refused."""
+"""Function of an argument and the caller's id that returns the value to use, or raises Refused."""
 
 
 class Refused(Error):
-    """A call that is answered with a status other than 1.
+    """A call is refused, with a code other than 1.
 
     Args:
-        message: the status text.
-        code: -1, the caller's fault, or 0.
-        value: the third item of the answer; None: the method's default.
+        message: the message to return.
+        code: -1 for an error of the caller, or 0.
+        value: the value to return; None for the method's default.
     """
 
     def __init__(self, message: str, code: int = -1, value: Any = None) -> None:
@@ -32,17 +32,17 @@ class Refused(Error):
 
 
 def resolve(name: str, caller_id: str) -> str:
-    """Return the global form of a name that a node uses; accepts any characters (M08)."""
+    """Return the global name for a name used by a node; any characters are accepted (M08)."""
     if not name:
         return namespace(caller_id)
-    if name[0] == SEP:  # true of nearly all names
+    if name[0] == SEP:  # true for nearly all names
         return canonicalize_name(name) if name[-1] == SEP or "//" in name else name
     if name[0] == "~":
         return canonicalize_name(caller_id + SEP + name[1:])
     return canonicalize_name(namespace(caller_id) + name)
 
 
-def _name(parameter: str, value: Any, caller_id: str) -> str:
+def _resolve_name(parameter: str, value: Any, caller_id: str) -> str:
     if not isinstance(value, str) or not value:
         raise Refused(f"ERROR: parameter [{parameter}] must be a non-empty string")
     if ":" in value or " " in value:
@@ -51,15 +51,15 @@ def _name(parameter: str, value: Any, caller_id: str) -> str:
 
 
 def node_name(value: Any, caller_id: str) -> str:
-    """Return the full name of a node."""
-    return _name("node", value, caller_id)
+    """Validate and resolve the name of a node."""
+    return _resolve_name("node", value, caller_id)
 
 
-def name_of(parameter: str) -> Validator:
-    """Return the full name of a topic or service; refuse the root."""
+def name_validator(parameter: str) -> Validator:
+    """Return a validator of the name of a topic or service, which must not be ``/``."""
 
     def check(value: Any, caller_id: str) -> str:
-        name = _name(parameter, value, caller_id)
+        name = _resolve_name(parameter, value, caller_id)
         if name == SEP:
             raise Refused(f"ERROR: parameter [{parameter}] cannot be the global namespace")
         return name
@@ -68,7 +68,7 @@ def name_of(parameter: str) -> Validator:
 
 
 def topic_type(value: Any, caller_id: str) -> str:
-    """Return a topic's type: ``*`` or ``package/Type``."""
+    """Validate a topic's type: ``*`` or ``package/Type``."""
     if not isinstance(value, str) or not value:
         raise Refused("ERROR: parameter [topic_type] must be a non-empty string")
     if value != "*" and value.count(SEP) != 1:
@@ -76,8 +76,8 @@ def topic_type(value: Any, caller_id: str) -> str:
     return value
 
 
-def api_of(parameter: str) -> Validator:
-    """Return an ``http://`` or ``rosrpc://`` URI."""
+def api_validator(parameter: str) -> Validator:
+    """Return a validator of an ``http://`` or ``rosrpc://`` URI."""
 
     def check(value: Any, caller_id: str) -> str:
         if not isinstance(value, str) or not value:
@@ -90,7 +90,7 @@ def api_of(parameter: str) -> Validator:
 
 
 def raw_key(value: Any, caller_id: str) -> str:
-    """Return a parameter's key as it was written."""
+    """Validate a parameter's key, without resolving it."""
     if not value:
         raise Refused("ERROR: parameter [key] must be specified and non-empty")
     if not isinstance(value, str):
@@ -99,24 +99,24 @@ def raw_key(value: Any, caller_id: str) -> str:
 
 
 def key(value: Any, caller_id: str) -> str:
-    """Return a parameter's key, resolved (M51)."""
+    """Validate a parameter's key and resolve it (M51)."""
     return resolve(raw_key(value, caller_id), caller_id)
 
 
 def parameter_value(value: Any, caller_id: str) -> Any:
-    """Return the value of a parameter: anything but null."""
+    """Validate the value of a parameter, which must not be null."""
     if value is None:
         raise Refused("ERROR: parameter [value] must be specified")
     return value
 
 
 def subgraph(value: Any, caller_id: str) -> str:
-    """Return a namespace; empty means everything."""
+    """Validate and resolve a namespace; an empty string means all names."""
     if not isinstance(value, str):
         raise Refused("ERROR: parameter [subgraph] must be a string")
     return resolve(value, caller_id) if value else ""
 
 
 def unchecked(value: Any, caller_id: str) -> Any:
-    """Return the argument unchecked."""
+    """Return an argument without validating it."""
     return value

@@ -1,12 +1,12 @@
-"""The master's journal: what a new master needs to continue where a killed one stopped.
+"""The master's journal, from which a new master restores the state of one that was killed.
 
-A file with one record per change, after a first record that says whose it is and the state when the file was created. A
-record is a call of the Master API as XML-RPC, with its length and checksum before it. When much has been added, a new
-file with the present state takes the old one's place (written aside, renamed), so its size is bounded.
+The file starts with a record that identifies the master, followed by the state at the time when the file was created
+and one record per change. A record is a call to the Master API as XML-RPC, preceded by its length and checksum. When
+the file has grown too much, it is replaced with a new one that holds the current state, so its size is bounded.
 
-A separate thread writes; the loop never waits for a disk. Records are handed to the system at once: a master that is
-killed loses the changes of at most its last tens of milliseconds. Nothing is ever synced: that is for power cuts, and
-after one the nodes of this machine are gone as well, so that the file is not used.
+A separate thread writes the file, so the loop never waits for a disk. Records are written immediately: a master that is
+killed loses the changes of at most the last tens of milliseconds. There is no fsync, which would only matter after a
+power cut; then the nodes on this machine are gone as well, and the journal is not used.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ from pyros1.wire.xmlrpc import dumps_call, loads_call
 
 MAGIC: Final = b"#PYROS1 MASTER JOURNAL 1\n"
 MAX_SIZE: Final = 256 << 20
-"""Bytes of the largest journal that is read."""
+"""Maximum size in bytes of a journal to be read."""
 HEARTBEAT_S: Final = 5.0
-"""Seconds between two signs of life, the file's time of change."""
+"""Seconds between two heartbeats, which update the file's modification time."""
 MAX_PENDING: Final = 64 << 20
-"""Bytes that wait for a disk; if any are lost, the file is rewritten."""
+"""Maximum number of bytes that wait to be written; if more were dropped, the file is rewritten."""
 _FRAME: Final = struct.Struct("<II")
 _NO_LINK: Final = getattr(os, "O_NOFOLLOW", 0)
-_GROWTH: Final = 1 << 20  # bytes that may be added, or as many as the state has, before the file is rewritten
+_MIN_GROWTH: Final = 1 << 20  # the file is rewritten after it grew by this many bytes and to twice its initial size
 
 Call = tuple[str, Sequence[Any]]
-"""Method of the Master API, and its arguments."""
+"""A method of the Master API, and its arguments."""
 
 
 class JournalError(Error):
@@ -47,14 +47,14 @@ class JournalError(Error):
 
 @dataclass(frozen=True)
 class JournalContents:
-    """Content of the journal of an earlier master.
+    """The contents of the journal of the previous master.
 
     Attributes:
-        calls: to be made on the new master, in order.
-        pid: of the earlier master.
-        boot: identifies the start of the machine; see `boot_id`.
-        last_alive: seconds since the epoch when it gave its last sign of life.
-        truncated: whether the end of the file is missing or damaged; what comes before is good.
+        calls: the calls that reproduce the state, in order.
+        pid: the process id of the previous master.
+        boot: the boot of the machine on which it ran; see `boot_id`.
+        last_alive: time of its last heartbeat, in seconds since the epoch.
+        truncated: whether the end of the file is missing or damaged; the preceding records are valid.
     """
 
     calls: tuple[Call, ...]
@@ -65,20 +65,20 @@ class JournalContents:
 
 
 def boot_id() -> str:
-    """Return an identifier of the current start of this machine; empty if the system has none."""
+    """Return an identifier of the current boot of this machine; empty if the system has none."""
     with contextlib.suppress(OSError):
         return Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
     return ""
 
 
 def encode_record(call: Call) -> bytes:
-    """Return a call as a record."""
+    """Encode a call as a record."""
     body = dumps_call(*call)
     return _FRAME.pack(len(body), zlib.crc32(body)) + body
 
 
 def decode_records(data: bytes) -> Iterator[Call | None]:
-    """Yield the calls of records; None at the end if the rest is missing or damaged."""
+    """Yield the calls of records; None at the end if the remaining data are incomplete or damaged."""
     position = 0
     while position < len(data):
         if position + _FRAME.size > len(data):
@@ -99,48 +99,49 @@ def decode_records(data: bytes) -> Iterator[Call | None]:
 
 
 def read(path: Path) -> JournalContents | None:
-    """Read the journal of a master that did not end normally.
+    """Read the journal of a master that did not shut down normally.
 
     Returns:
-        Its content; None if there is none.
+        The contents; None if there is no journal.
 
     Raises:
-        JournalError: the file is no journal, not this user's, or cannot be read.
+        JournalError: the file is not a journal, belongs to another user, or cannot be read.
     """
     try:
-        descriptor = os.open(path, os.O_RDONLY | _NO_LINK | getattr(os, "O_NONBLOCK", 0))  # a pipe would wait
+        descriptor = os.open(path, os.O_RDONLY | _NO_LINK | getattr(os, "O_NONBLOCK", 0))  # opening a pipe would block
     except FileNotFoundError:
         return None
     except OSError as error:
         raise JournalError(f"{path} cannot be read: {error.strerror}") from error
-    facts = os.fstat(descriptor)
-    if not stat.S_ISREG(facts.st_mode):
+    status = os.fstat(descriptor)
+    if not stat.S_ISREG(status.st_mode):
         os.close(descriptor)
         raise JournalError(f"{path} is not a file")
     with open(descriptor, "rb") as file:
-        if hasattr(os, "getuid") and facts.st_uid != os.getuid():
+        if hasattr(os, "getuid") and status.st_uid != os.getuid():
             raise JournalError(f"{path} belongs to another user")
-        if facts.st_size > MAX_SIZE:
-            raise JournalError(f"{path} has more than {MAX_SIZE >> 20} MiB")
+        if status.st_size > MAX_SIZE:
+            raise JournalError(f"{path} is larger than {MAX_SIZE >> 20} MiB")
         data = file.read(MAX_SIZE)
     if not data.startswith(MAGIC):
         raise JournalError(f"{path} is not the journal of a master")
     calls = list(decode_records(data[len(MAGIC) :]))
     truncated = bool(calls) and calls[-1] is None
-    known = [call for call in calls if call is not None]
-    first = known[0] if known else ("", ())
+    complete = [call for call in calls if call is not None]
+    first = complete[0] if complete else ("", ())
     if first[0] != "begin" or [type(item) for item in first[1]] != [int, str]:
         raise JournalError(f"{path} does not say which master it belongs to")
     pid, boot = first[1]
-    return JournalContents(tuple(known[1:]), pid, boot, facts.st_mtime, truncated)
+    return JournalContents(tuple(complete[1:]), pid, boot, status.st_mtime, truncated)
 
 
 class Journal:
-    """Writer of a journal. All but `close` is called on the master's loop.
+    """Writer of a journal. All methods except `close` are called on the master's loop.
 
     Args:
-        path: the file; its folder is created. A file beside it is locked while this object lives.
-        on_problem: called with a text, in another thread, when the file cannot be written; once until it can again.
+        path: the file; its folder is created. A lock file in the same folder is locked until `close`.
+        on_problem: called with a message, in another thread, when the file cannot be written; again only after it
+            could be written meanwhile.
 
     Raises:
         JournalError: the folder cannot be used, or another master uses the file.
@@ -151,53 +152,53 @@ class Journal:
         self._on_problem = on_problem
         self._lock = _lock_file(path.with_suffix(".lock"))
         self._work: queue.SimpleQueue[tuple[str, bytes]] = queue.SimpleQueue()
-        self._lookahead: tuple[str, bytes] | None = None  # already off the queue, for the next turn of the writer
-        self._queued_bytes = 0  # bytes; only the loop adds, only the writer subtracts
-        self._written_bytes = 0
-        self._base = self._added = 0  # sizes of the state at the beginning, and of what was added
-        self._broken = False
-        self._has_gap = False  # a change was left out: no later one may follow it
+        self._lookahead: tuple[str, bytes] | None = None  # already taken from the queue, to be processed next
+        self._queued_bytes = 0  # total so far; changed only by the loop
+        self._written_bytes = 0  # total so far; changed only by the writer thread
+        self._initial_size = self._added_size = 0  # bytes of the initial state and of the changes in the file
+        self._is_broken = False
+        self._has_gap = False  # a change was dropped, so later ones must not be written
         self._descriptor = -1
         self._thread = threading.Thread(target=self._run, name="master: journal", daemon=True)
         self._thread.start()
 
     @property
     def has_grown(self) -> bool:
-        """Whether the file should be rewritten, by `begin`, as it has grown."""
-        return not self._broken and self._added > max(_GROWTH, self._base)
+        """Whether the file has grown so much that it should be rewritten with `begin`."""
+        return not self._is_broken and self._added_size > max(_MIN_GROWTH, self._initial_size)
 
     @property
     def needs_rewrite(self) -> bool:
-        """Whether the file should be rewritten when there is time: it has grown, or could not be written.
+        """Whether the file should be rewritten at the next opportunity: it has grown, or could not be written.
 
-        Not while the writer still has work: each beginning holds the whole state.
+        In the latter case it is False until the writer has finished its work, since `begin` queues the entire state.
         """
-        return self.has_grown or (self._broken and self._queued_bytes == self._written_bytes)
+        return self.has_grown or (self._is_broken and self._queued_bytes == self._written_bytes)
 
     def begin(self, calls: Iterable[Call]) -> None:
         """Rewrite the file with a state."""
         data = MAGIC + encode_record(("begin", (os.getpid(), boot_id()))) + b"".join(map(encode_record, calls))
-        self._broken = self._has_gap = False
-        self._base, self._added = len(data), 0
+        self._is_broken = self._has_gap = False
+        self._initial_size, self._added_size = len(data), 0
         self._put("begin", data)
 
     def add(self, call: Call) -> None:
-        """Add a change."""
+        """Append a change."""
         data = encode_record(call)
-        self._added += len(data)
+        self._added_size += len(data)
         self._put("add", data)
 
     def heartbeat(self) -> None:
-        """Give a sign of life; call it every `HEARTBEAT_S` seconds."""
+        """Record that the master is alive; call it every `HEARTBEAT_S` seconds."""
         self._put("tick", b"")
 
     def close(self, *, remove: bool = True, timeout: float = 2.0) -> None:
-        """End the writing; harmless if done before.
+        """Stop writing; no effect if already closed.
 
         Args:
-            remove: the master ends normally: no other is to continue it.
-            timeout: maximum seconds to wait for the disk. If that is not enough, the lock ends with this process, as
-                what is still written then would damage the next master's file.
+            remove: whether to remove the file, since the master shuts down normally and should not be restored.
+            timeout: maximum number of seconds to wait for the disk. After that, the lock is kept until this process
+                exits: the pending writes must not damage the file of the next master.
         """
         if self._lock < 0:
             return
@@ -207,87 +208,91 @@ class Journal:
             os.close(self._lock)
             self._lock = -1
 
-    def _put(self, what: str, data: bytes) -> None:
-        full = self._queued_bytes - self._written_bytes + len(data) > MAX_PENDING
-        if what != "begin" and (full or self._has_gap):
-            self._broken = self._has_gap = True
+    def _put(self, action: str, data: bytes) -> None:
+        is_full = self._queued_bytes - self._written_bytes + len(data) > MAX_PENDING
+        if action != "begin" and (is_full or self._has_gap):
+            self._is_broken = self._has_gap = True
             return
         self._queued_bytes += len(data)
-        self._work.put((what, data))
+        self._work.put((action, data))
 
     def _run(self) -> None:
-        warned = False
+        has_warned = False
         while True:
-            what, data = self._next()
+            action, data = self._next()
             try:
-                if what == "begin":
+                if action == "begin":
                     self._replace(data)
-                    warned = False
-                elif what == "add" and self._descriptor >= 0:
+                    has_warned = False
+                elif action == "add" and self._descriptor >= 0:
                     _write(self._descriptor, data)
-                elif what == "tick" and self._descriptor >= 0:
+                elif action == "tick" and self._descriptor >= 0:
                     os.utime(self._path)
-                elif what == "remove":
+                elif action == "remove":
                     self._path.unlink(missing_ok=True)
             except OSError as error:
-                self._give_up()
-                if not warned:
-                    warned = True
+                self._discard_file()
+                if not has_warned:
+                    has_warned = True
                     self._on_problem(f"the journal {self._path} cannot be written: {error.strerror}")
             self._written_bytes += len(data)
-            if what in ("remove", "end"):
-                self._drop()
+            if action in ("remove", "end"):
+                self._close_file()
                 return
 
     def _next(self) -> tuple[str, bytes]:
-        """Return the next piece of work, additions joined: while the loop is busy, each write costs a wait for it."""
+        """Return the next action and its data. Consecutive additions are joined to make fewer writes."""
         if self._lookahead is not None:
-            what, data = self._lookahead
+            action, data = self._lookahead
             self._lookahead = None
         else:
-            what, data = self._work.get()
-        joined = [data]
-        while what == "add":
+            action, data = self._work.get()
+        parts = [data]
+        while action == "add":
             try:
                 self._lookahead = self._work.get_nowait()
             except queue.Empty:
                 break
             if self._lookahead[0] != "add":
                 break
-            joined.append(self._lookahead[1])
+            parts.append(self._lookahead[1])
             self._lookahead = None
-        return what, b"".join(joined)
+        return action, b"".join(parts)
 
     def _replace(self, data: bytes) -> None:
         new_path = self._path.with_suffix(".new")
         new_path.unlink(missing_ok=True)
-        self._drop()
+        self._close_file()
         self._descriptor = os.open(new_path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND, 0o600)
         _write(self._descriptor, data)
         os.replace(new_path, self._path)
 
-    def _give_up(self) -> None:
-        """Remove what is no longer the whole truth; `needs_rewrite` asks for a new beginning."""
-        self._drop()
+    def _discard_file(self) -> None:
+        """Remove the incomplete file; `needs_rewrite` then requests a new one."""
+        self._close_file()
         for path in (self._path, self._path.with_suffix(".new")):
             with contextlib.suppress(OSError):
                 path.unlink(missing_ok=True)
-        self._broken = True
+        self._is_broken = True
 
-    def _drop(self) -> None:
+    def _close_file(self) -> None:
         if self._descriptor >= 0:
             os.close(self._descriptor)
             self._descriptor = -1
 
 
 def _write(descriptor: int, data: bytes) -> None:
-    view = memoryview(data)
-    while view:
-        view = view[os.write(descriptor, view) :]
+    remaining = memoryview(data)
+    while remaining:
+        remaining = remaining[os.write(descriptor, remaining) :]
 
 
 def _lock_file(path: Path) -> int:
-    """Return the descriptor of a lock file that no other process holds."""
+    """Lock a file and return its descriptor.
+
+    Raises:
+        JournalError: the file cannot be created, or another process has locked it.
+    """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         descriptor = os.open(path, os.O_RDWR | os.O_CREAT | _NO_LINK, 0o600)
@@ -301,5 +306,5 @@ def _lock_file(path: Path) -> int:
         pass
     except OSError as error:
         os.close(descriptor)
-        raise JournalError(f"another master uses {path.with_suffix('.journal')}") from error
+        raise JournalError(f"another master is using {path.with_suffix('.journal')}") from error
     return descriptor

@@ -1,8 +1,8 @@
 """Notifies nodes of changes (M38-M42).
 
-Each node has its own queue: one call in flight, in order. Nodes do not wait for each other, and a call starts at once
-when its node is free. A newer notice about the same thing takes the place of one that still waits, so a node that does
-not answer costs a bounded amount of memory, and hears the latest state first when it comes back.
+Each node has its own queue, with one call in progress at a time, in order. Nodes do not wait for each other. A newer
+notice replaces a queued one about the same subject, so a node that does not respond needs only a bounded amount of
+memory, and receives the latest state when it responds again.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from pyros1.net.rpc_caller import RpcCaller
 
 MASTER_NAME: Final = "/master"
 MAX_WAITING: Final = 1000
-"""Notices that may wait for one node; the oldest are dropped."""
+"""Maximum number of notices queued for one node; the oldest are dropped."""
 
 _Key = tuple[str, str, str]
 
 
 class Notifier:
-    """Sender of notices, on the loop.
+    """Sends notices, on the loop.
 
     Args:
-        caller: makes the calls; its timeout is how long a silent node keeps its own later notices waiting.
+        caller: makes the calls; its timeout limits how long a node that does not respond delays its other notices.
         log: ``log(level, text)``.
-        warn: gets a text about a subscriber that cannot be reached, once until it is reached: it is not told
-            of new publishers and gets no messages from them, and no side can know why.
+        warn: called with a message when a subscriber cannot be reached, once until it can be reached again. Such a
+            node receives no messages from new publishers, and could not find out why.
     """
 
     def __init__(
@@ -44,8 +44,8 @@ class Notifier:
         self._log = log
         self._warn = warn
         self._reported: set[str] = set()
-        self._in_flight: dict[str, _Key] = {}  # API URI -> notice being sent to it
-        self._waiting: dict[str, dict[_Key, Notice]] = {}  # API URI -> notice to be sent after that
+        self._in_flight: dict[str, _Key] = {}  # API URI -> key of the notice being sent
+        self._waiting: dict[str, dict[_Key, Notice]] = {}  # API URI -> queued notices
 
     def send(self, notices: Sequence[Notice]) -> None:
         """Queue notices, in order."""
@@ -58,34 +58,34 @@ class Notifier:
             waiting = self._waiting.setdefault(notice.api, {})
             if notice.is_repeat and key not in waiting and key != self._in_flight[notice.api]:
                 continue
-            waiting.pop(key, None)  # the newer one goes to the end
+            waiting.pop(key, None)  # the newer one is put at the end
             waiting[key] = notice
             if len(waiting) > MAX_WAITING:
                 del waiting[next(iter(waiting))]
 
     def _call(self, notice: Notice) -> None:
         if notice.method == "publisherUpdate":
-            what = f"publisherUpdate[{notice.subject}] -> {notice.api} {notice.value[0]}"
+            description = f"publisherUpdate[{notice.subject}] -> {notice.api} {notice.value[0]}"
         else:
-            what = f"{notice.method}[{notice.subject}] -> {notice.api}"
-        began = monotonic()
+            description = f"{notice.method}[{notice.subject}] -> {notice.api}"
+        started = monotonic()
 
-        def done(value: Any, error: Error | None) -> None:
+        def on_done(value: Any, error: Error | None) -> None:
             if error is None:
-                self._log("info", f"{what}: sec={monotonic() - began:.2f}, result={value}")
+                self._log("info", f"{description}: sec={monotonic() - started:.2f}, result={value}")
                 self._reported.discard(notice.api)
             else:
-                self._log("warn", f"{what}: sec={monotonic() - began:.2f}, failed: {error}")
+                self._log("warn", f"{description}: sec={monotonic() - started:.2f}, failed: {error}")
                 if notice.method == "publisherUpdate" and isinstance(error, TransportError):
                     self._on_unreachable(notice, error)
-            self._next(notice.api)
+            self._send_next(notice.api)
 
-        self._log("info", what)
+        self._log("info", description)
         self._in_flight[notice.api] = _key(notice)
         try:
-            self._caller.call(notice.api, notice.method, [MASTER_NAME, notice.subject, *notice.value], done)
+            self._caller.call(notice.api, notice.method, [MASTER_NAME, notice.subject, *notice.value], on_done)
         except Error as error:
-            done(None, error)
+            on_done(None, error)
 
     def _on_unreachable(self, notice: Notice, error: TransportError) -> None:
         if notice.api in self._reported:
@@ -102,7 +102,7 @@ class Notifier:
             f"{connectivity_hint(host, error)}"
         )
 
-    def _next(self, api: str) -> None:
+    def _send_next(self, api: str) -> None:
         waiting = self._waiting.get(api)
         if not waiting:
             self._waiting.pop(api, None)
@@ -112,5 +112,5 @@ class Notifier:
 
 
 def _key(notice: Notice) -> _Key:
-    """Subject of a notice: a newer one with the same key replaces an older one."""
+    """Return the key of a notice; a newer notice replaces an older one with the same key."""
     return notice.node, notice.method, notice.subject

@@ -1,9 +1,9 @@
 """The parameter tree (https://wiki.ros.org/Parameter%20Server). Pure.
 
-Keys are global names; ``/`` is the whole tree. Only dicts are branches: what is inside a list has no key of its own
-(M50). Values given to the tree belong to it; values taken from it must not be changed.
+Keys are global names; ``/`` is the entire tree. Only dicts are branches: items of a list have no keys (M50). The tree
+takes over the values passed to it; values returned by it must not be modified.
 
-Trees are asked for far more often than they change, so each branch keeps its XML-RPC text once it was sent, until
+Trees are requested far more often than they change, so each branch caches its XML-RPC encoding after it was sent, until
 something in it changes.
 """
 
@@ -18,18 +18,18 @@ from pyros1.master.registry import Members, Notice
 from pyros1.wire.xmlrpc import PreparedDict
 
 MAX_DEPTH: Final = 90
-"""Deepest nesting of the tree, lists included: less than what one XML-RPC message may hold, so that a client can always
-get the whole tree."""
+"""Maximum nesting depth of the tree, including lists. It is lower than that of an XML-RPC message, so that clients can
+always get the entire tree."""
 
 _TOO_DEEP: Final = f"parameters cannot be nested deeper than {MAX_DEPTH} levels"
 _MAX_INT: Final = 2**31
 
 
 def _check(value: Any, depth: int) -> None:
-    """Refuse values that could be stored but not sent.
+    """Check that a value can be sent.
 
     Raises:
-        ValueError: says what is wrong.
+        ValueError: it cannot be sent; the message says why.
     """
     if isinstance(value, int):
         if not -_MAX_INT <= value < _MAX_INT:
@@ -45,8 +45,8 @@ def _check(value: Any, depth: int) -> None:
                 _check(item, depth + 1)
 
 
-def _stored(value: Any, depth: int) -> Any:
-    """Return the value in the tree's form: with branches in place of dicts, except for dicts inside lists.
+def _to_stored(value: Any, depth: int) -> Any:
+    """Convert a value to the form in which it is stored: with branches in place of dicts, except inside lists.
 
     Raises:
         ValueError: it cannot be stored.
@@ -60,7 +60,7 @@ def _stored(value: Any, depth: int) -> Any:
     for name, item in value.items():
         kind = item.__class__
         if kind is not str and kind is not float and kind is not bool:
-            branch[name] = _stored(item, depth + 1)
+            branch[name] = _to_stored(item, depth + 1)
     return branch
 
 
@@ -74,17 +74,17 @@ class Parameters:
     def __init__(self) -> None:
         self._root = PreparedDict()
         self.version = 0
-        """Grows with every change."""
+        """Incremented with every change."""
 
     def set(self, key: str, value: Any) -> None:
-        """Set a value; a dict replaces the whole branch (M46), a scalar on the way becomes a branch (M47).
+        """Set a value. A dict replaces the whole branch (M46), and a scalar along the path becomes a branch (M47).
 
         Raises:
-            ValueError: the value cannot be stored: ``/`` must be a dict, there is no null, ints have 32 bits, depth is
-                limited.
+            ValueError: the value cannot be stored: ``/`` must be a dict, null is not allowed, integers must fit into 32
+                bits, and the depth is limited.
         """
         path = _path(key)
-        stored = _stored(value, len(path))
+        stored = _to_stored(value, len(path))
         if not path:
             if not isinstance(stored, PreparedDict):
                 raise ValueError("cannot set root of parameter tree to non-dictionary")
@@ -97,10 +97,10 @@ class Parameters:
         branch = self._root
         for part in path[:-1]:
             branch.text = None
-            below = branch.get(part)
-            if not isinstance(below, PreparedDict):
-                below = branch[part] = PreparedDict()
-            branch = below
+            child = branch.get(part)
+            if not isinstance(child, PreparedDict):
+                child = branch[part] = PreparedDict()
+            branch = child
         branch.text = None
         branch[path[-1]] = stored
 
@@ -129,7 +129,7 @@ class Parameters:
         """Remove a value or branch.
 
         Raises:
-            KeyError: nothing is set there; also for ``/``, which cannot be removed (M27).
+            KeyError: nothing is set there, or the key is ``/``, which cannot be removed (M27).
         """
         path = _path(key)
         if not path or key not in self:
@@ -143,13 +143,13 @@ class Parameters:
         del branch[path[-1]]
 
     def search(self, namespace: str, key: str) -> str | None:
-        """Find a key from a namespace upwards; only its first part has to exist (M52).
+        """Search for a key from a namespace upwards; only its first part has to exist (M52).
 
         Returns:
-            The full key, None if it was not found.
+            The full key, or None if it was not found.
 
         Raises:
-            ValueError: the key is private, or the namespace not global.
+            ValueError: the key is empty or private, or the namespace is not global.
         """
         if not key or key.startswith("~"):
             raise ValueError("invalid key")
@@ -158,71 +158,73 @@ class Parameters:
         if key.startswith(SEP):
             return key if key in self else None
         first = _path(key)[0]
-        above = _path(namespace)
-        for count in range(len(above), -1, -1):
-            where = SEP + "".join(part + SEP for part in above[:count])
-            if where + first in self:
-                return where + key
+        parts = _path(namespace)
+        for count in range(len(parts), -1, -1):
+            prefix = SEP + "".join(part + SEP for part in parts[:count])
+            if prefix + first in self:
+                return prefix + key
         return None
 
     def names(self) -> list[str]:
-        """Return the keys of all values; empty branches have none (M31)."""
+        """Return the keys of all values; empty branches are omitted (M31)."""
         found: list[str] = []
-        _collect(self._root, SEP, found)
+        _collect_names(self._root, SEP, found)
         return found
 
 
-def _collect(branch: dict[str, Any], prefix: str, found: list[str]) -> None:
+def _collect_names(branch: dict[str, Any], prefix: str, found: list[str]) -> None:
     for name, value in branch.items():
         if isinstance(value, dict):
-            _collect(value, prefix + name + SEP, found)
+            _collect_names(value, prefix + name + SEP, found)
         else:
             found.append(prefix + name)
 
 
 def updates(subscribers: Members, key: str, value: Any, caller: str | None) -> list[Notice]:
-    """Return the notices that a change of a parameter causes (M53, M54).
+    """Return the notices that result from a change of a parameter (M53, M54).
 
-    Subscribers at or above the key get the key and its value; those below it get their own key and what is now there,
-    ``{}`` if nothing. Keys are sent with a trailing slash. As in stock, subscribers below a key that was set to a
-    scalar are not notified.
+    Subscribers of the key or of a namespace above it receive the key and its value. Subscribers of a key below it
+    receive their own key and its new value, or ``{}`` if it is no longer set. Keys are sent with a trailing slash. As
+    in stock, subscribers below a key that was set to a scalar are not notified.
 
     Args:
         subscribers: key -> node -> API URI.
-        key: what was set or deleted.
-        value: the new value, ``{}`` for a deletion.
-        caller: the node that set it, which is not notified of the value that it has set. None after a deletion.
+        key: the key that was set or deleted.
+        value: the new value; ``{}`` for a deletion.
+        caller: the node that set the value, which is not notified of it. None for a deletion.
     """
     if not subscribers:
         return []
     changed = _with_slash(key)
     notices: list[Notice] = []
     for subscribed in _affected_keys(subscribers, changed, value):
-        nodes, mine = subscribers[subscribed], _with_slash(subscribed)
-        if changed.startswith(mine):
-            subject, news = changed, value
+        nodes, subscribed_key = subscribers[subscribed], _with_slash(subscribed)
+        if changed.startswith(subscribed_key):
+            subject, update = changed, value
         else:
-            subject, news = mine, _below(value, mine[len(changed) :].split(SEP))
-        news = copy.deepcopy(news)  # a copy: it is sent later, when the tree may have changed again
-        knows = caller if subject == changed else None
-        notices += [Notice(api, node, "paramUpdate", subject, (news,)) for node, api in nodes.items() if node != knows]
+            subject, update = subscribed_key, _get_below(value, subscribed_key[len(changed) :].split(SEP))
+        update = copy.deepcopy(update)  # it is sent later, when the tree may have changed again
+        skipped = caller if subject == changed else None
+        notices += [
+            Notice(api, node, "paramUpdate", subject, (update,)) for node, api in nodes.items() if node != skipped
+        ]
     return notices
 
 
 def _affected_keys(subscribers: Members, changed: str, value: Any) -> list[str]:
-    """Return the keys at and above a change, and those below it if it has set a branch.
+    """Return the subscribed keys at and above a change, and those below it if the new value is a branch.
 
-    Only for a branch is each key inspected: a thousand nodes may have subscribed to keys of their own.
+    The keys are only iterated for a branch, since there may be thousands of subscriptions.
     """
     parts = changed.split(SEP)
-    above = [SEP.join(parts[:count]) or SEP for count in range(1, len(parts))]
-    found = [key for key in above if key in subscribers]
+    prefixes = [SEP.join(parts[:count]) or SEP for count in range(1, len(parts))]
+    found = [key for key in prefixes if key in subscribers]
     if isinstance(value, dict):
         found += [key for key in subscribers if key.startswith(changed) and key != SEP]
     return found
 
 
-def _below(value: Any, path: Iterable[str]) -> Any:
+def _get_below(value: Any, path: Iterable[str]) -> Any:
     for part in path:
         if not part:
             continue

@@ -1,7 +1,8 @@
-"""After a restart: which nodes of the earlier master are still running.
+"""Finds out, after a restart of the master, which nodes of the previous master are still running.
 
-Each is asked for its topics. No answer yet says nothing: a node may be suspended, a network away. A refused connection,
-or an answer that another program gives, says that the node is gone. It is then removed, and other nodes are notified.
+Each node is asked for its topics. If there is no response, the node may just be suspended, or the network interrupted,
+so it is asked again. If the connection is refused, or another program responds, the node is gone: it is removed, and
+other nodes are notified.
 """
 
 from __future__ import annotations
@@ -20,44 +21,44 @@ from pyros1.net.loop import Loop
 from pyros1.net.rpc_caller import RpcCaller
 
 RECENT_S: Final = 60.0
-"""A master that died this many seconds ago is continued even if none of its nodes is left."""
+"""The state is restored even without running nodes if the previous master died at most this many seconds ago."""
 ANSWER_TIMEOUT_S: Final = 60.0
-"""Seconds after which a node that never answered is gone."""
+"""Seconds after which a node that has never responded is considered gone."""
 _RETRY_S: Final = 5.0
 _NAME: Final = "/master"
 _CONNECT_TIMEOUT_S: Final = 1.0
 _MAX_PROBES: Final = 100
 _Query = tuple[str, frozenset[str]]
-"""Method, and the topics of which the answer must have one; none: any answer will do."""
+"""A method, and topics of which its result must contain at least one; if empty, any result is accepted."""
 
 
-def stale_reason(found: JournalContents, now: float, answers: Callable[[Iterable[str]], bool]) -> str:
-    """Say why a journal is not to be continued; empty if it is.
+def stale_reason(journal: JournalContents, now: float, is_any_reachable: Callable[[Iterable[str]], bool]) -> str:
+    """Return why the state in a journal should not be restored; an empty string if it should.
 
     Args:
-        found: the journal.
-        now: seconds since the epoch.
-        answers: returns whether any of these API URIs is listened on; see `any_reachable`.
+        journal: the contents of the journal.
+        now: the current time in seconds since the epoch.
+        is_any_reachable: returns whether any of some API URIs accepts connections; see `any_reachable`.
     """
-    if found.boot != boot_id():
+    if journal.boot != boot_id():
         return "this machine has been restarted since then"
-    if now - found.last_alive <= RECENT_S:
+    if now - journal.last_alive <= RECENT_S:
         return ""
-    # Not all that were ever registered: each `rostopic echo` of a long life is in the journal.
+    # The nodes of the final state only: the journal also contains every `rostopic echo` that has exited since.
     state = MasterApi(notify=lambda _: None, log=lambda *_: None, on_shutdown=lambda _: None, pid=0)
-    state.restore(found.calls)
-    if answers({node.api for node in state.registry.nodes()}):
+    state.restore(journal.calls)
+    if is_any_reachable({node.api for node in state.registry.nodes()}):
         return ""
-    since = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(found.last_alive))
-    return f"it ended at {since}, and none of its nodes is running"
+    ended = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(journal.last_alive))
+    return f"it ended at {ended}, and none of its nodes is running"
 
 
 def any_reachable(apis: Iterable[str]) -> bool:
-    """Return whether a port of any of these URIs accepts connections. It takes seconds at most, usually much less."""
+    """Return whether any of these URIs accepts connections. This takes a few seconds at most."""
     uris = list(apis)[:_MAX_PROBES]
     if not uris:
         return False
-    from concurrent.futures import ThreadPoolExecutor  # noqa: PLC0415 - rarely needed, and it takes time to load
+    from concurrent.futures import ThreadPoolExecutor  # noqa: PLC0415 - rarely needed, and slow to import
 
     with ThreadPoolExecutor(min(len(uris), 32), "master: looks for nodes") as pool:
         return any(list(pool.map(_is_reachable, uris)))
@@ -72,13 +73,13 @@ def _is_reachable(api: str) -> bool:
 
 
 class Recovery:
-    """Asks nodes whether they are still running. On the loop.
+    """Asks nodes whether they are still running, on the loop.
 
     Args:
-        loop, caller: of the master.
-        nodes: those that the journal names.
-        forget: called with a node that is gone, and the reason.
-        done: called once when all have answered or are gone, with the number of running nodes.
+        loop, caller: the loop and the RPC caller of the master.
+        nodes: the nodes in the journal.
+        forget: called with each node that is gone, and the reason.
+        done: called once with the number of running nodes, when all nodes have responded or are gone.
     """
 
     def __init__(
@@ -99,7 +100,7 @@ class Recovery:
         self._closed = False
 
     def begin(self) -> None:
-        """Ask all."""
+        """Start to ask all nodes."""
         if not self._pending:
             self._done(0)
         for node in list(self._pending):
@@ -115,34 +116,34 @@ class Recovery:
         method = queries[0][0]
         try:
             self._caller.call(
-                node.api, method, [_NAME], lambda value, error: self._answered(node, queries, value, error)
+                node.api, method, [_NAME], lambda value, error: self._on_response(node, queries, value, error)
             )
-        except Error as error:  # no URI
-            self._end(node, str(error))
+        except Error as error:  # the API is not a valid URI
+            self._finish_node(node, str(error))
 
-    def _answered(self, node: RegisteredNode, queries: Sequence[_Query], value: Any, error: Error | None) -> None:
+    def _on_response(self, node: RegisteredNode, queries: Sequence[_Query], value: Any, error: Error | None) -> None:
         if self._closed:
             return
         expected = queries[0][1]
         if error is None:
             if not expected or expected & _topics(value):
-                self._end(node, None)
+                self._finish_node(node, None)
             elif len(queries) > 1:
                 self._ask(node, queries[1:])
             else:
-                self._end(node, "another program is using its port")
+                self._finish_node(node, "another program is using its port")
         elif isinstance(error, XmlRpcFault):
-            self._end(node, None)  # a node that lacks the method
+            self._finish_node(node, None)  # it is a node that does not have the method
         elif isinstance(error, ProtocolError):
-            self._end(node, f"another program is using its port: {error}")
+            self._finish_node(node, f"another program is using its port: {error}")
         elif isinstance(error.__cause__, ConnectionRefusedError):
-            self._end(node, str(error))
+            self._finish_node(node, str(error))
         elif time.monotonic() > self._deadline:
-            self._end(node, f"no answer within {ANSWER_TIMEOUT_S:.0f} s: {error}")
+            self._finish_node(node, f"no answer within {ANSWER_TIMEOUT_S:.0f} s: {error}")
         else:
             self._loop.call_later(_RETRY_S, self._ask, node, queries)
 
-    def _end(self, node: RegisteredNode, gone_reason: str | None) -> None:
+    def _finish_node(self, node: RegisteredNode, gone_reason: str | None) -> None:
         self._pending.remove(node)
         if gone_reason is None:
             self._num_alive += 1
@@ -153,12 +154,12 @@ class Recovery:
 
 
 def _identity_queries(node: RegisteredNode) -> list[_Query]:
-    """Return what distinguishes a node from another program that has its port now."""
-    asked = (("getPublications", node.publications), ("getSubscriptions", node.subscriptions))
-    return [each for each in asked if each[1]] or [("getPid", frozenset())]
+    """Return queries that distinguish a node from another program that is now using its port."""
+    queries = (("getPublications", node.publications), ("getSubscriptions", node.subscriptions))
+    return [query for query in queries if query[1]] or [("getPid", frozenset())]
 
 
-def _topics(answer: Any) -> frozenset[str]:
-    """Return the topics in the answer of ``getPublications`` or ``getSubscriptions``; none if it is malformed."""
-    rows = answer[2] if isinstance(answer, list) and len(answer) == 3 and isinstance(answer[2], list) else []
+def _topics(response: Any) -> frozenset[str]:
+    """Return the topics in a response to ``getPublications`` or ``getSubscriptions``; none if it is malformed."""
+    rows = response[2] if isinstance(response, list) and len(response) == 3 and isinstance(response[2], list) else []
     return frozenset(row[0] for row in rows if isinstance(row, list) and row and isinstance(row[0], str))

@@ -1,10 +1,11 @@
-"""The master's registry: publishers, subscribers and services of all nodes (https://wiki.ros.org/ROS/Master_API).
+"""The master's registry of the publishers, subscribers and services of all nodes
+(https://wiki.ros.org/ROS/Master_API).
 
-A node is known by its name and its one API URI for as long as it has a publication, subscription, service or parameter
-subscription (M37). The same name with another URI is a new node that takes the old one's place: the old one is asked to
-shut down, and all its registrations are removed (M34).
+A node is registered with its name and API URI as long as it has a publication, subscription, service or parameter
+subscription (M37). If a node registers under the same name with another URI, it replaces the old one, which is asked to
+shut down and whose registrations are all removed (M34).
 
-Pure: methods change the registry and return the notices that must be sent to nodes; names arrive resolved.
+Pure: methods change the registry and return the notices to be sent to nodes. All names must be resolved.
 """
 
 from __future__ import annotations
@@ -22,13 +23,13 @@ class Notice(NamedTuple):
     """A call to be made to a node.
 
     Attributes:
-        api: the node's URI.
-        node: its name.
+        api: the node's API URI.
+        node: the node's name.
         method: ``publisherUpdate``, ``paramUpdate`` or ``shutdown``.
-        subject: topic, key or reason: the argument after the caller id.
-        value: what follows the subject, empty or one item.
-        is_repeat: the node has just got the same answer. It is notified again only if an older notice of the same,
-            which may be under way, could come after that answer.
+        subject: the argument after the caller id: a topic, a key, or the reason.
+        value: the arguments after the subject: none or one.
+        is_repeat: whether the node has just received the same value in a response. It is sent again only if an older
+            notice about the same subject is queued or in progress and might arrive later.
     """
 
     api: str
@@ -43,9 +44,9 @@ class RegisteredNode(NamedTuple):
     """A registered node.
 
     Attributes:
-        name: its name.
-        api: its API URI.
-        publications, subscriptions: its topics.
+        name: the node's name.
+        api: the node's API URI.
+        publications, subscriptions: the topics that it publishes and subscribes to.
     """
 
     name: str
@@ -57,26 +58,26 @@ class RegisteredNode(NamedTuple):
 @dataclass(slots=True)
 class _Node:
     api: str
-    replaced: str = ""  # API URI of the namesake whose place it took
+    replaced_api: str = ""  # API URI of the node of the same name that it replaced
     publications: set[str] = field(default_factory=set)
     subscriptions: set[str] = field(default_factory=set)
     services: set[str] = field(default_factory=set)
     parameters: set[str] = field(default_factory=set)
 
     @property
-    def idle(self) -> bool:
+    def is_idle(self) -> bool:
         return not (self.publications or self.subscriptions or self.services or self.parameters)
 
 
 Members = dict[str, dict[str, str]]
-"""Topic or key -> node -> API URI; both in the order of registration (M23)."""
+"""Topic or key -> node -> API URI, both in the order of registration (M23)."""
 
 
 def _remove(members: Members, name: str, node: str) -> None:
-    those = members.get(name)
-    if those is not None:
-        those.pop(node, None)
-        if not those:
+    nodes = members.get(name)
+    if nodes is not None:
+        nodes.pop(node, None)
+        if not nodes:
             del members[name]
 
 
@@ -91,31 +92,31 @@ class Registry:
         self._types: dict[str, str] = {}
         self.param_subscribers: Members = {}
         self.version = 0
-        """Grows with every change."""
+        """Incremented with every change."""
 
-    # ---- questions
+    # ---- queries
 
     def node_api(self, node: str) -> str | None:
-        """Return a node's API URI, None if it is not known (M20)."""
+        """Return a node's API URI; None if the node is not registered (M20)."""
         entry = self._nodes.get(node)
         return entry.api if entry is not None else None
 
     def service_uri(self, service: str) -> str | None:
-        """Return the URI of a service's provider, None if there is none (M19)."""
+        """Return the URI of a service's provider; None if there is none (M19)."""
         provider = self._services.get(service)
         return provider[1] if provider is not None else None
 
     def published_topics(self, subgraph: str) -> list[list[str]]:
-        """Return ``[[topic, type], ...]`` of topics with a publisher below a namespace; empty: everywhere (M21)."""
+        """Return ``[[topic, type], ...]`` of topics with a publisher, in a namespace or (if empty) everywhere (M21)."""
         prefix = subgraph if not subgraph or subgraph.endswith(SEP) else subgraph + SEP
         return [[topic, self._types.get(topic, ANY_TYPE)] for topic in self._publishers if topic.startswith(prefix)]
 
     def topic_types(self) -> list[list[str]]:
-        """Return ``[[topic, type], ...]`` of all topics that ever had a type (M22)."""
+        """Return ``[[topic, type], ...]`` of all topics whose type has ever been known (M22)."""
         return [[topic, kind] for topic, kind in self._types.items()]
 
     def system_state(self) -> list[list[list[Any]]]:
-        """Return ``[publishers, subscribers, services]``, each ``[[name, [node, ...]], ...]`` (M23)."""
+        """Return ``[publishers, subscribers, services]``, each of the form ``[[name, [node, ...]], ...]`` (M23)."""
         return [
             [[topic, list(nodes)] for topic, nodes in self._publishers.items()],
             [[topic, list(nodes)] for topic, nodes in self._subscribers.items()],
@@ -133,7 +134,7 @@ class Registry:
     # ---- changes
 
     def register_publisher(self, node: str, topic: str, kind: str, api: str) -> list[Notice]:
-        """Add a publisher. A real type overwrites what was known, ``*`` does not (M32)."""
+        """Add a publisher. Its type replaces the known type of the topic unless it is ``*`` (M32)."""
         self.version += 1
         notices = self._claim_api(node, api)
         self._nodes[node].publications.add(topic)
@@ -143,7 +144,7 @@ class Registry:
         return notices + self._publisher_updates(topic)
 
     def register_subscriber(self, node: str, topic: str, kind: str, api: str) -> list[Notice]:
-        """Add a subscriber. Its type counts only where none is known (M32)."""
+        """Add a subscriber. Its type is only used if the topic's type is not known (M32)."""
         self.version += 1
         notices = self._claim_api(node, api)
         self._nodes[node].subscriptions.add(topic)
@@ -153,7 +154,7 @@ class Registry:
         return [*notices, Notice(api, node, "publisherUpdate", topic, (self.publisher_apis(topic),), is_repeat=True)]
 
     def register_service(self, node: str, service: str, uri: str, api: str) -> list[Notice]:
-        """Make a node the only provider of a service, in place of any other (M17)."""
+        """Make a node the only provider of a service, replacing any other (M17)."""
         self.version += 1
         notices = self._claim_api(node, api)
         self._nodes[node].services.add(service)
@@ -163,12 +164,12 @@ class Registry:
     def subscribe_param(self, node: str, key: str, api: str) -> list[Notice]:
         """Subscribe a node to changes at, above and below a key (M29).
 
-        A node that was replaced and is asked to end only reads the value. Stock lets it take the name back, and then
-        ends the new one as well: roscpp's nodes often read `/tcp_keepalive` at that moment, for a connection they
-        accept.
+        A node that was replaced and has been asked to shut down is not registered again; it only reads the value. In
+        stock, it would take the name back, and the new node would be shut down as well: roscpp nodes often read
+        `/tcp_keepalive` at that moment, for a connection that they accept.
         """
         entry = self._nodes.get(node)
-        if entry is not None and api == entry.replaced:
+        if entry is not None and api == entry.replaced_api:
             return []
         self.version += 1
         notices = self._claim_api(node, api)
@@ -177,7 +178,7 @@ class Registry:
         return notices
 
     def unregister_publisher(self, node: str, topic: str, api: str) -> list[Notice] | None:
-        """Remove a publisher; None if it was not registered with that API (M16)."""
+        """Remove a publisher; return None if it was not registered with that API (M16)."""
         if self._publishers.get(topic, {}).get(node) != api:
             return None
         self.version += 1
@@ -187,7 +188,7 @@ class Registry:
         return self._publisher_updates(topic)
 
     def unregister_subscriber(self, node: str, topic: str, api: str) -> bool:
-        """Remove a subscriber; False if it was not registered with that API (M16)."""
+        """Remove a subscriber; return False if it was not registered with that API (M16)."""
         if self._subscribers.get(topic, {}).get(node) != api:
             return False
         self.version += 1
@@ -197,21 +198,21 @@ class Registry:
         return True
 
     def unregister_service(self, node: str, service: str, uri: str) -> bool:
-        """Remove a service; False if the node is not its present provider with that URI (M18)."""
-        current = self._services.get(service) == (node, uri)
-        if current:
+        """Remove a service; return False if the node is not its current provider with that URI (M18)."""
+        is_current = self._services.get(service) == (node, uri)
+        if is_current:
             self.version += 1
             del self._services[service]
         entry = self._nodes.get(node)
-        if entry is not None and (current or self._services.get(service, ("", ""))[0] != node):
-            # Also if another node has taken over the service: this one has stopped providing it.
+        if entry is not None and (is_current or self._services.get(service, ("", ""))[0] != node):
+            # Even if another node has taken over the service, this one has now stopped providing it.
             self.version += 1
             entry.services.discard(service)
             self._drop_if_idle(node)
-        return current
+        return is_current
 
     def unsubscribe_param(self, node: str, key: str, api: str) -> None:
-        """End a parameter subscription; do nothing if none has that API (M30)."""
+        """Remove a parameter subscription; no effect if there is none with that API (M30)."""
         if self.param_subscribers.get(key, {}).get(node) != api:
             return
         self.version += 1
@@ -220,7 +221,7 @@ class Registry:
         self._drop_if_idle(node)
 
     def forget(self, node: str, api: str) -> list[Notice]:
-        """Remove a node with all its registrations, if this is its API."""
+        """Remove a node and all its registrations, if this is its API."""
         entry = self._nodes.get(node)
         if entry is None or entry.api != api:
             return []
@@ -228,17 +229,17 @@ class Registry:
         del self._nodes[node]
         return self._purge(node, entry)
 
-    # ---- to continue after a restart
+    # ---- recovery after a restart
 
     def nodes(self) -> list[RegisteredNode]:
-        """Return all nodes, with the topics that they publish and subscribe."""
+        """Return all nodes with their topics."""
         return [
             RegisteredNode(name, entry.api, frozenset(entry.publications), frozenset(entry.subscriptions))
             for name, entry in self._nodes.items()
         ]
 
     def calls(self) -> Iterator[tuple[str, tuple[str, ...]]]:
-        """Yield the calls of the Master API that make these registrations in an empty registry, in order (M23)."""
+        """Yield the calls to the Master API that reproduce these registrations in an empty registry, in order (M23)."""
         for topic, nodes in self._publishers.items():
             for node, api in nodes.items():
                 yield "registerPublisher", (node, topic, self._types[topic], api)
@@ -252,13 +253,13 @@ class Registry:
                 yield "subscribeParam", (node, api, key)
 
     def restore_types(self, types: Iterable[tuple[str, str]]) -> None:
-        """Take over the types of topics, including those that have no publisher now (M22)."""
+        """Restore the types of topics, including those that currently have no publisher (M22)."""
         self._types = dict(types)
 
-    # ---- inside
+    # ---- internal
 
     def _publisher_updates(self, topic: str) -> list[Notice]:
-        """Return a notice with all publishers of a topic for each subscriber (M38)."""
+        """Return a notice with all publishers of a topic, for each of its subscribers (M38)."""
         subscribers = self._subscribers.get(topic)
         if not subscribers:
             return []
@@ -266,7 +267,7 @@ class Registry:
         return [Notice(api, node, "publisherUpdate", topic, (publishers,)) for node, api in subscribers.items()]
 
     def _claim_api(self, node: str, api: str) -> list[Notice]:
-        """Make sure that the node is known under this API; take an older namesake's place."""
+        """Make sure that a node is registered with this API; replace an older node of the same name."""
         entry = self._nodes.get(node)
         if entry is not None and entry.api == api:
             return []
@@ -274,7 +275,7 @@ class Registry:
         if entry is not None:
             notices = self._purge(node, entry)
             if not any(other.api == entry.api for name, other in self._nodes.items() if name != node):
-                # Otherwise it is dead, and another node has got its port.
+                # Otherwise the old node has exited, and another node is now using its port.
                 reason = f"[{node}] Reason: new node registered with same name"
                 notices = [Notice(entry.api, node, "shutdown", reason), *notices]
         self._nodes[node] = _Node(api, entry.api if entry is not None else "")
@@ -283,8 +284,7 @@ class Registry:
     def _purge(self, node: str, entry: _Node) -> list[Notice]:
         """Remove all registrations of a node.
 
-        Stock does not notify subscribers (M35), which then keep trying to reach the dead publisher; here they are
-        notified.
+        Unlike stock, this notifies subscribers (M35), which would otherwise keep trying to reach the dead publisher.
         """
         for topic in entry.subscriptions:
             _remove(self._subscribers, topic, node)
@@ -298,5 +298,5 @@ class Registry:
         return [notice for topic in sorted(entry.publications) for notice in self._publisher_updates(topic)]
 
     def _drop_if_idle(self, node: str) -> None:
-        if self._nodes[node].idle:
+        if self._nodes[node].is_idle:
             del self._nodes[node]

@@ -1,4 +1,4 @@
-"""A running master: the API behind an XML-RPC server, with everything on one loop thread."""
+"""A running master: the API served by an XML-RPC server, all on one loop thread."""
 
 from __future__ import annotations
 
@@ -23,9 +23,8 @@ DEFAULT_PORT: Final = 11311
 NOTIFY_TIMEOUT_S: Final = 10.0
 _SHUTDOWN_DELAY_S: Final = 0.1
 SPIN_TIME: Final = 150e-6
-"""Seconds that the loop lingers: clients make many calls in a row, and waking up for each takes longer than the
-answer.
-"""
+"""Seconds that the loop polls before it sleeps: clients make many calls in a row, and waking up for each would take
+longer than processing it."""
 
 
 def _no_log(level: str, text: str) -> None:
@@ -33,26 +32,27 @@ def _no_log(level: str, text: str) -> None:
 
 
 class Master:
-    """A ROS master, to be embedded in a process.
+    """A ROS master that runs in the current process.
 
     Args:
         port: port to listen on; 0 lets the system choose.
         bind_host: address to listen on: ``0.0.0.0`` for all machines, ``127.0.0.1`` for this machine only.
         advertised_host: the host in ``uri``.
-        log: ``log(level, text)`` with level ``info``, ``warn`` or ``error``; called on the master's thread, with a line
-            for each registration, parameter and notification (M57).
+        log: ``log(level, text)`` with level ``info``, ``warn`` or ``error``; called on the master's thread for each
+            registration, parameter change and notification (M57).
         on_shutdown: called on the master's thread with the reason when a client calls ``shutdown`` (M13). The master
-            does not stop on its own: call ``stop`` from another thread.
-        notify_timeout: seconds that a node has to answer a notification.
+            does not stop by itself: call ``stop`` from another thread.
+        notify_timeout: maximum number of seconds for a node to respond to a notification.
         log_calls: also log each call, with level ``debug``.
         limits: limits on clients.
-        on_error: gets unexpected exceptions; None: they are written to stderr.
-        journal: keeps what is needed to continue after a sudden end; removed by ``stop``. None: nothing is kept.
-        found: what an earlier master's journal says: it is continued. Missing nodes are removed, others notified.
-        allowlist: decides who may connect; None admits everybody.
-        warn: called on the master's thread with a text for the user about a node that cannot be reached.
-        on_restored: called on the master's thread, once it is known which nodes of the earlier master are still
-            running, with their number and the names of those that are gone.
+        on_error: called with unexpected exceptions; None to write them to stderr.
+        journal: records the state for recovery after a crash; removed by ``stop``. None for no recovery.
+        previous: the journal of the previous master, whose state is restored. Nodes that are gone are removed, and
+            other nodes notified. None to start with an empty state.
+        allowlist: decides which peers may connect; None admits all.
+        warn: called on the master's thread with a message for the user when a node cannot be reached.
+        on_restored: called on the master's thread when all nodes of the previous master have been checked, with the
+            number of those that are still running and the names of those that are gone.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class Master:
         limits: ServerLimits = ServerLimits(),  # noqa: B008 - immutable
         on_error: Callable[[BaseException], object] | None = None,
         journal: Journal | None = None,
-        found: JournalContents | None = None,
+        previous: JournalContents | None = None,
         on_restored: Callable[[int, list[str]], object] | None = None,
         allowlist: Allowlist | None = None,
         warn: Callable[[str], object] = lambda text: None,
@@ -92,19 +92,19 @@ class Master:
             record=None if journal is None else self._record,
         )
         self._journal = journal
-        self._found = found
+        self._found = previous
         self._on_restored = on_restored
         self._recovery: Recovery | None = None
-        self._gone: list[str] = []
+        self._gone_nodes: list[str] = []
         self._server: XmlRpcServer | None = None
-        self._ended = threading.Event()
+        self._stopped = threading.Event()
         self._shutdown_reason: str | None = None
 
     def start(self) -> None:
-        """Start to listen and to serve.
+        """Start to listen and to serve clients.
 
         Raises:
-            OSError: the port cannot be listened on; with ``errno.EADDRINUSE`` if it is in use.
+            OSError: it is not possible to listen on the port; ``errno.EADDRINUSE`` if it is in use.
         """
         self._server = XmlRpcServer(
             self._loop,
@@ -114,28 +114,28 @@ class Master:
             port=self._port,
             limits=self._limits,
             allowlist=self._allowlist,
-            warn=self._on_journal_problem,
+            warn=self._on_problem,
         )
         self._caller.make_room = self._server.make_room
         self._api.uri = self._server.uri
         if self._found is not None:
             self._api.restore(self._found.calls)
             nodes = self._api.registry.nodes()
-            self._recovery = Recovery(self._loop, self._caller, nodes, self._forget, self._restored)
+            self._recovery = Recovery(self._loop, self._caller, nodes, self._forget, self._on_recovered)
         if self._journal is not None:
             self._journal.begin(self._api.snapshot())
         self._loop.start()
-        self._loop.call_soon(self._begin)
+        self._loop.call_soon(self._start_on_loop)
         self._log("info", f"Master initialized: port[{self._server.port}], uri[{self._server.uri}]")
 
     def stop(self, timeout: float = 5.0, *, keep: bool = False) -> None:
-        """Close the port and all connections and end the thread; harmless if done before.
+        """Close the port and all connections and stop the thread; no effect if already stopped.
 
         Args:
-            timeout: longest wait in seconds.
-            keep: leave the journal to the next master.
+            timeout: maximum number of seconds to wait.
+            keep: keep the journal for the next master.
         """
-        self._ended.set()
+        self._stopped.set()
         if self._server is not None:
             self._loop.run(self._close, timeout=timeout)
         self._loop.stop(timeout)
@@ -145,36 +145,36 @@ class Master:
 
     @property
     def uri(self) -> str:
-        """``http://host:port/``, empty before ``start``."""
+        """``http://host:port/``; empty before ``start``."""
         return self._api.uri
 
     @property
     def port(self) -> int:
-        """The port listened on, 0 before ``start``."""
+        """The port that the master listens on; 0 before ``start``."""
         return self._server.port if self._server is not None else 0
 
     @property
     def shutdown_reason(self) -> str | None:
-        """The reason that a client gave when it called ``shutdown``; None if no client did."""
+        """The reason passed by a client that called ``shutdown``; None if no client has called it."""
         return self._shutdown_reason
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait until a client asks for the end or ``stop`` is called; return whether one of these has happened.
+        """Wait until a client calls ``shutdown`` or ``stop`` is called; return whether either has happened.
 
         Args:
-            timeout: seconds, None forever.
+            timeout: maximum number of seconds to wait; None for no limit.
         """
-        return self._ended.wait(timeout)
+        return self._stopped.wait(timeout)
 
-    def _on_journal_problem(self, text: str) -> None:
+    def _on_problem(self, text: str) -> None:
         self._log("error", text)
         self._loop.warn(f"ERROR: the master {text}")
 
-    def _begin(self) -> None:
+    def _start_on_loop(self) -> None:
         if self._recovery is not None:
             self._recovery.begin()
         if self._journal is not None:
-            self._tick()
+            self._heartbeat()
 
     def _record(self, method: str, params: Sequence[Any]) -> None:
         if self._journal is None:
@@ -183,28 +183,30 @@ class Master:
         if self._journal.has_grown:
             self._journal.begin(self._api.snapshot())
 
-    def _tick(self) -> None:
-        if self._journal is None or self._ended.is_set():
+    def _heartbeat(self) -> None:
+        if self._journal is None or self._stopped.is_set():
             return
         if self._journal.needs_rewrite:
             self._journal.begin(self._api.snapshot())
         self._journal.heartbeat()
-        self._loop.call_later(HEARTBEAT_S, self._tick)
+        self._loop.call_later(HEARTBEAT_S, self._heartbeat)
 
     def _forget(self, node: RegisteredNode, gone_reason: str) -> None:
-        """Remove a node of the earlier master that is gone, unless it has come back under another API meanwhile."""
+        """Remove a node of the previous master that is gone, unless it has registered again with another API."""
         if self._api.registry.node_api(node.name) != node.api:
             return
-        self._gone.append(node.name)
-        self._log("warn", f"[{node.name}] of the earlier master is gone: {gone_reason}")
+        self._gone_nodes.append(node.name)
+        self._log("warn", f"[{node.name}], registered with the previous master, is gone: {gone_reason}")
         self._notifier.send(self._api.registry.forget(node.name, node.api))
 
-    def _restored(self, here: int) -> None:
+    def _on_recovered(self, num_running: int) -> None:
         if self._journal is not None:
             self._journal.begin(self._api.snapshot())
-        self._log("info", f"{here} nodes of the earlier master are still running, {len(self._gone)} are gone")
+        self._log(
+            "info", f"{num_running} nodes of the previous master are still running, {len(self._gone_nodes)} are gone"
+        )
         if self._on_restored is not None:
-            self._on_restored(here, self._gone)
+            self._on_restored(num_running, self._gone_nodes)
 
     def _close(self) -> None:
         if self._recovery is not None:
@@ -215,10 +217,10 @@ class Master:
 
     def _shutdown_requested(self, reason: str) -> None:
         self._shutdown_reason = reason
-        # Not at once: the client must get its answer first.
+        # Later, so that the client receives its response first.
         self._loop.call_later(_SHUTDOWN_DELAY_S, self._announce_shutdown, reason)
 
     def _announce_shutdown(self, reason: str) -> None:
-        self._ended.set()
+        self._stopped.set()
         if self._on_shutdown is not None:
             self._on_shutdown(reason)

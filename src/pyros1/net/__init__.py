@@ -1,1 +1,1 @@
-"""Sockets: the loop thread, XML-RPC server and clients, host and environment rules."""
+"""Networking: the loop thread, XML-RPC server and clients, and the rules for host addresses."""

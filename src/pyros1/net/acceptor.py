@@ -1,4 +1,4 @@
-"""Accepts the connections of a port on a loop, even when no more files can be opened for a while."""
+"""Accepts connections to a port on a loop, and recovers when the limit of open files was reached."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from pyros1.net.loop import Loop
 
 RETRY_DELAY: Final = 0.2
-"""Seconds until the next attempt after one that failed: the system would report the waiting peer again at once."""
+"""Seconds to wait after a failed attempt: the system would report the waiting peer again immediately."""
 REPORT_INTERVAL: Final = 60.0
-"""Seconds without trouble after which trouble is reported again."""
-_MAX_PER_TURN: Final = 64  # then the others' turn
+"""Seconds without a failure after which the next failure is reported again."""
+_MAX_PER_TURN: Final = 64  # then the loop serves its other sockets
 
 
 def is_out_of_files(error: BaseException | None) -> bool:
-    """Return whether an error, or its cause, says that no more files can be opened, here or in the whole system."""
+    """Return whether an error, or its cause, is that this process or the whole system has too many open files."""
     while error is not None:
         if isinstance(error, OSError) and error.errno in (errno.EMFILE, errno.ENFILE):
             return True
@@ -37,12 +37,12 @@ class Acceptor:
     """Accepts connections as soon as the loop runs. Peers that cannot be accepted wait in the system's queue.
 
     Args:
-        loop: the loop on which everything happens.
-        listener: a listening socket, which the acceptor then owns.
-        on_connection: called with each connection, which does not block.
-        warn: called with a text when connections cannot be accepted; only once until there was no trouble for a minute.
-        make_room: called then, to close what is not needed.
-        allowlist: decides who may connect; None admits everybody.
+        loop: the loop on which everything runs.
+        listener: a listening socket, which the acceptor takes over and closes.
+        on_connection: called with each accepted socket, which is non-blocking.
+        warn: called with a message when connections cannot be accepted; again only after a minute without failures.
+        make_room: called when connections cannot be accepted, to close connections that are not needed.
+        allowlist: decides which peers may connect; None admits all.
     """
 
     def __init__(
@@ -60,13 +60,13 @@ class Acceptor:
         self._warn = warn
         self._make_room = make_room
         self._allowlist = allowlist
-        self._failed = -inf  # when, on the monotonic clock
+        self._last_failure = -inf  # on the monotonic clock
         self._closed = False
         listener.setblocking(False)
         loop.call_soon(self._listen)
 
     def close(self) -> None:
-        """Close the port. On the loop."""
+        """Close the port. Called on the loop."""
         if not self._closed:
             self._closed = True
             self._loop.unregister(self._listener)
@@ -96,14 +96,14 @@ class Acceptor:
         self._loop.unregister(self._listener)
         self._loop.call_later(RETRY_DELAY, self._listen)
         self._make_room()
-        failed, self._failed = self._failed, monotonic()
-        if self._failed - failed > REPORT_INTERVAL:
+        previous_failure, self._last_failure = self._last_failure, monotonic()
+        if self._last_failure - previous_failure > REPORT_INTERVAL:
             self._warn(
                 f"cannot accept a connection: {error.strerror}{_file_limit_hint() if is_out_of_files(error) else ''}"
             )
 
 
 def _file_limit_hint() -> str:
-    """Return how many files this process may open, and how to change that; empty if the system does not report it."""
-    # Not from the module resource: it may not be loaded yet, and it is a file.
+    """Return the limit of open files and how to change it; an empty string if the system does not report it."""
+    # The module resource cannot be used: importing it now would open a file.
     return f". The limit of open files is {os.sysconf('SC_OPEN_MAX')}: see ulimit -n" if hasattr(os, "sysconf") else ""

@@ -1,7 +1,7 @@
-"""Who may connect to this process: the machines that PYROS1_ALLOW names, and always this one.
+"""Restricts which machines may connect to this process: those listed in PYROS1_ALLOW, and always this one.
 
-ROS 1 knows no users and no passwords, so only the address can be checked. Other machines are refused right after
-the connection was accepted, before a byte of theirs is read.
+ROS 1 has no users or passwords, so only the address can be checked. A connection from any other machine is closed
+right after it was accepted, before anything is read from it.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from pyros1.ground.errors import SettingError
 from pyros1.net.background_writer import BackgroundWriter, write_to_terminal
 
 _MAX_REPORTED: Final = 1000
-"""Maximum number of addresses that are remembered as reported."""
+"""Maximum number of refused addresses to remember; each is reported only once."""
 _RESET: Final = struct.pack("ii", 1, 0)
-"""Value of SO_LINGER: closing sends a reset, and leaves nothing behind here."""
+"""Value of SO_LINGER: closing sends a reset, so no socket stays in TIME_WAIT here."""
 _KEYWORDS: Final = {"localhost": ("127.0.0.0/8", "::1/128")}
 
 _Network = ipaddress.IPv4Network | ipaddress.IPv6Network
@@ -26,64 +26,65 @@ _Address = ipaddress.IPv4Address | ipaddress.IPv6Address
 
 
 class Networks:
-    """Some networks and addresses.
+    """A set of networks and addresses.
 
     Args:
-        text: these, with commas or blanks between them, such as ``192.168.1.0/24, 10.0.0.7, fd00::/8``; ``localhost``
-            for this machine alone.
+        text: networks and addresses, separated by commas or blanks, such as ``192.168.1.0/24, 10.0.0.7, fd00::/8``;
+            ``localhost`` allows this machine only.
 
     Raises:
-        SettingError: the text names none, or something else.
+        SettingError: the text is empty, or an entry is not a network or an address.
     """
 
     def __init__(self, text: str) -> None:
         self.text = ", ".join(text.replace(",", " ").split())
-        words = [part for word in self.text.split(", ") for part in _KEYWORDS.get(word, (word,))]
+        entries = [part for entry in self.text.split(", ") for part in _KEYWORDS.get(entry, (entry,))]
         if not self.text:
             raise SettingError("PYROS1_ALLOW is empty; localhost allows only this machine")
-        self._networks = [_network(word) for word in words]
+        self._networks = [_parse_network(entry) for entry in entries]
 
     def __str__(self) -> str:
         return self.text
 
     def __contains__(self, address: str) -> bool:
-        found = _address(address)
-        return found is not None and any(found in network for network in self._networks)
+        parsed = _parse_address(address)
+        return parsed is not None and any(parsed in network for network in self._networks)
 
 
-def _network(word: str) -> _Network:
+def _parse_network(entry: str) -> _Network:
     try:
-        return ipaddress.ip_network(word)
+        return ipaddress.ip_network(entry)
     except ValueError:
         pass
     try:
-        inside = ipaddress.ip_interface(word)
+        interface = ipaddress.ip_interface(entry)
     except ValueError:
         raise SettingError(
-            f"PYROS1_ALLOW: {word[:60]!r} is neither an address nor a network such as 192.168.1.0/24"
+            f"PYROS1_ALLOW: {entry[:60]!r} is neither an address nor a network such as 192.168.1.0/24"
             " (host names are not supported)"
         ) from None
     raise SettingError(
-        f"PYROS1_ALLOW: {word!r} is no network: use {inside.network} for the network, or {inside.ip} for the machine"
+        f"PYROS1_ALLOW: {entry!r} is not a network: use {interface.network} for the network, "
+        f"or {interface.ip} for the machine"
     )
 
 
-def _address(text: str) -> _Address | None:
+def _parse_address(text: str) -> _Address | None:
     try:
         address = ipaddress.ip_address(text.partition("%")[0])
     except ValueError:
         return None
-    # A socket for both kinds reports an IPv4 peer like this.
+    # A dual-stack socket reports an IPv4 peer as an IPv4-mapped IPv6 address.
     mapped = address.ipv4_mapped if isinstance(address, ipaddress.IPv6Address) else None
     return mapped or address
 
 
 class Allowlist:
-    """Admits the machines of some networks, and this one.
+    """Admits connections from the given networks and from this machine.
 
     Args:
         networks: the machines to admit.
-        warn: gets a text about a refused peer, once for each address. It must not wait.
+        warn: called with a message about a refused peer, once for each address. It must not block.
     """
 
     def __init__(self, networks: Networks, warn: Callable[[str], object]) -> None:
@@ -95,13 +96,12 @@ class Allowlist:
         """Return whether a peer may connect; if not, report it.
 
         Args:
-            peer: its address.
-            local_address: the address that it called. A connection from this machine to its own address comes from just
-                that.
+            peer: the peer's address.
+            local_address: the local address of the connection. If the peer has the same address, it is this machine.
         """
-        address = _address(peer)
+        address = _parse_address(peer)
         if address is not None and (
-            address.is_loopback or address == _address(local_address) or peer in self._networks
+            address.is_loopback or address == _parse_address(local_address) or peer in self._networks
         ):
             return True
         peer_text = str(address or peer)
@@ -111,16 +111,16 @@ class Allowlist:
             self._reported.add(peer_text)
             self._warn(
                 f"refused a connection from {peer_text}: PYROS1_ALLOW accepts only {self._networks}. "
-                f"If it belongs to the robot: PYROS1_ALLOW='{self._networks}, {peer_text}', and start this again"
+                f"If it belongs to the robot, set PYROS1_ALLOW='{self._networks}, {peer_text}' and restart this program"
             )
         return False
 
     def admits(self, sock: socket.socket, peer: Any) -> bool:
-        """Return whether a connection that was just accepted may stay; if not, it is closed.
+        """Return whether a connection that was just accepted may stay open; if not, close it.
 
         Args:
             sock: the connection.
-            peer: its address, as ``accept`` returns it.
+            peer: the peer's address, as ``accept`` returned it.
         """
         try:
             if self.allows(str(peer[0]), str(sock.getsockname()[0])):
@@ -133,7 +133,7 @@ class Allowlist:
 
 
 def make_allowlist(networks: Networks | None) -> Allowlist | None:
-    """Return a check that admits peers of some networks and reports others on stderr; None if all may connect."""
+    """Return an Allowlist for some networks that reports refused peers on stderr; None if ``networks`` is None."""
     if networks is None:
         return None
     terminal = BackgroundWriter("allowlist: warnings", write_to_terminal)

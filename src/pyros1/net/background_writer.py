@@ -1,4 +1,4 @@
-"""Writes lines in a separate thread: a loop must never wait for a paused terminal, a full pipe or a disk."""
+"""Writes lines in a separate thread, because a loop must never block on a paused terminal, a full pipe or a disk."""
 
 from __future__ import annotations
 
@@ -15,74 +15,74 @@ from typing import Any
 from pyros1.net.signal_safe import Condition, Event
 
 MAX_PENDING = 1 << 20
-"""Maximum number of characters that may wait; further lines are dropped and counted."""
+"""Maximum number of queued characters; further lines are dropped and counted."""
 WRITE_INTERVAL = 0.02
 """Seconds between two writes, so that a busy loop rarely wakes the thread."""
 IDLE_TIMEOUT = 0.5
-"""Seconds without lines after which the thread ends."""
+"""Seconds without lines after which the thread exits."""
 FLUSH_TIMEOUT = 0.1
-"""Seconds that `flush` waits for the lines to be written."""
+"""Maximum number of seconds that `flush` waits by default."""
 _POLL_INTERVAL = 0.05
-_MAX_WRITE = 4096  # what a pipe that is ready takes as a whole
+_MAX_WRITE = 4096  # a pipe that is ready accepts this much without blocking
 
 Item = tuple[str, str]
-"""(``stdout`` or ``stderr``, text with its line break); a file ignores the first."""
+"""(``stdout`` or ``stderr``, text including the line break); writers to a file ignore the first."""
 ShouldStop = Callable[[], bool]
 
 
 class BackgroundWriter:
-    """Writer in a thread that exists while there is something to write. Takes no locks, so signal handlers may use it.
+    """Writes in a thread that runs while there is something to write. Uses no locks, so signal handlers may call it.
 
     Args:
         name: the thread's name.
-        write_items: ``write_items(items, should_stop)`` writes items; it may wait, and returns when ``should_stop()``
-            is true.
+        write_items: ``write_items(items, should_stop)`` writes the items. It may block, but must return when
+            ``should_stop()`` is true.
     """
 
     def __init__(self, name: str, write_items: Callable[[list[Item], ShouldStop], None]) -> None:
         self._name = name
         self._write_items = write_items
         self._items: deque[Item] = deque()
-        self._size = 0  # approximate: several threads count, and each write starts again from 0
-        self._lost_lines = 0
-        self._flushes: deque[Event] = deque()  # events to set when everything before them is written
-        self._is_stuck = False  # a flush was too short, and its lines are still not written
-        self._free = [True]  # holds an item while there is no thread, see node/strand.py
-        self._thread: threading.Thread | None = None  # the last one
+        self._size = 0  # approximate: several threads update it, and each write resets it to 0
+        self._dropped_lines = 0
+        self._flushes: deque[Event] = deque()  # events to set as soon as all earlier items are written
+        self._is_stuck = False  # a flush timed out, and its lines are still not written
+        self._idle_token = [True]  # holds an item while no thread runs, see node/strand.py
+        self._thread: threading.Thread | None = None  # the one started last
         self._new_items = Condition()
         self._flush_requested = Condition()
-        self._ended = Condition()
+        self._thread_finished = Condition()
         self._closing = Event()
         self._deadline = 0.0
 
-    def write(self, where: str, text: str) -> None:
-        """Write a text soon, after all earlier ones. Never waits; may be called from any thread."""
+    def write(self, stream_name: str, text: str) -> None:
+        """Queue a text to be written soon. Never blocks; may be called from any thread."""
         if self._size + len(text) > MAX_PENDING:
-            self._lost_lines += 1
+            self._dropped_lines += 1
             return
         self._size += len(text)
-        self._items.append((where, text))
-        self._begin()
+        self._items.append((stream_name, text))
+        self._ensure_thread()
 
     def flush(self, timeout: float = FLUSH_TIMEOUT) -> None:
-        """Wait a moment until all texts are written; not at all while the output has been stuck since the last wait.
+        """Wait until all texts are written; return immediately if the output is still stuck since the last flush.
 
         Args:
-            timeout: maximum seconds to wait.
+            timeout: maximum number of seconds to wait.
         """
-        if self._is_stuck or not (self._items or not self._free):
+        if self._is_stuck or not (self._items or not self._idle_token):
             return
         done = Event()
         self._flushes.append(done)
-        self._begin()
+        self._ensure_thread()
         self._flush_requested.notify_all()
         if not done.wait(timeout):
             self._is_stuck = True
 
-    def _begin(self) -> None:
-        """Make sure that a thread runs that writes the waiting texts."""
+    def _ensure_thread(self) -> None:
+        """Wake the thread that writes the queued texts, or start one."""
         try:
-            del self._free[0]
+            del self._idle_token[0]
         except IndexError:
             self._new_items.notify_all()
             return
@@ -90,13 +90,13 @@ class BackgroundWriter:
         try:
             self._thread = thread = threading.Thread(target=self._run, name=self._name, daemon=True)
             thread.start()
-        except RuntimeError:  # no thread can be started: `close` writes the rest
+        except RuntimeError:  # no thread can be started: `close` writes the remaining texts
             self._thread = None
-            self._free.append(True)
-        except BaseException:  # of a signal handler
+            self._idle_token.append(True)
+        except BaseException:  # raised by a signal handler
             if thread is None or thread.ident is None:
                 self._thread = None
-                self._free.append(True)
+                self._idle_token.append(True)
             raise
 
     def close(self, timeout: float = 1.0) -> None:
@@ -108,41 +108,40 @@ class BackgroundWriter:
         thread = self._thread
         if thread is not threading.current_thread():
             self._wait_for_end(timeout + 2 * _POLL_INTERVAL)
-            if thread is not None and self._free:
-                thread.join(_POLL_INTERVAL)  # it has nothing left to do
-        remaining = self._take() if self._free else []
+            if thread is not None and self._idle_token:
+                thread.join(_POLL_INTERVAL)  # it is about to exit
+        remaining = self._take_items() if self._idle_token else []
         if remaining:
             self._write_items(remaining, self._is_out_of_time)
 
     def _wait_for_end(self, timeout: float) -> None:
         deadline = monotonic() + timeout
-        while not self._free and (remaining := deadline - monotonic()) > 0:
-            self._ended.wait_for(lambda: self._free, remaining)
+        while not self._idle_token and (remaining := deadline - monotonic()) > 0:
+            self._thread_finished.wait_for(lambda: self._idle_token, remaining)
 
     def _is_out_of_time(self) -> bool:
         return self._closing.is_set() and monotonic() > self._deadline
 
-    def _take(self) -> list[Item]:
+    def _take_items(self) -> list[Item]:
         items: list[Item] = []
         with contextlib.suppress(IndexError):
             while True:
                 items.append(self._items.popleft())
         self._size = 0
-        if self._lost_lines and items:
-            items.append((items[-1][0], f"... {self._lost_lines} lines were lost here: the output was too slow\n"))
-            self._lost_lines = 0
+        if self._dropped_lines and items:
+            items.append((items[-1][0], f"... {self._dropped_lines} lines were lost here: the output was too slow\n"))
+            self._dropped_lines = 0
         return items
 
     def _run(self) -> None:
         if self._thread is not threading.current_thread():
-            return  # the caller that started it was interrupted by a signal handler that raised
+            return  # a signal handler raised an exception while this thread was being started
         while True:
             if not self._items and not self._closing.is_set():
                 self._new_items.wait_for(lambda: self._items or self._flushes or self._closing.is_set(), IDLE_TIMEOUT)
-            flushes = [
-                self._flushes.popleft() for _ in range(len(self._flushes))
-            ]  # before the texts that they refer to
-            items = self._take()
+            # Before the items: then all items that precede these flushes are among those taken below.
+            flushes = [self._flushes.popleft() for _ in range(len(self._flushes))]
+            items = self._take_items()
             if items:
                 with contextlib.suppress(Exception):  # nowhere left to report it
                     self._write_items(items, self._is_out_of_time)
@@ -151,33 +150,32 @@ class BackgroundWriter:
                 done.set()
             if items:
                 self._flush_requested.wait_for(lambda: self._flushes or self._closing.is_set(), WRITE_INTERVAL)
-            elif not flushes and self._end():
+            elif not flushes and self._finish_thread():
                 return
 
-    def _end(self) -> bool:
-        """End the thread's turn; return False if new texts have arrived meanwhile and no other thread writes them."""
-        self._free.append(True)
+    def _finish_thread(self) -> bool:
+        """Prepare to exit the thread; return False if it must continue, since new texts have been queued meanwhile."""
+        self._idle_token.append(True)
         if self._items or self._flushes:
             try:
-                del self._free[0]
+                del self._idle_token[0]
             except IndexError:
-                return True  # another thread was started for it
+                return True  # another thread was started for them
             return False
-        self._ended.notify_all()
+        self._thread_finished.notify_all()
         return True
 
 
 def write_to_terminal(items: list[Item], should_stop: ShouldStop) -> None:
-    """Write to this process's stdout and stderr; errors of these are ignored."""
-    for where, text in items:
-        stream = getattr(sys, where, None)
-        stream = getattr(
-            stream, "under", stream
-        )  # a command's own stream, see cli/clean_output.py; log lines are clean
+    """Write to this process's stdout and stderr, ignoring errors."""
+    for stream_name, text in items:
+        stream = getattr(sys, stream_name, None)
+        # The stream below a command's filter (cli/clean_output.py): log lines need no filtering.
+        stream = getattr(stream, "under", stream)
         if stream is None:
             continue
         try:
-            if stream is getattr(sys, f"__{where}__") and hasattr(select, "poll"):
+            if stream is getattr(sys, f"__{stream_name}__") and hasattr(select, "poll"):
                 _write_directly(stream, text, should_stop)
             else:
                 stream.write(text)
@@ -187,13 +185,13 @@ def write_to_terminal(items: list[Item], should_stop: ShouldStop) -> None:
 
 
 def _write_directly(stream: Any, text: str, should_stop: ShouldStop) -> None:
-    """Write to the descriptor: a thread that waits inside Python's stream would keep its lock at the program's end."""
+    """Write to the descriptor: a thread blocked inside Python's stream would hold its lock when the program exits."""
     descriptor = stream.fileno()
-    rest = text.encode(stream.encoding, stream.errors)
+    remaining = text.encode(stream.encoding, stream.errors)
     poll = select.poll()
     poll.register(descriptor, select.POLLOUT)
-    while rest:
+    while remaining:
         if poll.poll(_POLL_INTERVAL * 1e3):
-            rest = rest[os.write(descriptor, rest[:_MAX_WRITE]) :]
+            remaining = remaining[os.write(descriptor, remaining[:_MAX_WRITE]) :]
         elif should_stop():
             return

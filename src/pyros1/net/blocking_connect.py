@@ -1,4 +1,4 @@
-"""Connects a waiting thread to a TCP port, in a bounded time, name look-up included."""
+"""Connects to a TCP port from a blocking thread, within a time limit that includes the name look-up."""
 
 from __future__ import annotations
 
@@ -15,77 +15,77 @@ from pyros1.net.connect import IN_PROGRESS
 from pyros1.net.resolve import HostLookup
 
 POLL_INTERVAL = 0.2
-"""Seconds between checks whether to continue."""
+"""Maximum number of seconds between two calls of ``check``."""
 
 
 class _DeadlineExceeded(TimeoutError):
-    """The time is over; other timeouts are those of `check`."""
+    """The deadline has passed. Any other TimeoutError was raised by ``check``."""
 
 
 def blocking_connect(host: str, port: int, seconds: float, check: Callable[[], object]) -> socket.socket:
     """Return a connected socket.
 
     Args:
-        host: name or address; all its addresses are tried.
-        seconds: longest time in all.
-        check: called at least every POLL_INTERVAL seconds; what it raises ends the attempt.
+        host: host name or address; all its addresses are tried.
+        seconds: maximum total time.
+        check: called at least every POLL_INTERVAL seconds; raises an exception to abort.
 
     Raises:
         UnknownHostError: the name cannot be resolved in time.
-        TimeoutError: there is no answer in time.
-        OSError: the connection was refused, or there is no way to the host.
+        TimeoutError: there is no response in time.
+        OSError: the connection was refused, or there is no route to the host.
     """
     deadline = monotonic() + seconds
 
-    def step(end: float = deadline) -> float:
+    def next_wait(until: float = deadline) -> float:
         check()
-        remaining = end - monotonic()
+        remaining = until - monotonic()
         if remaining <= 0:
             raise _DeadlineExceeded(f"no answer within {seconds:g} s")
         return min(POLL_INTERVAL, remaining)
 
-    last: OSError = OSError("no address")
-    addresses = _addresses(host, step)
-    for number, address in enumerate(addresses):
+    last_error: OSError = OSError("no address")
+    addresses = _resolve(host, next_wait)
+    for index, address in enumerate(addresses):
         sock = socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_STREAM)
         try:
-            share = monotonic() + (deadline - monotonic()) / (len(addresses) - number)
-            _connect(sock, address, port, partial(step, share))
+            address_deadline = monotonic() + (deadline - monotonic()) / (len(addresses) - index)
+            _connect(sock, address, port, partial(next_wait, address_deadline))
         except BaseException as error:
             sock.close()
             if not isinstance(error, OSError):
                 raise
             check()
-            if not isinstance(last, ConnectionRefusedError):  # which says more than that there is no way to the others
-                last = error
+            if not isinstance(last_error, ConnectionRefusedError):  # more informative than that others have no route
+                last_error = error
         else:
             return sock
-    raise last
+    raise last_error
 
 
-def _addresses(host: str, step: Callable[[], float]) -> list[str]:
-    resolve_host = HostLookup(host)
-    silent: TimeoutError | None = None
+def _resolve(host: str, next_wait: Callable[[], float]) -> list[str]:
+    lookup = HostLookup(host)
+    last_timeout: TimeoutError | None = None
     while True:
         try:
-            wait = step()
+            seconds = next_wait()
         except _DeadlineExceeded as error:
-            if silent is None:
+            if last_timeout is None:
                 raise
-            raise UnknownHostError(host, silent) from error
+            raise UnknownHostError(host, last_timeout) from error
         try:
-            return resolve_host.wait(wait)
+            return lookup.wait(seconds)
         except TimeoutError as error:
-            silent = error
+            last_timeout = error
         except OSError as error:
             raise UnknownHostError(host, error) from error
 
 
-def _connect(sock: socket.socket, address: str, port: int, step: Callable[[], float]) -> None:
+def _connect(sock: socket.socket, address: str, port: int, next_wait: Callable[[], float]) -> None:
     sock.setblocking(False)
     code = sock.connect_ex((address, port))
     while code in IN_PROGRESS:
-        if _writable(sock, step()):
+        if _wait_writable(sock, next_wait()):
             code = sock.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
     if not code and sock.getsockname() == sock.getpeername():  # connected to itself, see net.connect
         code = errno.ECONNREFUSED
@@ -93,7 +93,7 @@ def _connect(sock: socket.socket, address: str, port: int, step: Callable[[], fl
         raise OSError(code, os.strerror(code))
 
 
-def _writable(sock: socket.socket, seconds: float) -> bool:
+def _wait_writable(sock: socket.socket, seconds: float) -> bool:
     if hasattr(select, "poll"):
         poll = select.poll()
         poll.register(sock, select.POLLOUT)

@@ -1,7 +1,7 @@
 """Connects to TCP ports without blocking the loop.
 
-A name may have several addresses, and some of them, often those of IPv6, may lead nowhere: each gets its share of the
-time.
+A name may have several addresses, and some of them, often the IPv6 ones, may be unreachable: the time is divided among
+them.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ IN_PROGRESS = {
 
 
 class ConnectHandle:
-    """A connection that is being made."""
+    """A connection that is being established."""
 
     def __init__(self, loop: Loop, host: str, port: int, timeout_s: float, on_done: OnConnected) -> None:
         self._loop = loop
@@ -41,17 +41,17 @@ class ConnectHandle:
         self._sock: socket.socket | None = None
         self._timeout_s = timeout_s
         self._timer: TimerHandle | None = None
-        self._next: TimerHandle | None = None  # the end of an address's share of the time
+        self._address_timer: TimerHandle | None = None  # ends the time for the current address
         self._deadline = 0.0
-        self._refused = False
+        self._was_refused = False
 
     @property
     def pending(self) -> bool:
-        """Whether ``on_done`` is still to be called."""
+        """Whether ``on_done`` has not been called yet, and will be."""
         return self._on_done is not None
 
     def cancel(self) -> None:
-        """Give up the connection; ``on_done`` will not be called. From any thread."""
+        """Abandon the connection; ``on_done`` will not be called. May be called from any thread."""
         self._on_done = None
         if self._loop.in_loop() or not self._loop.running:
             self._clean_up()
@@ -75,8 +75,8 @@ class ConnectHandle:
         self._try_next(0)
 
     def _try_next(self, last_error: int) -> None:
-        """Try the remaining addresses in order. If one has refused, that is the error: it says more than no route."""
-        self._refused = self._refused or last_error == errno.ECONNREFUSED
+        """Try the remaining addresses in order. If one refused, report that error: it is the most informative."""
+        self._was_refused = self._was_refused or last_error == errno.ECONNREFUSED
         while self._addresses:
             address = self._addresses.pop(0)
             family = socket.AF_INET6 if ":" in address else socket.AF_INET
@@ -97,13 +97,13 @@ class ConnectHandle:
                 else:
                     self._loop.register(sock, WRITE, self._writable)
                     if self._addresses:
-                        share = (self._deadline - monotonic()) / (len(self._addresses) + 1)
-                        self._next = self._loop.call_later(share, self._give_up_address)
+                        address_timeout_s = (self._deadline - monotonic()) / (len(self._addresses) + 1)
+                        self._address_timer = self._loop.call_later(address_timeout_s, self._give_up_address)
                 return
             sock.close()
             last_error = code
-            self._refused = self._refused or code == errno.ECONNREFUSED
-        if self._refused:
+            self._was_refused = self._was_refused or code == errno.ECONNREFUSED
+        if self._was_refused:
             last_error = errno.ECONNREFUSED
         failure = UnreachableError(f"cannot connect to {self._host}:{self._port}: {os.strerror(last_error)}")
         failure.__cause__ = OSError(last_error, os.strerror(last_error))
@@ -131,14 +131,14 @@ class ConnectHandle:
         if sock is None or on_done is None:
             return
         try:
-            # The system may choose the wanted local port as this socket's own if nobody listens there: the socket
-            # is then connected to itself.
-            to_itself = sock.getsockname() == sock.getpeername()
+            # If nobody listens on the requested port of this machine, the system may choose it as the local port:
+            # the socket is then connected to itself.
+            is_self_connected = sock.getsockname() == sock.getpeername()
         except OSError as error:
             self._close_socket()
             self._try_next(error.errno or errno.EIO)
             return
-        if to_itself:
+        if is_self_connected:
             self._close_socket()
             self._try_next(errno.ECONNREFUSED)
             return
@@ -148,8 +148,8 @@ class ConnectHandle:
         on_done(sock, None)
 
     def _timed_out(self) -> None:
-        place = f"{self._host}:{self._port}"
-        self._fail(DeadlineError(f"could not connect to {place} within {self._timeout_s:g} s"))
+        address = f"{self._host}:{self._port}"
+        self._fail(DeadlineError(f"could not connect to {address} within {self._timeout_s:g} s"))
 
     def _fail(self, error: TransportError) -> None:
         on_done = self._on_done
@@ -159,9 +159,9 @@ class ConnectHandle:
             on_done(None, error)
 
     def _close_socket(self) -> None:
-        if self._next is not None:
-            self._next.cancel()
-            self._next = None
+        if self._address_timer is not None:
+            self._address_timer.cancel()
+            self._address_timer = None
         if self._sock is not None:
             self._loop.unregister(self._sock)
             self._sock.close()
@@ -177,13 +177,15 @@ def connect(loop: Loop, host: str, port: int, timeout_s: float, on_done: OnConne
     """Connect to a TCP port; may be called from any thread.
 
     Args:
-        host: name or address; names are looked up without blocking the loop, all their addresses are tried.
-        timeout_s: longest time in seconds, look-up included.
-        on_done: called once on the loop, with a connected non-blocking socket and None, or None and an
-            UnreachableError or DeadlineError. If ``connect`` is called on the loop this may happen before it returns.
+        loop: the loop on which everything runs.
+        host: host name or address; names are looked up without blocking the loop, and all their addresses are tried.
+        port: the TCP port.
+        timeout_s: maximum time in seconds, including the look-up.
+        on_done: called once on the loop, with a connected non-blocking socket and None, or with None and an
+            UnreachableError or DeadlineError. If ``connect`` is called on the loop, this may happen before it returns.
 
     Returns:
-        A handle whose ``cancel()`` gives up.
+        A handle whose ``cancel()`` abandons the attempt.
     """
     handle = ConnectHandle(loop, host, port, timeout_s, on_done)
     if loop.in_loop():

@@ -1,5 +1,4 @@
-"""What to do when a node cannot be reached at the address under which it is known
-(https://wiki.ros.org/ROS/NetworkSetup).
+"""Hints for when a node cannot be reached at the address that it advertises (https://wiki.ros.org/ROS/NetworkSetup).
 
 Pure.
 """
@@ -10,18 +9,18 @@ from pyros1.ground.errors import DeadlineError, UnknownHostError
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether a host name or address means whatever machine asks."""
+    """Return whether a host name or address is a loopback one, which every machine uses for itself."""
     return host in ("localhost", "::1") or host.startswith("127.")
 
 
-def connectivity_hint(host: str, error: BaseException | None, own: str = "") -> str:
-    """Return what to do, as a sentence or two for the end of an error's text.
+def connectivity_hint(host: str, error: BaseException | None, own_host: str = "") -> str:
+    """Return a hint of one or two sentences, to append to an error message.
 
     Args:
-        host: the name or address that the node gave as its own.
-        error: why it cannot be reached; causes count as well.
-        own: the name or address that the asking node gives as its own; empty if that is not known. Where nodes of one
-            machine use a loopback address, another machine is hardly the reason.
+        host: the name or address that the unreachable node advertises.
+        error: why it cannot be reached; its causes are considered as well.
+        own_host: the name or address that the calling node advertises; empty if unknown. If that is a loopback address
+            as well, the unreachable node is unlikely to be on another machine.
     """
     causes = []
     while error is not None:
@@ -33,12 +32,12 @@ def connectivity_hint(host: str, error: BaseException | None, own: str = "") -> 
             f"or add a line 'ADDRESS {host}' to /etc/hosts here"
         )
     if is_loopback(host):
-        return _loopback_hint(host, causes, own)
+        return _loopback_hint(host, causes, own_host)
     if any(isinstance(cause, ConnectionResetError) for cause in causes):
         return f"Does PYROS1_ALLOW (or --allow) on [{host}] include this machine?"
     if any(isinstance(cause, ConnectionRefusedError) for cause in causes):
         return (
-            f"Has it exited? Then: pyros1 node cleanup. Otherwise its machine is not [{host}] (export "
+            f"Has it exited? Then run: pyros1 node cleanup. Otherwise its machine is not [{host}] (export "
             "ROS_IP=<its address> there and restart it), or a firewall rejects the port (PYROS1_PORTS)"
         )
     return (
@@ -47,13 +46,13 @@ def connectivity_hint(host: str, error: BaseException | None, own: str = "") -> 
     )
 
 
-def _loopback_hint(host: str, causes: list[BaseException], own: str) -> str:
-    if any(isinstance(cause, DeadlineError) for cause in causes):  # a process that has ended is reported at once
-        return "It is hanging or stopped: kill -CONT PID continues a stopped process (state T in ps)"
-    ended = "Has it exited? Then: pyros1 node cleanup"
-    if is_loopback(own):
-        return ended
+def _loopback_hint(host: str, causes: list[BaseException], own_host: str) -> str:
+    if any(isinstance(cause, DeadlineError) for cause in causes):  # an exited process is noticed immediately
+        return "It hangs or is stopped: kill -CONT PID resumes a stopped process (state T in ps)"
+    exited_hint = "Has it exited? Then run: pyros1 node cleanup"
+    if is_loopback(own_host):
+        return exited_hint
     return (
-        f"{ended}. Or is it on another machine? Its address there, {host}, means this machine here: on its machine "
-        "unset ROS_HOSTNAME, export ROS_IP=<its address> and restart it"
+        f"{exited_hint}. Or is it on another machine? Its address there, {host}, means this machine here: "
+        "on its machine unset ROS_HOSTNAME, export ROS_IP=<its address> and restart it"
     )

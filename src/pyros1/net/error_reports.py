@@ -1,4 +1,4 @@
-"""Reports of a loop's errors on stderr, if it has no other handler of errors."""
+"""Reports a loop's errors on stderr, if the loop has no other error handler."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pyros1.net.rate_limit import RepeatCounter
 
 
 class ReportingLoop(Protocol):
-    """The part of a loop that is needed here."""
+    """The interface of a loop that this module needs."""
 
     name: str
 
@@ -19,7 +19,7 @@ class ReportingLoop(Protocol):
 
 
 class ErrorReports:
-    """Writes to stderr without waiting for it, and counts repeated texts.
+    """Writes to stderr without blocking, and counts repeated messages.
 
     Args:
         loop: the loop whose errors are reported.
@@ -27,13 +27,13 @@ class ErrorReports:
 
     def __init__(self, loop: ReportingLoop) -> None:
         self._repeats = RepeatCounter(loop.call_later)
-        self._thread = BackgroundWriter(f"{loop.name}:errors", write_to_terminal)
+        self._writer = BackgroundWriter(f"{loop.name}:errors", write_to_terminal)
 
     def log(self, text: str) -> None:
-        """Write a text of one or more lines."""
-        self._repeats.log("", terminal_text.lines(text), lambda line: self._thread.write("stderr", line + "\n"))
+        """Write a message of one or more lines."""
+        self._repeats.log("", terminal_text.lines(text), lambda line: self._writer.write("stderr", line + "\n"))
 
     def close(self) -> None:
-        """Write the remaining texts, for at most a second."""
+        """Write the remaining messages, for at most a second."""
         self._repeats.close()
-        self._thread.close()
+        self._writer.close()

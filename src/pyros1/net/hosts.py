@@ -1,4 +1,4 @@
-"""The addresses that a process advertises and listens on, and the master's URI (facts N18-N26;
+"""Determines the addresses that a process advertises and listens on, and the master's URI (facts N18-N26;
 https://wiki.ros.org/ROS/NetworkSetup, https://wiki.ros.org/ROS/EnvironmentVariables).
 """
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 DEFAULT_MASTER_URI: Final = "http://localhost:11311"
 WILDCARDS: Final = ("0.0.0.0", "::")
-"""The addresses that mean all of this machine's when listening."""
+"""The addresses to listen on all addresses of this machine."""
 
 _URI: Final = re.compile(
     r"([A-Za-z][A-Za-z0-9+.-]*)://(?:[^/@\s]*@)?(\[[0-9A-Fa-f:.%\w]+\]|[^/:@\s\[\]]+)(?::([0-9]*))?(?:[/?#]\S*)?\Z"
@@ -28,15 +28,15 @@ _DEFAULT_PORTS: Final = {"http": 80}
 
 
 class LocalAddress(NamedTuple):
-    """The addresses at which this process is reached.
+    """The addresses at which this process can be reached.
 
     Attributes:
-        advertised: host name or address that goes into URIs.
+        advertised: host name or address to use in URIs.
         bind: address to listen on.
         family: ``socket.AF_INET`` or ``socket.AF_INET6``.
-        warnings: texts about values in the environment that look wrong.
+        warnings: messages about suspicious values in the environment.
         ports: ports to choose from; None for any.
-        allowed: who may connect; None for everybody.
+        allowed: networks that may connect; None for all.
     """
 
     advertised: str
@@ -48,7 +48,7 @@ class LocalAddress(NamedTuple):
 
 
 def host_from_environment(environ: Mapping[str, str], special_args: Mapping[str, str]) -> LocalAddress:
-    """Find the address to advertise and to listen on (N18-N23, N26), and who may connect.
+    """Determine the addresses to advertise and to listen on (N18-N23, N26), and which networks may connect.
 
     Args:
         environ: environment variables; ROS_HOSTNAME, ROS_IP, ROS_IPV6, PYROS1_BIND, PYROS1_ALLOW and PYROS1_PORTS are
@@ -57,11 +57,11 @@ def host_from_environment(environ: Mapping[str, str], special_args: Mapping[str,
             ``__allow`` and ``__ports``.
 
     Raises:
-        SettingError: one of the last three is wrong. Ignoring it would admit peers that it excludes.
+        SettingError: one of the last three is invalid. Ignoring it could admit peers that it was meant to exclude.
     """
     warnings = _environment_warnings(environ)
     ipv6 = environ.get("ROS_IPV6") == "on"
-    override = (
+    host = (
         special_args.get("__hostname")
         or special_args.get("__ip")
         or environ.get("ROS_HOSTNAME")
@@ -72,16 +72,16 @@ def host_from_environment(environ: Mapping[str, str], special_args: Mapping[str,
     if requested:
         bind = _bind_address(requested)
         if bind not in WILDCARDS:
-            override = override or bind  # the only address at which this process can be reached
-    elif override:
-        if override == "localhost" or override.startswith("127."):
-            bind = "::1" if ipv6 and override == "localhost" else override if override[0] == "1" else "127.0.0.1"
-        elif override == "::1":
+            host = host or bind  # the only address at which this process can be reached
+    elif host:
+        if host == "localhost" or host.startswith("127."):
+            bind = "::1" if ipv6 and host == "localhost" else host if host[0] == "1" else "127.0.0.1"
+        elif host == "::1":
             bind = "::1"
     ports = special_args.get("__ports") or environ.get("PYROS1_PORTS")
     allowed = special_args.get("__allow") or environ.get("PYROS1_ALLOW")
     return LocalAddress(
-        override or _own_host(ipv6),
+        host or _own_host(ipv6),
         bind,
         socket.AF_INET6 if ":" in bind else socket.AF_INET,
         warnings,
@@ -91,7 +91,7 @@ def host_from_environment(environ: Mapping[str, str], special_args: Mapping[str,
 
 
 def _port_range(text: str) -> PortRange:
-    from pyros1.net.ports import parse_ports  # noqa: PLC0415 - most commands need none of this, and start quickly
+    from pyros1.net.ports import parse_ports  # noqa: PLC0415 - rarely needed, and slows down the start of commands
 
     return parse_ports(text)
 
@@ -140,27 +140,29 @@ def _own_host(ipv6: bool) -> str:
 
 
 def interface_addresses(ipv6: bool = False) -> list[str]:
-    """Return the addresses of this machine's network interfaces, as far as the system reports them."""
-    addresses: list[str] = []
+    """Return the addresses of this machine's network interfaces that the system reports."""
+    of_interfaces: list[str] = []
     try:
         import fcntl  # noqa: PLC0415 - not on Windows
     except ImportError:
-        fcntl = None  # type: ignore[assignment] # the usual marker of an absent module
+        fcntl = None  # type: ignore[assignment] # the usual way to mark a missing module
     if fcntl is not None:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             for _index, name in socket.if_nameindex():
                 try:
-                    # SIOCGIFADDR of Linux; the address stands at byte 20 of struct ifreq
+                    # SIOCGIFADDR of Linux; the address is at byte 20 of struct ifreq
                     reply = fcntl.ioctl(probe.fileno(), 0x8915, struct.pack("256s", name.encode()[:15]))
                 except OSError:
                     continue
-                addresses.append(socket.inet_ntoa(reply[20:24]))
+                of_interfaces.append(socket.inet_ntoa(reply[20:24]))
     try:
         found = resolve_host(socket.gethostname())
     except OSError:
         found = []
-    requested = [address for address in found if (":" in address) == ipv6]
-    return requested + [a for a in addresses if a not in requested] if not ipv6 else requested + addresses
+    of_host_name = [address for address in found if (":" in address) == ipv6]
+    return (
+        of_host_name + [a for a in of_interfaces if a not in of_host_name] if not ipv6 else of_host_name + of_interfaces
+    )
 
 
 def master_uri(environ: Mapping[str, str], special_args: Mapping[str, str]) -> str:
@@ -172,7 +174,7 @@ def parse_uri(uri: str, scheme: str = "http") -> tuple[str, int]:
     """Split ``scheme://host:port/`` into host (without brackets) and port.
 
     Raises:
-        ProtocolError: it is not such a URI, or has no port (http without a port means port 80).
+        ProtocolError: the URI has another form, or no port (for http, the default is 80).
     """
     match = _URI.match(uri)
     if match is None or match.group(1).lower() != scheme:
@@ -190,7 +192,7 @@ def make_uri(host: str, port: int, scheme: str = "http") -> str:
 
 
 def is_local(host: str) -> bool:
-    """Return whether a host name or address means this machine; may look the name up."""
+    """Return whether a host name or address belongs to this machine; may look up the name."""
     if host in ("localhost", "::1") or host.startswith("127.") or host == socket.gethostname():
         return True
     try:
@@ -201,7 +203,7 @@ def is_local(host: str) -> bool:
 
 
 def is_own_address(address: str) -> bool:
-    """Return whether an address is one of this machine's: only these can be bound to."""
+    """Return whether an address belongs to this machine, which means that a socket can be bound to it."""
     if address.startswith("127.") or address == "::1":
         return True
     if address in ("0.0.0.0", "::"):

@@ -1,4 +1,4 @@
-"""Links to a machine that was switched off, or that the network no longer reaches, end after some minutes."""
+"""Closes connections within a few minutes if the other machine was switched off or has become unreachable."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ import struct
 from typing import Final
 
 IDLE: Final = 60
-"""Seconds of silence after which the system asks the other machine whether it is still alive, like stock (T37)."""
+"""Seconds of silence after which the system sends the first keep-alive probe, like stock (T37)."""
 INTERVAL: Final = 10
-"""Seconds between such questions."""
+"""Seconds between two keep-alive probes."""
 COUNT: Final = 9
-"""Questions without an answer after which the link ends."""
+"""Number of unanswered probes after which the connection is closed."""
 UNANSWERED: Final = 3
-"""Repetitions or questions without an answer before a silent machine counts as gone."""
+"""Minimum number of unanswered retransmissions or probes before a silent machine is considered gone."""
 
-_ACKNOWLEDGED = struct.Struct("@2x2B52xI")  # of struct tcp_info: retransmits, probes, last_ack_recv in ms
+_TCP_INFO = struct.Struct("@2x2B52xI")  # of struct tcp_info: retransmits, probes, last_ack_recv in ms
 
 
 def keep_alive(sock: socket.socket) -> None:
-    """Let a socket notice within some minutes that the other machine is gone (T37)."""
+    """Enable keep-alive probes, so that a socket notices within a few minutes that the other machine is gone (T37)."""
     with contextlib.suppress(OSError):
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
         for option, value in (("TCP_KEEPIDLE", IDLE), ("TCP_KEEPINTVL", INTERVAL), ("TCP_KEEPCNT", COUNT)):
@@ -29,27 +29,27 @@ def keep_alive(sock: socket.socket) -> None:
 
 
 def set_nodelay_and_keepalive(sock: socket.socket) -> None:
-    """Let a TCP socket send what it is given at once, and `keep_alive`; other sockets need neither."""
+    """Let a TCP socket send data without delay, and enable keep-alive probes; other sockets need neither."""
     if sock.family in (socket.AF_INET, socket.AF_INET6):
         keep_alive(sock)
-        with contextlib.suppress(OSError):  # some systems report here that the peer has gone; a read reports it as well
+        with contextlib.suppress(OSError):  # some systems report here that the peer has gone; so will a read
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
 
 def is_peer_dead(sock: socket.socket) -> bool:
-    """Return whether the other machine has been silent for so long, although it has something to acknowledge.
+    """Return whether the other machine has been silent for too long, although it has data to acknowledge.
 
-    While data are under way there is no keep-alive: the system repeats them for a quarter of an hour. A program that
-    does not read is no reason: its machine acknowledges each question whether there is room again. (The option
-    TCP_USER_TIMEOUT would end that link as well.)
+    While data are unacknowledged, there are no keep-alive probes: the system retransmits for a quarter of an hour. A
+    peer that merely does not read is not considered dead: its machine still acknowledges the window probes. (The
+    option TCP_USER_TIMEOUT would close the connection in that case as well.)
     """
     if not hasattr(socket, "TCP_INFO"):
         return False
     try:
-        info = sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, _ACKNOWLEDGED.size)
+        info = sock.getsockopt(socket.IPPROTO_TCP, socket.TCP_INFO, _TCP_INFO.size)
     except OSError:
         return False
-    if len(info) < _ACKNOWLEDGED.size:
+    if len(info) < _TCP_INFO.size:
         return False
-    retransmits, probes, silent_ms = _ACKNOWLEDGED.unpack(info)
+    retransmits, probes, silent_ms = _TCP_INFO.unpack(info)
     return bool(max(retransmits, probes) >= UNANSWERED and silent_ms >= 1000 * (IDLE + INTERVAL * COUNT))

@@ -1,6 +1,6 @@
-"""One thread that waits for many sockets and timers.
+"""An event loop: one thread that waits for many sockets and timers.
 
-Everything that the loop calls runs on its thread, one after the other, so what lives on a loop needs no locks.
+All callbacks run on the loop's thread, one after the other, so objects that are only used on the loop need no locks.
 Callbacks must not block. ``call_soon``, ``call_later``, ``run``, ``start`` and ``stop`` may be called from any thread;
 ``register``, ``modify`` and ``unregister`` only on the loop.
 """
@@ -22,12 +22,12 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
 from pyros1.ground.errors import DeadlineError
-from pyros1.net.error_reports import ErrorReports  # not at first use: perhaps no more files can be opened then
+from pyros1.net.error_reports import ErrorReports  # not at first use: there may be too many open files then
 
 if TYPE_CHECKING:
     from pyros1.net.resolve import Resolver
 
-_yield: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: None)
+_yield_processor: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: None)
 
 READ: Final = selectors.EVENT_READ
 WRITE: Final = selectors.EVENT_WRITE
@@ -35,8 +35,8 @@ WRITE: Final = selectors.EVENT_WRITE
 ResultT = TypeVar("ResultT")
 
 
-class _Portable:
-    """The selector of the loop, on any system."""
+class _PortableSelector:
+    """A selector for any operating system."""
 
     def __init__(self) -> None:
         self._selector = selectors.DefaultSelector()
@@ -57,8 +57,8 @@ class _Portable:
         self._selector.close()
 
 
-class _Epoll:
-    """The selector of the loop on Linux, without an object per event: this is the busiest code of the loop."""
+class _EpollSelector:
+    """A selector for Linux that creates no object per event, since this is the busiest code of the loop."""
 
     def __init__(self) -> None:
         self._epoll = select.epoll()
@@ -74,10 +74,10 @@ class _Epoll:
         self._epoll.unregister(fd)
 
     def select(self, timeout: float | None) -> list[tuple[int, int]]:
-        # Rounded up to epoll's milliseconds, or the loop would spin for the last fraction before a timer.
+        # Rounded up to epoll's milliseconds; otherwise the loop would spin for the last fraction before a timer.
         seconds = -1.0 if timeout is None else math.ceil(timeout * 1e3) * 1e-3
-        plain_in = self._in
-        return [(fd, READ if mask == plain_in else self._from_epoll(mask)) for fd, mask in self._epoll.poll(seconds)]
+        only_in = self._in
+        return [(fd, READ if mask == only_in else self._from_epoll(mask)) for fd, mask in self._epoll.poll(seconds)]
 
     def close(self) -> None:
         self._epoll.close()
@@ -86,12 +86,12 @@ class _Epoll:
         return (self._in if events & READ else 0) | (self._out if events & WRITE else 0)
 
     def _from_epoll(self, mask: int) -> int:
-        # An error or hang-up counts as both: a read or write then raises the error.
+        # An error or hang-up is reported as both: reading or writing then raises the error.
         return (READ if mask & ~self._out else 0) | (WRITE if mask & ~self._in else 0)
 
 
 class TimerHandle:
-    """A call that is due later."""
+    """A call that is scheduled for later."""
 
     __slots__ = ("_args", "_fn", "when")
 
@@ -101,13 +101,13 @@ class TimerHandle:
         self._args = args
 
     def cancel(self) -> None:
-        """Cancel the call; harmless if it has already happened. From any thread."""
+        """Cancel the call; no effect if it has already been made. May be called from any thread."""
         self._fn = None
         self._args = ()
 
     @property
     def cancelled(self) -> bool:
-        """Whether it was cancelled, or has run."""
+        """Whether the call was cancelled, or has been made."""
         return self._fn is None
 
     def _run(self) -> None:
@@ -121,7 +121,7 @@ class LoopThread(threading.Thread):
     """The thread of a loop.
 
     Attributes:
-        owner: the object that the loop works for; set by the owner, so that code can tell on whose loop it runs.
+        owner: the object that uses the loop; set by that object, so that code can determine on whose loop it runs.
     """
 
     owner: object | None = None
@@ -132,10 +132,11 @@ class Loop:
 
     Args:
         name: the thread's name.
-        on_error: gets each exception that a callback raises, on the loop; the loop continues. None: the traceback is
-            written to stderr.
-        spin_time: seconds after an event in which the loop polls for the next one instead of sleeping: for a server
-            whose callers ask again as soon as they have an answer, and to which waking up takes longer than the work.
+        on_error: called on the loop with each exception that a callback raises; the loop continues. None: the
+            traceback is written to stderr.
+        spin_time: seconds after an event during which the loop polls for the next one instead of sleeping. Useful for
+            a server whose clients send the next request right after a response, if waking up takes longer than the
+            work.
     """
 
     def __init__(
@@ -144,16 +145,16 @@ class Loop:
         self.name = name
         self._spin_time = spin_time
         self._last_event = 0.0
-        self._on_error = on_error or self._print
-        self._reports: ErrorReports | None = None
-        self._selector = _Epoll() if hasattr(select, "epoll") else _Portable()
+        self._on_error = on_error or self._log_traceback
+        self._error_reports: ErrorReports | None = None
+        self._selector = _EpollSelector() if hasattr(select, "epoll") else _PortableSelector()
         self._callbacks: dict[int, Callable[[int], object]] = {}
         self._calls: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
         self._timers: list[tuple[float, int, TimerHandle]] = []
-        self._tick = count()
+        self._timer_counter = count()
         self._stopping = False
         self._closed = False
-        self._awake = False
+        self._is_wake_pending = False
         self._lock = threading.Lock()
         self._resolver: Resolver | None = None
         self._wake_in, self._wake_out = socket.socketpair()
@@ -165,16 +166,16 @@ class Loop:
     # ---- from any thread
 
     def start(self) -> None:
-        """Start the thread. Earlier calls are then made."""
+        """Start the thread, which first makes the calls queued so far."""
         self.thread.start()
 
     def stop(self, timeout: float = 5.0) -> None:
-        """End the thread after the callback that is running, and wait for that (not when called on the loop).
+        """Stop the thread after the current callback, and wait until it has exited (except when called on the loop).
 
-        What is still queued is dropped. Sockets that are still registered are forgotten, not closed.
+        Queued calls are dropped. Sockets that are still registered are not closed.
 
         Args:
-            timeout: longest wait in seconds.
+            timeout: maximum number of seconds to wait.
         """
         self._stopping = True
         if self.in_loop():
@@ -187,7 +188,7 @@ class Loop:
 
     @property
     def running(self) -> bool:
-        """Whether the thread has been started, has not ended, and was not asked to stop."""
+        """Whether the thread is running and was not asked to stop."""
         return self.thread.is_alive() and not self._stopping
 
     def in_loop(self) -> bool:
@@ -195,9 +196,9 @@ class Loop:
         return threading.get_ident() == self.thread.ident
 
     def call_soon(self, fn: Callable[..., object], *args: Any) -> None:
-        """Call ``fn(*args)`` on the loop, in order; nothing happens if the loop has stopped."""
+        """Queue the call ``fn(*args)`` on the loop; it is not made if the loop has stopped."""
         self._calls.append((fn, args))
-        if not self._awake and not self.in_loop():
+        if not self._is_wake_pending and not self.in_loop():
             self._wake()
 
     def call_later(self, delay_s: float, fn: Callable[..., object], *args: Any) -> TimerHandle:
@@ -210,7 +211,7 @@ class Loop:
         return handle
 
     def run(self, fn: Callable[..., ResultT], *args: Any, timeout: float = 5.0) -> ResultT:
-        """Call ``fn(*args)`` on the loop and return its result; directly if on the loop, or if it is not running.
+        """Call ``fn(*args)`` on the loop, or directly if already on the loop or if it is not running.
 
         Raises:
             DeadlineError: the loop did not make the call within ``timeout`` seconds.
@@ -225,23 +226,23 @@ class Loop:
         def call() -> None:
             try:
                 result.append(fn(*args))
-            except BaseException as error:  # noqa: BLE001 - handed to the caller
+            except BaseException as error:  # noqa: BLE001 - raised again in the caller's thread
                 failure.append(error)
             done.set()
 
         self.call_soon(call)
-        limit = monotonic() + timeout
-        while not done.wait(min(0.1, max(0.0, limit - monotonic()))):
+        deadline = monotonic() + timeout
+        while not done.wait(min(0.1, max(0.0, deadline - monotonic()))):
             if not self.thread.is_alive() and not done.is_set():
                 return fn(*args)
-            if monotonic() >= limit:
+            if monotonic() >= deadline:
                 raise DeadlineError(f"the thread {self.name!r} did not answer within {timeout:g} s")
         if failure:
             raise failure[0]
         return result[0]
 
     def report(self, error: BaseException) -> None:
-        """Hand an unexpected error to ``on_error``; an exception from that does not end the loop."""
+        """Pass an unexpected error to ``on_error``; if that raises an exception, the loop still continues."""
         try:
             self._on_error(error)
         except Exception as other:  # noqa: BLE001 - the loop must continue
@@ -249,27 +250,27 @@ class Loop:
                 self._reporter.log(f"{self.name}: {error!r}; reporting this also failed: {other!r}")
 
     def warn(self, text: str) -> None:
-        """Write a text to stderr, without waiting for it. Repeated texts are counted. On the loop."""
+        """Write a message to stderr without blocking, and count repetitions. Called on the loop."""
         self._reporter.log(text)
 
-    def _print(self, error: BaseException) -> None:
+    def _log_traceback(self, error: BaseException) -> None:
         from traceback import format_exception  # noqa: PLC0415 - rarely needed
 
         self._reporter.log("".join(format_exception(type(error), error, error.__traceback__)).rstrip())
 
     @property
     def _reporter(self) -> ErrorReports:
-        if self._reports is None:
-            self._reports = ErrorReports(self)
-        return self._reports
+        if self._error_reports is None:
+            self._error_reports = ErrorReports(self)
+        return self._error_reports
 
     # ---- on the loop
 
     @property
     def resolver(self) -> Resolver:
-        """The resolver of host names for this loop, made at first use."""
+        """The host name resolver of this loop, created at first use."""
         if self._resolver is None:
-            from pyros1.net.resolve import Resolver  # noqa: PLC0415 - most loops never need one
+            from pyros1.net.resolve import Resolver  # noqa: PLC0415 - most loops do not need it
 
             self._resolver = Resolver(self)
         return self._resolver
@@ -278,9 +279,9 @@ class Loop:
         """Call ``callback(ready_events)`` whenever the socket is ready.
 
         Args:
-            sock: a non-blocking socket (or a file descriptor).
-            events: READ, WRITE or both. A callback may be called although the socket is not ready: it must accept
-                EAGAIN.
+            sock: a non-blocking socket, or a file descriptor.
+            events: READ, WRITE or both.
+            callback: called on the loop. It must handle EAGAIN, since it may be called when the socket is not ready.
         """
         fd = sock if isinstance(sock, int) else sock.fileno()
         self._selector.register(fd, events)
@@ -293,22 +294,22 @@ class Loop:
         self._callbacks[fd] = callback
 
     def unregister(self, sock: socket.socket | int) -> None:
-        """Stop waiting for a socket; call this before closing it. Harmless if it is not registered."""
+        """Stop waiting for a socket, which must be done before closing it. No effect if it is not registered."""
         fd = sock if isinstance(sock, int) else sock.fileno()
         if self._callbacks.pop(fd, None) is not None:
             self._selector.unregister(fd)
 
-    # ---- inside
+    # ---- internal
 
     def _add_timer(self, handle: TimerHandle) -> None:
-        heapq.heappush(self._timers, (handle.when, next(self._tick), handle))
+        heapq.heappush(self._timers, (handle.when, next(self._timer_counter), handle))
 
     def _wake(self) -> None:
-        self._awake = True
+        self._is_wake_pending = True
         try:
             self._wake_out.send(b"\0")
         except BlockingIOError:
-            pass  # the pipe is full: the loop will wake
+            pass  # the socket's buffer is full, so the loop will wake up
         except OSError:
             pass  # the loop has stopped
 
@@ -318,9 +319,10 @@ class Loop:
                 pass
         except BlockingIOError:
             pass
-        # After the pipe is emptied, or a byte written in between would be lost while the flag says that one is there;
-        # before this round's calls leave the queue, so that a caller that saw the flag set is served by this round.
-        self._awake = False
+        # Cleared after the socket was emptied: otherwise a byte sent in between would be lost while the flag says that
+        # there is one. Cleared before the calls of this iteration are taken from the queue: a thread that saw the flag
+        # set has queued its call by then.
+        self._is_wake_pending = False
 
     def _run(self) -> None:
         try:
@@ -341,15 +343,15 @@ class Loop:
             timeout = None
         callbacks = self._callbacks
         for fd, callback, mask in [(fd, callbacks.get(fd), mask) for fd, mask in self._wait(timeout)]:
-            # An earlier callback of this round may have unregistered this one, and even reused its descriptor.
+            # An earlier callback of this iteration may have unregistered this one, and even reused its descriptor.
             if callback is not None and callbacks.get(fd) is callback:
                 try:
                     callback(mask)
-                except Exception as error:  # noqa: BLE001 - one socket's failure must not end the others
+                except Exception as error:  # noqa: BLE001 - the failure of one socket must not affect the others
                     self.report(error)
         if timers and timers[0][0] <= monotonic():
             self._run_timers()
-        # Only those queued by now: a call that queues itself must not starve the sockets.
+        # Only the calls queued so far: a call that queues itself must not starve the sockets.
         for _ in range(len(self._calls)):
             fn, args = self._calls.popleft()
             try:
@@ -363,10 +365,10 @@ class Loop:
             return select(timeout)
         events: Iterable[tuple[int, int]] = ()
         if timeout != 0.0:
-            end = self._last_event + self._spin_time
-            while not events and monotonic() < end:
+            spin_deadline = self._last_event + self._spin_time
+            while not events and monotonic() < spin_deadline:
                 events = select(0.0)
-                _yield()  # let other threads run first, perhaps the caller
+                _yield_processor()  # let other threads run first, such as that of the client
         events = events or select(timeout)
         self._last_event = monotonic()
         return events
@@ -390,8 +392,8 @@ class Loop:
         self._timers.clear()
         if self._resolver is not None:
             self._resolver.close()
-        if self._reports is not None:
-            self._reports.close()
+        if self._error_reports is not None:
+            self._error_reports.close()
         self._selector.close()
         self._wake_in.close()
         self._wake_out.close()

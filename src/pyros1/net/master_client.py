@@ -1,8 +1,8 @@
 """Client of the ROS Master and Parameter Server API
 (https://wiki.ros.org/ROS/Master_API, https://wiki.ros.org/ROS/Parameter%20Server%20API).
 
-Some masters have fewer methods than stock's, and other texts for refusals. Where possible, a missing method is replaced
-by others.
+Some masters have fewer methods than the stock master, and other error messages. Where possible, other methods are used
+in place of a missing one.
 """
 
 from __future__ import annotations
@@ -29,18 +29,19 @@ from pyros1.net.xmlrpc_client import XmlRpcClient
 SystemState = list[list[list[Any]]]
 
 
-def unpack(reply: Any, what: str) -> Any:
+def unpack(reply: Any, responder: str) -> Any:
     """Return the value of a ``[code, message, value]`` triple.
 
     Args:
-        what: the program that answered, for error messages.
+        reply: the triple.
+        responder: the program that sent it, for error messages.
 
     Raises:
-        MasterError: the code is not 1; its text is the message.
-        ProtocolError: it is not such a triple.
+        MasterError: the code is not 1; the error has the same message.
+        ProtocolError: the reply is not such a triple.
     """
     if not isinstance(reply, (list, tuple)) or len(reply) != 3 or not isinstance(reply[0], int):
-        raise ProtocolError(f"{what} did not answer with [code, message, value]")
+        raise ProtocolError(f"{responder} did not reply with [code, message, value]")
     code, message, value = reply
     if code != 1:
         raise MasterError(terminal_text.one_line(message), code)
@@ -51,41 +52,41 @@ def _says_not_set(error: MasterError) -> bool:
     return error.code == -1 and "not set" in str(error)
 
 
-def _is_number(value: Any) -> bool:
+def _is_integer(value: Any) -> bool:
     return isinstance(value, int)
 
 
-def _is_text(value: Any) -> bool:
+def _is_string(value: Any) -> bool:
     return isinstance(value, str)
 
 
-def _is_texts(value: Any) -> bool:
+def _is_string_list(value: Any) -> bool:
     return isinstance(value, list) and all(isinstance(item, str) for item in value)
 
 
-def _is_pairs(value: Any) -> bool:
-    return isinstance(value, list) and all(_is_texts(item) and len(item) == 2 for item in value)
+def _is_pair_list(value: Any) -> bool:
+    return isinstance(value, list) and all(_is_string_list(item) and len(item) == 2 for item in value)
 
 
 def is_system_state(value: Any) -> bool:
-    """Return whether a value is an answer to ``getSystemState``: three times ``[[name, [node, ...]], ...]``."""
-    return isinstance(value, list) and len(value) == 3 and all(map(_is_table, value))
+    """Return whether a value is a valid result of ``getSystemState``: three lists ``[[name, [node, ...]], ...]``."""
+    return isinstance(value, list) and len(value) == 3 and all(map(_is_registration_list, value))
 
 
-def _is_table(value: Any) -> bool:
+def _is_registration_list(value: Any) -> bool:
     return isinstance(value, list) and all(
-        isinstance(entry, list) and len(entry) == 2 and isinstance(entry[0], str) and _is_texts(entry[1])
+        isinstance(entry, list) and len(entry) == 2 and isinstance(entry[0], str) and _is_string_list(entry[1])
         for entry in value
     )
 
 
-def _leaves(namespace: str, tree: Any) -> Iterator[str]:
+def _parameter_names(namespace: str, tree: Any) -> Iterator[str]:
     """Yield the full names of the parameters of a tree."""
     if not isinstance(tree, dict) or not tree:
         yield namespace or "/"
         return
     for name, value in tree.items():
-        yield from _leaves(f"{namespace}/{name}", value)
+        yield from _parameter_names(f"{namespace}/{name}", value)
 
 
 class MasterClient:
@@ -94,10 +95,10 @@ class MasterClient:
     Args:
         caller_id: full name of the calling node; the master resolves relative and private names against it.
         uri: the master's URI.
-        timeout: seconds that a call may take.
+        timeout: maximum number of seconds for a call.
 
-    All methods raise MasterError (the master refused), MasterMethodError (it does not have the method),
-    MasterUnreachableError (it does not answer) and ProtocolError.
+    All methods raise MasterError (the master refused), MasterMethodError (the master does not have the method),
+    MasterUnreachableError (the master does not respond) and ProtocolError.
     """
 
     def __init__(self, caller_id: str, uri: str, *, timeout: float = 10.0) -> None:
@@ -111,7 +112,7 @@ class MasterClient:
                 f"export ROS_MASTER_URI={DEFAULT_MASTER_URI}"
             ) from None
         self._closed = False
-        self._no_multicall = False  # the master has no system.multicall
+        self._has_no_multicall = False  # the master has no system.multicall
 
     def close(self) -> None:
         """Close the connection; a call pending in another thread fails at once."""
@@ -119,41 +120,41 @@ class MasterClient:
         self._client.close()
 
     def call(self, method: str, *args: Any, timeout: float | None = None) -> Any:
-        """Call any method with the caller id and ``args``, and return the value of the answer."""
+        """Call any method with the caller id and ``args``, and return the value of the reply."""
         return unpack(self._request(method, self.caller_id, *args, timeout=timeout), self._describe_master(method))
 
     def _call_checked(self, is_valid: Callable[[Any], bool], method: str, *args: Any) -> Any:
-        """Call a method whose value has a certain form.
+        """Call a method and check the form of the value.
 
         Raises:
-            MasterMethodError: it has another form.
+            MasterMethodError: the value is not valid.
         """
         value = self.call(method, *args)
         if not is_valid(value):
-            raise self._method_error(method, f"its answer is {value!r:.60}. Is it a master?")
+            raise self._method_error(method, f"it replied {value!r:.60}. Is it a master?")
         return value
 
     def call_unchecked(self, method: str, *args: Any) -> Any:
-        """Call any method with the caller id and ``args``, and return the whole answer: ``[code, message, value]``."""
+        """Call any method with the caller id and ``args``, and return the entire ``[code, message, value]`` reply."""
         return self._request(method, self.caller_id, *args)
 
     def multicall(self, calls: Sequence[tuple[str, Sequence[Any]]], *, timeout: float | None = None) -> list[Any]:
-        """Make many calls, in one round trip if the master can; each call gets the caller id as its first argument.
+        """Make many calls, in one round trip if the master supports it. The caller id is added as first argument.
 
         Args:
-            calls: method and arguments of each.
-            timeout: seconds that a round trip may take; None: the client's timeout.
+            calls: the method and arguments of each call.
+            timeout: maximum number of seconds for a round trip; None for the client's timeout.
 
         Returns:
-            For each call its value, or the MasterError or ProtocolError of that call, which is not raised.
+            The value of each call, or its MasterError or ProtocolError, which is not raised.
         """
         replies = None
-        if not self._no_multicall and len(calls) > 1:
+        if not self._has_no_multicall and len(calls) > 1:
             request = [{"methodName": method, "params": [self.caller_id, *args]} for method, args in calls]
             try:
                 replies = self._request("system.multicall", request, timeout=timeout)
             except MasterMethodError:
-                self._no_multicall = True
+                self._has_no_multicall = True
         if not isinstance(replies, list) or len(replies) != len(calls) or isinstance(replies[0], int):
             return [self._attempt(method, args, timeout) for method, args in calls]
         results: list[Any] = []
@@ -171,7 +172,7 @@ class MasterClient:
         return results
 
     def _attempt(self, method: str, args: Sequence[Any], timeout: float | None) -> Any:
-        """Return the value of one call of a multicall, or its error."""
+        """Return the value of one of many calls, or its error."""
         try:
             return self.call(method, *args, timeout=timeout)
         except MasterUnreachableError:
@@ -179,8 +180,8 @@ class MasterClient:
         except Error as error:
             return error
 
-    def _method_error(self, method: str, why: object) -> MasterMethodError:
-        return MasterMethodError(f"the master at {self.uri} cannot serve {method}: {why}")
+    def _method_error(self, method: str, reason: object) -> MasterMethodError:
+        return MasterMethodError(f"the master at {self.uri} cannot serve {method}: {reason}")
 
     def _describe_master(self, method: str) -> str:
         return f"the master at {self.uri}, called with {method},"
@@ -208,13 +209,13 @@ class MasterClient:
     # ---- master
 
     def ping(self, timeout: float | None = None) -> None:
-        """Return when the master answers, with any answer: some masters have no getPid.
+        """Check that the master responds, even if only with an error: some masters have no getPid.
 
         Args:
-            timeout: seconds; None: the client's timeout.
+            timeout: maximum number of seconds to wait; None for the client's timeout.
 
         Raises:
-            MasterUnreachableError: it does not answer.
+            MasterUnreachableError: the master does not respond.
         """
         try:
             self.call("getPid", timeout=timeout)
@@ -225,75 +226,75 @@ class MasterClient:
 
     def get_pid(self) -> int:
         """Return the master's process id."""
-        return int(self._call_checked(_is_number, "getPid"))
+        return int(self._call_checked(_is_integer, "getPid"))
 
     def get_uri(self) -> str:
-        """Return the URI that the master gives as its own."""
-        return cast(str, self._call_checked(_is_text, "getUri"))
+        """Return the URI that the master reports for itself."""
+        return cast(str, self._call_checked(_is_string, "getUri"))
 
     def shutdown(self, reason: str = "") -> None:
-        """End the master."""
+        """Shut down the master."""
         self.call("shutdown", reason)
 
     def register_publisher(self, topic: str, topic_type: str, api: str) -> list[str]:
         """Register a publisher; return the API URIs of the topic's subscribers."""
-        return cast("list[str]", self._call_checked(_is_texts, "registerPublisher", topic, topic_type, api))
+        return cast("list[str]", self._call_checked(_is_string_list, "registerPublisher", topic, topic_type, api))
 
     def unregister_publisher(self, topic: str, api: str) -> int:
-        """Return 1, or 0 if it was not registered with that API."""
-        return int(self._call_checked(_is_number, "unregisterPublisher", topic, api))
+        """Unregister it; return 1, or 0 if it was not registered with that API."""
+        return int(self._call_checked(_is_integer, "unregisterPublisher", topic, api))
 
     def register_subscriber(self, topic: str, topic_type: str, api: str) -> list[str]:
         """Register a subscriber (type ``*``: any); return the API URIs of the topic's publishers."""
-        return cast("list[str]", self._call_checked(_is_texts, "registerSubscriber", topic, topic_type, api))
+        return cast("list[str]", self._call_checked(_is_string_list, "registerSubscriber", topic, topic_type, api))
 
     def unregister_subscriber(self, topic: str, api: str) -> int:
-        """Return 1, or 0 if it was not registered with that API."""
-        return int(self._call_checked(_is_number, "unregisterSubscriber", topic, api))
+        """Unregister it; return 1, or 0 if it was not registered with that API."""
+        return int(self._call_checked(_is_integer, "unregisterSubscriber", topic, api))
 
     def register_service(self, service: str, service_api: str, api: str) -> None:
-        """Register the provider of a service, in place of any former one."""
+        """Register the provider of a service, replacing any previous one."""
         self.call("registerService", service, service_api, api)
 
     def unregister_service(self, service: str, service_api: str) -> int:
-        """Return 1, or 0 if this provider was not registered."""
-        return int(self._call_checked(_is_number, "unregisterService", service, service_api))
+        """Unregister the provider of a service; return 1, or 0 if it was not registered."""
+        return int(self._call_checked(_is_integer, "unregisterService", service, service_api))
 
     def lookup_service(self, service: str) -> str:
         """Return the ``rosrpc://`` URI of a service's provider."""
-        return cast(str, self._call_checked(_is_text, "lookupService", service))
+        return cast(str, self._call_checked(_is_string, "lookupService", service))
 
     def lookup_node(self, name: str) -> str:
         """Return the API URI of a node."""
-        return cast(str, self._call_checked(_is_text, "lookupNode", name))
+        return cast(str, self._call_checked(_is_string, "lookupNode", name))
 
     def get_published_topics(self, subgraph: str = "") -> list[list[str]]:
-        """Return ``[[topic, type], ...]`` of topics with a publisher, in a namespace or (empty) everywhere."""
+        """Return ``[[topic, type], ...]`` of the topics with a publisher, in a namespace or (if empty) everywhere."""
         try:
-            return cast("list[list[str]]", self._call_checked(_is_pairs, "getPublishedTopics", subgraph))
+            return cast("list[list[str]]", self._call_checked(_is_pair_list, "getPublishedTopics", subgraph))
         except MasterMethodError:
-            types = dict(cast("list[tuple[str, str]]", self._call_checked(_is_pairs, "getTopicTypes")))
-            below = subgraph.rstrip("/") + "/"
-            return [[name, types.get(name, "*")] for name, _ in self.get_system_state()[0] if name.startswith(below)]
+            types = dict(cast("list[tuple[str, str]]", self._call_checked(_is_pair_list, "getTopicTypes")))
+            prefix = subgraph.rstrip("/") + "/"
+            return [[name, types.get(name, "*")] for name, _ in self.get_system_state()[0] if name.startswith(prefix)]
 
     def get_topic_types(self) -> list[list[str]]:
-        """Return ``[[topic, type], ...]`` of all topics that ever had a type."""
+        """Return ``[[topic, type], ...]`` of all topics whose type has ever been known."""
         try:
-            return cast("list[list[str]]", self._call_checked(_is_pairs, "getTopicTypes"))
+            return cast("list[list[str]]", self._call_checked(_is_pair_list, "getTopicTypes"))
         except MasterMethodError:
             return self.get_published_topics()
 
     def get_system_state(self) -> SystemState:
-        """Return ``[publishers, subscribers, services]``, each ``[[name, [node, ...]], ...]``."""
+        """Return ``[publishers, subscribers, services]``, each of the form ``[[name, [node, ...]], ...]``."""
         return cast(SystemState, self._call_checked(is_system_state, "getSystemState"))
 
     # ---- parameters
 
     def get_param(self, key: str) -> Any:
-        """Return a parameter's value, or the tree of a namespace.
+        """Return a parameter's value, or a dict of all parameters in a namespace.
 
         Raises:
-            ParameterNotSetError: it is not set.
+            ParameterNotSetError: the parameter is not set.
         """
         try:
             return self.call("getParam", key)
@@ -305,11 +306,11 @@ class MasterClient:
             return self._get_tree(key, error)
 
     def _get_tree(self, key: str, refusal: MasterError) -> Any:
-        """Return a dict of the parameters below a key, for a master that does not support namespaces.
+        """Return a dict of the parameters below a key, from a master that does not support that itself.
 
         Raises:
             ParameterNotSetError: neither the key nor anything below it is set.
-            MasterError: the refusal, since the parameter exists.
+            MasterError: the parameter exists, so the refusal had another reason; it is raised again.
         """
         if isinstance(refusal, MasterMethodError):
             raise refusal
@@ -317,18 +318,20 @@ class MasterClient:
         if key in names:
             raise refusal
         prefix = key.rstrip("/") + "/"
-        below = [name for name in names if name.startswith(prefix)]
-        if not below:
+        names_below = [name for name in names if name.startswith(prefix)]
+        if not names_below:
             raise ParameterNotSetError(f"Parameter [{key}] is not set") from refusal
         tree: dict[str, Any] = {}
-        for name, value in zip(below, self.multicall([("getParam", (name,)) for name in below]), strict=True):
+        for name, value in zip(
+            names_below, self.multicall([("getParam", (name,)) for name in names_below]), strict=True
+        ):
             if isinstance(value, Error):
                 continue  # deleted meanwhile
             branch = tree
             *folders, leaf = name[len(prefix) :].split("/")
             for folder in folders:
-                inner = branch.setdefault(folder, {})
-                branch = inner if isinstance(inner, dict) else {}
+                child = branch.setdefault(folder, {})
+                branch = child if isinstance(child, dict) else {}
             branch[leaf] = value
         return tree
 
@@ -337,7 +340,7 @@ class MasterClient:
         self.call("setParam", key, value)
 
     def has_param(self, key: str) -> bool:
-        """Return whether a parameter or namespace of that name exists."""
+        """Return whether a parameter or namespace with that name exists."""
         try:
             return bool(self.call("hasParam", key))
         except MasterMethodError:
@@ -348,10 +351,10 @@ class MasterClient:
             return True
 
     def delete_param(self, key: str) -> None:
-        """Remove a parameter or a whole namespace.
+        """Delete a parameter, or all parameters in a namespace.
 
         Raises:
-            ParameterNotSetError: it is not set.
+            ParameterNotSetError: the parameter is not set.
         """
         try:
             self.call("deleteParam", key)
@@ -363,7 +366,7 @@ class MasterClient:
             raise
 
     def search_param(self, key: str) -> str | None:
-        """Return the full name of the nearest such parameter, from the caller's namespace upwards, or None."""
+        """Search for a parameter from the caller's namespace upwards; return its full name, or None."""
         try:
             found = self.call("searchParam", key)
         except MasterUnreachableError:
@@ -376,7 +379,7 @@ class MasterClient:
             found = None
         if isinstance(found, str) and found.endswith(key):
             return found
-        # It cannot search, or answers something other than a name.
+        # The master cannot search, or replied with something other than a name.
         if key.startswith("/"):
             return key if self.has_param(key) else None
         first = key.partition("/")[0]
@@ -390,14 +393,14 @@ class MasterClient:
     def get_param_names(self) -> list[str]:
         """Return the full names of all parameters."""
         try:
-            return cast("list[str]", self._call_checked(_is_texts, "getParamNames"))
+            return cast("list[str]", self._call_checked(_is_string_list, "getParamNames"))
         except MasterMethodError:
-            return list(_leaves("", self.call("getParam", "/")))
+            return list(_parameter_names("", self.call("getParam", "/")))
 
     def subscribe_param(self, api: str, key: str) -> Any:
-        """Ask for ``paramUpdate`` calls to ``api``; return the present value, ``{}`` if not set."""
+        """Ask the master to send ``paramUpdate`` calls to ``api``; return the current value, ``{}`` if not set."""
         return self.call("subscribeParam", api, key)
 
     def unsubscribe_param(self, api: str, key: str) -> int:
-        """End ``subscribe_param``."""
-        return int(self._call_checked(_is_number, "unsubscribeParam", api, key))
+        """Stop the ``paramUpdate`` calls; return 1, or 0 if there was no such subscription."""
+        return int(self._call_checked(_is_integer, "unsubscribeParam", api, key))

@@ -1,7 +1,8 @@
-"""Poller for several threads that wait for many sockets together; each event wakes one thread.
+"""A poller with which several threads wait for many sockets together; each event wakes one thread.
 
-A socket that was reported is not reported again before `rearm`: until then it belongs to the thread that got it. On
-Linux that is epoll with EPOLLONESHOT, in whose wait all the threads sleep. Elsewhere one at a time waits in a selector.
+A socket that was reported is not reported again until `rearm` is called; until then the thread that received it may use
+it exclusively. On Linux, all threads wait in epoll with EPOLLONESHOT. Elsewhere, one thread at a time waits in a
+selector.
 """
 
 from __future__ import annotations
@@ -16,14 +17,14 @@ from collections import deque
 from pyros1.net.signal_safe import Event
 
 WAKE = -1
-"""Result of `wait` after a call of `wake`."""
+"""Result of `wait` after a call to `wake`."""
 
 
 class Poller:
-    """Set of sockets on which several threads wait. All methods may be called from any thread.
+    """A set of sockets for which several threads wait. All methods may be called from any thread.
 
     Args:
-        portable: use a selector even where there is epoll.
+        portable: use a selector even where epoll is available.
     """
 
     def __init__(self, portable: bool = False) -> None:
@@ -35,25 +36,25 @@ class Poller:
         self._poll.add(self._wake_fd)
 
     def register(self, fd: int) -> None:
-        """Start to wait for a descriptor."""
+        """Start waiting for a descriptor."""
         self._poll.add(fd)
 
     def unregister(self, fd: int) -> None:
-        """Stop waiting for a descriptor that is open, also after `close`. `wait` may have returned it just before."""
+        """Stop waiting for an open descriptor, even after `close`. A thread may have just received it from `wait`."""
         self._poll.remove(fd)
 
     def rearm(self, fd: int) -> None:
-        """Wait for a descriptor again that `wait` has returned."""
+        """Wait again for a descriptor that `wait` has returned."""
         self._poll.rearm(fd)
 
     def wait(self, timeout: float = -1) -> int | None:
         """Wait for a descriptor.
 
         Args:
-            timeout: seconds; -1 for no limit.
+            timeout: maximum number of seconds; -1 for no limit.
 
         Returns:
-            A descriptor that can be read, WAKE for one call of `wake`, None after the timeout.
+            A descriptor that can be read, WAKE after a call to `wake`, or None after the timeout.
         """
         fd = self._poll.wait(timeout)
         if fd != self._wake_fd:
@@ -64,12 +65,12 @@ class Poller:
         return WAKE
 
     def wake(self) -> None:
-        """Make a `wait` return WAKE, now or the next time. Of very many calls at once some may be lost, but not all."""
+        """Make one `wait` return WAKE, now or the next time. Some of very many simultaneous calls may be lost."""
         with contextlib.suppress(OSError):
             self._wake_sender.send(b"\0")
 
     def close(self) -> None:
-        """Release the descriptors. No thread may wait at that time or later."""
+        """Release the descriptors. No thread may be waiting then, or wait later."""
         self._poll.close()
         self._wake_receiver.close()
         self._wake_sender.close()
@@ -102,9 +103,9 @@ class _Epoll:
 
 
 class _Selector:
-    """The same with a selector, whose sockets are changed only by the thread that waits in it.
+    """A replacement for epoll. Only the thread that waits in the selector changes its set of sockets.
 
-    No other thread waits for a lock here, so a signal handler may run at any moment.
+    No other thread waits for a lock here, so signal handlers may call any method.
     """
 
     def __init__(self) -> None:
@@ -122,10 +123,10 @@ class _Selector:
     rearm = add
 
     def remove(self, fd: int) -> None:
-        forgotten = Event()
-        self._change(fd, False, forgotten)
-        # Then the owner may close it. Without a thread in the selector, the next one removes it before it waits.
-        while self._select_lock.locked() and not forgotten.wait(0.1):
+        removed = Event()
+        self._change(fd, False, removed)
+        # After that, the owner may close it. If no thread is waiting in the selector, the next one removes it first.
+        while self._select_lock.locked() and not removed.wait(0.1):
             pass
 
     def _change(self, fd: int, add: bool, done: Event | None = None) -> None:
@@ -134,7 +135,7 @@ class _Selector:
             self._wake_sender.send(b"\0")
 
     def _apply(self) -> None:
-        """Make the requested changes, in order. Called by the thread whose turn it is."""
+        """Make the requested changes, in order. Called by the thread that holds the lock."""
         while self._changes:
             fd, add, done = self._changes.popleft()
             with contextlib.suppress(KeyError, ValueError, OSError):

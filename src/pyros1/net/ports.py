@@ -1,4 +1,4 @@
-"""The ports that a process listens on: any that is free, or one of a range that a firewall lets through."""
+"""Opens the ports that a process listens on: any free port, or one of a range that a firewall allows."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from typing import NamedTuple
 from pyros1.ground.errors import SettingError
 
 BACKLOG = 1024
-"""Connections that may wait to be accepted. If more come at once, the system lets each further one wait for a
-second."""
+"""Maximum number of connections that wait to be accepted. If more arrive at once, the system delays each further one by
+a second."""
 
 
 class PortRange(NamedTuple):
-    """Ports from ``first`` to ``last``, both included."""
+    """The ports from ``first`` to ``last`` inclusive."""
 
     first: int
     last: int
@@ -26,21 +26,21 @@ class PortRange(NamedTuple):
         return f"{self.first}-{self.last}"
 
     def shuffled(self) -> Iterator[int]:
-        """Return all of them, from a random one on: a new node seldom gets the port of one that has just ended, which
-        others still call.
+        """Yield all ports in order, starting at a random one, so that a new node rarely gets the port of one that has
+        just exited and that other nodes may still call.
         """
-        import random  # noqa: PLC0415 - slow to import, and most processes have no range
+        import random  # noqa: PLC0415 - slow to import, and rarely needed
 
         count = self.last - self.first + 1
-        begin = random.randrange(count)
-        return (self.first + (begin + step) % count for step in range(count))
+        start = random.randrange(count)
+        return (self.first + (start + step) % count for step in range(count))
 
 
 def parse_ports(text: str) -> PortRange:
-    """Return the range of a text such as ``40000-40099``, or ``40000`` for one port.
+    """Parse a range such as ``40000-40099``, or a single port such as ``40000``.
 
     Raises:
-        SettingError: it is no such text.
+        SettingError: the text has another form.
     """
     match = re.fullmatch(r"\s*(\d{1,5})\s*(?:-\s*(\d{1,5})\s*)?", text, re.ASCII)
     if match:
@@ -49,30 +49,31 @@ def parse_ports(text: str) -> PortRange:
             return ports
     raise SettingError(
         f"PYROS1_PORTS is {text[:60]!r}, not a range of ports such as 40000-40099 (a node needs two, "
-        "and one more for each topic over UDP)"
+        "and one more for each topic received over UDP)"
     )
 
 
 def listening_socket(bind: str, port: int = 0, ports: PortRange | None = None) -> socket.socket:
-    """Return a socket that listens for connections, without blocking.
+    """Return a non-blocking socket that listens for connections.
 
     Args:
-        bind: address to listen on.
-        port: 0 for any.
-        ports: the range to choose from, if any port will do.
+        bind: the address to listen on.
+        port: the port; 0 for any.
+        ports: the range to choose from if ``port`` is 0; None for no restriction.
 
     Raises:
-        OSError: the address cannot be listened on; with ``errno.EADDRINUSE`` if the port, or all ports, are in use.
+        OSError: it is not possible to listen on that address; ``errno.EADDRINUSE`` if the port, or every port of the
+            range, is in use.
     """
 
-    def attempt(number: int) -> socket.socket:
+    def attempt(candidate: int) -> socket.socket:
         sock = socket.socket(_family(bind), socket.SOCK_STREAM)
         try:
-            if os.name == "posix":  # elsewhere it would let two programs have the same port
+            if os.name == "posix":  # elsewhere it would allow two programs to use the same port
                 sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-            if bind == "::":  # also IPv4, like stock
+            if bind == "::":  # accept IPv4 as well, like stock
                 sock.setsockopt(socket.IPPROTO_IPV6, socket.IPV6_V6ONLY, 0)
-            sock.bind((bind, number))
+            sock.bind((bind, candidate))
             sock.listen(BACKLOG)
             sock.setblocking(False)
         except OSError:
@@ -84,12 +85,12 @@ def listening_socket(bind: str, port: int = 0, ports: PortRange | None = None) -
 
 
 def datagram_socket(bind: str, ports: PortRange | None = None) -> socket.socket:
-    """Return a socket that receives datagrams, without blocking. Arguments and errors: see `listening_socket`."""
+    """Return a non-blocking socket that receives datagrams. For arguments and errors, see `listening_socket`."""
 
-    def attempt(number: int) -> socket.socket:
+    def attempt(candidate: int) -> socket.socket:
         sock = socket.socket(_family(bind), socket.SOCK_DGRAM)
         try:
-            sock.bind((bind, number))
+            sock.bind((bind, candidate))
             sock.setblocking(False)
         except OSError:
             sock.close()
@@ -106,12 +107,12 @@ def _family(bind: str) -> int:
 def _bind_first_free(
     attempt: Callable[[int], socket.socket], bind: str, port: int, ports: PortRange | None
 ) -> socket.socket:
-    """Return the socket of the first port that is free."""
+    """Return a socket on the first free port."""
     if port or ports is None:
         return _bind_or_explain(attempt, bind, port)
-    for number in ports.shuffled():
+    for candidate in ports.shuffled():
         try:
-            return _bind_or_explain(attempt, bind, number)
+            return _bind_or_explain(attempt, bind, candidate)
         except OSError as error:
             if error.errno != errno.EADDRINUSE:
                 raise

@@ -6,13 +6,13 @@ import threading
 from collections.abc import Callable, Hashable
 
 PERIOD = 30.0
-"""Length of a period in seconds: a text is written once in each."""
+"""Length of a period in seconds; each message is written at most once per period."""
 MAX_TEXTS = 20
-"""Maximum number of different texts from one place in the program that are written in one period."""
+"""Maximum number of different messages written per period from one place in the program."""
 
 
 class _Period:
-    """What one place in the program has written in the current period."""
+    """The messages that one place in the program has logged in the current period."""
 
     def __init__(self, emit: Callable[[str], None]) -> None:
         self.emit = emit
@@ -21,42 +21,43 @@ class _Period:
 
 
 class RepeatCounter:
-    """Filter that writes each text once per period, and then how often it was repeated.
+    """A filter that writes each message once per period, and at the end of the period how often it was repeated.
 
     Args:
-        schedule: ``schedule(seconds, function, argument)`` calls a function after some seconds, as a loop's
-            ``call_later`` does.
+        schedule: ``schedule(seconds, function, argument)`` calls a function after some seconds, like a loop's
+            ``call_later``.
     """
 
     def __init__(self, schedule: Callable[..., object]) -> None:
         self._schedule = schedule
         self._periods: dict[Hashable, _Period] = {}
-        self._lock = threading.RLock()  # a signal handler that interrupts `log` may end the node
+        self._lock = threading.RLock()  # a signal handler that interrupts `log` may call `log` or `close`
 
     def log(self, site: Hashable, text: str, emit: Callable[[str], None], max_texts: int = MAX_TEXTS) -> None:
-        """Write a text, or count it. Any thread.
+        """Write a message, or count it. May be called from any thread.
 
         Args:
-            site: the place in the program that it comes from: the limit holds for each place.
-            emit: the function that writes it.
-            max_texts: maximum number of different texts from that place that are written in one period.
+            site: the place in the program that logs the message; the limit applies to each place separately.
+            text: the message.
+            emit: the function that writes messages.
+            max_texts: maximum number of different messages written per period from that place.
         """
         with self._lock:
             period = self._periods.get(site)
-            fresh = period is None
+            is_new = period is None
             if period is None:
                 period = self._periods[site] = _Period(emit)
-            known = text in period.counts
+            is_known = text in period.counts
             has_room = len(period.counts) < max_texts
-            if known:
+            if is_known:
                 period.counts[text] += 1
             elif has_room:
                 period.counts[text] = 0
             else:
                 period.suppressed += 1
-        if fresh:
+        if is_new:
             self._schedule(PERIOD, self._end, site)
-        if not known and has_room:
+        if not is_known and has_room:
             emit(text)
 
     def _end(self, site: Hashable) -> None:
@@ -68,9 +69,9 @@ class RepeatCounter:
             if count:
                 period.emit(f"{text} (repeated {count} times)" if count > 1 else f"{text} (repeated once)")
         if period.suppressed:
-            period.emit(f"{period.suppressed} more messages like the last ones were suppressed")
+            period.emit(f"{period.suppressed} similar messages were suppressed")
 
     def close(self) -> None:
-        """Write the counts so far."""
+        """Write the numbers of repetitions so far."""
         for site in list(self._periods):
             self._end(site)

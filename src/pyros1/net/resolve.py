@@ -1,7 +1,7 @@
-"""Host names to addresses, without making a loop wait, and threads no longer than they want to.
+"""Resolves host names without blocking a loop, and with a timeout for other threads.
 
-The system's look-up blocks, for many seconds if a name server is silent, so it runs on short-lived threads: for a loop
-at most ``MAX_THREADS``, one per distinct name. Answers are remembered for a while.
+The system's look-up blocks, for many seconds if a name server does not respond, so it runs in short-lived threads: at
+most ``MAX_THREADS`` per loop, and one per name. Results are cached for a while.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ POSITIVE_TTL_S: Final = 30.0
 NEGATIVE_TTL_S: Final = 2.0
 
 Address = tuple[int, tuple[str, int]]
-"""Address family, and host and port in the form of the socket calls."""
+"""Address family, and ``(host, port)``."""
 OnResolved = Callable[[list[str], "OSError | None"], object]
 
 
 def direct_addresses(host: str) -> list[str] | None:
-    """Return the addresses of a numeric host or of localhost, None if the name must be looked up."""
+    """Return the addresses of localhost or of a numeric host; None if the name must be looked up."""
     if host == "localhost":
         return ["127.0.0.1", "::1"]
     for family in (socket.AF_INET, socket.AF_INET6):
@@ -39,7 +39,7 @@ def direct_addresses(host: str) -> list[str] | None:
 
 
 def resolve_host(host: str) -> list[str]:
-    """Return the addresses of a host, by the system's look-up; may block.
+    """Look up the addresses of a host; may block.
 
     Raises:
         OSError: there is no such host, or the look-up failed.
@@ -52,7 +52,7 @@ def resolve_host(host: str) -> list[str]:
 
 
 class HostLookup:
-    """A look-up that its caller need not wait for: it runs in a thread, as the system's cannot be interrupted.
+    """A look-up in a thread of its own, so that its caller may stop waiting: the system's call cannot be interrupted.
 
     Args:
         host: a host name, or an address.
@@ -78,14 +78,14 @@ class HostLookup:
         self._done.set()
 
     def wait(self, seconds: float) -> list[str]:
-        """Return the addresses.
+        """Wait for the addresses and return them. After a timeout it may be called again.
 
         Args:
-            seconds: longest wait. Another call waits on.
+            seconds: maximum number of seconds to wait.
 
         Raises:
-            TimeoutError: there is no answer yet.
-            OSError: there is no such host, the look-up failed, or it was given up.
+            TimeoutError: there is no result yet.
+            OSError: there is no such host, the look-up failed, or it was cancelled.
         """
         if not self._done.wait(seconds):
             raise TimeoutError("no answer from the name server")
@@ -95,12 +95,12 @@ class HostLookup:
 
     def cancel(self) -> None:
         """End all waits with an OSError."""
-        self._error = OSError("given up")
+        self._error = OSError("cancelled")
         self._done.set()
 
 
 class ResolverLoop(Protocol):
-    """The part of a loop that is needed here."""
+    """The interface of a loop that this module needs."""
 
     name: str
 
@@ -119,14 +119,14 @@ class Resolver:
         self._closed = False
 
     def resolve(self, host: str, on_done: OnResolved) -> None:
-        """Call ``on_done(addresses, error)``: at once if the answer is known, else later, on the loop."""
+        """Call ``on_done(addresses, error)``: immediately if the result is cached, else later on the loop."""
         direct = direct_addresses(host)
         if direct is not None:
             on_done(direct, None)
             return
-        known = self._cache.get(host)
-        if known is not None and known[0] > monotonic():
-            on_done(known[1], known[2])
+        cached = self._cache.get(host)
+        if cached is not None and cached[0] > monotonic():
+            on_done(cached[1], cached[2])
             return
         waiting = self._waiting.get(host)
         if waiting is not None:
@@ -139,7 +139,7 @@ class Resolver:
             threading.Thread(target=self._work, name=f"{self._loop.name} resolver", daemon=True).start()
 
     def close(self) -> None:
-        """Start no further look-up."""
+        """Start no further look-ups."""
         self._closed = True
         self._queue.clear()
 
@@ -159,7 +159,7 @@ class Resolver:
     def _thread_ended(self) -> None:
         self._threads -= 1
         if self._queue and not self._closed:
-            # A name was queued between the thread's last check and its end.
+            # A name was queued after the thread's last check.
             self._threads += 1
             threading.Thread(target=self._work, name=f"{self._loop.name} resolver", daemon=True).start()
 

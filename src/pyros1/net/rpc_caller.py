@@ -1,7 +1,7 @@
-"""Makes many XML-RPC calls at once without blocking: one at a time per URI, in order; URIs do not wait for each other.
+"""Makes many XML-RPC calls without blocking: one at a time per URI, in order, and in parallel for different URIs.
 
-A call goes through: queued -> connecting (unless a kept connection exists) -> sent -> answered. A kept connection that
-turns out to be closed is silently replaced once.
+The states of a call are: queued -> connecting (unless an open connection exists) -> sent -> answered. If an open
+connection turns out to have been closed by the peer, it is replaced once.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 
 OnDone = Callable[[Any, "Error | None"], object]
 
-_IDLE_S: Final = 30.0
+_IDLE_TIMEOUT_S: Final = 30.0
 _MAX_QUEUED: Final = 10_000
-_RECEIVE: Final = 64 * 1024
+_RECEIVE_SIZE: Final = 64 * 1024
 
 
 class _Job(NamedTuple):
@@ -53,15 +53,15 @@ class _Peer:
         self.writing = False
         self.parser = ResponseParser(caller.limits)
         self.is_new_connection = True
-        self.connecting: ConnectHandle | TimerHandle | None = None  # a timer: no file can be opened just now
-        self.connect_error: Error | None = None  # why there is no connection, if no file can be opened
+        self.connecting: ConnectHandle | TimerHandle | None = None  # a timer while there are too many open files
+        self.connect_error: Error | None = None  # the error while there are too many open files
         self.deadline_timer: TimerHandle | None = None
-        self.transfer_deadline = TransferDeadline(0.0)  # with the call that is under way
+        self.transfer_deadline = TransferDeadline(0.0)  # of the current call
         self.idle_timer: TimerHandle | None = None
 
     def add(self, job: _Job) -> None:
         if len(self.queue) >= _MAX_QUEUED:
-            job.on_done(None, UnreachableError(f"{self.uri} does not answer: {_MAX_QUEUED} calls are waiting"))
+            job.on_done(None, UnreachableError(f"{self.uri} does not answer: {_MAX_QUEUED} calls are queued"))
             return
         self.queue.append(job)
         if self.job is None:
@@ -86,7 +86,7 @@ class _Peer:
             if self.sock is None:
                 self.caller.forget(self)
             else:
-                self.idle_timer = self.loop.call_later(_IDLE_S, self.drop_idle)
+                self.idle_timer = self.loop.call_later(_IDLE_TIMEOUT_S, self.drop_idle)
             return
         job = self.job = self.queue.popleft()
         self.transfer_deadline = TransferDeadline(job.timeout_s)
@@ -103,19 +103,19 @@ class _Peer:
         if job is None:
             return
         self.connecting = None
-        handle = connect(self.loop, self.host, self.port, job.timeout_s + 1.0, self._connected)
+        handle = connect(self.loop, self.host, self.port, job.timeout_s + 1.0, self._on_connect_result)
         if handle.pending:
             self.connecting = handle
 
-    def _connected(self, sock: socket.socket | None, error: Error | None) -> None:
-        at_once = self.connecting is None
+    def _on_connect_result(self, sock: socket.socket | None, error: Error | None) -> None:
+        is_immediate = self.connecting is None
         self.connecting = None
         if sock is None and is_out_of_files(error):  # try again until the call's deadline
             self.connect_error = error
             self.caller.drop_idle()
             self.connecting = self.loop.call_later(RETRY_DELAY, self._connect)
             return
-        if sock is None and at_once:  # not from here: the next call may fail at once as well, and so on
+        if sock is None and is_immediate:  # called later to prevent recursion: the next call may fail immediately too
             self.loop.call_soon(self._connect_failed, self.job, error)
             return
         if sock is None:
@@ -125,11 +125,11 @@ class _Peer:
         limit_unsent(sock)
         self.sock, self.connect_error = sock, None
         self.parser = ResponseParser(self.caller.limits)
-        self.loop.register(sock, READ, self._ready)
+        self.loop.register(sock, READ, self._on_ready)
         self._send()
 
     def _connect_failed(self, job: _Job | None, error: Error | None) -> None:
-        if job is self.job:  # and has not ended meanwhile
+        if job is self.job:  # it has not timed out meanwhile
             self._finish(None, error)
 
     def _send(self) -> None:
@@ -154,9 +154,9 @@ class _Peer:
         self.transfer_deadline.add_bytes(sent)
         if bool(self.out) is not self.writing:
             self.writing = not self.writing
-            self.loop.modify(sock, READ | WRITE if self.writing else READ, self._ready)
+            self.loop.modify(sock, READ | WRITE if self.writing else READ, self._on_ready)
 
-    def _ready(self, mask: int) -> None:
+    def _on_ready(self, mask: int) -> None:
         if mask & READ:
             self._read()
         if mask & WRITE and self.out:
@@ -167,13 +167,13 @@ class _Peer:
         if sock is None:
             return
         try:
-            data = sock.recv(_RECEIVE)
+            data = sock.recv(_RECEIVE_SIZE)
         except (BlockingIOError, InterruptedError):
             return
         except OSError as error:
             self._connection_lost(error.strerror or str(error))
             return
-        if self.job is None:  # no call is under way: closed while idle, or unexpected bytes
+        if self.job is None:  # the idle connection was closed, or sent unexpected bytes
             self._drop()
             self.caller.forget(self)
             self.caller.on_disconnect(self.uri)
@@ -186,7 +186,7 @@ class _Peer:
             else:
                 response = self.parser.eof()
                 if response is None:
-                    self._connection_lost("the connection was closed before an answer came")
+                    self._connection_lost("the connection was closed before a response arrived")
                     return
         except ProtocolError as error:
             self._drop()
@@ -241,12 +241,12 @@ class _Peer:
             if job is not None:
                 job.on_done(value, error)
         finally:
-            # It may have added a job, which has then begun already.
+            # The callback may have added a job, which has then been started already.
             if self.job is None:
                 self._start_next()
 
     def drop_idle(self) -> None:
-        """Close the kept connection, unless a call is under way."""
+        """Close the connection, unless a call is in progress."""
         if self.job is None:
             self._drop()
             self.caller.forget(self)
@@ -267,18 +267,17 @@ class _Peer:
 
 
 class RpcCaller:
-    """Caller of methods at any number of URIs.
+    """Calls methods at any number of URIs.
 
     Args:
         loop: the loop on which everything runs.
-        timeout: seconds that one call may take from the moment its turn comes, connecting included; longer while much
-            data is transferred (`TransferDeadline`).
-        limits: largest sizes of an answer.
-        on_disconnect: called on the loop with a URI whose kept connection was closed by the other side between two
-            calls.
+        timeout: maximum number of seconds for a call, including connecting but not the time in the queue; longer while
+            a large amount of data is transferred (`TransferDeadline`).
+        limits: maximum sizes of a response.
+        on_disconnect: called on the loop with the URI when the peer closes an idle connection.
 
     Attributes:
-        make_room: called when no more files can be opened, to close what others on the loop do not need.
+        make_room: called when there are too many open files, to close files of other users of the loop.
     """
 
     def __init__(
@@ -298,13 +297,15 @@ class RpcCaller:
         self.make_room: Callable[[], object] = lambda: None
 
     def call(self, uri: str, method: str, params: Sequence[Any], on_done: OnDone, timeout: float | None = None) -> None:
-        """Queue a call; from any thread.
+        """Queue a call; may be called from any thread.
 
         Args:
             uri: ``http://host:port/``.
+            method: the name of the method.
+            params: the method's arguments.
             on_done: called once on the loop: ``(value, None)``, or ``(None, error)`` with an UnreachableError,
                 DeadlineError, ProtocolError or XmlRpcFault. Not called if the loop stops first.
-            timeout: seconds for this call; None: the caller's timeout.
+            timeout: maximum number of seconds for this call; None for the default of this object.
 
         Raises:
             SerializationError: a parameter cannot be sent.
@@ -316,11 +317,11 @@ class RpcCaller:
             self.loop.call_soon(self._call, uri, job)
 
     def close(self) -> None:
-        """Give up all calls (their ``on_done`` gets an UnreachableError) and close all connections; any thread."""
+        """Cancel all calls (with an UnreachableError) and close all connections. May be called from any thread."""
         self.loop.run(self._close)
 
     def drop_idle(self) -> None:
-        """Close the connections that are kept for later calls, or what else is not needed. Called by the peers."""
+        """Close the idle connections; if there are none, call `make_room`. Called by the peers."""
         idle_peers = [peer for peer in self._peers.values() if peer.idle_timer is not None]
         for peer in idle_peers:
             peer.drop_idle()
@@ -328,7 +329,7 @@ class RpcCaller:
             self.make_room()
 
     def forget(self, peer: _Peer) -> None:
-        """Remove the state of a URI, as it has nothing left to do. Called by the peers."""
+        """Remove the state of a URI that has no connection and no calls. Called by the peers."""
         if self._peers.get(peer.uri) is peer:
             del self._peers[peer.uri]
 

@@ -1,5 +1,5 @@
-"""Waits that a signal handler can end: Python's Condition and Event hold a lock while they are set or waited for,
-and a handler that interrupts its thread just then would wait for that lock forever.
+"""Condition and Event that signal handlers may use. Those of Python hold a lock while they are set or waited for: a
+signal handler that interrupts the thread at that moment would wait for the lock forever.
 """
 
 from __future__ import annotations
@@ -11,34 +11,34 @@ from math import inf
 from time import monotonic
 
 POLL_INTERVAL = 0.2
-"""Maximum seconds for which a signal may go unnoticed."""
+"""Maximum number of seconds until a signal is noticed."""
 
 
 class Condition:
     """A condition variable that a signal handler may notify: `notify_all` takes no lock."""
 
     def __init__(self) -> None:
-        self._waiters: dict[threading.Lock, None] = {}  # locks whose release ends a wait
+        self._waiters: dict[threading.Lock, None] = {}  # one locked lock for each wait, which ends when it is released
 
     def notify_all(self) -> None:
-        """End all waits. Call it after a change of what they wait for."""
+        """Wake all waiting threads. Call it after changing what they wait for."""
         for waiter in list(self._waiters):
-            with contextlib.suppress(RuntimeError):  # if another call released it, and the wait has not removed it yet
+            with contextlib.suppress(RuntimeError):  # another call has released it already
                 waiter.release()
 
     def wait_for(self, predicate: Callable[[], object], timeout: float | None = None) -> bool:
         """Wait until a predicate is true, or until the next `notify_all`.
 
         Args:
-            predicate: the predicate; it is called before and after the wait.
-            timeout: maximum seconds to wait; None for no limit.
+            predicate: called before and after the wait.
+            timeout: maximum number of seconds to wait; None for no limit.
 
         Returns:
             Whether the predicate is true.
         """
         waiter = threading.Lock()
         waiter.acquire()
-        self._waiters[waiter] = None  # before the check, or a change in between would be missed
+        self._waiters[waiter] = None  # before the check; otherwise a change in between would be missed
         try:
             if predicate():
                 return True
@@ -49,9 +49,10 @@ class Condition:
 
 
 def _acquire(waiter: threading.Lock, timeout: float | None) -> None:
-    """Wait for a lock, in steps.
+    """Wait for a lock, in short steps.
 
-    A signal that comes just before the interpreter begins to wait does not end that wait: its handler runs after it.
+    A signal that arrives just before the interpreter starts to wait does not interrupt that wait: its handler runs only
+    after it.
     """
     deadline = inf if timeout is None else monotonic() + timeout
     while (remaining := deadline - monotonic()) > 0 and not waiter.acquire(timeout=min(remaining, POLL_INTERVAL)):
@@ -59,7 +60,7 @@ def _acquire(waiter: threading.Lock, timeout: float | None) -> None:
 
 
 class Event(threading.Event):
-    """A threading.Event that a signal handler may set and wait for."""
+    """A threading.Event that signal handlers may set and wait for."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -71,12 +72,12 @@ class Event(threading.Event):
         return self._is_set
 
     def set(self) -> None:
-        """Set it, which ends all waits."""
+        """Set it and wake all waiting threads."""
         self._is_set = True
         self._condition.notify_all()
 
     def clear(self) -> None:
-        """Let later waits wait again."""
+        """Reset it, so that later waits block again."""
         self._is_set = False
 
     def wait(self, timeout: float | None = None) -> bool:

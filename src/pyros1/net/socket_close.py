@@ -1,4 +1,4 @@
-"""The end of a socket, even if other processes share it: those that were forked, as by ``multiprocessing``."""
+"""Closes sockets even if forked processes, for example those of ``multiprocessing``, still have them open."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import socket
 
 
 def shutdown_and_close(sock: socket.socket) -> None:
-    """Close a connection, or a port, for all processes: with `close` alone, it ends when the last of them ends."""
-    with contextlib.suppress(OSError):  # the other side has gone; or the system cannot do that with a port
+    """Close a connection or a listening socket for all processes; `close` alone would only affect this process."""
+    with contextlib.suppress(OSError):  # the peer has gone, or the system does not support it for listening sockets
         sock.shutdown(socket.SHUT_RDWR)
     sock.close()

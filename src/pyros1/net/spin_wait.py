@@ -1,5 +1,5 @@
-"""Waits for data that come within microseconds: in a series of short calls of a service, to sleep and to be woken takes
-longer than the call.
+"""Waits for data that arrive within microseconds: in a series of short service calls, sleeping and waking up would take
+longer than the call itself.
 """
 
 from __future__ import annotations
@@ -14,46 +14,46 @@ from typing import Final, TypeVar
 ResultT = TypeVar("ResultT")
 
 SPIN_TIME: Final = 150e-6
-"""Seconds that a side polls for data before it sleeps; waits that are shorter than this count as short."""
+"""Seconds to poll for data before sleeping; waits that are shorter than this are considered short."""
 MAX_SERIES_GAP: Final = 1e-3
-"""Seconds after a wait within which the next one belongs to the same series."""
+"""Maximum number of seconds between two waits of the same series."""
 
 PREEMPTION_GAP: Final = 250e-6
-"""Seconds between two polls that show that another program has used the processor meanwhile."""
+"""If more seconds than this pass between two polls, another program has used the processor."""
 BUSY_TIME: Final = 1.0
-"""Seconds for which a machine counts as busy after that."""
+"""Seconds for which the machine is then considered busy."""
 
 DONTWAIT: Final = getattr(socket, "MSG_DONTWAIT", 0)
-"""Flag of a receive that does not wait; 0 where there is none."""
+"""Flag for receiving without blocking; 0 if the system has none."""
 yield_processor: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: time.sleep(0))
-"""Let other threads run first."""
+"""Lets other threads run first."""
 
 
 class SpinWait:
-    """How one side of a series of calls waits for the other.
+    """Waits for the other side in a series of calls.
 
     After a short wait, the next one of the series polls for data for up to SPIN_TIME seconds before it sleeps. After
-    one that polled in vain, waits sleep at once until one is short again. So calls that are slow, or come one now and
-    then, cost no more processor time than they need. On a busy machine all sleep: a woken program gets a processor
-    sooner there than one that never left it.
+    one that polled in vain, waits sleep immediately until one is short again. So calls that are slow or infrequent do
+    not waste processor time. On a busy machine, waits always sleep: there, a program that is woken up gets a processor
+    sooner than one that keeps using it.
     """
 
-    __slots__ = ("_busy_until", "_ended", "_short")
+    __slots__ = ("_busy_until", "_last_end", "_was_short")
 
     def __init__(self) -> None:
         self._busy_until = 0.0
-        self._ended = 0.0
-        self._short = False
+        self._last_end = 0.0
+        self._was_short = False
 
     def wait(self, receive: Callable[[int], ResultT]) -> ResultT:
-        """Return what ``receive(flags)`` returns, a call of a blocking socket's ``recv`` or ``recv_into``.
+        """Return the result of ``receive(flags)``, which calls ``recv`` or ``recv_into`` of a blocking socket.
 
         Raises:
-            OSError: what it raises when it sleeps, and errors other than that no data have arrived.
+            OSError: raised by ``receive``, except for the lack of data while polling.
         """
         start = now = perf_counter()
-        if self._short and DONTWAIT and start - self._ended < MAX_SERIES_GAP and start > self._busy_until:
-            self._short = False
+        if self._was_short and DONTWAIT and start - self._last_end < MAX_SERIES_GAP and start > self._busy_until:
+            self._was_short = False
             while now - start < SPIN_TIME:
                 try:
                     result = receive(DONTWAIT)
@@ -63,11 +63,11 @@ class SpinWait:
                     if now - previous > PREEMPTION_GAP:
                         self._busy_until = now + BUSY_TIME
                     continue
-                self._short = True
-                self._ended = now
+                self._was_short = True
+                self._last_end = now
                 return result
             return receive(0)
         result = receive(0)
-        self._ended = perf_counter()
-        self._short = self._ended - start < SPIN_TIME
+        self._last_end = perf_counter()
+        self._was_short = self._last_end - start < SPIN_TIME
         return result

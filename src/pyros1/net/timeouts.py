@@ -1,8 +1,8 @@
-"""How long to wait for sockets.
+"""Timeouts of sockets.
 
-`TransferDeadline` is for data of any size on links of any speed. `set_socket_timeouts` sets timeouts that the kernel
-keeps: with a timeout of its own, Python asks before each call whether the socket is ready, which takes two system calls
-instead of one. At such a timeout the call raises BlockingIOError.
+`TransferDeadline` is for data of any size on links of any speed. `set_socket_timeouts` sets timeouts in the kernel:
+with `settimeout`, Python would check before each call whether the socket is ready, which takes two system calls instead
+of one. After a kernel timeout the call raises BlockingIOError.
 """
 
 from __future__ import annotations
@@ -13,23 +13,23 @@ import sys
 from time import monotonic
 from typing import Final
 
-_DIRECT = sys.platform != "win32" and hasattr(socket, "SO_RCVTIMEO") and hasattr(socket, "SO_SNDTIMEO")
+_HAS_KERNEL_TIMEOUTS = sys.platform != "win32" and hasattr(socket, "SO_RCVTIMEO") and hasattr(socket, "SO_SNDTIMEO")
 
 MIN_RATE: Final = 1000.0
-"""Minimum rate of a transfer in the long run, in bytes per second."""
-_UNSENT: Final = 16 * 1024
+"""Minimum average rate of a transfer, in bytes per second."""
+_MAX_UNSENT: Final = 16 * 1024
 
 SOCKET_TIMEOUTS = (BlockingIOError, TimeoutError)
-"""The exceptions of a call that has timed out."""
+"""The exceptions that a socket call raises after a timeout."""
 
 
 class TransferDeadline:
-    """How long to wait for data that arrive or leave in pieces: as long as they move, and are not slower than MIN_RATE.
+    """The deadline of a transfer, extended as long as data are transferred at no less than MIN_RATE on average.
 
-    So a large value gets through a slow link, but a peer that stops, or sends byte after byte, is given up.
+    So a large value can pass a slow link, but the transfer fails if the peer stops, or sends only a byte now and then.
 
     Args:
-        seconds: longest pause, and the time in which the data may be slower.
+        seconds: maximum pause, and the initial time during which the transfer may be slower.
     """
 
     __slots__ = ("_bytes", "_last_progress", "_seconds", "_started")
@@ -45,14 +45,14 @@ class TransferDeadline:
         self._last_progress = monotonic()
 
     def remaining(self) -> float:
-        """Return the seconds that are left; not above 0: too late."""
+        """Return the remaining seconds; 0 or less if the deadline has passed."""
         return self._seconds + min(self._last_progress, self._started + self._bytes / MIN_RATE) - monotonic()
 
 
 def limit_unsent(sock: socket.socket) -> None:
-    """Let a TCP socket take few bytes that it cannot send yet, so that a sender sees how they go."""
+    """Limit the unsent bytes that a TCP socket accepts, so that the sender notices the progress of the transfer."""
     if hasattr(socket, "TCP_NOTSENT_LOWAT"):
-        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NOTSENT_LOWAT, _UNSENT)
+        sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NOTSENT_LOWAT, _MAX_UNSENT)
 
 
 def set_socket_timeouts(sock: socket.socket, seconds: float, receive: float | None = None) -> bool:
@@ -60,13 +60,13 @@ def set_socket_timeouts(sock: socket.socket, seconds: float, receive: float | No
 
     Args:
         sock: a connected socket.
-        seconds: above 0.
-        receive: seconds for receiving; None: as for sending. Without kernel support, ``seconds`` is used for both.
+        seconds: the timeout in seconds; must be positive.
+        receive: the timeout for receiving, if different. Without kernel support, ``seconds`` is used for both.
 
     Returns:
-        Whether the kernel keeps the timeout; otherwise Python does, with `settimeout`.
+        Whether the timeouts were set in the kernel; otherwise `settimeout` was used.
     """
-    if not _DIRECT:
+    if not _HAS_KERNEL_TIMEOUTS:
         sock.settimeout(seconds)
         return False
     sock.settimeout(None)
@@ -77,5 +77,5 @@ def set_socket_timeouts(sock: socket.socket, seconds: float, receive: float | No
 
 
 def _timeval(seconds: float) -> bytes:
-    whole = int(seconds)
-    return struct.pack("@ll", whole, max(1, int((seconds - whole) * 1e6)))
+    whole_seconds = int(seconds)
+    return struct.pack("@ll", whole_seconds, max(1, int((seconds - whole_seconds) * 1e6)))

@@ -18,19 +18,19 @@ from pyros1.wire.xmlrpc import dumps_call, loads_response
 
 
 class _ConnectionLostError(Exception):
-    """The connection ended before any byte of an answer came."""
+    """The connection was closed before a response arrived."""
 
 
 class XmlRpcClient:
-    """Client of one URI, over one connection that is kept open.
+    """Client of one URI, over a connection that is kept open.
 
-    Calls from several threads take turns. A signal handler that calls on top of a call of its own thread gets another
-    connection, and so does a forked process.
+    Calls from several threads take turns. A signal handler that makes a call while its thread is making one uses
+    another connection, and so does a forked process.
 
     Args:
         uri: ``http://host:port/``.
-        timeout: seconds that a call may take, connecting included; longer while much data is transferred
-        (`TransferDeadline`).
+        timeout: maximum number of seconds for a call, including connecting; longer while a large amount of data is
+            transferred (`TransferDeadline`).
 
     Raises:
         ProtocolError: the URI is not valid.
@@ -43,36 +43,38 @@ class XmlRpcClient:
         self._path = "/" + uri.partition("://")[2].partition("/")[2]
         self._closed = False
         self._sock: socket.socket | None = None
-        self._look_up: HostLookup | None = None  # under way
-        self._reset()
+        self._lookup: HostLookup | None = None  # in progress
+        self._initialize_state()
 
-    def _reset(self) -> None:
+    def _initialize_state(self) -> None:
         self._lock = threading.RLock()
-        self._busy = False  # the thread that has the lock is making a call
-        self._parser = ResponseParser()  # of the connection: it remembers the form of the answers
+        self._busy = False  # the thread that holds the lock is making a call
+        self._parser = ResponseParser()  # one for each connection: it remembers the form of the responses
         self._pid = os.getpid()
 
     def call(self, method: str, *params: Any, timeout: float | None = None) -> Any:
-        """Call a method and wait for its answer.
+        """Call a method and wait for the response.
 
         Args:
-            timeout: seconds for this call; None: the client's timeout.
+            method: the name of the method.
+            params: the method's arguments.
+            timeout: maximum number of seconds for this call; None for the client's timeout.
 
         Raises:
-            UnreachableError: no connection, or it was lost, or the client was closed. UnknownHostError, if the host's
-                name cannot be resolved.
-            DeadlineError: no answer in time.
-            ProtocolError: the answer is not XML-RPC over HTTP.
-            XmlRpcFault: the answer is a fault.
+            UnreachableError: there is no connection, it was lost, or the client was closed. UnknownHostError, if the
+                host's name cannot be resolved.
+            DeadlineError: there was no response in time.
+            ProtocolError: the response is not XML-RPC over HTTP.
+            XmlRpcFault: the response is a fault.
             SerializationError: a parameter cannot be sent.
         """
         body = dumps_call(method, params)
         seconds = self.timeout if timeout is None else timeout
         transfer_deadline = TransferDeadline(seconds)
         if self._pid != os.getpid():
-            self._drop()  # the connection, the thread of a look-up, and who holds the lock, are the other process's
-            self._look_up = None
-            self._reset()
+            self._drop()  # connection, look-up thread and lock belong to the parent process
+            self._lookup = None
+            self._initialize_state()
         if not self._lock.acquire(timeout=max(0.0, seconds)):
             raise self._deadline_error(seconds)
         if self._busy:
@@ -92,12 +94,12 @@ class XmlRpcClient:
             reason = getattr(error, "strerror", None) or str(error)
             raise UnreachableError(f"cannot reach {self.uri}: {reason}") from error
         except BaseException:
-            self._drop()  # or the next call would get the answer to this one
+            self._drop()  # otherwise the next call would get the response to this one
             raise
         finally:
             self._busy = False
             self._lock.release()
-            if self._closed:  # closed meanwhile by a thread that could not take the lock
+            if self._closed:  # meanwhile closed by a thread that could not acquire the lock
                 self._drop_if_free()
         if response.status != 200:
             raise ProtocolError(f"{self.uri} answered with HTTP status {response.status} {response.reason}".rstrip())
@@ -114,14 +116,14 @@ class XmlRpcClient:
             self._lock.release()
 
     def close(self) -> None:
-        """Close the connection; a call that is pending in another thread fails at once."""
+        """Close the connection; a call pending in another thread fails immediately."""
         self._closed = True
         sock = self._sock
         if sock is not None:
             with contextlib.suppress(OSError):
                 sock.shutdown(socket.SHUT_RDWR)  # wakes the other thread; close() alone would not
-        if (look_up := self._look_up) is not None:
-            look_up.cancel()
+        if (lookup := self._lookup) is not None:
+            lookup.cancel()
         self._drop_if_free()
 
     def _drop_if_free(self) -> None:
@@ -141,7 +143,7 @@ class XmlRpcClient:
             sock.close()
 
     def _exchange(self, request: bytes, transfer_deadline: TransferDeadline) -> Response:
-        """Send a request and read the answer, on a fresh connection if the kept one turns out to be closed."""
+        """Send a request and read the response, on a new connection if the open one turns out to be closed."""
         if self._sock is not None:
             if not _readable_now(self._sock):
                 try:
@@ -151,57 +153,57 @@ class XmlRpcClient:
                 except (OSError, _ConnectionLostError):
                     if self._closed:
                         raise
-            # It was closed by the other side, or has unexpected bytes.
+            # It was closed by the peer, or has received unexpected bytes.
             self._drop()
         return self._exchange_once(self._connect(transfer_deadline), request, transfer_deadline)
 
     def _connect(self, transfer_deadline: TransferDeadline) -> socket.socket:
-        last: OSError = OSError("no address")
+        last_error: OSError = OSError("no address")
         addresses = self._addresses(transfer_deadline)
-        for number, address in enumerate(addresses):
+        for index, address in enumerate(addresses):
             sock = socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_STREAM)
             self._sock = sock  # so that close() can interrupt
             self._parser = ResponseParser()
             if self._closed:
                 raise OSError("closed")
             try:
-                sock.settimeout(_remaining(transfer_deadline) / (len(addresses) - number))
+                sock.settimeout(_remaining(transfer_deadline) / (len(addresses) - index))
                 sock.connect((address, self._port))
                 if sock.getsockname() == sock.getpeername():  # see net.connect
                     raise ConnectionRefusedError(os.strerror(111))
                 sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
                 limit_unsent(sock)
             except OSError as error:
-                last = error
+                last_error = error
                 self._drop()
                 continue
             return sock
-        raise last
+        raise last_error
 
     def _addresses(self, transfer_deadline: TransferDeadline) -> list[str]:
-        if self._look_up is None:  # or one that took too long for an earlier call
-            self._look_up = HostLookup(self._host)
+        if self._lookup is None:  # else a look-up that took too long for an earlier call is still in progress
+            self._lookup = HostLookup(self._host)
         if self._closed:
             raise OSError("closed")
         try:
-            addresses = self._look_up.wait(_remaining(transfer_deadline))
+            addresses = self._lookup.wait(_remaining(transfer_deadline))
         except TimeoutError as error:
             raise UnknownHostError(self._host, error) from error
         except OSError as error:
-            self._look_up = None
+            self._lookup = None
             if self._closed:
                 raise
             raise UnknownHostError(self._host, error) from error
-        self._look_up = None
+        self._lookup = None
         return addresses
 
     def _exchange_once(self, sock: socket.socket, request: bytes, transfer_deadline: TransferDeadline) -> Response:
-        rest = memoryview(request)
-        while rest:
+        remaining = memoryview(request)
+        while remaining:
             sock.settimeout(_remaining(transfer_deadline))
-            sent = sock.send(rest)
+            sent = sock.send(remaining)
             transfer_deadline.add_bytes(sent)
-            rest = rest[sent:]
+            remaining = remaining[sent:]
         parser = self._parser
         while True:
             sock.settimeout(_remaining(transfer_deadline))
@@ -210,7 +212,7 @@ class XmlRpcClient:
             if not data:
                 response = parser.eof()
                 if response is None:
-                    raise _ConnectionLostError("the connection was closed before an answer came")
+                    raise _ConnectionLostError("the connection was closed before a response arrived")
                 break
             parser.feed(data)
             response = parser.next_message()
@@ -229,7 +231,7 @@ def _remaining(transfer_deadline: TransferDeadline) -> float:
 
 
 def _readable_now(sock: socket.socket) -> bool:
-    """Return whether an idle connection can be read: the other side has closed it, or sent unexpected bytes."""
+    """Return whether an idle connection is readable: the peer has closed it, or sent unexpected bytes."""
     if hasattr(select, "poll"):
         poll = select.poll()
         poll.register(sock, select.POLLIN)

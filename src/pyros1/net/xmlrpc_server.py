@@ -1,11 +1,11 @@
 """An XML-RPC server on a loop, robust against slow and broken peers.
 
-Each connection is served in turns: read, answer every whole request in it, write. While an answer cannot be written,
-nothing more is read from that peer. Sizes, connections and times are limited for every peer; when there are too many
-connections, the one that has been idle longest is closed, so new ones are always served. (HTTP clients open a
-kept-alive connection again without notice.)
+For each connection, the server repeatedly reads, answers every complete request, and writes. While a response cannot be
+written, nothing more is read from that peer. Sizes, connections and times are limited for every peer. When there are
+too many connections, the one that has been idle longest is closed, so new ones are always served. (HTTP clients reopen
+a kept-alive connection automatically.)
 
-Each answer carries the time of this machine's clock, so callers can find out if the clock is wrong.
+Each response contains the time of this machine's clock, so that clients can detect a wrong clock.
 """
 
 from __future__ import annotations
@@ -36,20 +36,20 @@ if TYPE_CHECKING:
 Dispatch = Callable[[str, Sequence[Any]], Any]
 
 _PATHS: Final = ("/", "/RPC2")
-_RECEIVE: Final = 256 * 1024
-_TEXT: Final = "text/plain"
+_RECEIVE_SIZE: Final = 256 * 1024
+_TEXT_TYPE: Final = "text/plain"
 
 
 class ServerLimits(NamedTuple):
     """Limits on what peers may use.
 
     Attributes:
-        http: largest sizes of one request.
-        max_connections: connections open at the same time; never more than half of the files that this process may
+        http: maximum sizes of a request.
+        max_connections: maximum number of open connections; never more than half of the files that this process may
             open.
-        max_buffered: bytes of incomplete requests, of all connections together.
-        request_timeout_s: longest pause, in seconds, in a request that has started, or of a peer that must read on. A
-            request may take longer in all if it is not slower than MIN_RATE.
+        max_buffered: maximum number of bytes in incomplete requests, for all connections together.
+        request_timeout_s: maximum pause in seconds while a request is received or a response is sent. A whole request
+            may take longer if it is not slower than MIN_RATE.
         idle_timeout_s: seconds after which a connection without a request is closed.
     """
 
@@ -66,17 +66,17 @@ def unknown_method(method: str) -> XmlRpcFault:
 
 
 def multicall(dispatch: Dispatch, params: Sequence[Any]) -> list[Any]:
-    """``system.multicall``: many calls in one (M04).
+    """Serve ``system.multicall``: several calls in one (M04).
 
     Args:
         dispatch: makes one call.
         params: one list of structs with methodName and params.
 
     Returns:
-        For each call a list holding its result, or a fault struct.
+        For each call, a list of one item, its result, or a fault struct.
 
     Raises:
-        XmlRpcFault: the parameters have another shape.
+        XmlRpcFault: the parameters have another form.
     """
     if len(params) != 1 or not isinstance(params[0], list):
         raise XmlRpcFault(1, "system.multicall takes one list of calls")
@@ -97,7 +97,7 @@ def multicall(dispatch: Dispatch, params: Sequence[Any]) -> list[Any]:
 
 
 def _half_file_limit() -> int:
-    """Return half of the number of files that this process may open; a usual value if the system does not report it."""
+    """Return half of the limit of open files of this process; 512 if the system does not report the limit."""
     files = os.sysconf("SC_OPEN_MAX") if hasattr(os, "sysconf") else 1024
     return files // 2 if files > 0 else 1 << 20  # -1: no limit
 
@@ -113,7 +113,7 @@ class _Connection:
         self.closing = False
         self.buffered = 0
         self.active = self.started = monotonic()
-        server.loop.register(sock, READ, self._readable)
+        server.loop.register(sock, READ, self._on_readable)
 
     def close(self) -> None:
         self.server.forget(self)
@@ -129,7 +129,7 @@ class _Connection:
             return late > limits.request_timeout_s
         return now - self.active > limits.idle_timeout_s
 
-    def _readable(self, mask: int) -> None:
+    def _on_readable(self, mask: int) -> None:
         try:
             count = self.sock.recv_into(self.server.receive_buffer)
         except (BlockingIOError, InterruptedError):
@@ -148,7 +148,7 @@ class _Connection:
         self._serve()
 
     def _serve(self) -> None:
-        """Answer every whole request that has arrived, as long as the answers can be written."""
+        """Answer every complete request that has arrived, as long as the responses can be written."""
         try:
             while self.parser.in_message and not self.out and not self.closing:
                 request = self.parser.next_message()
@@ -179,9 +179,9 @@ class _Connection:
                 self.close()
             return
         self.out = memoryview(data)[sent:]
-        self.server.loop.modify(self.sock, WRITE, self._writable)
+        self.server.loop.modify(self.sock, WRITE, self._on_writable)
 
-    def _writable(self, mask: int) -> None:
+    def _on_writable(self, mask: int) -> None:
         try:
             sent = self.sock.send(self.out)
         except (BlockingIOError, InterruptedError):
@@ -198,32 +198,32 @@ class _Connection:
             self.close()
             return
         self.started = self.active
-        self.server.loop.modify(self.sock, READ, self._readable)
+        self.server.loop.modify(self.sock, READ, self._on_readable)
         self._serve()
 
 
 class XmlRpcServer:
-    """Server that listens as soon as it is created.
+    """A server that listens as soon as it is created.
 
     Args:
         loop: the loop on which everything runs.
-        dispatch: ``dispatch(method, params)`` returns a value or raises XmlRpcFault; it runs on the loop and must be
-            quick. ``system.multicall`` is answered here by calling it many times.
-        bind_host: address to listen on, for example ``0.0.0.0`` or ``127.0.0.1``; one with a colon is IPv6.
+        dispatch: ``dispatch(method, params)`` returns a value or raises XmlRpcFault. It runs on the loop and must be
+            quick. For ``system.multicall`` it is called several times.
+        bind_host: the address to listen on, for example ``0.0.0.0`` or ``127.0.0.1``; one with a colon is IPv6.
         advertised_host: the host in ``uri``.
-        port: 0 lets the system choose.
-        limits: limits on peers.
+        port: the port; 0 lets the system choose.
+        limits: limits on what peers may use.
         ports: ports to choose from, if ``port`` is 0; None for any.
-        allowlist: decides who may connect; None admits everybody.
-        warn: called with a text when connections cannot be accepted; None: it is written to stderr.
+        allowlist: decides which peers may connect; None admits all.
+        warn: called with a message when connections cannot be accepted; None to write it to stderr.
 
     Attributes:
         uri: ``http://host:port/``.
-        port: the port listened on.
-        caller: connection of the call that is being answered; for `dispatch`.
+        port: the port that the server listens on.
+        caller: the connection of the current call, for use by `dispatch`.
 
     Raises:
-        OSError: the address cannot be listened on, for example because the port is in use.
+        OSError: it is not possible to listen on the address, for example because the port is in use.
     """
 
     def __init__(
@@ -243,15 +243,14 @@ class XmlRpcServer:
         self.limits = limits
         self._dispatch = dispatch
         self.caller: socket.socket | None = None
-        self._connections: OrderedDict[_Connection, None] = OrderedDict()  # the one that has been quiet longest first
+        self._connections: OrderedDict[_Connection, None] = OrderedDict()  # least recently used first
         self._max_connections = min(limits.max_connections, _half_file_limit())
         self._buffered = 0
         self._sweeper: TimerHandle | None = None
-        self._dated = -1
+        self._date_seconds = -1
         self._date_field = b""
-        self.receive_buffer = memoryview(
-            bytearray(_RECEIVE)
-        )  # shared by all connections: it is emptied before the next read
+        # Shared by all connections, since it is processed before the next read.
+        self.receive_buffer = memoryview(bytearray(_RECEIVE_SIZE))
         listener = listening_socket(bind_host, port, ports)
         self.port: int = listener.getsockname()[1]
         self.uri = make_uri(advertised_host, self.port)
@@ -263,7 +262,7 @@ class XmlRpcServer:
         return len(self._connections)
 
     def close(self) -> None:
-        """Close the port and all connections; from any thread."""
+        """Close the port and all connections; may be called from any thread."""
         self.loop.run(self._close)
 
     def _close(self) -> None:
@@ -276,23 +275,23 @@ class XmlRpcServer:
     # ---- on the loop, for the connections
 
     def answer(self, request: Request) -> bytes:
-        """Return the whole HTTP answer to a request."""
+        """Return the complete HTTP response to a request."""
         if request.method != "POST":
             return self.refusal(501, f"Unsupported method ({request.method!r})", keep_alive=request.keep_alive)
         if request.path not in _PATHS:
             return self.refusal(404, "No such page", keep_alive=request.keep_alive)
-        if request.from_page:  # a site that is open in a browser on this machine must not talk to the robot
+        if request.from_page:  # a website open in a browser on this machine must not control the robot
             return self.refusal(403, "Web pages may not call this", keep_alive=request.keep_alive)
         return build_response(200, self._call(request.body), keep_alive=request.keep_alive, date=self._date())
 
     def refusal(self, status: int, text: str, *, keep_alive: bool) -> bytes:
-        """Return the whole HTTP answer to a request that is not a call."""
-        return build_response(status, text.encode(), keep_alive=keep_alive, content_type=_TEXT, date=self._date())
+        """Return the complete HTTP error response to a request that is not served."""
+        return build_response(status, text.encode(), keep_alive=keep_alive, content_type=_TEXT_TYPE, date=self._date())
 
     def _date(self) -> bytes:
         now = int(time())
-        if now != self._dated:
-            self._dated, self._date_field = now, date_field(gmtime(now))
+        if now != self._date_seconds:
+            self._date_seconds, self._date_field = now, date_field(gmtime(now))
         return self._date_field
 
     def _call(self, body: bytes) -> bytes:
@@ -307,7 +306,7 @@ class XmlRpcServer:
             return dumps_fault(1, str(error))
 
     def _dispatch_guarded(self, method: str, params: Sequence[Any]) -> Any:
-        """Return the answer; if the server itself fails, report that and return a fault."""
+        """Return the result of a call; if the server itself fails, report the error and raise a fault."""
         try:
             return self._dispatch(method, params)
         except XmlRpcFault:
@@ -323,11 +322,11 @@ class XmlRpcServer:
         connection.buffered = 0
 
     def touch(self, connection: _Connection) -> None:
-        """Record that bytes were received or sent."""
+        """Record that a connection has received or sent bytes."""
         self._connections.move_to_end(connection)
 
     def account_buffered(self, connection: _Connection, buffered: int) -> bool:
-        """Note the bytes of an incomplete request; return False if all connections together have too many."""
+        """Record the size of an incomplete request; return False if all connections together have too many bytes."""
         if buffered != connection.buffered and connection in self._connections:
             self._buffered += buffered - connection.buffered
             connection.buffered = buffered
@@ -342,7 +341,7 @@ class XmlRpcServer:
             self._schedule_sweep()
 
     def make_room(self) -> None:
-        """Close a connection: an idle one if possible, else the one with the oldest request. On the loop."""
+        """Close an idle connection if possible, else the one with the oldest request. Called on the loop."""
         if not self._connections:
             return
         for peer in self._connections:

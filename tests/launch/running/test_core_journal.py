@@ -105,7 +105,7 @@ def test_a_cut_one_is_used_as_far_as_it_goes(made: list[CoreJournal], tmp_path: 
 def test_without_a_journal_a_core_runs_too(made: list[CoreJournal], tmp_path: Path) -> None:
     make(made, tmp_path)
     second, said = make(made, tmp_path)
-    assert second.journal is None and "another master uses" in said.lines[0]
+    assert second.journal is None and "another master is using" in said.lines[0]
     (tmp_path / "file").write_text("")
     third, said = make(made, tmp_path / "file")
     assert third.journal is None and "keeps no journal" in said.lines[0]

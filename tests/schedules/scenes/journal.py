@@ -23,7 +23,7 @@ class Journalling(Scenario):
 
     modules = ("pyros1.master.journal", "pyros1.master.server")
     limits: tuple[tuple[str, str, Any], ...] = (
-        ("pyros1.master.journal", "_GROWTH", 200),
+        ("pyros1.master.journal", "_MIN_GROWTH", 200),
         ("pyros1.master.server", "HEARTBEAT_S", 1e-3),
         ("pyros1.master.server", "SPIN_TIME", 0.0),
     )
@@ -59,11 +59,11 @@ class Journalling(Scenario):
         def look() -> None:
             last = -1
             while not over:
-                found = read(path)
-                if found is None:
+                previous = read(path)
+                if previous is None:
                     assert last < 0 or self.vanishes, "there was one before"
                 else:
-                    now = set_by(found)
+                    now = set_by(previous)
                     assert now == set(names[: len(now)]), f"{now} never was: {names}"
                     assert len(now) >= last, "an earlier state than before"
                     last = len(now)
@@ -72,14 +72,14 @@ class Journalling(Scenario):
         looking = stage.spawn(look)
         stage.together(*(setter(thread) for thread in range(THREADS)))
         end = stage.time.monotonic() + 10.0
-        while (found := read(path)) is None or set_by(found) != set(names):
+        while (previous := read(path)) is None or set_by(previous) != set(names):
             assert stage.time.monotonic() < end, "the last changes are missing"
             stage.time.sleep(1e-3)
         over.append(True)
         looking[0].join()
         journal.close(remove=False)  # nothing is done any more, as after a kill
         master.stop()
-        following = Master(port=0, bind_host="127.0.0.1", found=read(path) or found)
+        following = Master(port=0, bind_host="127.0.0.1", previous=read(path) or previous)
         following.start()
         client = MasterClient("/asker", following.uri)
         assert set(client.get_param_names()) == set(names)
@@ -110,10 +110,10 @@ class JournallingFull(Journalling):
             raise OSError(errno.ENOSPC, "No space left on device")
 
 
-def set_by(found: JournalContents) -> set[str]:
+def set_by(previous: JournalContents) -> set[str]:
     """Return the names of the parameters in a journal."""
     names: set[str] = set()
-    for method, params in found.calls:
+    for method, params in previous.calls:
         if method == "setParam":
             _, key, value = params
             names |= {f"/{name}" for name in value} if key == "/" else {key}

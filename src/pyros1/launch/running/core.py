@@ -82,7 +82,7 @@ class Core:
             notify_timeout=NOTIFY_TIMEOUT_S if notify_timeout is None else notify_timeout,
             log_calls=log_level == "debug",
             journal=None if core_journal is None else core_journal.journal,
-            found=None if core_journal is None else core_journal.found,
+            previous=None if core_journal is None else core_journal.previous,
             on_restored=None if core_journal is None else core_journal.report,
             allowlist=allowlist,
             warn=lambda text: self._screen.write(

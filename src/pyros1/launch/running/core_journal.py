@@ -32,7 +32,7 @@ class CoreJournal:
 
         self._console = console
         self.journal: Journal | None = None
-        self.found: JournalContents | None = None
+        self.previous: JournalContents | None = None
         path = _path(environ, port)
         try:
             self.journal = Journal(path, console.warning)
@@ -40,24 +40,24 @@ class CoreJournal:
             console.warning(f"this master keeps no journal, so it cannot be restored after a restart: {error}")
             return
         try:
-            self.found = read(path)
+            self.previous = read(path)
         except JournalError as error:
             _set_aside(path, str(error), console)
-        if self.found is None:
+        if self.previous is None:
             return
-        reason = stale_reason(self.found, time.time(), any_reachable)
+        reason = stale_reason(self.previous, time.time(), any_reachable)
         if reason:
             _set_aside(path, f"it is not continued: {reason}", console)
-            self.found = None
+            self.previous = None
         else:
-            truncated = ", except for its last changes, which were not written" if self.found.truncated else ""
-            console.line(f"continuing the master that was killed (pid {self.found.pid}){truncated}")
+            truncated = ", except for its last changes, which were not written" if self.previous.truncated else ""
+            console.line(f"continuing the master that was killed (pid {self.previous.pid}){truncated}")
 
     @property
     def run_id(self) -> str | None:
         """The run id of the core that is continued; None if there is none."""
         value: Any = None
-        for method, params in self.found.calls if self.found is not None else ():
+        for method, params in self.previous.calls if self.previous is not None else ():
             if method == "setParam" and len(params) == 3:
                 key, new = params[1:]
                 if key == "/run_id":

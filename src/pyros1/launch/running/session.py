@@ -425,7 +425,7 @@ class Session:
                 self.console.line("[rosout-1] killing on exit")
             self._core.stop_rosout()
             self.console.line("[master] killing on exit")
-            is_restored = self._core_journal is not None and self._core_journal.found is not None
+            is_restored = self._core_journal is not None and self._core_journal.previous is not None
             self._core.stop_master(keep=is_restored and not self._is_complete)
             self._core = None
         if was_started:
