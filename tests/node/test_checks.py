@@ -46,7 +46,7 @@ def listen(message: Any) -> None:
 MISTAKES: dict[str, tuple[Callable[[Any], Any], str]] = {
     "type": (
         lambda n: n.subscribe("t", int, listen),
-        "must be a message type, not the class int; give a class, such as",
+        "must be a message type, not the class int; pass a class, such as",
     ),
     "order": (
         lambda n: n.subscribe("t", listen, String),
@@ -56,12 +56,12 @@ MISTAKES: dict[str, tuple[Callable[[Any], Any], str]] = {
     "no callback": (lambda n: n.subscribe("t", String, None), "callback must be a function, not None"),
     "class as callback": (lambda n: n.subscribe("t", "std_msgs/String", String), "not the class String"),
     "service": (lambda n: n.subscribe("t", Empty, listen), "not the class Empty; [std_srvs/Empty] is a service"),
-    "message": (lambda n: n.advertise("t", String("x")), "it is a message: give its class, std_msgs/String"),
-    "typed": (lambda n: n.advertise("t", Typed), "not the class Typed; give a class, such as"),
-    "genpy": (lambda n: n.advertise("t", Foreign), 'it is from another library: give the name "std_msgs/String"'),
+    "message": (lambda n: n.advertise("t", String("x")), "it is a message: pass its class, std_msgs/String"),
+    "genpy": (lambda n: n.advertise("t", Foreign), 'it is from another library: pass the name "std_msgs/String"'),
+    "typed": (lambda n: n.advertise("t", Typed), "not the class Typed; pass a class, such as"),
     "module": (
         lambda n: n.advertise("t", ModuleType("std_msgs.msg")),
-        "not the module std_msgs.msg; give a class of that module",
+        "not the module std_msgs.msg; pass a class of that module",
     ),
     "name": (lambda n: n.advertise(String, "t"), "advertise: the name must be a str, not the class String"),
     "wait": (lambda n: n.wait_for_message("t", int, 1), "wait_for_message: the type must be a message type"),
@@ -100,7 +100,7 @@ NODES: dict[str, tuple[dict[str, Any], str]] = {
     "name": ({"name": 5}, "Node: name must be a str, not 5"),
     "namespace": ({"namespace": 5}, "Node: namespace must be a str, not 5"),
     "argv": ({"argv": "_x:=1"}, "argv must be a list of strings, such as"),
-    "argument": ({"argv": [1]}, "argv must hold only strings, not 1"),
+    "argument": ({"argv": [1]}, "argv must contain only strings, not 1"),
     "uri": ({"master_uri": 11311}, "Node: master_uri must be a str, not 11311"),
     "environ": ({"environ": []}, "Node: environ must be a dict of environment variables, not []"),
     "patience": ({"wait_for_master": "x"}, "Node: wait_for_master must be a number of seconds, not 'x'"),
@@ -123,7 +123,7 @@ def test_a_node_that_cannot_be_made_says_which_argument(make_node: Any, mistake:
 def test_wrong_messages_are_named_with_what_was_given(make_node: Any, transport: str) -> None:
     node = make_node("n", rosout=False)
     publisher = node.advertise("t", Float64)
-    with pytest.raises(TypeError, match=re.escape("publish() on /t: Float64 is a class: give a message, Float64(...)")):
+    with pytest.raises(TypeError, match=re.escape("publish() on /t: Float64 is a class: pass a message, Float64(...)")):
         publisher.publish(Float64)  # whether or not somebody listens
     subscriber = make_node("listener", rosout=False).subscribe("t", Float64, listen)
     assert publisher.wait_for_subscribers(timeout=10)

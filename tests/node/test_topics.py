@@ -812,7 +812,7 @@ def test_links_end_though_a_forked_process_has_their_sockets(make_node: Any, tra
             os._exit(0)
         try:
             service.shutdown()
-            with pytest.raises(ServiceError, match="call of service"):
+            with pytest.raises(ServiceError, match="call to service"):
                 client.call(Trigger._request_class(), timeout=10)
             publisher.unregister()
             publisher = node.advertise("t", Float64, queue_size=5)

@@ -1,4 +1,4 @@
-"""Nodes: publishers, subscribers, services, parameters, time and log of one program."""
+"""The Node class, with its publishers, subscribers, services, parameters, clock and log."""
 
 from pyros1.node.node import Node
 

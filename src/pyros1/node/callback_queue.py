@@ -1,4 +1,4 @@
-"""The callback queue of a node that spins: callbacks wait here for `spin` or `spin_once`."""
+"""The callback queue of a node that spins: holds callbacks until `spin` or `spin_once` runs them."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ class CallbackQueue:
     def __init__(self) -> None:
         self._ready: deque[Callable[[], object]] = deque()
         self._changed = Condition()
-        self._runner: int | None = None  # the thread that spins
+        self._runner: int | None = None  # id of the thread that spins
 
     def __len__(self) -> int:
         return len(self._ready)
 
     def push(self, callback: Callable[[], object]) -> None:
-        """Add a callback. Any thread."""
+        """Add a callback. May be called from any thread."""
         self._ready.append(callback)
         self._changed.notify_all()
 
@@ -30,7 +30,7 @@ class CallbackQueue:
         self._changed.notify_all()
 
     def runs_here(self) -> bool:
-        """Return whether the calling thread runs the callbacks: the thread that spun last, or else the main thread."""
+        """Return whether the calling thread is the one that runs the callbacks: the last that spun, or the main one."""
         if self._runner is None:
             return threading.current_thread() is threading.main_thread()
         return self._runner == threading.get_ident()
@@ -40,13 +40,13 @@ class CallbackQueue:
         return self._changed.wait_for(lambda: self._ready, timeout)
 
     def run_available(self) -> int:
-        """Run the callbacks that are queued now, not those that they add; return how many were run."""
+        """Run the callbacks that are currently queued, but not those added meanwhile; return the number of calls."""
         self._runner = threading.get_ident()
         count = len(self._ready)
-        for done in range(count):
+        for num_run in range(count):
             try:
                 callback = self._ready.popleft()
-            except IndexError:  # another thread spins too
-                return done
+            except IndexError:  # another thread spins as well
+                return num_run
             callback()
         return count

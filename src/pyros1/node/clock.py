@@ -20,24 +20,24 @@ if TYPE_CHECKING:
     from pyros1.node.log.logger import Log
 
 MAX_PERIOD = 1e9
-"""Longest period of a timer, in seconds."""
+"""Maximum period of a timer, in seconds."""
 POLL_INTERVAL = 0.3
-"""Longest wait for a tick of simulated time, in seconds, before a check whether the node is shutting down."""
+"""Maximum number of seconds to wait for a tick of simulated time before checking whether the node is shutting down."""
 TICK_TIMEOUT = 1.0
-"""Seconds without a tick of simulated time after which the sleeps of a closing node are cut short: the simulation may
-have ended first."""
+"""Seconds without a tick of simulated time after which sleeps are interrupted while the node shuts down: the simulation
+may have exited first."""
 
 
 class Clock:
     """The source of a node's time.
 
     Args:
-        stopping: set when the node shuts down; ends all sleeps.
+        stopping: set when the node shuts down; interrupts all sleeps.
 
     Attributes:
         simulated: whether the time comes from /clock.
-        ending: whether the node has begun to end; its first hooks may still sleep.
-        on_tick: called after each change of simulated time, by the thread that receives it.
+        ending: whether the node has started to shut down; its early hooks may still sleep.
+        on_tick: functions to call after each change of simulated time, in the thread that receives it.
     """
 
     def __init__(self, stopping: threading.Event) -> None:
@@ -49,18 +49,18 @@ class Clock:
         self._ticked = Condition()
 
     def use_simulated_time(self) -> None:
-        """Switch to simulated time, which `tick` sets; it is 0 until the first tick."""
+        """Switch to simulated time, which is 0 until `tick` sets it."""
         self.simulated = True
 
     def tick(self, now: Time) -> None:
-        """Set the time that a simulation has published."""
+        """Set the simulated time to the one that was published."""
         self._now = now
         self._ticked.notify_all()
-        for look in tuple(self.on_tick):
-            look()
+        for callback in tuple(self.on_tick):
+            callback()
 
     def wake(self) -> None:
-        """Wake sleeps in simulated time, so that they notice that the node is shutting down."""
+        """Wake threads that sleep in simulated time, so that they notice that the node is shutting down."""
         self._ticked.notify_all()
 
     def now(self) -> Time:
@@ -70,7 +70,7 @@ class Clock:
         return Time.of_clock(time.time_ns())
 
     def seconds(self) -> float:
-        """Return the seconds of a clock for durations: monotonic time, which does not jump, or simulated time."""
+        """Return the time in seconds, for measuring durations: monotonic time, which never jumps, or simulated time."""
         return self._now.to_sec() if self.simulated else time.monotonic()
 
     def read(self) -> tuple[Time, bool]:
@@ -81,11 +81,11 @@ class Clock:
         """Sleep.
 
         Args:
-            seconds: in the node's time; for 0 or less, the method returns at once.
+            seconds: seconds of the node's time; for 0 or less, the method returns immediately.
 
         Returns:
-            False if the sleep was cut short because the node is shutting down. While early hooks run, a sleep ends only
-            if simulated time stands still for `TICK_TIMEOUT` seconds.
+            False if the sleep was interrupted because the node is shutting down. While early hooks run, it is only
+            interrupted if simulated time stands still for `TICK_TIMEOUT` seconds.
 
         Raises:
             TimeMovedBackwardsError: simulated time jumped back during the sleep.
@@ -95,18 +95,18 @@ class Clock:
         if seconds <= 0:
             return not self._stopping.is_set()
         self._await_tick(lambda: self._now.is_zero())  # noqa: PLW0108 - _now is replaced at each tick
-        start = last = self._now
+        start = previous = self._now
         deadline = start + Duration.from_sec(seconds)
 
-        def waiting() -> bool:
-            nonlocal last
+        def must_wait() -> bool:
+            nonlocal previous
             now = self._now
             if now < start:  # a small step back is not a jump: /clock may have two publishers
-                raise TimeMovedBackwardsError((now - last).to_sec())
-            last = now
+                raise TimeMovedBackwardsError((now - previous).to_sec())
+            previous = now
             return now < deadline
 
-        return self._await_tick(waiting)
+        return self._await_tick(must_wait)
 
     def await_tick(self) -> bool:
         """Wait a short time for a change of simulated time; return False if the node is shutting down."""
@@ -116,57 +116,58 @@ class Clock:
     def _wait_for_change(self, now: Time) -> None:
         self._ticked.wait_for(lambda: self._now is not now or self._stopping.is_set(), POLL_INTERVAL)
 
-    def _await_tick(self, waiting: Callable[[], bool]) -> bool:
-        ticked = time.monotonic()
+    def _await_tick(self, must_wait: Callable[[], bool]) -> bool:
+        last_tick = time.monotonic()
         while True:
             now = self._now
-            if not waiting():
+            if not must_wait():
                 break
-            if self._stopping.is_set() or (self.ending and time.monotonic() - ticked > TICK_TIMEOUT):
+            if self._stopping.is_set() or (self.ending and time.monotonic() - last_tick > TICK_TIMEOUT):
                 return False
             self._wait_for_change(now)
             if self._now is not now:
-                ticked = time.monotonic()
+                last_tick = time.monotonic()
         return not self._stopping.is_set()
 
 
 class Rate:
-    """Rate of a loop (https://wiki.ros.org/rospy/Overview/Time).
+    """Keeps a loop at a fixed rate (https://wiki.ros.org/rospy/Overview/Time).
 
     Args:
         clock: the node's clock.
-        frequency: in Hz.
+        frequency: the rate in Hz.
     """
 
     def __init__(self, clock: Clock, frequency: float) -> None:
         check_positive(frequency, "a rate", "Hz")
         self.period = 1.0 / frequency
         self._clock = clock
-        self._next = clock.seconds() + self.period
+        self._next_time = clock.seconds() + self.period
 
     def remaining(self) -> float:
-        """Return the seconds left in the current cycle; negative if it is late."""
-        return self._next - self._clock.seconds()
+        """Return the seconds remaining in the current cycle; negative if it is overdue."""
+        return self._next_time - self._clock.seconds()
 
     def sleep(self) -> bool:
         """Sleep until the end of the current cycle.
 
-        A cycle that is more than one period late restarts the rhythm. Returns at once when the node is shutting down.
+        If a cycle is overdue by more than one period, the next one starts now. Returns immediately when the node is
+        shutting down.
 
         Returns:
             False if the node is shutting down.
         """
         now = self._clock.seconds()
-        if now < self._next - 2 * self.period:  # simulated time has jumped back
-            self._next = now + self.period
+        if now < self._next_time - 2 * self.period:  # simulated time has jumped back
+            self._next_time = now + self.period
         try:
-            alive = self._clock.sleep(self._next - now)
+            alive = self._clock.sleep(self._next_time - now)
         except TimeMovedBackwardsError:
             alive = True
         now = self._clock.seconds()
-        self._next += self.period
-        if not self._next - 2 * self.period <= now <= self._next:
-            self._next = now + self.period
+        self._next_time += self.period
+        if not self._next_time - 2 * self.period <= now <= self._next_time:
+            self._next_time = now + self.period
         return alive
 
 
@@ -174,9 +175,9 @@ class TimerEvent:
     """The argument of a timer's callback, as in rospy and roscpp.
 
     Attributes:
-        last_expected, last_real: when the previous call was due, and when it happened; None for the first call.
-        current_expected, current_real: when this call was due, and when it happened.
-        last_duration: seconds that the previous callback took; None for the first call.
+        last_expected, last_real: when the previous call was due, and when it was made; None for the first call.
+        current_expected, current_real: when this call was due, and when it was made.
+        last_duration: duration of the previous callback in seconds; None for the first call.
     """
 
     __slots__ = ("current_expected", "current_real", "last_duration", "last_expected", "last_real")
@@ -197,15 +198,15 @@ class TimerEvent:
 
 
 class Timer:
-    """Calls a function periodically; made by ``Node.timer``.
+    """Calls a function periodically; created by ``Node.timer``.
 
     Args:
         clock: the node's clock.
-        period: seconds.
+        period: seconds between calls.
         callback: called with a TimerEvent.
-        oneshot: call only once.
+        oneshot: whether to call only once.
         callbacks: the callback queue of a node that spins, else None.
-        log: for callbacks that raise.
+        log: logs exceptions raised by the callback.
     """
 
     def __init__(
@@ -239,21 +240,21 @@ class Timer:
                 return
             if self._callbacks is None:
                 self._fire(expected)
-            elif not self._pending:  # a program that spins late gets one call instead of many
+            elif not self._pending:  # a program that spins too rarely receives one call instead of many
                 self._pending = True
                 self._callbacks.push(lambda expected=expected: self._fire(expected))  # type: ignore[misc]
             if self._oneshot:
                 return
 
     def _sleep_simulated(self, rate: Rate) -> bool:
-        """Sleep in simulated time; `shutdown` is noticed at the next tick, or soon if the clock stands still."""
-        while 0 < rate.remaining() <= 2 * self._period:  # above it: time has jumped back, which the rate handles
+        """Sleep in simulated time; `shutdown` is noticed at the next tick, or soon if there are no ticks."""
+        while 0 < rate.remaining() <= 2 * self._period:  # if more remains, time has jumped back: `Rate` handles that
             if self._stopped.is_set() or not self._clock.await_tick():
                 return False
         return rate.sleep()
 
     def _sleep(self, rate: Rate) -> bool:
-        """Sleep so that `shutdown` of this timer ends it too."""
+        """Sleep in wall time, so that `shutdown` of this timer also interrupts the sleep."""
         while (remaining := rate.remaining()) > 0.2:
             if self._stopped.wait(0.2 if remaining > 0.4 else remaining - 0.2):
                 return False
@@ -273,7 +274,7 @@ class Timer:
             self._callback(event)
         except NodeShutdownError:
             return
-        except Exception as error:  # noqa: BLE001 - user code: the timer continues
+        except Exception as error:  # noqa: BLE001 - raised by user code: the timer continues
             self._log.exception(f"bad timer callback {self._callback!r}", error=error)
         self._last = (expected, real, time.perf_counter() - start)
 
@@ -283,11 +284,11 @@ class Timer:
         return self._thread.is_alive()
 
     def shutdown(self) -> None:
-        """End the timer; a callback that is running is not interrupted."""
+        """Stop the timer; a running callback is not interrupted."""
         self._stopped.set()
 
     def join(self, timeout: float) -> None:
-        """Wait for the timer's thread to end, at most ``timeout`` seconds."""
+        """Wait for the timer's thread to exit, at most ``timeout`` seconds."""
         if threading.current_thread() is not self._thread:
             self._thread.join(timeout)
 
@@ -306,31 +307,31 @@ class Timers:
         self._timers: list[Timer] = []
 
     def start(self, period: float, callback: Callable[[TimerEvent], object], oneshot: bool) -> Timer:
-        """Start a timer, and return it."""
+        """Start a timer and return it."""
         timer = Timer(self._clock, period, callback, oneshot, self._callbacks, self._log)
         self._timers = [*(other for other in self._timers if other.alive), timer]
         return timer
 
     def shutdown(self) -> None:
-        """End all timers."""
+        """Stop all timers."""
         for timer in self._timers:
             timer.shutdown()
 
     def join(self, timeout: float) -> None:
-        """Wait for the threads of all timers to end, at most ``timeout`` seconds for each."""
+        """Wait for the threads of all timers to exit, at most ``timeout`` seconds for each."""
         for timer in self._timers:
             timer.join(timeout)
 
 
 class TimeMethods:
-    """The time functions of a node; one of its base classes."""
+    """The methods of a node that deal with time; one of its base classes."""
 
     _context: Context
     _clock: Clock
     _timers: Timers
 
     def now(self) -> Time:
-        """Return the wall time, or with /use_sim_time simulated time, which is 0 until the first message on /clock."""
+        """Return wall time, or with /use_sim_time simulated time, which is 0 until the first message on /clock."""
         return self._clock.now()
 
     @property
@@ -339,7 +340,7 @@ class TimeMethods:
         return self._clock.simulated
 
     def sleep(self, seconds: float) -> bool:
-        """Sleep for ``seconds`` of the node's time; return False at once when the node shuts down.
+        """Sleep for ``seconds`` of the node's time; return False immediately when the node shuts down.
 
         Raises:
             TimeMovedBackwardsError: simulated time jumped back during the sleep.
@@ -348,7 +349,7 @@ class TimeMethods:
         return self._clock.sleep(seconds)
 
     def rate(self, frequency: float) -> Rate:
-        """Return a Rate that keeps a loop at ``frequency`` Hz with its `sleep`."""
+        """Return a Rate whose `sleep` keeps a loop at ``frequency`` Hz."""
         return Rate(self._clock, frequency)
 
     def timer(self, period: float, callback: Callable[[TimerEvent], object], oneshot: bool = False) -> Timer:

@@ -1,4 +1,4 @@
-"""The context that the parts of one node share: name, loop thread, log, and the event that it is shutting down."""
+"""The context shared by the parts of a node: its name, loop thread and log, and whether it is shutting down."""
 
 from __future__ import annotations
 
@@ -70,26 +70,26 @@ class ServiceView(Protocol):
 
 
 class Context:
-    """The context of a node: its parts reach each other only through this.
+    """The context of a node, through which its parts access each other.
 
     Attributes:
         name: the node's full name.
-        loop: its loop thread; user code never runs there.
-        rpc: calls to other nodes' APIs, on the loop.
+        loop: the node's loop thread; user code never runs there.
+        rpc: calls the APIs of other nodes, on the loop.
         log: the node's log.
         callbacks: the callback queue of a node that spins; None if callbacks run in the receiving threads.
         environ: environment variables.
-        uri: URI of its slave API, once it is listening.
-        address: where it listens and how it is reached, once known.
-        allowlist: decides which hosts may connect to it; None: all may.
-        local_key: key of the programs that can share memory with it; empty: it shares no memory.
+        uri: URI of the node's slave API; empty until it is listening.
+        address: the addresses to listen on and to advertise; None until they are known.
+        allowlist: decides which hosts may connect; None admits all.
+        local_key: key of the programs that can share memory with the node; empty if it does not share memory.
         local_name: returns the name of the socket for these programs; empty if there is none.
-        local_room: bytes of messages that may wait within the process beyond the publisher's ``queue_size``.
-        stopping: set when the node begins to shut down; every wait ends then.
-        warn_publish_after_shutdown: whether the first `publish` after the end of the node is still to be logged.
-        publications: what it publishes, by topic; replaced as a whole on changes, so that readers need no lock.
-        subscriptions: what it subscribes to, by topic; changed in the same way.
-        services: what it provides, by name; changed in the same way.
+        local_room: maximum bytes of messages queued within the process beyond the publisher's ``queue_size``.
+        stopping: set when the node starts to shut down, which ends every wait.
+        warn_publish_after_shutdown: whether to log the next `publish` after the node has shut down.
+        publications: the node's publications by topic; replaced as a whole on changes, so that readers need no lock.
+        subscriptions: the node's subscriptions by topic; replaced in the same way.
+        services: the node's services by name; replaced in the same way.
     """
 
     def __init__(
@@ -131,17 +131,17 @@ class Context:
         )
 
     def close_delivery_threads(self, timeout: float) -> None:
-        """End the receiving threads, if they exist; wait for them at most ``timeout`` seconds."""
+        """Stop the receiving threads, if they exist; wait for them at most ``timeout`` seconds."""
         if "delivery_threads" in self.__dict__:
             self.delivery_threads.close(timeout)
 
     @property
     def host(self) -> str:
-        """The host name or address that the node announces as its own; empty before it is known."""
+        """The host name or address that the node advertises; empty until it is known."""
         return self.address.advertised if self.address is not None else ""
 
     def warn_unknown_host(self, topic: str, uri: str, error: UnknownHostError) -> None:
-        """Log that a publisher's host name cannot be resolved, once for each host. On the loop."""
+        """Log that a publisher's host name cannot be resolved, once for each host. Called on the loop."""
         if error.host in self._unknown_hosts:
             return
         if len(self._unknown_hosts) >= _MAX_HOSTS:
@@ -156,7 +156,7 @@ class Context:
         )
 
     def warn_once(self, text: str) -> None:
-        """Log an operation that this machine does not allow the node. Repeated texts are counted."""
+        """Log that the system has refused an operation. Repeated messages are counted."""
         self.log.peer(ERROR, "%s", text)
 
     def pause(self, seconds: float) -> None:
@@ -182,17 +182,17 @@ class Context:
         """Raise NodeError in a forked process, and NodeShutdownError when the node is shutting down."""
         if self.is_forked:
             raise NodeError(
-                f"this process was forked from that of {self.name}, where topics and services must be created and shut "
-                "down; or fork before the node starts, and give each process its own node"
+                f"this process was forked from that of {self.name}: create and shut down topics and services there; "
+                "or fork before the node starts, and create a node in each process"
             )
         self.check_running()
 
 
 def find_local_context(uri: str) -> Context | None:
-    """Return the context of the node in this process whose slave API has the given URI, or None.
+    """Return the context of the node in this process whose slave API has the given URI; None if there is none.
 
-    Nodes of one process exchange messages without sockets. They find each other through the interpreter's list of
-    threads, which holds each node's loop thread, so no separate registry is needed.
+    Nodes in the same process exchange messages without sockets. They find each other through the interpreter's list of
+    threads, which contains each node's loop thread, so no separate registry is needed.
     """
     for thread in threading.enumerate():
         if isinstance(thread, LoopThread) and isinstance(thread.owner, Context) and thread.owner.uri == uri:
@@ -201,7 +201,7 @@ def find_local_context(uri: str) -> Context | None:
 
 
 class HasLinks(Protocol):
-    """An object with links that come and go: a publication or a subscription."""
+    """An object whose links change: a publication or a subscription."""
 
     context: Context
     on_change: list[Callable[[], None]]
@@ -211,10 +211,12 @@ class HasLinks(Protocol):
 
 
 def wait_for_links(topic: HasLinks, count: int, timeout: float | None) -> bool:
-    """Wait until a publication or subscription has the given number of links.
+    """Wait until a publication or subscription has a number of links.
 
     Args:
-        timeout: seconds; None waits until the node shuts down.
+        topic: the publication or subscription.
+        count: the minimum number of links.
+        timeout: maximum number of seconds to wait; None waits until the node shuts down.
 
     Returns:
         Whether it has that many links.

@@ -1,4 +1,4 @@
-"""A node's full name, from the program, its command line and the environment (N07-N09)."""
+"""Determines a node's full name from the program, its command line and the environment (N07-N09)."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ def full_name(
     environ: Mapping[str, str],
     strict: bool = True,
 ) -> tuple[str, str]:
-    """Return (namespace, full name) of a node.
+    """Return a node's namespace and full name.
 
     Args:
-        name: base name in the program; ``__name`` replaces it and switches off ``anonymous``.
-        anonymous: whether to add process id and time.
-        namespace: namespace in the program; overrides ROS_NAMESPACE and is overridden by ``__ns``.
+        name: base name set by the program; ``__name`` replaces it and disables ``anonymous``.
+        anonymous: whether to append the process id and the time.
+        namespace: namespace set by the program; takes precedence over ROS_NAMESPACE, but not over ``__ns``.
         special: the command line's ``__key:=value`` arguments.
         environ: environment variables.
-        strict: whether the name must follow the rules.
+        strict: whether the name must follow the naming rules.
 
     Raises:
         InvalidNameError: the name or the namespace is not legal.
@@ -37,8 +37,8 @@ def full_name(
         name = names.anonymous_name(name, os.getpid(), int(time.time() * 1000))
     if strict and not names.is_legal_base_name(name):
         raise InvalidNameError(
-            f"{name!r} is not a legal node name: it starts with a letter and holds letters, digits and '_' only "
-            "(a namespace is given with __ns:= or ROS_NAMESPACE)"
+            f"{name!r} is not a legal node name: it must start with a letter and contain only letters, digits and '_' "
+            "(set a namespace with __ns:= or ROS_NAMESPACE)"
         )
     ns = special.get("__ns") or namespace or environ.get("ROS_NAMESPACE") or names.SEP
     ns = names.canonicalize_name(names.SEP + ns.strip(names.SEP)) or names.SEP

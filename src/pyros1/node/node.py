@@ -1,4 +1,4 @@
-"""The Node, through which a program takes part in the ROS graph (https://wiki.ros.org/Nodes)."""
+"""The Node class, through which a program participates in the ROS graph (https://wiki.ros.org/Nodes)."""
 
 from __future__ import annotations
 
@@ -54,32 +54,33 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
 
     Args:
         name: base name, without namespace. ``__name:=`` on the command line replaces it.
-        anonymous: make the name unique by adding process id and time.
-        namespace: for example ``/robot1``; None: ROS_NAMESPACE. ``__ns:=`` on the command line takes precedence.
-        argv: command-line arguments with remappings, without the program's name; None: ``sys.argv[1:]``.
+        anonymous: whether to make the name unique by appending the process id and the time.
+        namespace: for example ``/robot1``; None for ROS_NAMESPACE. ``__ns:=`` on the command line takes precedence.
+        argv: command-line arguments with remappings, without the program's name; None for ``sys.argv[1:]``.
         callbacks: "inline" runs callbacks as messages arrive, each topic in its own thread (like rospy); "spin" queues
             them until the program calls `spin` or `spin_once` (like roscpp).
-        master_uri: URI of the master; None: ``__master:=``, ROS_MASTER_URI or http://localhost:11311.
-        environ: environment variables; None: those of the process.
-        log_level: lowest level that is logged: debug, info, warn, error or fatal.
-        handle_signals: whether SIGINT and SIGTERM end the node; works only if it is created in the main thread.
+        master_uri: URI of the master; None for ``__master:=``, ROS_MASTER_URI or http://localhost:11311.
+        environ: environment variables; None for those of the process.
+        log_level: the minimum level that is logged: debug, info, warn, error or fatal.
+        handle_signals: whether SIGINT and SIGTERM shut the node down; only possible if it is created in the main
+            thread.
         rosout: whether to publish the log on /rosout.
-        wait_for_master: seconds to wait for a master that does not answer; None: no limit.
+        wait_for_master: seconds to wait for a master that does not respond; None for no limit.
         wall_time: whether to ignore /use_sim_time.
-        ports: of the slave API (XML-RPC) and of topics and services (TCPROS); 0: any.
-        strict_names: whether names that break the rules are refused, and a log entry is written for parameters left by
-            an earlier run and for messages published after the node's end.
-        local_room: bytes of messages that may wait for a slow subscriber within the process even beyond the publisher's
-            ``queue_size``; the sockets between processes hold about a MB.
+        ports: the port of the slave API (XML-RPC), and that of topics and services (TCPROS); 0 for any.
+        strict_names: whether to refuse names that break the naming rules, and to log parameters that were left by an
+            earlier run and messages that are published after the node has shut down.
+        local_room: maximum bytes of messages queued for a slow subscriber in the same process beyond the publisher's
+            ``queue_size``; between processes, the sockets buffer about a MB.
 
     Raises:
         InvalidNameError: the name is not legal.
-        MasterUnreachableError: no master within ``wait_for_master`` seconds.
+        MasterUnreachableError: no master responded within ``wait_for_master`` seconds.
         MasterError: the master refuses the node.
-        NodeError: it cannot listen on its address, or its ports are in use.
-        SettingError: PYROS1_ALLOW, PYROS1_BIND or PYROS1_PORTS is wrong.
-        ProtocolError: the master's URI is not valid, or what answers there is not a master.
-        SystemExit: SIGINT or SIGTERM came before the node had started.
+        NodeError: the node cannot listen on its address, or its ports are in use.
+        SettingError: PYROS1_ALLOW, PYROS1_BIND or PYROS1_PORTS is invalid.
+        ProtocolError: the master's URI is not valid, or the program that responds is not a master.
+        SystemExit: SIGINT or SIGTERM was received before the node had started.
     """
 
     def __init__(
@@ -113,18 +114,18 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         self.master_uri = master_uri or find_master_uri(environ, special)
 
         level = level_from_name(log_level)
-        shared = local_key(environ)
+        key = local_key(environ)
         self.master = MasterClient(self.name, self.master_uri)
-        # From here on no argument is refused: the loop has sockets, which only `shutdown` closes.
+        # All arguments have been validated by now: the loop has sockets, which only `shutdown` closes.
         stopping = Event()
         self._clock = Clock(stopping)
         log_file = default_log_file(self.name, environ, special)
-        loop = Loop(f"{self.name}:loop", on_error=lambda error: self.log.internal(error))  # noqa: PLW0108 - it needs the loop
+        loop = Loop(f"{self.name}:loop", on_error=lambda error: self.log.internal(error))  # noqa: PLW0108 - log does not exist yet
         self._sink = LogSink(self.name, environ, log_file, self._clock.read, loop.call_later)
         self.log = Log(self._sink, level=level)
         self._callbacks = CallbackQueue() if callbacks == "spin" else None
         self._context = Context(self.name, loop, RpcCaller(loop), self.log, self._callbacks, environ, stopping=stopping)
-        self._context.local_key, self._context.local_room = shared, local_room
+        self._context.local_key, self._context.local_room = key, local_room
         self._context.warn_publish_after_shutdown = strict_names
         loop.thread.owner = self._context
         self._topics = Topics(self._context, lambda: self._registrar)
@@ -144,7 +145,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         except BaseException as error:
             self.shutdown("the node could not start")
             if isinstance(error, Error) and self._shutdown.signalled:
-                raise SystemExit(_INTERRUPTED) from None  # Ctrl-C while waiting for the master or its answer
+                raise SystemExit(_INTERRUPTED) from None  # Ctrl-C while waiting for the master
             raise
 
     # Starting ---------------------------------------------------------------------------------------------------------
@@ -172,7 +173,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
             timeout,
             lambda limit: set_private(self.master, self.resolve, self.arguments.parameters, limit),
         )
-        if self._strict and "__log" not in self.arguments.special:  # launchers set parameters themselves
+        if self._strict and "__log" not in self.arguments.special:  # launchers pass __log and set parameters themselves
             for line in leftover_warning(self.name, private, self.arguments.parameters):
                 self.log.info("%s", terminal_text.one_line(line, 10_000))
         self._registrar.start()
@@ -192,14 +193,15 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
 
     @property
     def uri(self) -> str:
-        """URI of the node's slave API."""
+        """The URI of the node's slave API."""
         return self._context.uri
 
     def resolve(self, name: str, *, remap: bool = True) -> str:
-        """Return the full name that ``name`` stands for in this node.
+        """Resolve a name in this node and return the full name.
 
-        Libraries that put several topics below one name resolve that name first, with this function, and then append
-        to it: a remapping of the name moves them all, and a remapping of one topic's full name moves that topic.
+        Libraries that have several topics below a common name should first resolve that name with this method and then
+        append to it: a remapping of the common name then affects all topics, and a remapping of the full name of a
+        topic only that one.
 
         Args:
             name: relative, global or private (``~x``).
@@ -224,25 +226,26 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
     ) -> Watch:
         """Watch another node, of any client library: be notified when it dies, hangs, is replaced, or comes back.
 
-        A process that ended is noticed at once if its machine is running: its connection is closed. A stopped process
-        (SIGSTOP, a debugger) and a machine that is down or cut off are noticed within ``period + limit`` seconds.
-        A node whose callbacks hang while its process runs still answers; for that, use ``deadline`` of `subscribe`.
-        A master that is silent or was restarted does not matter for a node that answers.
+        If its process exits, that is noticed immediately as long as its machine is running, because the connection is
+        closed. A stopped process (SIGSTOP, a debugger) and a machine that is down or disconnected are noticed within
+        ``period + limit`` seconds. A node whose callbacks hang while its process runs still responds; to notice that,
+        use ``deadline`` of `subscribe`. As long as the node responds, it does not matter if the master does not, or was
+        restarted.
 
         Args:
             name: the node's name.
             on_lost: called with a Sighting when a node that was found is lost, where all callbacks run.
             on_found: called with a Sighting when the node is found for the first time, or again.
-            period: seconds between requests to the node (getPid) and to the master, in wall time.
-            limit: seconds that an answer may take, in wall time. A busy machine needs more than an idle one.
+            period: seconds of wall time between requests to the node (getPid) and to the master.
+            limit: maximum response time, in seconds of wall time. A busy machine needs more than an idle one.
 
         Returns:
-            The watch: its ``state``, ``alive``, ``last``, and ``close()``.
+            The watch, with ``state``, ``alive``, ``last`` and ``close()``.
 
         Raises:
             InvalidNameError: ``name`` is not a legal name.
             NodeShutdownError: the node is shutting down.
-            TypeError, ValueError: an argument is wrong.
+            TypeError, ValueError: an argument is invalid.
         """
         checks.check_name(name, "watch(name)")
         return self._watches.start(self.resolve(name), on_lost, on_found, period, limit)
@@ -250,11 +253,11 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
     # Life -------------------------------------------------------------------------------------------------------------
 
     def ok(self) -> bool:
-        """Return whether the node runs: False once it has begun to shut down."""
+        """Return whether the node is running: False as soon as it starts to shut down."""
         return not self._context.stopping.is_set()
 
     def spin(self) -> None:
-        """Run callbacks until the node shuts down; in a node with inline callbacks, only wait for that."""
+        """Run callbacks until the node shuts down; in a node with inline callbacks, only wait until it does."""
         if self._callbacks is None:
             self._context.stopping.wait()
             return
@@ -262,10 +265,10 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
             self.spin_once(0.5)
 
     def spin_once(self, timeout: float = 0.0) -> int:
-        """Run the callbacks that are queued now.
+        """Run the callbacks that are currently queued.
 
         Args:
-            timeout: seconds to wait for the first one.
+            timeout: maximum number of seconds to wait if none is queued.
 
         Returns:
             The number of callbacks that were run; 0 in a node with inline callbacks.
@@ -277,16 +280,18 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         return self._callbacks.run_available()
 
     def on_shutdown(self, hook: Callable[[], object], early: bool = False) -> None:
-        """Call ``hook`` when the node begins to shut down; publishing still works then, and in an early hook
-        everything else as well: `ok` is true, sleeps sleep and services answer."""
+        """Call ``hook`` when the node starts to shut down. Publishing still works then, and in an early hook everything
+        else as well: `ok` returns True, sleeps are not interrupted, and services respond.
+        """
         checks.check_callback(hook, "on_shutdown(hook)", "hook")
         self._shutdown.on_shutdown(hook, early)
 
     def shutdown(self, reason: str = "") -> None:
-        """End the node: run the hooks, unregister, close everything. Any thread or signal handler may call it.
+        """Shut down the node: run the hooks, unregister and close everything. May be called in any thread or signal
+        handler.
 
         Args:
-            reason: text for the log.
+            reason: the reason to log.
         """
         self._shutdown.end(reason)
 
@@ -307,7 +312,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
             loop.call_soon(self._tcpros.close)
         done = threading.Event()
         loop.call_soon(done.set)
-        done.wait(2.0)  # calls queued before, especially the closing of sockets, are made first
+        done.wait(2.0)  # by then, the calls queued before have been made, especially those that close sockets
         loop.stop()
         self._sink.close()
 
@@ -321,4 +326,6 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> bool:
         self.shutdown()
-        return kind is not None and issubclass(kind, NodeShutdownError)  # a wait was ended by the shutdown
+        return kind is not None and issubclass(
+            kind, NodeShutdownError
+        )  # raised by a wait that the shutdown has interrupted

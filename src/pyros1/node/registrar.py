@@ -1,6 +1,6 @@
 """The registrar: registers a node's topics and services with the master, on a separate thread.
 
-All registrations are remembered. After the master was restarted and no longer knows the node, everything is registered
+All registrations are remembered. If the master was restarted and no longer knows the node, everything is registered
 again; stock ROS 1 nodes do not do this (M44).
 """
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 RETRY_TIME = 0.2
 CHECK_TIME = 3.0
-"""Seconds between checks whether the master still knows the node."""
+"""Seconds between checks whether the node is still registered with the master."""
 UNREGISTER_TIMEOUT = 2.0
 PING_TIMEOUT = 3.0
 
@@ -43,7 +43,7 @@ class _Job:
 
     Args:
         entry: the call.
-        registration: the registration that it undoes; None for a registration.
+        registration: the registration that the call undoes; None if the call is a registration.
     """
 
     def __init__(self, entry: Entry, registration: Entry | None = None) -> None:
@@ -58,7 +58,7 @@ class Registrar:
     """The node's registrations with the master.
 
     Args:
-        context: the node.
+        context: the node's context.
         master_uri: the master's URI.
         on_publishers: called with (topic, publisher APIs) after a subscriber was registered again.
         on_restart: called after everything was registered again with a restarted master.
@@ -76,32 +76,31 @@ class Registrar:
         self._uri = master_uri
         self._on_publishers = on_publishers
         self._on_restart = on_restart
-        self._can_be_looked_up = not set(": ") & set(context.name)  # masters refuse to look up the rest
+        self._can_be_looked_up = not set(": ") & set(context.name)  # masters refuse to look up other names
         self._entries: dict[Entry, None] = {}
-        self._pending_unregistrations: dict[
-            Entry, None
-        ] = {}  # unregistrations that a silent master has missed: it may come back with its old state
+        # Unregistrations that the master has not received, as it did not respond; it may come back with its old state.
+        self._pending_unregistrations: dict[Entry, None] = {}
         self._jobs: deque[_Job] = deque()
         self._changed = Condition()
         self._closed = False
-        self._master_unreachable = False
-        self._reported = False  # it has been logged
-        self._incomplete = False  # a new master does not have all registrations yet
+        self._is_master_unreachable = False
+        self._is_reported = False  # that the master is unreachable has been logged
+        self._is_incomplete = False  # a restarted master does not have all registrations yet
         self._thread = threading.Thread(target=self._run, name=f"{context.name}:registrar", daemon=True)
 
     def start(self) -> None:
-        """Start the thread. The node's slave API must be up."""
+        """Start the thread. The node's slave API must be listening."""
         self._thread.start()
 
     def register(self, method: str, *args: str) -> Any:
-        """Register, and wait until the master has answered; if it does not, wait for it and log that.
+        """Register, and wait for the master's response. As long as it does not respond, try again and log that once.
 
         Args:
             method: ``registerPublisher``, ``registerSubscriber`` or ``registerService``.
             args: arguments of the method, without the caller id.
 
         Returns:
-            The master's answer.
+            The value returned by the master.
 
         Raises:
             MasterError: the master refuses.
@@ -110,23 +109,23 @@ class Registrar:
         return self.begin_register(method, *args)()
 
     def begin_register(self, method: str, *args: str) -> Callable[[], Any]:
-        """Begin to `register`; return a function that waits for the answer. The master is called in the same order."""
-        return self._begin(_Job((method, *args)))
+        """Start to `register`; return a function that waits for the result. Calls to the master keep their order."""
+        return self._enqueue(_Job((method, *args)))
 
     def unregister(self, method: str, *args: str) -> None:
         """Undo `register` with the same arguments.
 
-        It is not an error if the master does not answer, since it has lost the node anyway, or has no such method;
-        nor if the node is shutting down, which unregisters everything.
+        It is not an error if the master does not respond or does not have the method, or if the node is shutting down,
+        which unregisters everything.
         """
         self.begin_unregister(method, *args)()
 
     def begin_unregister(self, method: str, *args: str) -> Callable[[], Any]:
-        """Begin to `unregister`; return a function that waits for it."""
+        """Start to `unregister`; return a function that waits until it is done."""
         entry = (method, *args)
-        return self._begin(_Job(_inverse(entry), registration=entry))
+        return self._enqueue(_Job(_inverse(entry), registration=entry))
 
-    def _begin(self, job: _Job) -> Callable[[], Any]:
+    def _enqueue(self, job: _Job) -> Callable[[], Any]:
         if self._closed and job.registration is None:
             raise NodeShutdownError(f"{self._context.name} is shutting down")
         self._jobs.append(job)
@@ -144,15 +143,15 @@ class Registrar:
         return job.value
 
     def close(self) -> None:
-        """Unregister everything in one call (T55) and end the thread."""
+        """Unregister everything in one call (T55) and stop the thread."""
         self._closed = True
         self._changed.notify_all()
         if self._thread.ident is not None:
             self._thread.join(UNREGISTER_TIMEOUT)
-            if self._thread.is_alive():  # the master is silent: give up the call that is under way
+            if self._thread.is_alive():  # the master does not respond: abort the current call
                 self._master.close()
                 self._thread.join(UNREGISTER_TIMEOUT)
-        if (self._entries or self._pending_unregistrations) and not self._master_unreachable:
+        if (self._entries or self._pending_unregistrations) and not self._is_master_unreachable:
             client = MasterClient(self._context.name, self._uri, timeout=UNREGISTER_TIMEOUT)
             try:
                 client.multicall(
@@ -169,14 +168,14 @@ class Registrar:
     def _run(self) -> None:
         while True:
             self._changed.wait_for(lambda: self._jobs or self._closed, CHECK_TIME)
-            closed = self._closed  # read first: calls queued before are still made
+            closed = self._closed  # read before the queue, so that calls queued before `close` are still made
             job = self._jobs.popleft() if self._jobs else None
             if closed and job is None:
                 return
             if job is None:
                 try:
                     self._check()
-                except Exception as error:  # noqa: BLE001 - from a malformed answer: the thread must continue
+                except Exception as error:  # noqa: BLE001 - caused by a malformed response: the thread must continue
                     self._context.log.internal(error)
                 continue
             if job.registration is not None:
@@ -186,37 +185,38 @@ class Registrar:
                 if job.entry[0] in _INVERSE:
                     self._entries[job.entry] = None
                     self._pending_unregistrations.pop(_inverse(job.entry), None)
-            except Exception as error:  # noqa: BLE001 - passed to the waiting thread; this one must go on
+            except Exception as error:  # noqa: BLE001 - raised in the waiting thread; this one must continue
                 job.error = error
             job.done.set()
 
     def _call(self, entry: Entry) -> Any:
-        """Call the master repeatedly until it answers."""
+        """Call the master repeatedly until it responds."""
         while True:
             try:
                 value = self._call_once(entry)
-                self._master_unreachable = self._reported = False
+                self._is_master_unreachable = self._is_reported = False
                 return value
             except MasterUnreachableError:
-                self._master_unreachable = True
+                self._is_master_unreachable = True
                 if entry[0] not in _INVERSE:
                     self._pending_unregistrations[entry] = None
                     return 0
-                if not self._reported:  # the check, which does not log, may have noticed it before
-                    self._reported = True
+                if not self._is_reported:  # `_check` may have noticed it before, but does not log
+                    self._is_reported = True
                     self._context.log.warn("the master at %s does not answer; waiting for it to come back", self._uri)
                 if self._closed or self._context.stopping.wait(RETRY_TIME):
                     raise NodeShutdownError(f"{self._context.name} is shutting down") from None
             except Error as error:
                 if entry[0] in _INVERSE:
                     raise
-                self._context.log.debug("%s stays registered: %s", entry[1], error)
+                self._context.log.debug("%s remains registered: %s", entry[1], error)
                 return 0
 
     def _call_once(self, entry: Entry) -> Any:
-        """Call the master; if that shows that it was restarted, register everything else again as well.
+        """Call the master; if it turns out that it was restarted, register everything else again as well.
 
-        Once a new master knows this one entry it knows the node, and `_check` no longer sees that the rest is missing.
+        As soon as a restarted master knows this one entry, it knows the node, and `_check` could not detect any more
+        that other entries are missing.
         """
         if not self._entries or entry[0] not in _INVERSE or not self._can_be_looked_up:
             return self._register_once(entry)
@@ -234,10 +234,10 @@ class Registrar:
             return self._register_with_type(entry, error)
 
     def _register_with_type(self, entry: Entry, refusal: Error) -> Any:
-        """Subscribe with the topic's type if the master does not accept ``*`` for any type.
+        """Subscribe with the topic's type if the master has refused ``*``, which means any type.
 
         Raises:
-            Error: the refusal, if it has another reason.
+            Error: the refusal is raised again if it has another reason.
         """
         if (
             entry[0] == "registerSubscriber"
@@ -251,33 +251,33 @@ class Registrar:
         raise refusal
 
     def _check(self) -> None:
-        """Check whether the master still knows the node; if not, register everything again."""
+        """Check whether the node is still registered with the master; if not, register everything again."""
         if not (self._entries or self._pending_unregistrations) or not self._can_be_looked_up:
             return
-        if self._incomplete:
+        if self._is_incomplete:
             self._reregister_all()
             return
         try:
             self._master.lookup_node(self._context.name)
-            self._master_unreachable = self._reported = False
+            self._is_master_unreachable = self._is_reported = False
             for entry in list(self._pending_unregistrations):
                 self._master.multicall([(entry[0], entry[1:])])
                 self._pending_unregistrations.pop(entry, None)
         except MasterUnreachableError:
-            self._master_unreachable = True
+            self._is_master_unreachable = True
         except MasterMethodError:
-            pass  # a master without lookupNode: a restart cannot be noticed
-        except MasterError:  # it answers, but does not know the node: it is a new master
+            pass  # the master does not have lookupNode: a restart cannot be detected
+        except MasterError:  # the master responds, but does not know the node: it was restarted
             self._pending_unregistrations.clear()
             if self._entries:
                 self._reregister_all()
         except Error:
-            pass  # an invalid answer: try again later
+            pass  # an invalid response: try again later
 
     def _reregister_all(self) -> None:
-        if not self._incomplete:
+        if not self._is_incomplete:
             self._context.log.info("the master was restarted: registering again")
-        self._incomplete = True
+        self._is_incomplete = True
         try:
             for entry in list(self._entries):
                 try:
@@ -290,9 +290,9 @@ class Registrar:
                 if entry[0] == "registerSubscriber":
                     self._on_publishers(entry[1], value)
             self._on_restart()
-            self._master_unreachable = self._incomplete = False
-        except Error as error:  # the next check tries it again
-            self._master_unreachable = isinstance(error, MasterUnreachableError)
+            self._is_master_unreachable = self._is_incomplete = False
+        except Error as error:  # the next check tries again
+            self._is_master_unreachable = isinstance(error, MasterUnreachableError)
             self._context.log.peer(WARN, "registering again failed, will try again: %s", error)
 
 
@@ -312,21 +312,23 @@ def _inverse(entry: Entry) -> Entry:
 
 
 def await_master(context: Context, master: MasterClient, timeout: float | None, ask: Callable[[float], _T]) -> _T:
-    """Wait until the master answers a request; log once that the node is waiting.
+    """Wait until the master responds to a request; log once that the node is waiting.
 
     Args:
-        timeout: seconds; None: no limit.
-        ask: calls the master, with the seconds that it may take; called again if it does not answer.
+        context: the node's context.
+        master: the client of the master.
+        timeout: maximum number of seconds to wait; None for no limit.
+        ask: calls the master, with a timeout in seconds; called again if the master does not respond.
 
     Returns:
-        What ``ask`` returns.
+        The result of ``ask``.
 
     Raises:
-        MasterUnreachableError: it did not answer in time.
+        MasterUnreachableError: the master did not respond in time.
         NodeShutdownError: the node is shutting down.
     """
     deadline = None if timeout is None else monotonic() + timeout
-    warned = False
+    has_warned = False
     while True:
         try:
             return ask(PING_TIMEOUT)
@@ -337,8 +339,8 @@ def await_master(context: Context, master: MasterClient, timeout: float | None, 
             reason: object = error.__cause__ if isinstance(error.__cause__, UnknownHostError) else None
             if isinstance(error.__cause__, DeadlineError):
                 reason = f"it accepts connections, but did not answer within {PING_TIMEOUT:g} s (was it stopped?)"
-        if not warned:
-            warned = True
+        if not has_warned:
+            has_warned = True
             context.log.warn(
                 "Unable to immediately register with master node [%s]: %s. Will keep trying.",
                 master.uri,

@@ -1,5 +1,5 @@
-"""Unix sockets between programs of one machine and one user, in Linux's abstract namespace: no file is needed, and a
-killed program leaves none behind. On other systems there are none, and nodes use TCP.
+"""Unix sockets between programs of the same user on the same machine, in Linux's abstract namespace: they need no
+files, so a killed program leaves nothing behind. On other systems they do not exist, and nodes use TCP.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ _CREDENTIALS: Final = struct.Struct("3i")  # struct ucred: process, user, group
 
 @cache
 def host_key() -> str:
-    """Return the common key of programs that can share memory: those of one user in one network namespace of one boot
-    of a machine. Empty if the system does not support this.
+    """Return the common key of programs that can share memory: those of the same user in the same network namespace
+    since the last boot of the machine. Empty if the system does not support this.
     """
     import hashlib  # noqa: PLC0415 - slow to import, and most nodes do not need it
 
-    needed = ((os, "memfd_create"), (os, "geteuid"), (socket, "SO_PEERCRED"), (socket, "send_fds"))
-    if not all(hasattr(module, name) for module, name in needed):
+    required = ((os, "memfd_create"), (os, "geteuid"), (socket, "SO_PEERCRED"), (socket, "send_fds"))
+    if not all(hasattr(module, name) for module, name in required):
         return ""
     try:
         with open("/proc/sys/kernel/random/boot_id", encoding="ascii") as file:
@@ -38,37 +38,39 @@ def host_key() -> str:
 
 
 def local_key(environ: Mapping[str, str]) -> str:
-    """Return `host_key` unless PYROS1_TRANSPORTS leaves out the local transport, else an empty text.
+    """Return `host_key`, or an empty string if PYROS1_TRANSPORTS excludes the local transport.
 
     Raises:
-        SettingError: its value is wrong.
+        SettingError: the value of PYROS1_TRANSPORTS is invalid.
     """
     return host_key() if is_local_enabled(environ.get("PYROS1_TRANSPORTS", "")) else ""
 
 
 def socket_name_for(uri: str, key: str) -> str:
-    """Return the name of the socket beside a port for services: the name follows from the port's URI.
+    """Return the name of the Unix socket that can be used in place of the port for services.
 
     Args:
-        uri: as registered with the master, ``rosrpc://host:port``.
-        key: the programs' common key, `host_key`.
+        uri: URI of the port, as registered with the master: ``rosrpc://host:port``.
+        key: the common key of the programs, see `host_key`.
     """
     return f"{_PREFIX}{key}-{uri}"
 
 
-def listen(wish: str = "") -> tuple[socket.socket, str]:
+def listen(preferred_name: str = "") -> tuple[socket.socket, str]:
     """Return a listening socket and its name.
 
     Args:
-        wish: the preferred name; the socket gets another one if it is in use, or impossible.
+        preferred_name: the socket gets another name if this one is in use or not valid.
 
     Raises:
-        OSError: it cannot be created.
+        OSError: the socket cannot be created.
     """
     sock = socket.socket(socket.AF_UNIX)
     try:
-        name = wish if _is_socket_name(wish) and _bind(sock, wish) else _PREFIX + os.urandom(16).hex()
-        if name != wish:
+        if _is_socket_name(preferred_name) and _bind(sock, preferred_name):
+            name = preferred_name
+        else:
+            name = _PREFIX + os.urandom(16).hex()
             sock.bind("\0" + name)
         sock.listen(128)
     except BaseException:
@@ -78,13 +80,13 @@ def listen(wish: str = "") -> tuple[socket.socket, str]:
 
 
 def connect(name: str) -> socket.socket:
-    """Return a socket that is connected to the one of that name, and does not block.
+    """Return a non-blocking socket that is connected to the listening socket of that name.
 
     Raises:
-        OSError: it does not exist, is too busy, or belongs to another user.
+        OSError: the listening socket does not exist, is too busy, or belongs to another user.
     """
     if not _is_socket_name(name):
-        raise ConnectionRefusedError(f"{name[:100]!r} is no name of such a socket")
+        raise ConnectionRefusedError(f"{name[:100]!r} is not the name of a pyros1 socket")
     sock = socket.socket(socket.AF_UNIX)
     try:
         sock.setblocking(False)
@@ -110,6 +112,6 @@ def _bind(sock: socket.socket, name: str) -> bool:
 
 
 def is_same_user(sock: socket.socket) -> bool:
-    """Return whether a program of the same user is at the other end of a Unix socket."""
-    found = sock.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
-    return bool(_CREDENTIALS.unpack(found)[1] == os.geteuid())
+    """Return whether the peer of a Unix socket runs as the same user."""
+    credentials = sock.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
+    return bool(_CREDENTIALS.unpack(credentials)[1] == os.geteuid())

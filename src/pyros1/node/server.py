@@ -1,7 +1,7 @@
-"""The TCPROS server: one port per node for topics and services; the first header decides (T04, T05, O15).
+"""The TCPROS server: one port per node for topics and services; the header says which one is requested (T04, T05, O15).
 
-Runs on the loop. The connection of a peer that stays silent, or sends its header byte by byte, is closed at the
-deadline and delays no other.
+Runs on the loop. If a peer sends nothing, or its header too slowly, its connection is closed at a deadline, and other
+connections are not delayed.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ if TYPE_CHECKING:
 
 HEADER_TIMEOUT = 10.0
 MAX_HANDSHAKES = 256
-"""Maximum number of connections whose header is not complete; the oldest is closed for a new one."""
+"""Maximum number of connections with an incomplete header; beyond that, the oldest one is closed."""
 
 
 class _Handshake:
-    """A connection whose header is not complete."""
+    """A connection with an incomplete header."""
 
     def __init__(self, sock: socket.socket) -> None:
         self.sock = sock
@@ -44,17 +44,17 @@ class _Handshake:
 
 
 class TcprosServer:
-    """Server that listens, reads headers and hands the connections to publications and services.
+    """A server that accepts connections, reads their headers and passes them to publications and services.
 
     Args:
-        context: the node.
-        address: where to listen.
+        context: the node's context.
+        address: the address to listen on.
         services: returns the node's services by name.
-        port: 0 for any.
+        port: the port to listen on; 0 for any.
 
     Attributes:
-        port: the port it listens on.
-        uri: of its services.
+        port: the port that the server listens on.
+        uri: URI of the services.
 
     Raises:
         OSError: the port is in use.
@@ -80,12 +80,12 @@ class TcprosServer:
         context.local_name = self.local_name
 
     def local_name(self) -> str:
-        """Return the name of the socket for programs that share memory; empty if there is none. On the loop."""
+        """Return the name of the socket for programs that share memory, or "" if there is none. Called on the loop."""
         if self._local_acceptor is None and self._context.local_key:
             try:
                 listener, self._local_name = listen(socket_name_for(self.uri, self._context.local_key))
             except OSError as error:
-                self._context.warn_once(f"no socket for programs of this machine: {error.strerror or error}")
+                self._context.warn_once(f"cannot open a socket for programs on this machine: {error.strerror or error}")
                 return ""
             context = self._context
             self._local_acceptor = Acceptor(context.loop, listener, self._accepted_local, context.warn_once)
@@ -93,10 +93,10 @@ class TcprosServer:
 
     def _accepted_local(self, sock: socket.socket) -> None:
         try:
-            own = is_same_user(sock)
+            is_ours = is_same_user(sock)
         except OSError:
-            own = False
-        if own:
+            is_ours = False
+        if is_ours:
             self._accepted(sock)
         else:
             sock.close()
@@ -122,9 +122,9 @@ class TcprosServer:
         try:
             header = handshake.reader.feed(data)
         except ProtocolError as error:
-            http = data.startswith((b"POST ", b"GET "))
+            is_http = data.startswith((b"POST ", b"GET "))
             self._refuse(
-                handshake, "this is an HTTP request; the node's API is on another port" if http else str(error), None
+                handshake, "this is an HTTP request; the node's API is on another port" if is_http else str(error), None
             )
             return
         if header is not None:
@@ -138,8 +138,8 @@ class TcprosServer:
                 topic = header["topic"]
                 publication = self._context.publications.get(topic)
                 if publication is None:
-                    known = ", ".join(self._context.publications) or "none"
-                    raise Refusal(f"[{self._context.name}] is not a publisher of [{topic}]. Topics are [{known}]")
+                    topics = ", ".join(self._context.publications) or "none"
+                    raise Refusal(f"[{self._context.name}] is not a publisher of [{topic}]. Topics are [{topics}]")
                 publication.accept(sock, header)
             elif "service" in header:
                 service = self._services().get(header["service"])
@@ -157,16 +157,16 @@ class TcprosServer:
         """Send the reason to the peer, log it, and close."""
         self._release(handshake)
         if self._context.stopping.is_set():
-            handshake.sock.close()  # a peer that learned of this node a moment ago comes too late: not an error
+            handshake.sock.close()  # not an error: the peer does not know yet that this node is shutting down
             return
         header = header or {}
-        what = header.get("topic") or header.get("service")
-        if what:
-            who = header.get("callerid", "?")
-            self._context.log.peer(WARN, "refused a connection from %s for %s: %s", who, what, reason)
-        else:  # not a ROS node, or a broken one
+        requested = header.get("topic") or header.get("service")
+        if requested:
+            caller = header.get("callerid", "?")
+            self._context.log.peer(WARN, "refused a connection from %s for %s: %s", caller, requested, reason)
+        else:  # the peer is not a ROS node, or a broken one
             text = "refused a connection from %s that names no topic or service: %s"
-            self._context.log.peer(WARN, text, _host(handshake.sock), reason)
+            self._context.log.peer(WARN, text, _peer_host(handshake.sock), reason)
         with contextlib.suppress(OSError):
             handshake.sock.send(encode_header({"error": reason}))
             handshake.sock.shutdown(socket.SHUT_WR)
@@ -184,7 +184,7 @@ class TcprosServer:
         handshake.sock.close()
 
     def close(self) -> None:
-        """Stop listening. On the loop."""
+        """Stop listening. Called on the loop."""
         self._acceptor.close()
         if self._local_acceptor is not None:
             self._local_acceptor.close()
@@ -192,13 +192,13 @@ class TcprosServer:
             self._discard(handshake)
 
 
-def _host(sock: socket.socket) -> str:
-    """The address of the machine at the other end of a connection."""
+def _peer_host(sock: socket.socket) -> str:
+    """Return the address of the peer's machine, as a string for messages."""
     try:
-        peer = sock.getpeername()
-        return str(peer[0]) if isinstance(peer, tuple) else "this machine"
+        address = sock.getpeername()
+        return str(address[0]) if isinstance(address, tuple) else "this machine"
     except OSError:
-        return "a machine that is gone"
+        return "a peer that has disconnected"
 
 
 def open_ports(
@@ -211,14 +211,14 @@ def open_ports(
     """Listen for other nodes; return the server for topics and services, and the server of the slave API.
 
     Args:
-        context: the node.
-        address: where to listen, and for which hosts.
+        context: the node's context.
+        address: the address to listen on, and the hosts that may connect.
         services: returns the node's services by name.
-        dispatch: answers calls of the slave API.
-        ports: of the slave API, and of topics and services; 0 for any.
+        dispatch: executes calls to the slave API.
+        ports: the port of the slave API, and that of topics and services; 0 for any.
 
     Raises:
-        NodeError: it cannot listen there.
+        NodeError: it is not possible to listen there.
     """
     if address.allowed is not None:
         from pyros1.net.allowlist import Allowlist  # noqa: PLC0415 - slow to import, and most nodes accept all hosts

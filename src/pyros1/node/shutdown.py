@@ -1,4 +1,4 @@
-"""The shutdown of a node, once and in order, whether the program, a signal, the master or the interpreter causes it."""
+"""Shuts down a node once and in order, whether caused by the program, a signal, the master or the interpreter."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ MAX_CLOSE_TIME = 15.0
 class Shutdown:
     """The shutdown of a node.
 
-    Order: early hooks run, while everything works as before; every wait in the node ends; the hooks run (publishing
-    still works); then everything is closed.
+    The order is: the early hooks run, while everything works as before; every wait in the node is interrupted; the
+    other hooks run, while publishing still works; and everything is closed.
 
-    In a forked process only hooks and waits, which are in its memory, end. The sockets, their epoll and the
-    registrations belong to the node, which continues in the original process.
+    In a forked process, only hooks are run and waits interrupted. The sockets, their epoll and the registrations belong
+    to the node, which continues in the parent process.
 
     Args:
-        context: the node.
-        clock: its clock, whose sleeps are ended.
+        context: the node's context.
+        clock: the node's clock, whose sleeps are interrupted.
         close: closes everything; called once.
     """
 
@@ -41,13 +41,13 @@ class Shutdown:
         self._clock = clock
         self._close = close
         self._hooks: deque[Callable[[], object]] = deque()
-        self._early: deque[Callable[[], object]] = deque()
-        self._hooks_are_run = False
-        self._first = [True]  # removed by the thread that ends the node
+        self._early_hooks: deque[Callable[[], object]] = deque()
+        self._have_hooks_run = False
+        self._unclaimed = [True]  # the item is removed by the thread that shuts down the node
         self._closing_thread: int | None = None
         self._done = Event()
         self._signals = SignalHandlers(self._on_signal)
-        self._pid = os.getpid()  # a forked process has copies of the sockets, but not the node
+        self._pid = os.getpid()  # to detect a forked process, which has copies of the sockets, but not the node
 
     @property
     def signalled(self) -> bool:
@@ -55,7 +55,7 @@ class Shutdown:
         return self._signals.count > 0
 
     def watch(self, signals: bool) -> None:
-        """End the node at the interpreter's exit and, if requested, on SIGINT and SIGTERM."""
+        """Shut down the node at the interpreter's exit and, if requested, on SIGINT and SIGTERM."""
         atexit.register(self._end_at_exit)
         if signals:
             self._signals.install()
@@ -65,58 +65,58 @@ class Shutdown:
             return
         try:
             self.end()
-        except KeyboardInterrupt:  # a second signal: nothing here could catch it, and the process must end
+        except KeyboardInterrupt:  # a second signal: nobody could catch the exception, and the process must exit
             die_by_signal(signal.SIGINT)
         except SystemExit as error:
             if not self.signalled or error.code != 128 + signal.SIGTERM:
-                raise  # of a hook
+                raise  # raised by a hook
             die_by_signal(signal.SIGTERM)
 
     def on_shutdown(self, hook: Callable[[], object], early: bool = False) -> None:
-        """Call ``hook`` at the end of the node, or now if that has begun; an early one before waits end."""
-        if self._first and early:
-            self._early.append(hook)
+        """Call ``hook`` when the node shuts down, or now if that has started; early hooks run before the others."""
+        if self._unclaimed and early:
+            self._early_hooks.append(hook)
             return
-        if self._first:
+        if self._unclaimed:
             self._hooks.append(hook)
-            if not self._hooks_are_run:
+            if not self._have_hooks_run:
                 return
             try:
                 self._hooks.remove(hook)
             except ValueError:
-                return  # it was run with the other hooks
+                return  # it was called with the other hooks
         hook()
 
     def end(self, reason: str = "") -> None:
-        """End the node, or wait until another thread has done so. A signal handler may call it as well."""
-        me = threading.get_ident()
+        """Shut down the node, or wait until another thread has done so. May be called in a signal handler."""
+        thread_id = threading.get_ident()
         try:
-            del self._first[0]
+            del self._unclaimed[0]
         except IndexError:
-            first = False
+            is_first = False
         else:
-            first = True
-        if first:
-            self._closing_thread = me
+            is_first = True
+        if is_first:
+            self._closing_thread = thread_id
             try:
                 self._run(reason)
             finally:
                 self._done.set()
-        elif not self._context.loop.in_loop() and self._closing_thread != me:
+        elif not self._context.loop.in_loop() and self._closing_thread != thread_id:
             self._done.wait(MAX_CLOSE_TIME)
         self._signals.restore()
 
     def _run(self, reason: str) -> None:
         self._clock.ending = True
         try:
-            self._run_hooks(self._early)
-        finally:  # also when a hook ends the program
+            self._run_hooks(self._early_hooks)
+        finally:  # even if a hook exits the program
             self._stop(reason)
 
     def _stop(self, reason: str) -> None:
         context = self._context
         context.stopping.set()
-        context.warn_publish_after_shutdown &= not self.signalled  # a program cannot predict when a signal comes
+        context.warn_publish_after_shutdown &= not self.signalled  # no program can expect a signal
         self._clock.wake()
         if context.callbacks is not None:
             context.callbacks.wake()
@@ -124,9 +124,9 @@ class Shutdown:
             context.log.debug("shutting down: %s", reason)
         try:
             self._run_hooks(self._hooks)
-            self._hooks_are_run = True
-            self._run_hooks(self._hooks)  # hooks added at the last moment
-        finally:  # also when a hook ends the program
+            self._have_hooks_run = True
+            self._run_hooks(self._hooks)  # those added at the last moment
+        finally:  # even if a hook exits the program
             if os.getpid() == self._pid:
                 self._close()
             atexit.unregister(self._end_at_exit)
@@ -140,15 +140,15 @@ class Shutdown:
                 self._context.log.exception(f"bad shutdown hook {hook!r}", error=error)
 
     def request(self, reason: str) -> None:
-        """End the node soon: for the loop, which must not wait for it."""
+        """Shut down the node in another thread; for the loop, which must not wait for it."""
         threading.Thread(target=self.end, args=(reason,), name=f"{self._context.name}:shutdown").start()
 
     def _on_signal(self, number: int) -> None:
         if os.getpid() != self._pid:
-            if number == signal.SIGINT and not self._first:
-                return  # the program's own handler has just been called, and ends its loops
+            if number == signal.SIGINT and not self._unclaimed:
+                return  # the program's own handler has just been called, and will stop its loops
             signal.signal(number, signal.SIG_DFL)
             os.kill(os.getpid(), number)
             return
-        # Not here: this thread may be in the middle of anything, and hooks and the end take time.
+        # Not in the handler: it may have interrupted anything, and running hooks and closing everything takes time.
         self._context.loop.call_soon(self.request, f"signal {number}")

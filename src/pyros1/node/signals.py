@@ -1,6 +1,6 @@
-"""Handlers of SIGINT and SIGTERM: the first ends the node, a second interrupts the program wherever it is.
+"""Handlers for SIGINT and SIGTERM: the first signal shuts down the node, a second one interrupts the program.
 
-Signals that follow too closely to be deliberate count as one, see `InterruptCounter`.
+Signals in quick succession are counted as one, see `InterruptCounter`.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ class SignalHandlers:
     """Handlers that are installed for a node's lifetime.
 
     Args:
-        on_signal: called with the signal's number at the first signal, in the handler, after the previous handler:
-            it must not wait for anything.
+        on_signal: called with the number of the first signal, in the handler, after the previous handler. It must not
+            block.
     """
 
     def __init__(self, on_signal: Callable[[int], None]) -> None:
@@ -31,11 +31,11 @@ class SignalHandlers:
 
     @property
     def count(self) -> int:
-        """The number of signals so far; those that came together count as one."""
+        """The number of signals so far; those in quick succession are counted as one."""
         return self._interrupts.count
 
     def install(self) -> None:
-        """Install the handlers; do nothing outside the main thread, where Python does not allow it."""
+        """Install the handlers; do nothing in other threads than the main one, since Python does not allow it there."""
         if threading.current_thread() is not threading.main_thread():
             return
         numbers = (signal.SIGINT, signal.SIGTERM)
@@ -43,13 +43,12 @@ class SignalHandlers:
         install_handler(self._handle, numbers)
 
     def restore(self) -> None:
-        """Restore the previous handlers, unless other ones have been installed meanwhile."""
+        """Restore the previous handlers, unless others have been installed meanwhile."""
         if threading.current_thread() is not threading.main_thread():
             return
         if self.count:
-            self._restored = (
-                True  # the handlers stay: another signal may follow the first at once, and would cut the shutdown short
-            )
+            # The handlers remain: another signal may follow the first immediately, and would abort the shutdown.
+            self._restored = True
             return
         for number, previous in self._previous.items():
             if signal.getsignal(number) == self._handle:
@@ -64,20 +63,20 @@ class SignalHandlers:
                 signal.signal(number, signal.SIG_DFL if previous is None else previous)
                 os.kill(os.getpid(), number)
             return
-        first = counts and self.count == 1
+        is_first = counts and self.count == 1
         if callable(previous) and not self._is_default(previous):
             try:
-                previous(number, frame)  # first: it may want to publish
+                previous(number, frame)  # before the shutdown, since it may publish
             finally:
-                if first:
+                if is_first:
                     self._on_signal(number)
-        elif first:
+        elif is_first:
             self._on_signal(number)
         elif counts:
             self._interrupt(number)
 
     def _is_default(self, handler: Any) -> bool:
-        """Return whether that handler is a default one, which ours replaces."""
+        """Return whether a handler is a default one, which ours replaces."""
         return is_default_handler(handler)
 
     def _interrupt(self, number: int) -> None:

@@ -1,7 +1,7 @@
 """The slave API: the methods of a node that the master and other nodes call (https://wiki.ros.org/ROS/Slave_API;
 S01-S13).
 
-Runs on the loop. Every method answers ``[code, message, value]``; wrong arguments give code -1.
+Runs on the loop. Every method returns ``[code, message, value]``; the code is -1 if the arguments are invalid.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 Triple = list[Any]
 
 _NAMESAKE_REASON = r"\[(/[^\]]*)\] Reason: new node registered with same name"
-"""The master's message to a node whose name another node has taken (M34)."""
+"""The master's message to a node that was replaced by another one of the same name (M34)."""
 
 
 class _BadArgumentError(Exception):
@@ -36,11 +36,11 @@ class SlaveApi:
     """The methods of the slave API.
 
     Args:
-        context: the node.
-        master_uri: the answer of getMasterUri.
+        context: the node's context.
+        master_uri: the URI that ``getMasterUri`` returns.
         tcpros: returns (host, port) of the node's TCPROS server.
-        parameters: receives the changes of parameters.
-        on_shutdown: called with the reason when a caller asks the node to end.
+        parameters: returns the node's parameters, which process updates.
+        on_shutdown: called with the reason when a caller asks the node to shut down.
     """
 
     def __init__(
@@ -73,15 +73,15 @@ class SlaveApi:
         }
 
     def dispatch(self, method: str, params: Sequence[Any]) -> Triple:
-        """Answer one call.
+        """Execute a call and return its response.
 
         Raises:
-            XmlRpcFault: no such method.
+            XmlRpcFault: there is no such method.
         """
-        known = self._methods.get(method)
-        if known is None:
+        entry = self._methods.get(method)
+        if entry is None:
             raise XmlRpcFault(1, f'method "{method}" is not supported')
-        function, min_arguments, max_arguments = known
+        function, min_arguments, max_arguments = entry
         if not params:
             return [-1, "missing required caller_id parameter", 0]
         if not isinstance(params[0], str):
@@ -95,8 +95,8 @@ class SlaveApi:
 
     def _get_bus_stats(self) -> Triple:
         publications = [
-            [topic, _count(sum(link.bytes_sent for link in links)), [
-                [index, _count(link.bytes_sent), _count(link.messages), link.connected]
+            [topic, _to_xmlrpc_number(sum(link.bytes_sent for link in links)), [
+                [index, _to_xmlrpc_number(link.bytes_sent), _to_xmlrpc_number(link.messages), link.connected]
                 for index, link in enumerate(links)]]
             for topic, publication in self._context.publications.items()
             for links in [publication.links]
@@ -104,7 +104,10 @@ class SlaveApi:
         subscriptions = [
             [
                 topic,
-                [[index, _count(_received(link)), _count(link.messages), -1, True] for index, link in enumerate(links)],
+                [
+                    [index, _to_xmlrpc_number(_num_received_bytes(link)), _to_xmlrpc_number(link.messages), -1, True]
+                    for index, link in enumerate(links)
+                ],
             ]
             for topic, subscription in self._context.subscriptions.items()
             for links in [subscription.links]
@@ -150,12 +153,12 @@ class SlaveApi:
         if not isinstance(publishers, list):
             raise _BadArgumentError("parameter [publishers] must be a list")
         subscription = self._context.subscriptions.get(topic)
-        valid, invalid = [], ""  # one publisher with a wrong address does not hide the others
+        valid, invalid = [], ""  # one publisher with a wrong address must not affect the others
         for uri in publishers:
             if not isinstance(uri, str):
                 invalid = "publishers must be a list of strings"
             elif subscription is not None and subscription.has_publisher(uri):
-                valid.append(uri)  # already checked: there may be a thousand, only one of them new
+                valid.append(uri)  # already checked: there may be thousands, and only one is new
             else:
                 try:
                     parse_uri(uri)
@@ -165,7 +168,7 @@ class SlaveApi:
         if subscription is not None:
             subscription.update_publishers(valid)
             if invalid:
-                self._context.log.peer(WARN, "the master names a wrong publisher of %s: %s", topic, invalid)
+                self._context.log.peer(WARN, "the master reports an invalid publisher of %s: %s", topic, invalid)
         if invalid:
             raise _BadArgumentError(invalid)
         return [1, "", 0]
@@ -185,13 +188,13 @@ class SlaveApi:
                 host, port = self._tcpros()
                 return [1, f"ready on {host}:{port}", ["TCPROS", host, port]]
             if isinstance(protocol, list) and protocol and protocol[0] == "UDPROS":
-                answer = self._request_datagrams(topic, protocol)
-                if answer is not None:
-                    return answer
+                response = self._accept_udpros(topic, protocol)
+                if response is not None:
+                    return response
         return [0, "no supported protocol implementations", []]
 
-    def _request_datagrams(self, topic: str, offer: Triple) -> Triple | None:
-        """Link a subscriber that has offered a socket for datagrams (T58, T59)."""
+    def _accept_udpros(self, topic: str, offer: Triple) -> Triple | None:
+        """Add a link to a subscriber that has offered a socket for datagrams (T58, T59)."""
         from pyros1.wire.datagram import read_offer  # noqa: PLC0415 - few nodes need it
 
         publication = self._context.publications[topic]
@@ -209,18 +212,22 @@ class SlaveApi:
         if not isinstance(reason, str):
             raise _BadArgumentError("parameter [msg] must be a string")
         match = re.fullmatch(_NAMESAKE_REASON, reason)
-        if match is not None and match[1] != self._context.name:  # a dead node had our port, and was restarted
-            self._context.log.peer(WARN, "a shutdown request that was meant for %s is ignored", match[1])
+        if (
+            match is not None and match[1] != self._context.name
+        ):  # another node that has exited used our port before, and was restarted
+            self._context.log.peer(WARN, "ignored a shutdown request that was intended for %s", match[1])
             return [1, "shutdown", 0]
         self._on_shutdown(reason)
         return [1, "shutdown", 0]
 
 
-def _count(number: int) -> float:
-    """Return a number of bytes or messages in XML-RPC's range: integers there end at 2^31, after 2 GB."""
+def _to_xmlrpc_number(number: int) -> float:
+    """Return a number of bytes or messages that XML-RPC can represent: its integers have 32 bits, so larger ones become
+    floats.
+    """
     return number if number < 1 << 31 else float(number)
 
 
-def _received(link: Any) -> int:
-    """Return the bytes received over a link; within the process, bytes sent are bytes received."""
+def _num_received_bytes(link: Any) -> int:
+    """Return the number of bytes received over a link; within the process, it is the number of bytes sent."""
     return int(getattr(link, "bytes_received", 0) or getattr(link, "bytes_sent", 0))

@@ -1,4 +1,4 @@
-"""The type of a topic, in the form of connection headers."""
+"""The type of a topic, as used in connection headers."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pyros1.wire.handshake import ANY, TopicType
 
 
 def topic_type(message_class: type[Any]) -> TopicType:
-    """Return a message class's type for connection headers."""
+    """Return the type of a message class for connection headers."""
     if message_class._type == ANY:
         return TopicType(ANY, ANY, "")
     return TopicType(message_class._type, message_class._md5sum, message_class._full_text)

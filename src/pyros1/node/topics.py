@@ -1,4 +1,4 @@
-"""The topics that a node publishes and subscribes, and their registration with the master."""
+"""The topics that a node publishes and subscribes to, and their registration with the master."""
 
 from __future__ import annotations
 
@@ -31,22 +31,22 @@ if TYPE_CHECKING:
     from pyros1.wire.handshake import TopicType
 
 _M = TypeVar("_M")
-_Call = Callable[[Any], object]
+_Callback = Callable[[Any], object]
 _SUBSCRIBE = "subscribe(topic, type, callback)"
 MAX_CALLBACK_WAIT = 5.0
-"""Seconds that running callbacks have at the end of the node."""
+"""Maximum number of seconds to wait for running callbacks when the node shuts down."""
 
 
 class Topics:
     """Publications and subscriptions by full name.
 
     Args:
-        context: the node.
-        registrar: the node's registrations with the master.
+        context: the node's context.
+        registrar: returns the node's registrar.
 
     Attributes:
-        publications, subscriptions: by topic; replaced as a whole on changes, so that readers need no lock. Other
-            parts see them in the context.
+        publications, subscriptions: by topic; replaced as a whole on changes, so that readers need no lock. Other parts
+            of the node access copies in the context.
     """
 
     def __init__(self, context: Context, registrar: Callable[[], Registrar]) -> None:
@@ -80,21 +80,23 @@ class Topics:
                     )
                 publication.handles += 1
                 publication.latch = publication.latch or latch
-                publication.headers.update(headers)  # this, and the next, for subscribers that come later
-                if queue_size is not None and publication.queue_size is not None:  # waiting messages stay queued
+                publication.headers.update(headers)  # this and the next affect only later subscribers
+                if queue_size is not None and publication.queue_size is not None:  # queued messages remain
                     publication.queue_size = queue_size
                 return Publisher(publication, message_class, lambda: self._unadvertise(publication))
             created = Publication(context, name, message_class, wire_type, queue_size, latch, headers)
             created.handles = 1
-            self._publish({**self.publications, name: created})
+            self._set_publications({**self.publications, name: created})
             try:
-                # With the lock, here and below: the master must be told of an end and a new start in that order.
-                registered = self._registrar().begin_register("registerPublisher", name, wire_type.name, context.uri)
+                # With the lock held, here and below, so that the master receives these calls in the right order.
+                wait_registered = self._registrar().begin_register(
+                    "registerPublisher", name, wire_type.name, context.uri
+                )
             except BaseException:
                 self._drop_publication(created)
                 raise
         try:
-            registered()
+            wait_registered()
         except BaseException as error:
             self._drop_publication(created)
             self._undo_registration(error, "registerPublisher", name, wire_type.name, context.uri)
@@ -102,7 +104,7 @@ class Topics:
         return Publisher(created, message_class, lambda: self._unadvertise(created))
 
     def _undo_registration(self, error: BaseException, *registration: str) -> None:
-        """Undo a registration that a thread stopped waiting for: a signal handler raised. The master may be down."""
+        """Undo a registration after an exception of a signal handler has interrupted the wait for its result."""
         if not isinstance(error, Error):
             with contextlib.suppress(NodeError):
                 self._registrar().begin_unregister(*registration)
@@ -114,26 +116,26 @@ class Topics:
             publication.handles -= 1
             if publication.handles or self._context.stopping.is_set():
                 return
-            # Removed from the table at once: a call that advertises the topic now must get a new publication.
-            self._publish({k: v for k, v in self.publications.items() if v is not publication})
+            # Removed immediately: a call that advertises the topic meanwhile must create a new publication.
+            self._set_publications({k: v for k, v in self.publications.items() if v is not publication})
             try:
-                unregistered = self._registrar().begin_unregister(
+                wait_unregistered = self._registrar().begin_unregister(
                     "registerPublisher", publication.topic, publication.type.name, self._context.uri
                 )
             except BaseException:
                 publication.close()
                 raise
         try:
-            unregistered()
+            wait_unregistered()
         finally:
             publication.close()
 
     def _drop_publication(self, publication: Publication) -> None:
         with self._lock:
-            self._publish({k: v for k, v in self.publications.items() if v is not publication})
+            self._set_publications({k: v for k, v in self.publications.items() if v is not publication})
         publication.close()
 
-    def _publish(self, publications: dict[str, Publication]) -> None:
+    def _set_publications(self, publications: dict[str, Publication]) -> None:
         self.publications = publications
         self._context.publications = {**publications}
 
@@ -156,13 +158,17 @@ class Topics:
         """Subscribe to a topic; see ``Node.subscribe``.
 
         Args:
-            hints: how to link to publishers.
-            direct: whether to call from the thread that receives, even in a node that spins.
-            arrays: see `array_view`.
-            stream: receives the messages undecoded, in place of the callback.
-            driver: receives for topics that have only streams that drop nothing; None for the node's threads.
-            deadline: replaces the callback.
-            in_publisher: whether to call from the thread of a publisher of this process.
+            name: the topic's full name.
+            message_class: class of the messages.
+            callback: called with each message.
+            queue_size: maximum number of queued messages per publisher; None for no limit.
+            hints: how to connect to publishers.
+            direct: whether to call the callback in the receiving thread, even in a node that spins.
+            arrays: the type of numeric arrays, see `array_view`.
+            stream: receives the messages undecoded, instead of the callback.
+            driver: receives the messages if the topic has only streams that drop nothing; None for the node's threads.
+            deadline: receives the messages and calls the callback.
+            in_publisher: whether to call the callback in the thread of a publisher in this process.
         """
         context = self._context
         view = array_view(arrays)
@@ -170,34 +176,43 @@ class Topics:
         with self._lock:
             context.check_running()
             subscription = self.subscriptions.get(name)
-            new = subscription is None
+            is_new = subscription is None
             if subscription is None:
                 subscription = Subscription(context, name, message_class, hints, driver)
-                self._subscribe_to({**self.subscriptions, name: subscription})
-            call = callback if deadline is None else deadline.take
-            leave = self._unsubscribe
+                self._set_subscriptions({**self.subscriptions, name: subscription})
+            receive = callback if deadline is None else deadline.take
+            unsubscribe = self._unsubscribe
             subscriber = Subscriber(
-                subscription, message_class, call, queue_size, leave, direct, view, stream, deadline, in_publisher
+                subscription,
+                message_class,
+                receive,
+                queue_size,
+                unsubscribe,
+                direct,
+                view,
+                stream,
+                deadline,
+                in_publisher,
             )
             try:
                 subscription.add(subscriber)
             except BaseException:
-                if new:
+                if is_new:
                     self._drop_subscription(subscription)
                 else:
                     subscription.remove(subscriber)
                 raise
-            if new:
+            if is_new:
                 try:
-                    registered = self._registrar().begin_register(
+                    wait_registered = self._registrar().begin_register(
                         "registerSubscriber", name, subscription.type.name, context.uri
                     )
                 except BaseException:
                     self._drop_subscription(subscription)
                     raise
-        if new:
+        if is_new:
             try:
-                uris = registered()
+                uris = wait_registered()
             except BaseException as error:
                 self._drop_subscription(subscription)
                 self._undo_registration(error, "registerSubscriber", name, subscription.type.name, context.uri)
@@ -207,19 +222,19 @@ class Topics:
             deadline.begin(subscription)
         return subscriber
 
-    def _subscribe_to(self, subscriptions: dict[str, Subscription]) -> None:
+    def _set_subscriptions(self, subscriptions: dict[str, Subscription]) -> None:
         self.subscriptions = subscriptions
         self._context.subscriptions = {**subscriptions}
 
     def publishers_found(self, topic: str, uris: Any) -> None:
-        """Take the list of publishers in the master's answer to a registration."""
-        known = [uri for uri in uris if isinstance(uri, str)] if isinstance(uris, list) else []
-        if known != uris:
-            text = "the master gave an invalid answer about the publishers of %s: %s"
+        """Process the list of publishers that the master returned for a registration."""
+        valid_uris = [uri for uri in uris if isinstance(uri, str)] if isinstance(uris, list) else []
+        if valid_uris != uris:
+            text = "the master returned an invalid list of publishers of %s: %s"
             self._context.log.peer(WARN, text, topic, repr(uris)[:60])
         subscription = self.subscriptions.get(topic)
         if subscription is not None:
-            self._context.loop.call_soon(subscription.update_publishers, known, False)
+            self._context.loop.call_soon(subscription.update_publishers, valid_uris, False)
 
     def _unsubscribe(self, subscriber: Subscriber[Any]) -> None:
         if self._context.is_forked:
@@ -228,60 +243,60 @@ class Topics:
             subscription = self.subscriptions.get(subscriber.name)
             if subscription is None or subscription.remove(subscriber) or self._context.stopping.is_set():
                 return
-            self._subscribe_to({k: v for k, v in self.subscriptions.items() if v is not subscription})
+            self._set_subscriptions({k: v for k, v in self.subscriptions.items() if v is not subscription})
             try:
-                unregistered = self._registrar().begin_unregister(
+                wait_unregistered = self._registrar().begin_unregister(
                     "registerSubscriber", subscription.topic, subscription.type.name, self._context.uri
                 )
             except BaseException:
                 subscription.close()
                 raise
         try:
-            unregistered()
+            wait_unregistered()
         finally:
-            subscription.close(wait=False)  # the caller may hold a lock that the callback waits for
+            subscription.close(wait=False)  # the caller may hold a lock for which the callback is waiting
 
     def _drop_subscription(self, subscription: Subscription) -> None:
         with self._lock:
-            self._subscribe_to({k: v for k, v in self.subscriptions.items() if v is not subscription})
+            self._set_subscriptions({k: v for k, v in self.subscriptions.items() if v is not subscription})
         subscription.close()
 
     def wait_for_message(self, name: str, message_class: Any, timeout: float | None) -> Any:
         """Wait for one message; see ``Node.wait_for_message``."""
         checks.check_timeout(timeout)
-        got: list[Any] = []
-        came = Event()
+        received: list[Any] = []
+        arrived = Event()
 
-        def take(message: Any) -> None:
-            got.append(message)
-            came.set()
+        def on_message(message: Any) -> None:
+            received.append(message)
+            arrived.set()
 
-        until = None if timeout is None else time.monotonic() + timeout
-        with self.subscribe(name, message_class, take, 1, direct=True):
-            while not came.wait(0.2 if until is None else min(0.2, max(0.0, until - time.monotonic()))):
+        deadline = None if timeout is None else time.monotonic() + timeout
+        with self.subscribe(name, message_class, on_message, 1, direct=True):
+            while not arrived.wait(0.2 if deadline is None else min(0.2, max(0.0, deadline - time.monotonic()))):
                 self._context.check_running()
-                if until is not None and time.monotonic() >= until:
+                if deadline is not None and time.monotonic() >= deadline:
                     raise WaitTimeoutError(f"timeout exceeded while waiting for message on topic {name}")
-        return got[0]
+        return received[0]
 
     def close(self) -> None:
-        """End all links and the receiving threads."""
-        until = time.perf_counter() + MAX_CALLBACK_WAIT  # one deadline for all: many callbacks may not return
+        """Close all links and stop the receiving threads."""
+        deadline = time.perf_counter() + MAX_CALLBACK_WAIT  # one deadline for all: many callbacks may not return
         for subscription in self.subscriptions.values():
             subscription.delivery.stop()
         for subscription in self.subscriptions.values():
-            subscription.close(max(0.0, until - time.perf_counter()))
-        self._context.close_delivery_threads(max(0.1, until - time.perf_counter()))
-        with self._lock:  # no new subscriber finds a publication that is about to close
+            subscription.close(max(0.0, deadline - time.perf_counter()))
+        self._context.close_delivery_threads(max(0.1, deadline - time.perf_counter()))
+        with self._lock:  # so that no new subscriber finds a publication that is about to close
             publications = self.publications
-            self._publish({})
-        until = time.perf_counter() + CLOSE_TIMEOUT  # one deadline for all: a stuck subscriber may have many topics
+            self._set_publications({})
+        deadline = time.perf_counter() + CLOSE_TIMEOUT  # one deadline for all: a stuck subscriber may have many topics
         for publication in publications.values():
-            publication.close(until)
+            publication.close(deadline)
 
 
 class TopicMethods:
-    """The topic functions of a node; one of its base classes."""
+    """The methods of a node that deal with topics; one of its base classes."""
 
     resolve: Callable[[str], str]
     _clock: Clock
@@ -304,11 +319,11 @@ class TopicMethods:
         Args:
             topic: name of the topic.
             type: message class, or a type's name such as "std_msgs/Float64".
-            queue_size: maximum number of messages waiting for each slow subscriber; beyond that the oldest are dropped.
-                0: no limit. None: `publish` waits for the slowest subscriber, like rospy's.
-            latch: whether to keep the last message for subscribers that come later.
+            queue_size: maximum number of messages queued for each slow subscriber; beyond that, the oldest are dropped.
+                0 for no limit. None: `publish` waits for the slowest subscriber, like in rospy.
+            latch: whether to keep the last message for later subscribers.
             headers: extra fields for the connection header.
-            raw_type: for AnyMsg: type name, md5 sum and definition of the messages.
+            raw_type: for AnyMsg, the type name, md5 sum and definition of the messages.
 
         Raises:
             NodeError: this node already publishes the topic with another type.
@@ -343,29 +358,29 @@ class TopicMethods:
         Args:
             topic: name of the topic.
             type: message class, a type's name, or AnyMsg for whatever type the topic has.
-            callback: called with each message. Calls of one topic never overlap.
-            queue_size: maximum number of messages of each publisher waiting for a slow callback; older ones are dropped
-                undecoded. None drops nothing: publishers are held back (in a node that spins: 1000).
-            tcp_nodelay: whether to ask publishers to send small messages at once.
+            callback: called with each message. Calls for one topic never overlap.
+            queue_size: maximum number of messages of each publisher queued for a slow callback; older ones are dropped
+                undecoded. None drops nothing: publishers are slowed down (in a node that spins, it means 1000).
+            tcp_nodelay: whether to ask publishers to send small messages without delay.
             arrays: the type of numeric arrays, which all have one dimension: None for bytes (uint8) and tuples;
                 "memoryview" or "numpy" for read-only arrays of the field's type that refer to the received bytes,
                 without a copy.
-            transports: one or several transports in the order of preference: "tcp" (TCPROS), "local" (shared memory
-                and Unix sockets, with pyros1 publishers of this machine and user; used by default), "udp"
-                (UDPROS: lost messages are not sent again, and nothing waits for them; see
-                https://wiki.ros.org/ROS/UDPROS). rospy's publishers have "tcp" only. The first subscriber of a topic
-                in a node decides.
-            max_datagram_size: bytes of the largest datagram, for "udp".
-            low_latency: look for the next message for 2 ms after each before sleeping: messages come 25 to 50 us
-                sooner, but the node uses up to a whole processor. Only while the topic has one publisher, over TCP or
-                local. The first subscriber of a topic in a node decides.
-            deadline: seconds of the node's time that may pass between two messages, counted from the first connection
-                to a publisher on; a message counts when the callback receives it. None: no limit.
-            on_missed: called with a Missed, where all callbacks run, when no message has come within ``deadline``: once
-                for each gap, whether a publisher is connected or not.
-            in_publisher: run the callback within `publish` of a publisher of this process, in its thread, before it
-                returns; no thread must wake up for that. Not for a message that comes while a callback of the topic
-                runs, and only if all subscribers of the topic in this node whose callbacks run at once want it.
+            transports: one or several transports in order of preference: "tcp" (TCPROS), "local" (shared memory and
+                Unix sockets, for pyros1 publishers of the same user on this machine; used by default), "udp" (UDPROS:
+                lost messages are not sent again, and nothing waits for them; see https://wiki.ros.org/ROS/UDPROS).
+                rospy publishers only support "tcp". The first subscriber to a topic in a node decides.
+            max_datagram_size: maximum size of a datagram in bytes, for "udp".
+            low_latency: whether to poll for the next message for 2 ms before sleeping: messages arrive 25 to 50 us
+                sooner, but the node uses up to one processor. Only effective while the topic has one publisher, over
+                TCP or local. The first subscriber to a topic in a node decides.
+            deadline: maximum time between two messages, in seconds of the node's time, starting at the first connection
+                to a publisher. The time of a message is when the callback receives it. None for no limit.
+            on_missed: called with a Missed, where all callbacks run, if no message has arrived within ``deadline``:
+                once for each gap, whether a publisher is connected or not.
+            in_publisher: whether to call the callback in the thread of a publisher in this process, before its
+                `publish` returns, so that no thread must wake up for that. This applies only if all subscribers to the
+                topic in this node whose callbacks run immediately request it, and not to a message that arrives while a
+                callback of the topic runs.
 
         Raises:
             ValueError: an unknown transport, an impossible size, or only one of ``deadline`` and ``on_missed``.
@@ -385,11 +400,11 @@ class TopicMethods:
             name, cls, callback, queue_size, hints, arrays=arrays, deadline=limit, in_publisher=bool(in_publisher)
         )
 
-    def _deadline(self, callback: _Call, seconds: float | None, on_missed: _Call | None) -> Deadline | None:
+    def _deadline(self, callback: _Callback, seconds: float | None, on_missed: _Callback | None) -> Deadline | None:
         if seconds is None and on_missed is None:
             return None
         if seconds is None or on_missed is None:
-            raise ValueError("subscribe: deadline and on_missed belong together: give both or neither")
+            raise ValueError("subscribe: deadline and on_missed belong together: pass both or neither")
         checks.check_positive(seconds, "subscribe: deadline", "s", MAX_PERIOD)
         checks.check_callback(on_missed, _SUBSCRIBE, "on_missed")
         from pyros1.node.subscribing.deadline import Deadline  # noqa: PLC0415 - few subscribers have one
@@ -400,10 +415,12 @@ class TopicMethods:
         """Wait for one message of a topic and return it.
 
         Args:
-            timeout: seconds, in wall time; None waits until the node shuts down.
+            topic: name of the topic.
+            type: message class, or a type's name.
+            timeout: maximum number of seconds of wall time; None waits until the node shuts down.
 
         Raises:
-            WaitTimeoutError: no message came in time.
+            WaitTimeoutError: no message arrived in time.
             NodeShutdownError: the node is shutting down.
         """
         checks.check_name(topic, "wait_for_message(topic, type)")

@@ -44,7 +44,7 @@ def make(made: list[CoreJournal], home: Path) -> tuple[CoreJournal, Said]:
 def leave(made: list[CoreJournal], home: Path, *calls: Any) -> Path:
     """Leave the journal of a killed core; return its file."""
     earlier, _ = make(made, home)
-    assert earlier.journal is not None and earlier.found is None
+    assert earlier.journal is not None and earlier.previous is None
     earlier.journal.begin(calls)
     earlier.drop()
     (path,) = (home / "pyros1").glob("*.journal")
@@ -54,7 +54,7 @@ def leave(made: list[CoreJournal], home: Path, *calls: Any) -> Path:
 def test_a_killed_core_is_continued_under_its_run_id(made: list[CoreJournal], tmp_path: Path) -> None:
     leave(made, tmp_path, ("setParam", ["/", "/", {"run_id": "one", "x": 1}]), ("setParam", ["/a", "/run_id", "two"]))
     core, said = make(made, tmp_path)
-    assert core.run_id == "two" and core.found is not None
+    assert core.run_id == "two" and core.previous is not None
     assert said.lines == [f"continuing the master that was killed (pid {os.getpid()})"]
     core.report(1, ["/rosout"])
     core.report(2, [f"/n{number}" for number in range(30)])
@@ -67,7 +67,7 @@ def test_an_old_one_is_set_aside(made: list[CoreJournal], tmp_path: Path) -> Non
     path = leave(made, tmp_path, ("setParam", ["/a", "/x", 1]))
     os.utime(path, (time.time() - 3600,) * 2)
     core, said = make(made, tmp_path)
-    assert core.found is None and core.run_id is None and core.journal is not None
+    assert core.previous is None and core.run_id is None and core.journal is not None
     assert "none of its nodes is running" in said.lines[0] and str(path.with_suffix(".old")) in said.lines[0]
     assert path.with_suffix(".old").exists() and not path.exists()
 
@@ -80,7 +80,7 @@ def test_a_master_without_a_journal_sets_it_aside(made: list[CoreJournal], tmp_p
     assert len(said.lines) == 1 and "not continued, as this master keeps none" in said.lines[0]
     assert path.with_suffix(".old").exists() and not path.exists()
     used, _ = make(made, tmp_path)
-    assert used.found is None and used.journal is not None
+    assert used.previous is None and used.journal is not None
     used.journal.begin(())
     until = time.monotonic() + 20
     while not path.exists():
@@ -92,7 +92,7 @@ def test_a_master_without_a_journal_sets_it_aside(made: list[CoreJournal], tmp_p
 def test_a_spoilt_one_is_set_aside(made: list[CoreJournal], tmp_path: Path) -> None:
     leave(made, tmp_path).write_text("hello")
     core, said = make(made, tmp_path)
-    assert core.found is None and "is not the journal of a master" in said.lines[0]
+    assert core.previous is None and "is not the journal of a master" in said.lines[0]
 
 
 def test_a_cut_one_is_used_as_far_as_it_goes(made: list[CoreJournal], tmp_path: Path) -> None:

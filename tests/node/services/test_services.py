@@ -219,7 +219,7 @@ def test_too_many_calls_are_refused(server: Any, caller: Any, in_thread: Any, mo
     for _ in range(3):
         assert inside.acquire(timeout=5)
     try:
-        with pytest.raises(ServiceError, match="too many calls of /s"):
+        with pytest.raises(ServiceError, match="too many simultaneous calls to /s"):
             client()
     finally:
         leave.set()
@@ -375,7 +375,7 @@ def test_what_comes_behind_a_response_is_not_the_next_one(caller: Any, fake_node
 @pytest.mark.parametrize("uri", ["http://localhost:1/", "rosrpc://localhost:99999", "rosrpc://a b:1"])
 def test_a_provider_with_a_wrong_address_is_not_available(caller: Any, uri: str) -> None:
     caller.master.register_service("/s", uri, caller.uri)
-    with pytest.raises(ServiceUnavailableError, match=r"\[/s\] has a wrong address at the master: .*URI"):
+    with pytest.raises(ServiceUnavailableError, match=r"\[/s\] is registered with a wrong address: .*URI"):
         caller.service("s", Empty)()
 
 
@@ -607,7 +607,7 @@ def test_calls_of_one_service_leave_room_for_the_others(
     assert inside.wait(5)
     try:
         caller.service("other", Empty)()
-        with pytest.raises(ServiceError, match="too many calls of /slow"):
+        with pytest.raises(ServiceError, match="too many simultaneous calls to /slow"):
             caller.service("slow", Empty)()
     finally:
         leave.set()
@@ -690,7 +690,7 @@ def test_a_call_that_nobody_spins_for_is_told(
     log = watch_log(node)
     node.advertise_service("s", Empty, lambda request: {})
     call = in_thread(caller.service("s", Empty))
-    log.saw("a call of /s by /caller waits until this program spins")
+    log.saw("a call to /s by /caller is waiting for this program to spin")
     node.spin_once(5.0)
     call.join()
 
@@ -736,7 +736,7 @@ def test_a_client_that_does_not_take_its_response_is_given_up(
     server.advertise_service("s", Trigger, lambda request: (True, "x" * 20_000_000))
     with socket.create_connection(("localhost", tcpros_port(server))) as peer:
         peer.sendall(encode_header({"callerid": "/slow", "service": "/s", "md5sum": "*"}) + bytes(4))
-        log.saw("a call of /s by /slow failed", "it did not read the rest of its response within 0.05 s")
+        log.saw("a call to /s by /slow failed", "the client did not read its response within 0.05 s")
 
 
 def test_a_program_that_echoes_is_no_service(caller: Any) -> None:
@@ -833,7 +833,7 @@ def test_close_just_before_a_call(server: Any, caller: Any, monkeypatch: pytest.
         client.close()
 
     monkeypatch.setattr(Call, "deadline", property(lambda call: None, closes), raising=False)
-    with pytest.raises(ServiceError, match="call of service"):
+    with pytest.raises(ServiceError, match="call to service"):
         client()
 
 

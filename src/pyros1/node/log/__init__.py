@@ -1,1 +1,1 @@
-"""A node's log: loggers, their sink, /rosout and the services that set its levels."""
+"""A node's log: its loggers and their sink, /rosout, and the services that set log levels."""

@@ -1,4 +1,4 @@
-"""The levels of log messages (rosgraph_msgs/Log), and their names."""
+"""The log levels of rosgraph_msgs/Log, and their names."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ NAMES = {level: name for name, level in LEVELS.items()}
 
 
 def level_from_name(name: str) -> int:
-    """Return the level called ``name``, in upper or lower case; ``warning`` and ``critical`` are accepted as well.
+    """Return the level with a name in upper or lower case; ``warning`` and ``critical`` are accepted as well.
 
     Raises:
         ValueError: there is no such level.

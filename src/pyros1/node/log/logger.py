@@ -1,6 +1,6 @@
 """The loggers of a node: ``node.log``.
 
-The module `logging` is not used: importing it costs as much as the rest of a small node, and it has other levels.
+The module `logging` is not used: importing it takes as long as the rest of a small node, and its levels are different.
 """
 
 from __future__ import annotations
@@ -18,14 +18,15 @@ from pyros1.node.log.levels import DEBUG, ERROR, FATAL, INFO, NAMES, WARN
 from pyros1.node.log.sink import ALL_DESTINATIONS, NO_TERMINAL, Destinations, LogSink, Record
 
 _MAX_SITES = 10_000
-"""Maximum number of places in the program whose last logging time is remembered, for ``throttle`` and ``once``."""
+"""Maximum number of places in the program for which the time of the last message is remembered, for ``throttle`` and
+``once``."""
 
 
 class Log:
     """A logger of a node: ``node.log``.
 
-    Arguments are filled in as in C's printf: ``log.info("x is %.3f", x)``. ``throttle=seconds`` logs at most that often
-    from this place in the program; ``once=True`` only the first time. Signal handlers may log as well.
+    Messages are formatted as with C's printf: ``log.info("x is %.3f", x)``. ``throttle=seconds`` logs at most once in
+    that time from this place in the program; ``once=True`` only the first time. Signal handlers may log as well.
     """
 
     def __init__(self, sink: LogSink, name: str = "rosout", level: int = INFO) -> None:
@@ -35,7 +36,7 @@ class Log:
 
     @property
     def level(self) -> int:
-        """Lowest level that is logged: 1, 2, 4, 8 or 16."""
+        """The minimum level that is logged: 1, 2, 4, 8 or 16."""
         return self._sink.levels[self.name]
 
     @level.setter
@@ -45,7 +46,7 @@ class Log:
         self._sink.levels[self.name] = level
 
     def named(self, name: str) -> Log:
-        """Return the logger ``<this one>.<name>``, whose level can be set on its own."""
+        """Return the child logger ``<name of this logger>.<name>``, which has its own level."""
         return Log(self._sink, f"{self.name}.{name}", self.level)
 
     def debug(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
@@ -57,10 +58,10 @@ class Log:
         self._log(INFO, text, args, throttle, once)
 
     def note(self, text: object) -> None:
-        """Log information to the log file and /rosout only, because the program displays it in its own way."""
+        """Log information to the log file and /rosout only, for programs that display it in another way."""
         if self.level <= INFO:
             frame = sys._getframe(1)
-            self._emit(INFO, str(text), frame.f_code, frame.f_lineno, _by_program(frame), to_terminal=False)
+            self._emit(INFO, str(text), frame.f_code, frame.f_lineno, _is_user_code(frame), to_terminal=False)
 
     def warn(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
         """Log something that may be wrong."""
@@ -71,7 +72,7 @@ class Log:
         self._log(ERROR, text, args, throttle, once)
 
     warning = warn
-    """Log something that may be wrong: the name of `warn` in Python's own logging."""
+    """Log something that may be wrong; an alias of `warn`, with the name in Python's logging module."""
 
     def fatal(self, text: object, *args: object, throttle: float | None = None, once: bool = False) -> None:
         """Log an error after which the node cannot continue."""
@@ -81,28 +82,29 @@ class Log:
         """Log an error with its traceback.
 
         Args:
-            text: what went wrong.
-            args: filled in, as for the other levels. An exception without a placeholder counts as ``error``.
-            error: the exception; None: the one being handled.
+            text: the message.
+            args: arguments of the message, as for the other levels. A single exception is used as ``error`` if the
+                message has no placeholder.
+            error: the exception; None for the one being handled.
         """
         if error is None:
             error = sys.exc_info()[1]
             if len(args) == 1 and isinstance(args[0], BaseException) and "%" not in str(text):
                 error, args = args[0], ()
-        trace = "" if error is None else "\n" + format_traceback(error)
+        details = "" if error is None else "\n" + format_traceback(error)
         if error is not None and self._sink.explain is not None:
-            trace += self._sink.explain(error)
-        self._log(ERROR, terminal_text.lines(_format(text, args) + trace), (), None, False)
+            details += self._sink.explain(error)
+        self._log(ERROR, terminal_text.lines(_format(text, args) + details), (), None, False)
 
     def peer(self, level: int, text: str, *args: object, max_texts: int = MAX_TEXTS, link: Hashable = None) -> None:
-        """Log an event caused by another process. Repeated texts are counted: ``... (repeated 37 times)``.
+        """Log an event caused by another process. Repeated messages are counted: ``... (repeated 37 times)``.
 
         Args:
             level: 1, 2, 4, 8 or 16.
             text: the message, with %s in place of the arguments.
-            args: arguments, each printed on one line without control characters.
-            max_texts: maximum number of different texts from this place in the program in one period.
-            link: the link that the texts are about, if the limit applies to each link separately.
+            args: arguments of the message, each printed on one line without control characters.
+            max_texts: maximum number of different messages per period from this place in the program.
+            link: the link that the message is about, if the limit applies to each link separately.
         """
         sink = self._sink
         if level < sink.levels[self.name]:
@@ -132,13 +134,13 @@ class Log:
         name: str | None = None,
         destinations: Destinations = ALL_DESTINATIONS,
     ) -> None:
-        """Log a message that another logging system, such as Python's, has filtered and formatted.
+        """Log a message that another logging system, such as Python's, has already filtered and formatted.
 
         Args:
             level: 1, 2, 4, 8 or 16.
             text: the message.
             path, line, function: where it was logged.
-            name: the logger's name; None: this logger's.
+            name: the logger's name; None for the name of this logger.
             destinations: where to write it.
         """
         sink = self._sink
@@ -148,11 +150,11 @@ class Log:
         sink.emit(record, simulated, destinations)
 
     def use_levels(self, levels: MutableMapping[str, int]) -> None:
-        """Delegate the levels of the node's loggers to another object.
+        """Store the levels of the node's loggers in another object.
 
         Args:
-            levels: lowest level that is logged, 1, 2, 4, 8 or 16, by logger. The services ~get_loggers and
-                ~set_logger_level list and change it.
+            levels: logger name -> minimum level that is logged (1, 2, 4, 8 or 16). The services ~get_loggers and
+                ~set_logger_level read and change it.
         """
         self._sink.levels = levels
 
@@ -160,7 +162,7 @@ class Log:
         """Add an explanation to the errors that `exception` logs.
 
         Args:
-            explain: returns the text that is appended to the traceback; empty if there is none.
+            explain: returns the explanation to append to the traceback; empty for none.
         """
         self._sink.explain = explain
 
@@ -177,15 +179,15 @@ class Log:
             now = sink.now()[0].to_sec()
             if not self._is_due((code.co_filename, line), now, throttle, once):
                 return
-        self._emit(level, _format(text, args), code, line, _by_program(frame))
+        self._emit(level, _format(text, args), code, line, _is_user_code(frame))
 
     def _emit(
-        self, level: int, message: str, code: CodeType, line: int, by_program: bool, to_terminal: bool = True
+        self, level: int, message: str, code: CodeType, line: int, is_user_code: bool, to_terminal: bool = True
     ) -> None:
         stamp, simulated = self._sink.now()
         file = os.path.basename(code.co_filename)
         record = Record(level, message, self.name, file, line, code.co_name, time.time(), stamp, code.co_filename)
-        self._sink.emit(record, simulated, ALL_DESTINATIONS if to_terminal else NO_TERMINAL, by_program)
+        self._sink.emit(record, simulated, ALL_DESTINATIONS if to_terminal else NO_TERMINAL, is_user_code)
 
     def _is_due(self, site: tuple[str, int], now: float, throttle: float | None, once: bool) -> bool:
         seen = self._sink.seen
@@ -198,12 +200,12 @@ class Log:
         return True
 
 
-def _by_program(frame: FrameType) -> bool:
+def _is_user_code(frame: FrameType) -> bool:
     return not str(frame.f_globals.get("__name__")).startswith("pyros1.")
 
 
 def _format(text: object, args: tuple[object, ...]) -> str:
-    """Return the text with its arguments filled in, or with a note if they do not fit."""
+    """Return the formatted message; with a note if the arguments do not match the placeholders."""
     message = str(text)
     if not args:
         return message
@@ -214,10 +216,10 @@ def _format(text: object, args: tuple[object, ...]) -> str:
 
 
 def format_traceback(error: BaseException) -> str:
-    """Return an exception's traceback as text."""
+    """Return an exception's traceback as a string."""
     try:
-        from traceback import format_exception  # noqa: PLC0415 - loading it takes as long as loading much of a node
+        from traceback import format_exception  # noqa: PLC0415 - importing it takes as long as importing much of a node
 
         return "".join(format_exception(type(error), error, error.__traceback__)).rstrip()
-    except Exception:  # noqa: BLE001 - loading fails when no more files can be opened
+    except Exception:  # noqa: BLE001 - the import fails if there are too many open files
         return f"{type(error).__name__}: {error}"

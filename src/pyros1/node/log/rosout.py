@@ -17,34 +17,34 @@ if TYPE_CHECKING:
 
 MAX_FILE_SIZE = 100_000_000
 BACKUPS = 10
-_TRUE_WORDS = ("1", "true", "on", "yes")
+_TRUE_VALUES = ("1", "true", "on", "yes")
 
 
 class RosoutAggregator:
-    """The rosout node's work.
+    """The functions of the rosout node.
 
     Args:
-        node: the node that it runs in, usually called ``rosout``.
-        log_file: path of the file; no file if it is None or ROSOUT_DISABLE_FILE_LOGGING is set. It is rotated at 100 MB
-            and ten older files are kept.
+        node: the node to use, usually called ``rosout``.
+        log_file: path of the file; no file is written if it is None or ROSOUT_DISABLE_FILE_LOGGING is set. The file is
+            rotated at 100 MB, and ten older files are kept.
     """
 
     def __init__(self, node: Node, log_file: str | None) -> None:
         self._node = node
-        disabled = node.environ.get("ROSOUT_DISABLE_FILE_LOGGING", "").lower() in _TRUE_WORDS
-        self._file = None if disabled or log_file is None else LogFile(log_file, MAX_FILE_SIZE, BACKUPS)
+        is_disabled = node.environ.get("ROSOUT_DISABLE_FILE_LOGGING", "").lower() in _TRUE_VALUES
+        self._file = None if is_disabled or log_file is None else LogFile(log_file, MAX_FILE_SIZE, BACKUPS)
         self._with_topics = node.params.get("/rosout/omit_topics", False) is not True
         log_class = load_message("rosgraph_msgs/Log")
         self._publisher = node.advertise("/rosout_agg", log_class, queue_size=0)
-        node.subscribe("/rosout", log_class, self._take)
+        node.subscribe("/rosout", log_class, self._on_message)
         node.on_shutdown(self.close)
 
-    def _take(self, message: Any) -> None:
+    def _on_message(self, message: Any) -> None:
         if self._file is not None:
-            self._file.write(self._line(message))
+            self._file.write(self._format_line(message))
         self._publisher.publish(message)
 
-    def _line(self, message: Any) -> str:
+    def _format_line(self, message: Any) -> str:
         stamp = message.header.stamp
         topics = f"[topics: {', '.join(message.topics)}] " if self._with_topics else ""
         return terminal_text.lines(

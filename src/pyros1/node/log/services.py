@@ -1,4 +1,6 @@
-"""A node's log as seen by other nodes: the topic /rosout and the services ~get_loggers and ~set_logger_level (O18)."""
+"""Makes a node's log available to other nodes: the topic /rosout and the services ~get_loggers and ~set_logger_level
+(O18).
+"""
 
 from __future__ import annotations
 
@@ -29,16 +31,16 @@ def offer_log(
     rosout: bool,
     strict: bool,
 ) -> None:
-    """Publish a node's log and offer services that return and set its levels, as far as the master allows it.
+    """Publish a node's log, and offer services that return and set its levels, as far as the master allows it.
 
     Args:
         log, sink: the node's log and its sink.
         name: the node's full name.
         topics, services: the node's topics and services.
-        resolve: returns the full name that a name stands for in the node.
+        resolve: resolves a name in the node.
         rosout: whether to publish the log.
-        strict: whether a node that the master refuses ends; otherwise it runs without these services, like stock
-            rospy nodes whose name contains a space.
+        strict: whether to raise the error if the master refuses the node; otherwise the node runs without these
+            services, like stock rospy nodes whose name contains a space.
 
     Raises:
         MasterError: the master refuses the node.
@@ -62,7 +64,7 @@ def _publish_log(sink: LogSink, name: str, topics: Topics, resolve: Callable[[st
 
     def publish(record: Record) -> None:
         if publisher.name not in topics.publications:
-            return  # the node has ended; the message has been printed
+            return  # the node has shut down; the message has been printed
         try:
             message = log_class()
             message.header.stamp = record.stamp
@@ -75,13 +77,13 @@ def _publish_log(sink: LogSink, name: str, topics: Topics, resolve: Callable[[st
             message.topics = [*{**topics.publications, **topics.subscriptions}]
             publisher.publish(message)
         except Error:
-            pass  # the node is closing; the message has been printed
+            pass  # the node is shutting down; the message has been printed
 
     sink.publish = publish
 
 
 def _offer_levels(sink: LogSink, services: Services, resolve: Callable[[str], str]) -> None:
-    """Offer services that show and set a node\'s log levels."""
+    """Offer services that return and set a node's log levels."""
     get_loggers = load_service("roscpp/GetLoggers")
     logger_class = load_message("roscpp/Logger")
 

@@ -1,9 +1,9 @@
-"""The sink of a node's log messages: the terminal in rosconsole's format, the log file and /rosout.
+"""Writes a node's log messages to the terminal in rosconsole's format, to the log file and to /rosout.
 
-What the program logs is written before the call returns, so it is on the screen even if the program crashes in the
-next line. Log messages of pyros1 itself are written by separate threads: a paused terminal, a full pipe or a slow
-disk must not keep the node from registering, receiving and serving. All threads except the loop wait briefly until
-they are written, so that the lines are normally in order.
+Messages logged by the program are written before the call returns, so that they are visible even if the program crashes
+in the next line. Messages logged by pyros1 itself are written by separate threads: a paused terminal, a full pipe or a
+slow disk must not prevent the node from registering, receiving and serving. All threads except the loop wait briefly
+until they are written, so that the lines are normally in order.
 
 Implements https://wiki.ros.org/rospy/Overview/Logging and https://wiki.ros.org/rosconsole (ROSCONSOLE_FORMAT).
 """
@@ -38,15 +38,15 @@ _MAX_PENDING = 100
 
 
 class Record(NamedTuple):
-    """One log message.
+    """A log message.
 
     Attributes:
-        level: 1, 2, 4, 8 or 16, as rosgraph_msgs/Log.
-        text: the message, with its arguments filled in.
-        logger: name of the logger, ``rosout`` or below it.
-        file, line, function: where it was logged; the file name without its folder.
-        wall: seconds since the epoch.
-        stamp: the node's time (simulated, if it runs on simulated time).
+        level: 1, 2, 4, 8 or 16, as in rosgraph_msgs/Log.
+        text: the formatted message.
+        logger: name of the logger, ``rosout`` or a child of it.
+        file, line, function: where it was logged; the file name is without its folder.
+        wall: wall time in seconds since the epoch.
+        stamp: the node's time, which may be simulated.
         path: the file's full path.
     """
 
@@ -62,7 +62,7 @@ class Record(NamedTuple):
 
 
 class Destinations(NamedTuple):
-    """The places to which a record is written."""
+    """The places to which to write a record."""
 
     terminal: bool = True
     file: bool = True
@@ -74,11 +74,11 @@ NO_TERMINAL = Destinations(terminal=False)
 
 
 class _ThreadState(threading.local):
-    """State of a thread that is writing to a sink.
+    """The state of a thread that writes to a sink.
 
     Attributes:
-        writing: whether it is writing a record.
-        waiting: records to write.
+        writing: whether the thread is writing a record.
+        waiting: the records to write.
     """
 
     def __init__(self) -> None:
@@ -87,15 +87,16 @@ class _ThreadState(threading.local):
 
 
 class LogSink:
-    """Sink of a node's log messages: terminal, file and /rosout; shared by all its loggers.
+    """The sink of a node's log messages, shared by all its loggers; writes to the terminal, the file and /rosout.
 
     Args:
-        node_name: full name.
+        node_name: the node's full name.
         environ: environment variables; ROSCONSOLE_FORMAT is used.
-        file_path: the log file, created with its folder when the first line is written; None for no file.
-        now: returns (time, whether it is simulated).
-        schedule: ``schedule(seconds, function, argument)`` calls a function after a delay; None: counts of
-            repeated messages are written at the end.
+        file_path: path of the log file, which is created with its folder when the first line is written; None for no
+            file.
+        now: returns the time, and whether it is simulated.
+        schedule: ``schedule(seconds, function, argument)`` calls a function after a delay; None to write the numbers of
+            repeated messages only at the end.
     """
 
     def __init__(
@@ -112,28 +113,26 @@ class LogSink:
         self.explain: Callable[[BaseException], str] | None = None
         self.seen: dict[tuple[str, int], float] = {}
         self.publish: Callable[[Record], None] | None = None
-        self._later = schedule or (lambda *_: None)
+        self._schedule = schedule or (lambda *_: None)
         self._format = environ.get("ROSCONSOLE_FORMAT") or DEFAULT_FORMAT
         self._file = LogFile(file_path, MAX_FILE_SIZE, BACKUPS) if file_path else None
         self._thread_state = _ThreadState()
-        self._inherited_file: LogFile | None = None  # of the process that created it
+        self._inherited_file: LogFile | None = None  # opened by the parent process
         self._make_locks()
 
     def _make_locks(self) -> None:
         self._lock = threading.Lock()
-        self.repeats = RepeatCounter(self._later)
-        self._terminal_thread = BackgroundWriter(f"{self.node_name}:log", write_to_terminal)
-        self._file_thread = BackgroundWriter(f"{self.node_name}:log file", self._write_items)
+        self.repeats = RepeatCounter(self._schedule)
+        self._terminal_writer = BackgroundWriter(f"{self.node_name}:log", write_to_terminal)
+        self._file_writer = BackgroundWriter(f"{self.node_name}:log file", self._write_items)
         self._pid = os.getpid()
 
     def reset_after_fork(self) -> None:
         """Prepare for use in a forked process, where locks may be held by threads that do not exist there."""
         if os.getpid() != self._pid:
             if self._file is not None:
-                self._inherited_file, self._file = (
-                    self._file,
-                    self._file.reopened(),
-                )  # it has a lock as well, on which closing would block
+                # The parent's file is kept, since closing it could block on its lock.
+                self._inherited_file, self._file = self._file, self._file.reopened()
             self._make_locks()
 
     def emit(
@@ -141,58 +140,58 @@ class LogSink:
     ) -> None:
         """Write a record. An error of a destination (a full disk, a closed pipe) does not stop the node.
 
+        If a signal handler interrupts this method and logs as well, its record is written when this method continues.
+
         Args:
-            record: what was logged.
+            record: the log message.
             simulated: whether its stamp is simulated time.
             destinations: where to write it.
-            by_program: whether the program, not pyros1, logs it: the call then waits until it is written.
-
-        A signal handler may log on top of this function: its record is written when the function continues.
+            by_program: whether the user's program has logged it, not pyros1: the call then waits until it is written.
         """
         self.reset_after_fork()
         state = self._thread_state
         state.waiting.append((record, simulated, destinations, by_program))
         if state.writing:
             return
-        for _ in range(_MAX_PENDING):  # a limit: writing may cause new records, and must not continue forever
+        for _ in range(_MAX_PENDING):  # limited, as writing a record may log new ones
             if not state.waiting:
                 return
             try:
                 state.writing = True
                 self._write(*state.waiting.popleft())
             finally:
-                state.writing = False  # then check again: a handler may have seen it while it was still true
+                state.writing = False  # then check again: a signal handler may have seen it while it was still true
 
     def _write(self, record: Record, simulated: bool, destinations: Destinations, by_program: bool) -> None:
-        on_loop = isinstance(threading.current_thread(), LoopThread)
-        may_wait = by_program and not on_loop
+        is_on_loop = isinstance(threading.current_thread(), LoopThread)
+        may_wait = by_program and not is_on_loop
         if may_wait:
-            self._flush()  # earlier messages of pyros1 come first
+            self._flush()  # write earlier messages of pyros1 first
         if destinations.terminal:
             self._write_to_terminal(record, simulated, may_wait)
         if destinations.file and self._file is not None:
-            line = self._file_line(record)
+            line = self._format_file_line(record)
             if may_wait:
                 self._write_file(line)
             else:
-                self._file_thread.write("", line)
+                self._file_writer.write("", line)
         if destinations.rosout and self.publish is not None:
             try:
                 self.publish(record)
-            except Exception as error:  # noqa: BLE001 - for example when no more files can be opened
-                self._terminal_thread.write(
+            except Exception as error:  # noqa: BLE001 - for example if there are too many open files
+                self._terminal_writer.write(
                     "stderr", terminal_text.lines(f"WARNING: cannot publish a log message on /rosout: {error}\n")
                 )
-        if not on_loop:
+        if not is_on_loop:
             self._flush()
 
     def _flush(self) -> None:
-        self._terminal_thread.flush()
-        self._file_thread.flush()
+        self._terminal_writer.flush()
+        self._file_writer.flush()
 
     def _write_to_terminal(self, record: Record, simulated: bool, may_wait: bool) -> None:
-        where = "stdout" if record.level <= INFO else "stderr"
-        stream = getattr(sys, where)
+        stream_name = "stdout" if record.level <= INFO else "stderr"
+        stream = getattr(sys, stream_name)
         text = terminal_text.coloured_lines(self.format(record, simulated)) + "\n"
         with contextlib.suppress(OSError, ValueError, AttributeError):
             colour = _COLOURS.get(record.level) if stream.isatty() else None
@@ -201,10 +200,10 @@ class LogSink:
             if may_wait:
                 _write_line(stream, text)
             else:
-                self._terminal_thread.write(where, text)
+                self._terminal_writer.write(stream_name, text)
 
     def format(self, record: Record, simulated: bool) -> str:
-        """Return the record formatted by ROSCONSOLE_FORMAT (N31)."""
+        """Return the record formatted according to ROSCONSOLE_FORMAT (N31)."""
         wall = f"{record.wall:.6f}"
 
         def replace(token: re.Match[str]) -> str:
@@ -227,7 +226,7 @@ class LogSink:
 
         return _TOKEN.sub(replace, self._format)
 
-    def _file_line(self, record: Record) -> str:
+    def _format_file_line(self, record: Record) -> str:
         stamp = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(record.wall))
         text = terminal_text.coloured_lines(record.text)
         return f"[{record.logger}][{_FILE_NAMES[record.level]}] {stamp},{int(record.wall % 1 * 1000):03d}: {text}\n"
@@ -244,9 +243,9 @@ class LogSink:
         """Write the remaining records, for at most a second or two, and close the log file."""
         self.reset_after_fork()
         self.repeats.close()
-        self._terminal_thread.close()
-        self._file_thread.close()
-        # A signal handler may run on top of this thread's own writing, which continues only afterwards.
+        self._terminal_writer.close()
+        self._file_writer.close()
+        # In a signal handler that has interrupted a write of this thread, waiting for the lock would be in vain.
         if not self._lock.acquire(timeout=0.0 if self._thread_state.writing else 1.0):
             return  # another thread is waiting for the disk
         try:
@@ -261,12 +260,12 @@ def _write_line(stream: TextIO, line: str) -> None:
     try:
         stream.write(line)
         stream.flush()
-    except RuntimeError:  # in a signal handler, on top of a print() or write() of the program to the same stream
+    except RuntimeError:  # in a signal handler that has interrupted a print() or write() to the same stream
         os.write(stream.fileno(), line.encode(stream.encoding or "utf-8", "replace"))
 
 
 def default_log_file(node_name: str, environ: Mapping[str, str], special: Mapping[str, str]) -> str:
-    """Return the node's log file: ``__log:=``, else ``$ROS_LOG_DIR/<name>.log`` (N14, N30, P38)."""
+    """Return the path of a node's log file: ``__log:=``, else ``$ROS_LOG_DIR/<name>.log`` (N14, N30, P38)."""
     if special.get("__log"):
         return special["__log"]
     folder = environ.get("ROS_LOG_DIR") or os.path.join(

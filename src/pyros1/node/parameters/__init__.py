@@ -1,1 +1,1 @@
-"""A node's parameters: those on the master, their local copies, and private ones from the command line."""
+"""A node's parameters: those on the master, their local copies, and private parameters from the command line."""

@@ -1,16 +1,16 @@
-"""Local copies of parameters, and which of them are up to date.
+"""Local copies of parameters, and whether they are up to date.
 
-The master notifies a node of changes by other nodes, in order, but not of the node's own changes (M54). So if the node
-and another node change a parameter at the same time, the node cannot know which change was the last. The copy is then
-in *doubt*: the next read fetches it again. This can happen
+The master notifies a node of changes by other nodes, in order, but not of the node's own changes (M54). If this node
+and another node change a parameter at the same time, this node cannot know which change was the last. The copy is then
+*stale*, and the next read fetches it again. This can happen
 
-* if another node's change, or a second one by the node, comes while a change by the node is under way;
-* if another node changes what the node has changed: its change may be older, and late;
-* if anything changes while a value is fetched, part of which the node has changed.
+* if there is a change by another node, or a second one by this node, while a change by this node is in progress;
+* if another node changes a parameter that this node has changed, as the notification may be delayed;
+* if a parameter changes while it is fetched, and this node has changed a part of it.
 
-So every copy finally has the master's value, and a value that only one side changes costs no call.
+So every copy eventually has the master's value, and no calls are needed for a value that only one side changes.
 
-Methods that change something are called in one strand (``strand.py``), the other methods in any thread.
+Methods that change something are called in one strand (``strand.py``), the others in any thread.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from __future__ import annotations
 from typing import Any, Final
 
 MISSING: Final = object()
-"""Returned for a copy that does not exist, or is in doubt."""
+"""Returned for a copy that does not exist or is stale."""
 _MAX_CHANGES = 1000
 """Maximum number of changes remembered while a value is fetched."""
 
 
 class Fetch:
-    """A value that is being fetched.
+    """A request for a value, in progress.
 
     Attributes:
         key: the parameter's full name.
-        changes: the changes by other nodes meanwhile.
-        is_stale: whether the node itself has changed it meanwhile, or there were too many changes.
+        changes: changes by other nodes since the request was sent.
+        is_stale: whether this node has changed the parameter since then, or there were too many changes.
     """
 
     def __init__(self, key: str) -> None:
@@ -45,7 +45,7 @@ class ParameterCache:
         self._values: dict[str, Any] = {}
         self._versions: dict[str, int] = {}  # number of changes of each value
         self._stale: dict[str, None] = {}
-        self._set_here: dict[str, None] = {}  # names that the node has set and that have copies
+        self._locally_set: dict[str, None] = {}  # names that this node has set and that have copies
         self._fetches: dict[Fetch, None] = {}
 
     def get(self, key: str) -> Any:
@@ -53,7 +53,7 @@ class ParameterCache:
         return MISSING if key in self._stale else self._values.get(key, MISSING)
 
     def names(self) -> list[str]:
-        """Return the names of all copies, in doubt or not."""
+        """Return the names of all copies, including stale ones."""
         return list(self._values)
 
     def versions(self) -> dict[str, int]:
@@ -61,19 +61,19 @@ class ParameterCache:
         return self._versions.copy()
 
     def knows(self, key: str) -> bool:
-        """Return whether a change of that name affects a copy, or a value that is being fetched."""
-        return any(_related(name, key) for name in self.names() + [fetch.key for fetch in list(self._fetches)])
+        """Return whether a change of that name affects a copy or a value that is being fetched."""
+        return any(_are_related(name, key) for name in self.names() + [fetch.key for fetch in list(self._fetches)])
 
     # In the strand, except `begin` ------------------------------------------------------------------------------------
 
     def begin(self, key: str) -> Fetch:
-        """Note that a value will be fetched; `keep` or `abort_fetch` must follow."""
+        """Record that a value is being fetched; `keep` or `abort_fetch` must follow."""
         fetch = Fetch(key)
         self._fetches[fetch] = None
         return fetch
 
     def abort_fetch(self, fetch: Fetch) -> None:
-        """Note that it could not be fetched."""
+        """Record that a value could not be fetched."""
         self._fetches.pop(fetch, None)
 
     def keep(self, fetch: Fetch, value: Any) -> None:
@@ -82,68 +82,70 @@ class ParameterCache:
         self.abort_fetch(fetch)
         self._values[key] = value
         self._stale.pop(key, None)
-        self._count(key)
-        for change in fetch.changes:  # they overtook the answer
+        self._increment_version(key)
+        for change in fetch.changes:  # they arrived before the response
             self._change(key, *change)
-        if fetch.is_stale or (fetch.changes and self._is_set_here(key)):
+        if fetch.is_stale or (fetch.changes and self._is_set_locally(key)):
             self._stale[key] = None
 
     def set_remotely(self, key: str, value: Any) -> None:
-        """Apply a change from the master."""
+        """Apply a change of which the master has sent a notification."""
         for fetch in list(self._fetches):
-            if _related(fetch.key, key):
+            if _are_related(fetch.key, key):
                 fetch.changes.append((key, value))
                 if len(fetch.changes) > _MAX_CHANGES:
                     fetch.changes.clear()
                     fetch.is_stale = True
-        set_here = self._is_set_here(key)
+        is_set_locally = self._is_set_locally(key)
         for name in self._related_to(key):
             self._change(name, key, value)
-            if set_here:
+            if is_set_locally:
                 self._stale[name] = None
 
     def set_locally(self, key: str, value: Any, before: dict[str, int]) -> None:
         """Apply a change made by the node itself.
 
         Args:
-            before: the `versions` when the call to the master began.
+            key: the parameter's full name.
+            value: the new value.
+            before: the `versions` at the start of the call to the master.
         """
         for fetch in list(self._fetches):
-            fetch.is_stale = fetch.is_stale or _related(fetch.key, key)
+            fetch.is_stale = fetch.is_stale or _are_related(fetch.key, key)
         for name in self._related_to(key):
-            self._set_here[key] = None
+            self._locally_set[key] = None
             if self._versions.get(name) != before.get(name):
                 self._stale[name] = None
             self._change(name, key, value)
 
     def invalidate(self, key: str) -> None:
-        """Note that a parameter was changed, and that the master may or may not report the change."""
+        """Mark the copies of a changed parameter as stale: it is unknown whether the master will report the change."""
         for fetch in list(self._fetches):
-            fetch.is_stale = fetch.is_stale or _related(fetch.key, key)
+            fetch.is_stale = fetch.is_stale or _are_related(fetch.key, key)
         for name in self._related_to(key):
-            self._set_here[key] = None
+            self._locally_set[key] = None
             self._stale[name] = None
-            self._count(name)
+            self._increment_version(name)
 
     def drop(self, key: str) -> None:
         """Remove a copy."""
         for copies in (self._values, self._versions, self._stale):
             copies.pop(key, None)
-        for name in list(self._set_here):
+        for name in list(self._locally_set):
             if not self._related_to(name):
-                del self._set_here[name]
+                del self._locally_set[name]
 
     def _related_to(self, key: str) -> list[str]:
-        return [name for name in self._values if _related(name, key)]
+        return [name for name in self._values if _are_related(name, key)]
 
-    def _is_set_here(self, key: str) -> bool:
-        return any(_related(name, key) for name in self._set_here)
+    def _is_set_locally(self, key: str) -> bool:
+        return any(_are_related(name, key) for name in self._locally_set)
 
-    def _count(self, name: str) -> None:
+    def _increment_version(self, name: str) -> None:
         self._versions[name] = self._versions.get(name, 0) + 1
 
     def _change(self, name: str, key: str, value: Any) -> None:
-        """Change one copy; a change below or above its name affects it as well (M53)."""
+        """Change one copy, for a change of its own name or a name below or above it (M53)."""
         name_path, key_path = _path(name), _path(key)
         if len(key_path) >= len(name_path):
             self._values[name] = _with_value(self._values[name], key_path[len(name_path) :], value)
@@ -151,15 +153,15 @@ class ParameterCache:
             for part in name_path[len(key_path) :]:
                 value = value.get(part, {}) if isinstance(value, dict) else {}
             self._values[name] = value
-        self._count(name)
+        self._increment_version(name)
 
 
 def _path(key: str) -> list[str]:
     return [part for part in key.split("/") if part]
 
 
-def _related(name: str, key: str) -> bool:
-    """Return whether one name is the same as the other, or above it."""
+def _are_related(name: str, key: str) -> bool:
+    """Return whether two names are the same, or one is above the other."""
     return all(a == b for a, b in zip(_path(name), _path(key), strict=False))
 
 
@@ -168,9 +170,9 @@ def _with_value(tree: Any, path: list[str], value: Any) -> Any:
     if not path:
         return value
     copy = dict(tree) if isinstance(tree, dict) else {}
-    below = _with_value(copy.get(path[0]), path[1:], value)
-    if below == {}:
+    child = _with_value(copy.get(path[0]), path[1:], value)
+    if child == {}:
         copy.pop(path[0], None)
     else:
-        copy[path[0]] = below
+        copy[path[0]] = child
     return copy

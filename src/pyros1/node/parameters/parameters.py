@@ -1,4 +1,4 @@
-"""A node's view of the parameter server (https://wiki.ros.org/Parameter%20Server)."""
+"""A node's access to the parameter server (https://wiki.ros.org/Parameter%20Server)."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ if TYPE_CHECKING:
     from pyros1.net.master_client import MasterClient
 
 _TRIES = 3
-"""Maximum number of times a value is fetched if it keeps changing meanwhile."""
+"""Maximum number of times to fetch a value that keeps changing."""
 
 
 class Parameters:
     """Parameters by name, like a mapping: ``node.params["~rate"]``.
 
-    Names are relative to the node's namespace, global (``/x``) or private (``~x``), and follow the remappings.
+    Names are relative to the node's namespace, global (``/x``) or private (``~x``), and remappings apply to them.
     Any thread or signal handler may use them.
 
     Args:
-        master: client of the master, for all that is not cached.
-        resolve: returns the full name that a name stands for.
-        api: URI of the node's slave API, to which the master sends changes.
-        remappings: of the command line, as written; `search` follows them.
-        later: calls a function soon, on another thread.
+        master: client of the master, for everything that is not cached.
+        resolve: resolves a name to a full name.
+        api: returns the URI of the node's slave API, to which the master sends changes.
+        remappings: the remappings of the command line, unresolved, for `search`.
+        later: calls a function soon, in another thread.
         notify: calls a function of the program with a change, in another thread than the one that receives changes.
     """
 
@@ -49,14 +49,14 @@ class Parameters:
         self._remappings = remappings
         self._notify = notify
         self._cache = ParameterCache()
-        self._strand = Strand(later)  # of the copies
+        self._strand = Strand(later)  # protects the copies
         self._watchers: list[Callable[[str, Any], object]] = []
 
     def __getitem__(self, name: str) -> Any:
         """Return a parameter's value: a number, a string, bytes, a list or a dict.
 
         Raises:
-            ParameterNotSetError: it is not set.
+            ParameterNotSetError: the parameter is not set.
         """
         return self._master.get_param(self._resolve(name))
 
@@ -71,7 +71,7 @@ class Parameters:
         """Set a parameter; a dict replaces the whole namespace of that name.
 
         Raises:
-            SerializationError: it is not a bool, a number, a str, bytes, or a list or dict of these.
+            SerializationError: the value is not a bool, a number, a str, bytes, or a list or dict of these.
         """
         key = self._resolve(name)
         before = self._cache.versions()
@@ -88,10 +88,10 @@ class Parameters:
         self[name] = value
 
     def __delitem__(self, name: str) -> None:
-        """Delete a parameter or a namespace of them.
+        """Delete a parameter or a whole namespace.
 
         Raises:
-            ParameterNotSetError: it is not set.
+            ParameterNotSetError: the parameter is not set.
         """
         key = self._resolve(name)
         self._master.delete_param(key)
@@ -101,9 +101,9 @@ class Parameters:
         return self._master.has_param(self._resolve(name))
 
     def search(self, name: str) -> str | None:
-        """Search ``name`` in the node's own namespace, then upwards; return the full name found, or None.
+        """Search for a parameter from the node's own namespace upwards; return its full name, or None.
 
-        A remapping of exactly this name is followed (P22).
+        A remapping applies only if it is for exactly this name (P22).
         """
         check_name(name, "search(name)")
         return self._master.search_param(self._remappings.get(name, name))
@@ -116,27 +116,27 @@ class Parameters:
         return iter(self.names())
 
     def cached(self, name: str, default: Any = None) -> Any:
-        """Return a parameter's value from a local copy that the master keeps up to date; fast in a loop.
+        """Return a parameter's value from a local copy that the master keeps up to date; fast enough for a loop.
 
         Args:
-            default: returned while the parameter is not set.
+            name: the name of the parameter.
+            default: the value to return while the parameter is not set.
         """
         key = self._resolve(name)
         value = self._cache.get(key)
-        if (
-            value is MISSING or self._strand.jobs
-        ):  # in a signal handler, changes may wait until the interrupted function continues
+        # In a signal handler, pending changes may have to wait until the interrupted function continues.
+        if value is MISSING or self._strand.jobs:
             value = self._fetch(key)
         return default if value == {} else value
 
     def _fetch(self, key: str) -> Any:
-        """Request a value and its updates from the master, and cache the value."""
+        """Fetch a value from the master, subscribe to its changes, and cache it."""
         value: Any = None
         for _ in range(_TRIES):
             fetch = self._cache.begin(key)
             try:
                 value = self._master.subscribe_param(self._api(), key)
-            except MasterMethodError:  # the master would report no changes: fetched each time, and not cached
+            except MasterMethodError:  # the master cannot report changes, so the value is not cached
                 self._strand.do(self._cache.abort_fetch, fetch)
                 try:
                     return self._master.get_param(key)
@@ -146,22 +146,22 @@ class Parameters:
                 self._strand.do(self._cache.abort_fetch, fetch)
                 raise
             self._strand.do(self._cache.keep, fetch, value)
-            kept = self._cache.get(key)
-            if kept is not MISSING and not self._strand.jobs:
-                return kept
-        return value  # it changes all the time; the next read fetches it again
+            cached = self._cache.get(key)
+            if cached is not MISSING and not self._strand.jobs:
+                return cached
+        return value  # it keeps changing; the next read fetches it again
 
     def refetch(self) -> None:
-        """Fetch all local copies again, from a master that was restarted and has lost the subscriptions."""
+        """Fetch all local copies again, after the master was restarted and has lost the subscriptions."""
         for key in self._cache.names():
             self._fetch(key)
 
     def uncache(self, name: str) -> None:
-        """Drop the local copy of a parameter that `cached` made."""
+        """Discard the local copy of a parameter that was created by `cached`."""
         key = self._resolve(name)
         if key in self._cache.names():
             self._strand.do(self._cache.drop, key)
-            with contextlib.suppress(MasterMethodError):  # then it sends no updates
+            with contextlib.suppress(MasterMethodError):  # such a master sends no updates
                 self._master.unsubscribe_param(self._api(), key)
 
     def cached_names(self) -> list[str]:
@@ -169,21 +169,21 @@ class Parameters:
         return self._cache.names()
 
     def update(self, key: str, value: Any) -> bool:
-        """Apply a change from the master (S09); return whether that parameter has a copy."""
-        known = self._cache.knows(key)
-        if known:
+        """Apply a change reported by the master (S09); return whether there is a copy of that parameter."""
+        is_known = self._cache.knows(key)
+        if is_known:
             self._strand.do(self._cache.set_remotely, key, value)
-            name = key.rstrip("/") or "/"  # masters send it with a trailing slash
+            name = key.rstrip("/") or "/"  # masters append a slash
             for watcher in self._watchers:
                 self._strand.do(self._notify, partial(watcher, name), value)
-        return known
+        return is_known
 
     def on_update(self, callback: Callable[[str, Any], object]) -> None:
-        """Call a function with the full name and new value at each change that the master sends for the local copies.
+        """Call a function with the full name and new value of a parameter with a local copy whenever it changes.
 
-        The value of a parameter that was deleted is an empty dict.
+        The value of a deleted parameter is an empty dict.
 
         Args:
-            callback: called where the node's callbacks run, one change after the other.
+            callback: called where the node's callbacks run, for one change at a time.
         """
         self._watchers.append(callback)

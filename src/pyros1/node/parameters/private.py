@@ -1,6 +1,7 @@
-"""Private parameters on the command line: ``_rate:=10`` sets ``~rate`` to the number 10 (N13: YAML rules, as rospy).
+"""Sets private parameters from the command line: ``_rate:=10`` sets ``~rate`` to the number 10 (N13: YAML rules, like
+rospy).
 
-They stay on the master when the node ends, so a later start without them finds them there.
+They remain on the master when the node shuts down, so they are still set when it is later started without them.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
     from pyros1.ground.names import Arguments
     from pyros1.net.master_client import MasterClient
 
-# Compiled when needed: most nodes have none.
+# Not compiled here, since most nodes do not need them.
 _INT = r"[-+]?(0|[1-9][0-9]*)\Z"
 _FLOAT = r"[-+]?[0-9]+\.[0-9]*\Z"
 _WORD = r"(?a)[A-Za-z/_][\w/.-]*\Z"
@@ -22,12 +23,12 @@ _KEYWORDS = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}
 
 
 def private_parameter(text: str) -> Any:
-    """Return the value of a parameter given as text. Text that is not YAML is a string."""
+    """Parse the value of a parameter. A text that is not YAML is a string."""
     plain = plain_value(text)
     if plain is not None:
         return plain
-    from pyros1.ground.errors import Error  # noqa: PLC0415 - with the next
-    from pyros1.values import load_yaml  # noqa: PLC0415 - takes 20 ms to load
+    from pyros1.ground.errors import Error  # noqa: PLC0415 - as below
+    from pyros1.values import load_yaml  # noqa: PLC0415 - takes 20 ms to import
 
     try:
         value = load_yaml(text)
@@ -37,7 +38,7 @@ def private_parameter(text: str) -> Any:
 
 
 def plain_value(text: str) -> int | float | str | None:
-    """Return the value of a plain number or word; None for anything else, which takes a YAML reader."""
+    """Return the value of a simple number or string; None for anything else, which requires a YAML parser."""
     if re.match(_INT, text):
         return int(text)
     if re.match(_FLOAT, text):
@@ -48,10 +49,11 @@ def plain_value(text: str) -> int | float | str | None:
 
 
 def argument_warnings(arguments: Arguments) -> list[str]:
-    """Return a warning for each malformed remapping, and for each apparent misspelt private parameter, such as
-    ``_rate=10``."""
-    malformed = [f"invalid remapping argument {word!r}: use name:=newname" for word in arguments.malformed]
-    suspects = [word for word in arguments.rest if word.startswith("_")]
+    """Return a warning for each malformed remapping, and for each private parameter that looks misspelt, such as
+    ``_rate=10``.
+    """
+    malformed = [f"invalid remapping argument {argument!r}: use name:=newname" for argument in arguments.malformed]
+    suspects = [argument for argument in arguments.rest if argument.startswith("_")]
     if not suspects:
         return malformed
     from pyros1.ground.suggest import argument_hint  # noqa: PLC0415 - needed only for misspelt parameters
@@ -66,13 +68,13 @@ def set_private(
 
     Args:
         master: the node's client of the master.
-        resolve: returns the full name that a name stands for.
+        resolve: resolves a name to a full name.
         assignments: name without ``~`` -> value as text.
-        timeout: seconds that the master may take.
+        timeout: maximum number of seconds for the call.
 
     Returns:
-        /use_sim_time and the tree of all private parameters, which the node needs at startup; an Error in place of
-        each that is not set.
+        The values that the node needs at startup: /use_sim_time and a dict of all private parameters; an Error in place
+        of each that is not set.
     """
     settings: list[tuple[str, tuple[Any, ...]]] = [
         ("setParam", (resolve("~" + key), private_parameter(text))) for key, text in assignments.items()
@@ -84,24 +86,24 @@ def set_private(
 
 
 def leftover_warning(node_name: str, tree: Any, assignments: Mapping[str, str]) -> list[str]:
-    """Return a line about the private parameters that were set before a node started; an empty text if none were.
+    """Return a line about private parameters that were already set before a node started; no line if there were none.
 
     Args:
-        node_name: full name.
+        node_name: the node's full name.
         tree: the parameters below that name; not a dict if none are set.
-        assignments: names of those that the command line sets.
+        assignments: names of the parameters that the command line sets.
     """
     assigned = {name.strip("/") for name in assignments}
-    found = (
+    leftovers = (
         [(name, value) for name, value in _leaves(tree, "") if name not in assigned] if isinstance(tree, dict) else []
     )
-    if not found:
+    if not leftovers:
         return []
-    texts = [f"~{name} is {value!r:.40}" for name, value in found[:_MAX_SHOWN]]
-    omitted = f" and {len(found) - _MAX_SHOWN} more" if len(found) > _MAX_SHOWN else ""
-    # Not the whole namespace: other nodes may have parameters in it.
-    forget = f"to forget {'it' if len(found) == 1 else 'one'}: pyros1 param delete {node_name}/{found[0][0]}"
-    return [f"set before this start: {', '.join(texts)}{omitted} ({forget})"]
+    texts = [f"~{name} is {value!r:.40}" for name, value in leftovers[:_MAX_SHOWN]]
+    omitted = f" and {len(leftovers) - _MAX_SHOWN} more" if len(leftovers) > _MAX_SHOWN else ""
+    # It does not suggest to delete the whole namespace: other nodes may have parameters in it.
+    hint = f"to delete {'it' if len(leftovers) == 1 else 'one'}: pyros1 param delete {node_name}/{leftovers[0][0]}"
+    return [f"set before this start: {', '.join(texts)}{omitted} ({hint})"]
 
 
 def _leaves(tree: dict[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:

@@ -1,1 +1,1 @@
-"""Topics that a node publishes: handles, publications and their links."""
+"""The topics that a node publishes: publishers, publications and their links."""

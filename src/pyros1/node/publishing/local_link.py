@@ -1,8 +1,9 @@
-"""Links within one process: the publisher hands a copy of its message to the subscription; nothing is encoded.
+"""Links within one process: the publisher passes a copy of its message to the subscription; nothing is encoded.
 
-The copy rule: `publish` copies the message once for all subscribers of the process; the copy shares immutable values:
-strings and the bytes of uint8 arrays. So a publisher may change its message at once, and images cost nothing. The
-subscribers of a process share one copy, like callbacks of one node in rospy and roscpp: they should not change it.
+`publish` copies the message once for all subscribers in the process; the copy shares immutable values, which are
+strings and the bytes of uint8 arrays. So a publisher may change its message immediately afterwards, and copying images
+is cheap. The subscribers in a process share the copy, like callbacks of one node in rospy and roscpp, so they should
+not change it.
 """
 
 from __future__ import annotations
@@ -26,19 +27,19 @@ _MIN_MESSAGE_SIZE = 256
 
 
 class LocalLink:
-    """Both ends of a link within a process. The methods that accept messages are called in the topic's strand.
+    """A link within a process (both ends of it). The methods that accept messages are called in the topic's strand.
 
     Args:
         strand: the topic's strand.
         receiver: the delivery loop of the subscription.
-        uri: the publisher's slave API.
+        uri: URI of the publisher's slave API.
         header: the subscriber's connection header.
         answer: the publisher's connection header.
-        queue_size: the publisher's: maximum number of messages that wait here; None: publishers `wait` while the
-            subscriber is behind; 0: no limit.
-        inbox_bytes: bytes of messages that may wait here even beyond ``queue_size``, as in the sockets of other links:
+        queue_size: the publisher's maximum number of queued messages; 0 for no limit. None: publishers `wait` while the
+            subscriber is behind.
+        inbox_bytes: maximum bytes of messages queued even beyond ``queue_size``, like in the sockets of other links,
             for a subscriber without a limit.
-        on_closed: two functions, for the publication and the subscription, each called once after the link has ended.
+        on_closed: two functions, of the publication and the subscription, each called once when the link is closed.
     """
 
     transport = "INTRAPROCESS"
@@ -72,16 +73,16 @@ class LocalLink:
         receiver.inboxes.open(self._inbox)
 
     def start(self) -> None:
-        """Do nothing: there is no greeting within a process."""
+        """Do nothing: no header is sent within a process."""
 
     @property
     def dropped(self) -> int:
-        """Always 0: the subscription counts the messages that it drops because it is too slow."""
+        """Always 0: messages dropped because the subscriber is too slow are counted by the subscription."""
         return 0
 
     @property
     def waiting(self) -> int:
-        """Always 0: messages are handed over at once."""
+        """Always 0: messages are delivered immediately."""
         return 0
 
     @property
@@ -90,10 +91,11 @@ class LocalLink:
         return bool(self._open)
 
     def send_copy(self, message: Message, direct: bool = True) -> None:
-        """Hand over a copy of a message.
+        """Deliver a copy of a message.
 
         Args:
-            direct: whether its publisher's thread calls this, not another thread that works in the strand for it.
+            message: the copy.
+            direct: whether the caller is the publisher's thread, not another one that runs the strand's jobs for it.
         """
         if self._open:
             self.messages += 1
@@ -110,7 +112,7 @@ class LocalLink:
                 receiver.push(inbox, message, self._limit)
 
     def send(self, frame: Frame) -> None:
-        """Hand over an encoded message."""
+        """Deliver an encoded message."""
         if not self._open:
             return
         data = frame if isinstance(frame, bytes) else b"".join(frame)
@@ -118,28 +120,28 @@ class LocalLink:
         self.bytes_sent += len(data)
         self._adapt_limit(len(data))
         receiver, inbox = self._receiver, self._inbox
-        now = receiver.in_publisher and not inbox.is_ready and not on_loop()
-        if not (now and receiver.deliver_now(self, data[4:])):
+        may_call = receiver.in_publisher and not inbox.is_ready and not on_loop()
+        if not (may_call and receiver.deliver_now(self, data[4:])):
             receiver.push(inbox, data[4:], self._limit)
 
     def _adapt_limit(self, size: int) -> None:
-        """Let fewer messages wait if they are large. The limit only shrinks: each change begins a new queue."""
+        """Queue fewer messages if they are large. The limit only shrinks, since each change creates a new queue."""
         while self._has_room and self._limit is not None and self._limit * size > self._inbox_bytes:
             self._limit = max(self._limit // 2, self._min_limit)
             self._has_room = self._limit > self._min_limit
 
     def recover(self) -> None:
-        """Announce waiting messages to the subscriber, in case that was interrupted."""
+        """Notify the subscriber of queued messages, in case that was interrupted."""
         if len(self._inbox):
             self._receiver.recover(self._inbox)
 
     def wait(self) -> None:
-        """Wait until the subscriber is not too far behind, if neither side has set a limit."""
+        """Wait while the subscriber is too far behind, if neither side has set a limit."""
         if self._limit is None and self._inbox.full(UNBOUNDED_LIMIT):
             self._receiver.wait_for_room(self._inbox)
 
     def close(self) -> None:
-        """End the link; messages that were handed over are still delivered."""
+        """Close the link; messages that are already queued are still delivered."""
         try:
             self._open.pop()
         except IndexError:
@@ -148,10 +150,10 @@ class LocalLink:
             closed(self)
 
     def finish(self, deadline: float) -> None:
-        """End the link after all published messages; none are queued on this side."""
+        """Close the link after all published messages; none are queued on this side."""
         self._strand.do(self.close)
 
 
 def on_loop() -> bool:
-    """Return whether this is a loop's thread, which does greetings and other jobs: no callback may block it."""
+    """Return whether the caller runs on a loop's thread, which must not be blocked by callbacks."""
     return isinstance(current_thread(), LoopThread)

@@ -1,4 +1,4 @@
-"""Peers of a publisher: notification of subscribers that come and go, and messages for only one of them."""
+"""Notifies a publisher of subscribers that connect and disconnect, and sends messages to only one of them."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
 
 
 class Peer:
-    """A subscriber of a publisher, as seen by the functions given to ``Publisher.watch``.
+    """A subscriber, as passed to the functions of ``Publisher.watch``.
 
     Attributes:
-        name: full name of its node.
-        others: number of the topic's other subscribers when it came or went.
+        name: full name of the subscriber's node.
+        others: number of the topic's other subscribers when this one connected or disconnected.
     """
 
     def __init__(self, publication: Publication, link: Link, others: int) -> None:
@@ -30,7 +30,7 @@ class Peer:
         """Send a message to this subscriber only.
 
         Args:
-            message: of the topic's type.
+            message: a message of the topic's type.
 
         Raises:
             SerializationError: a value does not fit its field.
@@ -42,12 +42,12 @@ PeerCallback = Callable[[Peer], object]
 
 
 class Watch:
-    """Calls functions when subscribers come and go, one call after the other, in a separate thread.
+    """Calls functions when subscribers connect and disconnect, one call at a time, in a separate thread.
 
     Args:
         publication: the publication to watch.
         joined, left: called with a `Peer`.
-        log: for functions that raise.
+        log: logs exceptions raised by the functions.
     """
 
     def __init__(self, publication: Publication, joined: PeerCallback, left: PeerCallback, log: Log) -> None:
@@ -65,7 +65,7 @@ class Watch:
         self._notifier.close()
 
     def _update(self) -> None:
-        """Compare the links with the known ones. On the loop."""
+        """Compare the links with those known so far. Called on the loop."""
         links, known = self._publication.links, self._known_links
         self._known_links = links
         new = [(self._on_joined, link) for link in links if link not in known]

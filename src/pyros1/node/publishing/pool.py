@@ -1,8 +1,8 @@
-"""Blocks of shared memory into which a publisher writes large messages, once for all subscribers of its machine.
+"""Blocks of shared memory into which a publisher writes large messages, once for all subscribers on its machine.
 
-A block is a file without a name (``memfd_create``): no other user can open it, and the system frees it when the last
-program that has it ends, for whatever reason. It is not written again before all subscribers have released it; a block
-of a subscriber that left while using messages is never used again.
+A block is an anonymous file (``memfd_create``): no other user can open it, and the system frees it when the last
+program that uses it exits, for whatever reason. A block is not overwritten until all subscribers have released it. If a
+subscriber disconnects while it is using a message, the block is never used again.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ MAX_BLOCKS = 32
 MAX_BYTES = 512 << 20
 """Maximum total size of all blocks of a topic, in bytes."""
 MAX_FREE_BLOCKS = 4
-"""Maximum number of free blocks kept."""
-_ALIGNMENT = 64  # alignment of a message's large array, for computations with it
-_LENGTH = 4
+"""Maximum number of free blocks to keep."""
+_ALIGNMENT = 64  # of a message's large array, for fast computations
+_LENGTH_SIZE = 4
 _read_count = struct.Struct("<I").unpack_from
 
 
 class Block:
-    """One block.
+    """A block of shared memory.
 
     Args:
-        number: of the block; none is used twice.
-        size: in bytes.
+        number: the unique number of the block.
+        size: size in bytes.
 
     Attributes:
-        fd: a descriptor through which it can only be read; -1: closed.
+        fd: a read-only descriptor of the block; -1 if closed.
 
     Raises:
-        OSError: there is no memory, or no descriptor.
+        OSError: there is not enough memory, or no free descriptor.
     """
 
     __slots__ = ("fd", "memory", "number", "size")
@@ -49,8 +49,8 @@ class Block:
         self.size = size
         fd = os.memfd_create("pyros1", os.MFD_CLOEXEC | os.MFD_ALLOW_SEALING)
         try:
-            os.posix_fallocate(fd, 0, size)  # an error now instead of a fatal signal when it is written
-            # A reader of a file that shrinks would be killed by the system.
+            os.posix_fallocate(fd, 0, size)  # so that lack of memory is an error here, not a fatal signal later
+            # If the file could shrink, the system could kill its readers.
             fcntl.fcntl(fd, fcntl.F_ADD_SEALS, fcntl.F_SEAL_SHRINK | fcntl.F_SEAL_GROW | fcntl.F_SEAL_SEAL)
             self.memory = mmap.mmap(fd, size)
             try:
@@ -70,7 +70,7 @@ class Block:
 
 
 class Placement(NamedTuple):
-    """The place of a message; `offset`, `size`, `begin` and `array` as in `pyros1.wire.local.Reference`."""
+    """The place of a message in a block; for the other fields see `pyros1.wire.local.Reference`."""
 
     block: Block
     offset: int
@@ -80,38 +80,38 @@ class Placement(NamedTuple):
 
 
 class Pool:
-    """The blocks of one topic. All methods are called in the topic's strand.
+    """The blocks of a topic. All methods are called in the topic's strand.
 
     Attributes:
-        blocks: by their numbers.
+        blocks: the blocks by number.
     """
 
     def __init__(self) -> None:
         self.blocks: dict[int, Block] = {}
-        self._last = 0
-        self._process = os.getpid()
+        self._last_number = 0
+        self._pid = os.getpid()
 
     @property
     def is_ours(self) -> bool:
-        """Whether this is the process that created it. A forked process would use the same blocks and numbers."""
-        return os.getpid() == self._process
+        """Whether the pool was created by this process. A forked process would use the same blocks and numbers."""
+        return os.getpid() == self._pid
 
     def place(self, frame: Frame, in_use: Set[int]) -> Placement | None:
         """Write a message into a free block.
 
         Args:
-            frame: with its length.
-            in_use: numbers of the blocks that subscribers have.
+            frame: the encoded message, including the length prefix.
+            in_use: numbers of the blocks that subscribers are using.
 
         Returns:
-            Its place; None if there is no room, so that it must be sent in another way.
+            The place of the message; None if there is no room, so that it must be sent in another way.
         """
-        size = frame_size(frame) - _LENGTH
+        size = frame_size(frame) - _LENGTH_SIZE
         begin = array = 0
         if not isinstance(frame, bytes) and 2 <= len(frame) <= 3:
             first, array = frame[0], memoryview(frame[1]).nbytes
-            if len(first) >= 2 * _LENGTH and _read_count(first, len(first) - _LENGTH)[0] == array:
-                begin = len(first) - _LENGTH  # an array of bytes, after its length
+            if len(first) >= 2 * _LENGTH_SIZE and _read_count(first, len(first) - _LENGTH_SIZE)[0] == array:
+                begin = len(first) - _LENGTH_SIZE  # an array of bytes, preceded by its length
             else:
                 array = 0
         offset = -begin % _ALIGNMENT
@@ -122,7 +122,7 @@ class Pool:
         return Placement(block, offset, size, begin, array)
 
     def retire(self, numbers: Set[int]) -> None:
-        """Retire some blocks for good, since a subscriber has left while using messages in them."""
+        """Remove some blocks for good, since a subscriber has disconnected while using messages in them."""
         for number in numbers:
             block = self.blocks.pop(number, None)
             if block is not None:
@@ -135,30 +135,30 @@ class Pool:
     def _find_free(self, size: int, in_use: Set[int]) -> Block | None:
         free = [block for number, block in self.blocks.items() if number not in in_use]
         fitting = [block for block in free if block.size >= size]
-        best = min(fitting, key=lambda block: block.size, default=None)
-        free_blocks = len(free) - MAX_FREE_BLOCKS
-        for block in free:  # blocks that are too small first: the messages have grown
-            if free_blocks <= 0:
+        smallest = min(fitting, key=lambda block: block.size, default=None)
+        num_surplus = len(free) - MAX_FREE_BLOCKS
+        for block in free:  # oldest first: they may have become too small, if the messages have grown
+            if num_surplus <= 0:
                 break
-            if block is not best:
+            if block is not smallest:
                 self.retire({block.number})
-                free_blocks -= 1
-        return best or self._allocate(size)
+                num_surplus -= 1
+        return smallest or self._allocate(size)
 
     def _allocate(self, size: int) -> Block | None:
-        step = 1 << max(16, size.bit_length() - 3)  # so that messages of slightly different sizes fit as well
+        step = 1 << max(16, size.bit_length() - 3)  # so that messages of slightly different sizes fit into the block
         size = -(-size // step) * step
         if len(self.blocks) >= MAX_BLOCKS or size + sum(b.size for b in self.blocks.values()) > MAX_BYTES:
             return None
         with contextlib.suppress(OSError, MemoryError, ValueError):
-            self._last += 1
-            block = self.blocks[self._last] = Block(self._last, size)
+            self._last_number += 1
+            block = self.blocks[self._last_number] = Block(self._last_number, size)
             return block
         return None
 
 
 def _write(memory: mmap.mmap, offset: int, frame: Frame) -> None:
-    skipped = _LENGTH
+    skipped = _LENGTH_SIZE
     for part in [frame] if isinstance(frame, bytes) else frame:
         data = memoryview(part).cast("B") if not isinstance(part, bytes) else memoryview(part)
         data = data[skipped:]

@@ -1,4 +1,4 @@
-"""The publication of a topic: its links, its latched message, and the order in which messages leave.
+"""The publication of a topic: its links, its latched message, and the order in which messages are sent.
 
 https://wiki.ros.org/rospy/Overview/Publishers%20and%20Subscribers
 """
@@ -21,21 +21,22 @@ from pyros1.wire.outqueue import Buffer, Frame, frame_copy, frame_size
 if TYPE_CHECKING:
     from pyros1.node.context import Context
 
-_LENGTH = 4
+_LENGTH_SIZE = 4
 _U32 = struct.Struct("<I")
 SEQUENCE = 1 << 32
-"""Number of sequence numbers; at 1 kHz they are used up after 50 days."""
+"""Number of different sequence numbers; at 1 kHz they wrap around after 50 days."""
 MIN_SHARED_SIZE = 1 << 16
-"""Size in bytes from which messages are shared with subscribers on this machine; smaller ones are as fast by socket."""
+"""Minimum size in bytes of messages to share through memory; for smaller ones a socket is just as fast."""
 CLOSE_TIMEOUT = 1.0
-"""Seconds that subscribers have to receive the last messages of a closing publisher."""
+"""Maximum number of seconds to wait until subscribers have received the last messages of a closing publisher."""
 POLL_DELAY = 0.0001
 MAX_STRAND_WAIT = 1.0
-"""Maximum seconds that a publisher without a queue waits for the strand, whose worker a signal handler may delay."""
+"""Maximum number of seconds that a publisher without a queue waits for the strand, whose worker may be delayed by a
+signal handler."""
 
 
 class Publication(PublisherLinks):
-    """A topic that a node publishes, and its links; arguments as for Linking."""
+    """A topic that a node publishes, and its links; for the arguments see `PublisherLinks`."""
 
     def __init__(
         self,
@@ -48,7 +49,7 @@ class Publication(PublisherLinks):
         headers: Mapping[str, str],
     ) -> None:
         super().__init__(context, topic, message_class, type_, queue_size, latch, headers)
-        # Codecs are created on first use: here, not in a signal handler in the middle of an import.
+        # Codecs are created on first use: here, not in a signal handler that interrupts an import.
         message_class()
         self._encode = message_class._encode_frame
         self.handles = 0
@@ -56,9 +57,9 @@ class Publication(PublisherLinks):
         self.publish: Callable[[Any], None] = self._publish
         """Send a message to all links; see Publisher.publish."""
 
-    # The strand is entered here and not by `Strand.do`, since this is the path of every message.
+    # The strand is entered without `Strand.do` to save a call for every message.
 
-    def _publish(self, message: Any) -> None:  # noqa: PLR0912 - a call costs as much as ten lines
+    def _publish(self, message: Any) -> None:  # noqa: PLR0912 - a call would take as long as ten lines
         if not (self.links or self.latch):
             return
         thread_id, strand = get_ident(), self.strand
@@ -69,8 +70,8 @@ class Publication(PublisherLinks):
         except IndexError:
             strand.post(self._send_posted, message, *_snapshot(*self._prepare(message)))
         else:
-            # Encoded in the strand, so that messages of a signal handler come after this one: a robot that the handler
-            # stops must not be started again by this message.
+            # Encoded in the strand, so that messages published by a signal handler are sent after this one: if the
+            # handler stops the robot, this message must not start it again.
             strand.worker = thread_id
             try:
                 has_turn = not strand.jobs or strand.run_pending()
@@ -108,7 +109,7 @@ class Publication(PublisherLinks):
             self._wait_for_links()
 
     def _prepare(self, message: Any) -> tuple[Frame | None, Any]:
-        """Return a message in the forms that the links need: its frame, its copy, or both."""
+        """Return a message in the forms that the links need: as a frame, a copy, or both."""
         cls = message.__class__
         try:
             copy = cls._copy(message) if self._local and not self.latch else None
@@ -122,9 +123,9 @@ class Publication(PublisherLinks):
         return SerializationError(f"{self.topic}: {error}")
 
     def _send(self, frame: Frame | None, copy: Any, source: object = None) -> None:
-        """Give a message to all links and keep it if latched. In the strand.
+        """Send a message to all links, and keep it if the topic is latched. Called in the strand.
 
-        New links may have been added since it was prepared.
+        Links may have been added since the message was prepared.
         """
         if frame is None and (self._remote or self.latch):
             frame = copy.__class__._encode_frame(copy)
@@ -139,18 +140,20 @@ class Publication(PublisherLinks):
                 receiver.send(frame)
 
     def _send_frame(self, frame: Frame) -> None:
-        """Give an encoded message to all links; a large one is written once for links that share memory."""
-        place = None
+        """Send an encoded message to all links; a large one is written only once for links that share memory."""
+        placement = None
         if self._shared and self._pool is not None and frame_size(frame) > MIN_SHARED_SIZE and self._pool.is_ours:
             for shared in self._shared:
                 shared.receive_releases()
-            place = self._pool.place(frame, {block for shared in self._shared for block in shared.outstanding.values()})
-        if place is None:
+            placement = self._pool.place(
+                frame, {block for shared in self._shared for block in shared.outstanding.values()}
+            )
+        if placement is None:
             for link in self._remote:
                 link.send(frame)
             return
         for link in self._remote:
-            if link not in self._shared or not link.send_reference(place):
+            if link not in self._shared or not link.send_reference(placement):
                 link.send(frame)
 
     def _send_posted(self, message: Any, frame: Frame | None, copy: Any) -> None:
@@ -164,11 +167,11 @@ class Publication(PublisherLinks):
         self._send(frame, copy)
 
     def _wait_for_links(self) -> None:
-        """Wait until all links have sent the published messages, like rospy without a queue size."""
+        """Wait until all links have sent the published messages, like in rospy without a queue size."""
         strand, deadline = self.strand, perf_counter() + MAX_STRAND_WAIT
         while strand.jobs and perf_counter() < deadline:  # this thread's message may be among them
             if strand.is_mine:
-                return  # in a signal handler: the interrupted function continues afterwards
+                return  # in a signal handler: the interrupted function sends them when it continues
             strand.work()
             if not strand.free:
                 time.sleep(POLL_DELAY)
@@ -177,9 +180,9 @@ class Publication(PublisherLinks):
                 link.wait()
 
     def _warn_after_shutdown(self, message: Any) -> None:
-        """Log that the node has ended. As in rospy, this is not an error: a loop may have called `ok` just before.
+        """Log that the node has shut down. Like in rospy, this is no exception: a loop may have just called `ok`.
 
-        It is logged once, and not at all if a signal has ended the node.
+        It is logged only once, and not at all if the node was shut down by a signal.
         """
         context = self.context
         if context.warn_publish_after_shutdown:
@@ -190,11 +193,11 @@ class Publication(PublisherLinks):
         """Send an already encoded message.
 
         Args:
-            body: its bytes.
-            source: for a latched topic, the source of the message. Later subscribers get the last one of each source.
+            body: the encoded message.
+            source: for a latched topic, the source of the message. New subscribers receive the last one of each source.
         """
         if self.links or self.latch:
-            self.strand.do(self._send, len(body).to_bytes(_LENGTH, "little") + body, None, source)
+            self.strand.do(self._send, len(body).to_bytes(_LENGTH_SIZE, "little") + body, None, source)
             if self.queue_size is None:
                 self._wait_for_links()
 
@@ -213,24 +216,24 @@ class Publication(PublisherLinks):
         self.strand.do(self._latched.pop, source, None)
 
     def close(self, deadline: float | None = None) -> None:
-        """End all links; waiting messages are sent first, as far as subscribers receive them in time.
+        """Close all links; queued messages are sent first, if subscribers receive them in time.
 
         Args:
-            deadline: the deadline, as `perf_counter` time; None: in CLOSE_TIMEOUT seconds.
+            deadline: the deadline in `perf_counter` time; None for CLOSE_TIMEOUT seconds from now.
         """
         self.publish = self._warn_after_shutdown
         if deadline is None:
             deadline = perf_counter() + CLOSE_TIMEOUT
         self.strand.do(self._refuse_links)
         while not (self._closed or self.strand.is_mine) and perf_counter() < deadline:
-            time.sleep(POLL_DELAY)  # the thread that works in the strand does it
+            time.sleep(POLL_DELAY)  # another thread is running the strand's jobs
         if self._closed:
             self._finish(deadline)
-        else:  # that thread is stuck, or interrupted by this call, made in a signal handler
+        else:  # that thread is stuck, or was interrupted by the signal handler that calls this
             self.strand.do(self._finish, deadline)
 
     def _refuse_links(self) -> None:
-        """Accept no more links. In the strand, so that links added at the same time come first, with a greeting."""
+        """Accept no more links. Called in the strand, so that links being added are completed first."""
         self._closed = True
         self._latched.clear()
 
@@ -242,21 +245,21 @@ class Publication(PublisherLinks):
 
 
 def _sequence_numbers() -> Iterator[int]:
-    """Return the sequence numbers of headers: from 1, like rospy (T22), and after the last one from 0, like roscpp."""
+    """Return the sequence numbers of headers, starting at 1 like rospy (T22), and wrapping to 0 like roscpp."""
     return itertools.chain(range(1, SEQUENCE), itertools.chain.from_iterable(itertools.repeat(range(SEQUENCE))))
 
 
 def _snapshot(frame: Frame | None, copy: Any) -> tuple[Frame | None, Any]:
-    """Return a message that can be queued: without memory that its owner could change meanwhile."""
+    """Return a message that can be queued: one that does not refer to memory that may change meanwhile."""
     return None if frame is None else frame_copy(frame), copy
 
 
 def _with_sequence_number(frame: Frame, number: int) -> Frame:
-    """Return the frame of a message whose first field is a Header with another sequence number."""
-    rest: list[Buffer] = []
+    """Return a frame with another sequence number; the first field of the message must be a Header."""
+    other_parts: list[Buffer] = []
     first: Buffer = frame if isinstance(frame, bytes) else frame[0]
     if not isinstance(frame, bytes):
-        rest = frame[1:]
+        other_parts = frame[1:]
     head = bytearray(first)
-    _U32.pack_into(head, _LENGTH, number)
-    return [bytes(head), *rest] if rest else bytes(head)
+    _U32.pack_into(head, _LENGTH_SIZE, number)
+    return [bytes(head), *other_parts] if other_parts else bytes(head)

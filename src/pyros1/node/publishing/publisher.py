@@ -25,7 +25,7 @@ _Value = SupportsFloat | SupportsIndex | str | Time | Duration | Array
 
 
 class Publisher(Generic[_M]):
-    """The user's handle of a published topic; made by ``Node.advertise``. Also a context manager that unregisters it.
+    """The user's handle of a published topic; created by ``Node.advertise``. A context manager that unregisters it.
 
     Attributes:
         name: the topic's full name.
@@ -49,10 +49,10 @@ class Publisher(Generic[_M]):
     @overload
     def publish(self, **fields: object) -> None: ...
     def publish(self, *args: Any, **fields: Any) -> None:
-        """Publish a message. Returns at once; a slow subscriber loses the oldest messages beyond ``queue_size``.
+        """Publish a message. Returns immediately; a slow subscriber loses the oldest messages beyond ``queue_size``.
 
-        Any thread or signal handler may call it. If a handler has interrupted `publish` on this topic, its message
-        comes next; if `publish` had only just been called, its message comes first.
+        May be called in any thread or signal handler. If a handler interrupts `publish` on the same topic, its message
+        is sent after the other one; or before it, if `publish` had only just been called.
 
         Args:
             args: one message, or the values of all its fields in order.
@@ -62,7 +62,7 @@ class Publisher(Generic[_M]):
             SerializationError: the message is of another type; or a value does not fit its field, which is noticed only
                 if there are subscribers, or the topic is latched.
             NodeError: the publisher has been unregistered.
-            TypeError: wrong number of values, or positional and named values mixed, or a class in place of a message.
+            TypeError: wrong number of values, or positional and named values mixed, or a class instead of a message.
             AttributeError: the type has no field of that name.
         """
         if self._unregister is None:
@@ -77,7 +77,7 @@ class Publisher(Generic[_M]):
                 return
             if isinstance(message, type) and hasattr(message, "_md5sum"):
                 name = message.__name__
-                raise TypeError(f"publish() on {self.name}: {name} is a class: give a message, {name}(...)")
+                raise TypeError(f"publish() on {self.name}: {name} is a class: pass a message, {name}(...)")
             if hasattr(message, "_md5sum"):
                 self._publish_other(message)
                 return
@@ -85,20 +85,21 @@ class Publisher(Generic[_M]):
                 self._check_bytes(message)
         self._publication.publish(self.type(*args, **fields))
 
-    def _check_bytes(self, given: Any) -> None:
+    def _check_bytes(self, data: Any) -> None:
         try:
-            memoryview(given)
+            memoryview(data)
         except TypeError:
-            raise TypeError(f"publish() on {self.name} takes an AnyMsg or its bytes, not {given!r:.80}") from None
+            raise TypeError(f"publish() on {self.name} takes an AnyMsg or its bytes, not {data!r:.80}") from None
 
     def _publish_other(self, message: Any) -> None:
         """Publish a message of another class.
 
-        It may be of the same type, from another definition or generator or still encoded, or be the value of the type's
-        only field."""
+        It may be of the same type but another definition or generator, or still encoded; or it may be the value of the
+        type's only field.
+        """
         publication = self._publication
         name, md5sum = message._type, message._md5sum
-        if isinstance(message, AnyMsg):  # a received message carries its type
+        if isinstance(message, AnyMsg):  # if it was received, its header has the type
             header = message._connection_header or {}
             name, md5sum = header.get("type", ANY), header.get("md5sum", ANY)
         if isinstance(message, AnyMsg) and md5sum in (ANY, publication.type.md5sum):
@@ -106,7 +107,7 @@ class Publisher(Generic[_M]):
         elif isinstance(message, Message) and md5sum == publication.type.md5sum:
             publication.publish(message)
         elif not self._raw and md5sum == publication.type.md5sum:
-            # Messages of other generators have the same fields but different encoding methods.
+            # Messages from other generators have the same fields, but different encoding methods.
             publication.publish(self.type._copy(message))  # type: ignore[attr-defined]
         elif not self._raw and self._is_only_field(md5sum):
             publication.publish(self.type(message))  # type: ignore[call-arg]
@@ -116,7 +117,7 @@ class Publisher(Generic[_M]):
             raise SerializationError(f"{self.name} carries {requested.name}, {reason}")
 
     def _is_only_field(self, md5sum: str) -> bool:
-        """Return whether the type has only one field, which is a message with that md5 sum."""
+        """Return whether the type has only one field, and that is a message with the given md5 sum."""
         cls: Any = message_class(self.type)
         nested = nested_classes(cls).get(cls._slot_types[0]) if len(cls._slot_types) == 1 else None
         return nested is not None and bool(nested._md5sum == md5sum)
@@ -128,31 +129,32 @@ class Publisher(Generic[_M]):
 
     @property
     def dropped(self) -> int:
-        """Number of messages lost by the slow ones among the connected subscribers."""
+        """Number of messages dropped because connected subscribers were too slow."""
         return sum(link.dropped for link in self._publication.links)
 
     @property
     def waiting(self) -> int:
-        """Total number of messages that slow subscribers have not received yet."""
+        """Total number of messages that are queued for slow subscribers."""
         return sum(link.waiting for link in self._publication.links)
 
     @property
     def links(self) -> tuple[Link, ...]:
-        """The links to the topic's subscribers: their ``peer`` (the node's name), ``transport`` and ``address``, and
-        the ``messages`` and ``bytes_sent`` so far."""
+        """The links to the topic's subscribers, with ``peer`` (the node's name), ``transport``, ``address``, and the
+        numbers ``messages`` and ``bytes_sent`` so far.
+        """
         return self._publication.links
 
     def watch(self, joined: PeerCallback = lambda _: None, left: PeerCallback = lambda _: None) -> Watch:
-        """Call functions when subscribers come, including those already connected, and when they go.
+        """Call functions when subscribers connect, including those already connected, and when they disconnect.
 
-        The calls are made one after the other, in a separate thread.
+        The calls are made one at a time, in a separate thread.
 
         Args:
             joined: called with a `Peer`, whose ``publish(message)`` sends to that subscriber only.
             left: called with the `Peer`.
 
         Returns:
-            An object whose `close` ends the calls.
+            An object whose `close` stops the calls.
         """
         return Watch(self._publication, joined, left, self._publication.context.log)
 
@@ -160,7 +162,8 @@ class Publisher(Generic[_M]):
         """Wait until at least ``count`` subscribers are connected.
 
         Args:
-            timeout: seconds; None waits until the node shuts down.
+            count: the minimum number of subscribers.
+            timeout: maximum number of seconds to wait; None waits until the node shuts down.
 
         Returns:
             Whether that many are connected.

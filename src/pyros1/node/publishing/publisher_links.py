@@ -1,4 +1,4 @@
-"""The links of a publication to its subscribers: how they are added, greeted and removed."""
+"""Manages the links of a publication to its subscribers: adds and removes them, and sends connection headers."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ MAX_LINKS = 1024
 
 
 class Link(Protocol):
-    """The part of a link that a publication needs. `start`, `send` and `recover` are called in the topic's strand."""
+    """The interface of a link to a subscriber. `start`, `send` and `recover` are called in the topic's strand."""
 
     peer: str
     messages: int
@@ -54,13 +54,13 @@ class PublisherLinks:
     """The part of a publication that manages links.
 
     Args:
-        context: the node.
-        topic: full name.
-        message_class: class of the messages; for AnyMsg, ``type_`` gives their real type.
-        type_: type name, md5 sum and definition that are sent to subscribers.
-        queue_size: maximum number of waiting messages per slow subscriber; 0: no limit; None: publishing waits for
+        context: the node's context.
+        topic: the topic's full name.
+        message_class: class of the messages; for AnyMsg, ``type_`` is their actual type.
+        type_: the type name, md5 sum and definition to send to subscribers.
+        queue_size: maximum number of messages queued per slow subscriber; 0 for no limit. None: `publish` waits for
             subscribers.
-        latch: keep the last message and give it to every new subscriber.
+        latch: whether to keep the last message and send it to every new subscriber.
         headers: extra fields of the connection header.
     """
 
@@ -82,27 +82,27 @@ class PublisherLinks:
         self.latch = latch
         self.headers = dict(headers)
         self.links: tuple[Link, ...] = ()
-        self._remote: tuple[Link, ...] = ()  # the links that accept frames
-        self._local: tuple[LocalLink, ...] = ()  # the links that accept messages
+        self._remote: tuple[Link, ...] = ()  # links that accept encoded messages
+        self._local: tuple[LocalLink, ...] = ()  # links that accept message objects
         self._shared: tuple[SharedLink, ...] = ()  # those of `_remote` that share memory
         self._pool: Pool | None = None
         self.on_change: list[Callable[[], None]] = []
-        self._connections = itertools.count(1)  # over UDP
-        self._latched: dict[object, Frame] = {}  # by source: each has its own, like in roscpp
-        # It guards sequence numbers, latched messages and links, so that all links see one order of messages.
+        self._connections = itertools.count(1)  # connection numbers, for UDP
+        self._latched: dict[object, Frame] = {}  # the last message of each source, like in roscpp
+        # Guards sequence numbers, latched messages and links, so that all links receive messages in the same order.
         self.strand = Strand(context.loop.call_soon, self._recover)
         self._closed = False
 
     def _recover(self) -> None:
-        """Let all links recover after a signal handler has raised in the middle of a job."""
+        """Let all links recover after a signal handler has interrupted a job with an exception."""
         for link in self.links:
             link.recover()
 
     def accept(self, sock: socket.socket, header: dict[str, str]) -> None:
-        """Answer a subscriber's header and link it. On the loop.
+        """Respond to a subscriber's header and add a link. Called on the loop.
 
         Raises:
-            Refusal: the subscriber wants another type.
+            Refusal: the subscriber expects another type.
         """
         answer = self._answer(header)
         self._check_num_links()
@@ -118,27 +118,27 @@ class PublisherLinks:
         self.strand.do(self._add, link)
 
     def _link_shared(self, sock: socket.socket, header: dict[str, str], answer: dict[str, str]) -> None:
-        """Link a subscriber on this machine that shares memory with this process. On the loop."""
+        """Add a link to a subscriber on this machine that shares memory with this process. Called on the loop."""
         from pyros1.node.publishing import shared_link  # noqa: PLC0415 - needs modules that only Linux has
         from pyros1.node.publishing.pool import Pool  # noqa: PLC0415
 
         if self._pool is None:
             self._pool = Pool()
-        kind = shared_link.WaitingSharedLink if self.queue_size is None else shared_link.SharedLink
+        link_class = shared_link.WaitingSharedLink if self.queue_size is None else shared_link.SharedLink
         loop, token = self.context.loop, os.urandom(TOKEN_SIZE)
-        link = kind(loop, self.strand, sock, header, answer, self.queue_size, self._remove, self._pool, token)
+        link = link_class(loop, self.strand, sock, header, answer, self.queue_size, self._remove, self._pool, token)
         self.strand.do(self._add, link)
 
     def accept_datagrams(self, header: dict[str, str], peer_address: tuple[str, int], size: int) -> UdpLink:
-        """Link a subscriber that wants datagrams. On the loop.
+        """Add a link to a subscriber that requests datagrams. Called on the loop.
 
         Args:
             header: the subscriber's connection header.
             peer_address: the subscriber's host and port.
-            size: bytes of the largest datagram.
+            size: maximum size of a datagram in bytes.
 
         Raises:
-            Refusal: the subscriber wants another type, or cannot be reached.
+            Refusal: the subscriber expects another type, or cannot be reached.
         """
         from pyros1.node.publishing.udp_link import UdpLink  # noqa: PLC0415 - few nodes need it
 
@@ -154,23 +154,23 @@ class PublisherLinks:
     def connect_local(
         self, receiver: DeliveryLoop, uri: str, header: dict[str, str], on_closed: Callable[[LocalLink], None]
     ) -> LocalLink:
-        """Link a subscription of the same process, without a socket.
+        """Add a link to a subscription in the same process, without a socket.
 
         Args:
             receiver: receives the messages.
             uri: URI of this node's slave API.
             header: the connection header that the subscriber would send.
-            on_closed: called when the link has ended.
+            on_closed: called when the link is closed.
 
         Raises:
-            Refusal: the subscription wants another type.
+            Refusal: the subscription expects another type.
         """
         try:
             answer = self._answer(header)
-        except Refusal as refusal:  # over TCP the server logs it
+        except Refusal as refusal:  # logged here, as `TcprosServer` does for TCP
             self.context.log.warn("refused a connection from %s for %s: %s", header["callerid"], self.topic, refusal)
             raise
-        _ = self.message_class._copy  # as in __init__
+        _ = self.message_class._copy  # creates the codec, as in `Publication.__init__`
         inbox_bytes = self.context.local_room
         link = LocalLink(
             self.strand, receiver, uri, header, answer, self.queue_size, inbox_bytes, self._remove, on_closed
@@ -184,7 +184,7 @@ class PublisherLinks:
 
     def _answer(self, header: dict[str, str]) -> dict[str, str]:
         if self._closed:
-            raise self._gone()
+            raise self._closed_refusal()
         return answer_subscriber(header, self.context.name, self.topic, self.type, self.latch, self.headers)
 
     def _add(self, link: Link) -> None:
@@ -196,7 +196,7 @@ class PublisherLinks:
         for frame in self._latched.values():
             link.send(frame)
 
-    def _gone(self) -> Refusal:
+    def _closed_refusal(self) -> Refusal:
         return Refusal(f"[{self.context.name}] is no longer a publisher of [{self.topic}]")
 
     def _remove(self, link: Link) -> None:
@@ -205,7 +205,7 @@ class PublisherLinks:
     def _remove_now(self, link: Link) -> None:
         self._set_links(tuple(other for other in self.links if other is not link))
         if self._pool is not None and not self._shared:
-            self._pool.close()  # it is never read, and may be large
+            self._pool.close()  # it may be large, and nobody uses it
 
     def _set_links(self, links: tuple[Link, ...]) -> None:
         self.links = links
@@ -213,8 +213,8 @@ class PublisherLinks:
         self._remote = tuple(link for link in links if not isinstance(link, LocalLink))
         self._shared = tuple(link for link in self._remote if link.transport == "LOCAL")  # type: ignore[misc]  # SharedLinks
         if self.on_change:
-            self.context.loop.call_soon(self._changed)  # code of other modules must not run in the strand
+            self.context.loop.call_soon(self._on_links_changed)  # callbacks must not run in the strand
 
-    def _changed(self) -> None:
+    def _on_links_changed(self) -> None:
         for callback in tuple(self.on_change):
             callback()

@@ -1,8 +1,8 @@
 """A publisher's link to a subscriber on the same machine; see `pyros1.wire.local`.
 
-Small messages go through a Unix socket as over TCP. For a large one, a reference is sent; at most `MAX_REFERENCES` are
-outstanding at a time, so a slow subscriber keeps few blocks. Further references wait in the link's queue, which drops
-the oldest as always.
+Small messages are sent through a Unix socket like over TCP. For a large one, a reference is sent. At most
+`MAX_REFERENCES` are outstanding at a time, so a slow subscriber occupies few blocks. Further references wait in the
+link's queue, which drops the oldest as usual.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ from pyros1.wire.local import (
 from pyros1.wire.outqueue import Buffer, Frame, OutQueue
 
 MAX_REFERENCES = 8
-"""Maximum number of references that a subscriber may have at a time."""
+"""Maximum number of references that a subscriber may hold at a time."""
 _MAX_PER_TURN = 64
-"""Maximum number of records read before other work continues."""
+"""Maximum number of records to read before other work continues."""
 
 
 class _ReferenceFrame(bytes):
@@ -46,12 +46,12 @@ class _ReferenceFrame(bytes):
     number: int
 
 
-class _Queue(OutQueue):
-    """A queue that holds references back while the subscriber has enough of them.
+class _ReferenceQueue(OutQueue):
+    """A queue that holds back references while the subscriber has enough of them.
 
     Args:
         limit: as for OutQueue.
-        outstanding: numbers of the references that are sent or wait here, with their blocks.
+        outstanding: number of each reference that was sent or is queued here -> number of its block.
     """
 
     __slots__ = ("_outstanding",)
@@ -62,20 +62,20 @@ class _Queue(OutQueue):
 
     @property
     def available(self) -> int:
-        """The number of references that may be sent now."""
+        """The number of references that may currently be sent."""
         waiting = sum(frame.__class__ is _ReferenceFrame for frame in self._waiting)
         return MAX_REFERENCES - len(self._outstanding) + waiting
 
     def has_reference(self, number: int) -> bool:
-        """Return whether a reference waits."""
+        """Return whether a reference is queued."""
         return any(isinstance(frame, _ReferenceFrame) and frame.number == number for frame in self._waiting)
 
     def push(self, frame: Frame) -> None:
-        """Add a frame; drop the oldest waiting one if there are too many."""
+        """Add a frame; drop the oldest queued one if there are too many."""
         oldest = self._waiting[0] if self._waiting else None
-        dropped = self.dropped
+        dropped_before = self.dropped
         super().push(frame)
-        if self.dropped > dropped and isinstance(oldest, _ReferenceFrame):
+        if self.dropped > dropped_before and isinstance(oldest, _ReferenceFrame):
             self._outstanding.pop(oldest.number, None)
 
     def buffers(self, max_buffers: int = 256) -> list[Buffer]:
@@ -107,7 +107,7 @@ class SharedLink(TcpLink):
         token: the first bytes of each reference.
 
     Raises:
-        OSError: no further socket can be opened.
+        OSError: no more sockets can be opened.
     """
 
     transport = "LOCAL"
@@ -129,19 +129,19 @@ class SharedLink(TcpLink):
         self._control_socket.setblocking(False)
         greeting = encode_header({**answer, "token": token.hex()})
         super().__init__(loop, strand, sock, header, greeting, queue_size, on_closed)
-        self.outstanding: dict[int, int] = {}  # block of each reference that is sent or waits
-        self._references = _Queue(queue_size, self.outstanding)
+        self.outstanding: dict[int, int] = {}  # reference that was sent or is queued -> its block
+        self._references = _ReferenceQueue(queue_size, self.outstanding)
         self._queue = self._references
         self._pool = pool
         self._token = token
-        self._numbers = count(1)
-        self._known_blocks: set[int] = set()  # blocks that the subscriber has
+        self._reference_numbers = count(1)
+        self._known_blocks: set[int] = set()  # numbers of the blocks that the subscriber has received
         self._watches_control_socket = False
-        self._is_held_back = False  # references wait until the subscriber releases others
-        self._sending: tuple[int, int] | None = None  # the reference that is being sent, and `bytes_sent` before it
+        self._has_waiting_references = False  # queued until the subscriber releases others
+        self._sending: tuple[int, int] | None = None  # the reference being sent, and `bytes_sent` before that
 
     def start(self) -> None:
-        """Send the greeting, with the subscriber's end of the control socket."""
+        """Send the connection header and the subscriber's end of the control socket."""
         greeting, control_socket = self._greeting, self._peer_control_socket
         try:
             sent = socket.send_fds(self._sock, [greeting], [control_socket.fileno()])
@@ -156,17 +156,17 @@ class SharedLink(TcpLink):
             self._block()
 
     def send_reference(self, placement: Placement) -> bool:
-        """Send a reference to a large message. In the strand.
+        """Send a reference to a large message. Called in the strand.
 
         Returns:
-            Whether that was possible; if not, the message itself must be sent.
+            False if that was not possible, so that the message itself must be sent.
         """
         if self._closed:
             return True
         self.receive_releases()
         if not self._announce_block(placement):
             return False
-        number = next(self._numbers)
+        number = next(self._reference_numbers)
         frame = _ReferenceFrame(
             encode_reference(self._token, Reference(number, placement.block.number, *placement[1:]))
         )
@@ -178,11 +178,11 @@ class SharedLink(TcpLink):
         self.send(frame)
         self._sending = None
         self.bytes_sent += placement.size
-        self._watch_if_held_back()
+        self._watch_if_references_wait()
         return True
 
     def recover(self) -> None:
-        """Recover as other links do; a reference that has not been sent counts as released."""
+        """Recover like other links; a reference that has not been sent is considered released."""
         if self._sending is not None:
             number, bytes_before = self._sending
             is_partly_sent = self.bytes_sent > bytes_before or (self._in_flight is not None and self._sent > 0)
@@ -192,7 +192,7 @@ class SharedLink(TcpLink):
         super().recover()
 
     def receive_releases(self) -> None:
-        """Record the references that the subscriber has released. In the strand."""
+        """Process the references that the subscriber has released. Called in the strand."""
         if self._closed:
             return
         for _ in range(_MAX_PER_TURN):
@@ -203,23 +203,23 @@ class SharedLink(TcpLink):
             except OSError:
                 record = b""
             if not record:
-                self._fail()  # the subscriber is gone: no reference would come back
+                self._fail()  # the subscriber is gone and will not release its references
                 return
             for number in decode_releases(record):
                 self.outstanding.pop(number, None)
-            if self._is_held_back:  # waiting references must be sent even if nothing more is published
-                self._is_held_back = False
+            if self._has_waiting_references:  # send them even if nothing more is published
+                self._has_waiting_references = False
                 self._loop.call_soon(self._strand.do, self._resume)
 
     def _announce_block(self, placement: Placement) -> bool:
-        """Make sure that the subscriber has the block."""
+        """Send a block to the subscriber unless it already has it; return False if that is not possible."""
         try:
             for number in self._known_blocks - self._pool.blocks.keys() - set(self.outstanding.values()):
                 self._control_socket.send(encode_block(number, 0))
                 self._known_blocks.discard(number)
             block = placement.block
             if block.fd < 0:
-                return False  # a subscriber has just left while using it
+                return False  # a subscriber has just disconnected while using it
             if block.number not in self._known_blocks:
                 socket.send_fds(self._control_socket, [encode_block(block.number, block.size)], [block.fd])
                 self._known_blocks.add(block.number)
@@ -229,12 +229,12 @@ class SharedLink(TcpLink):
 
     def _flush(self) -> None:
         super()._flush()
-        self._watch_if_held_back()
+        self._watch_if_references_wait()
 
-    def _watch_if_held_back(self) -> None:
-        """Wait for the subscriber if references must wait for it."""
-        self._is_held_back = bool(self._queue) and not self._is_blocked and not self._closed
-        if self._is_held_back:
+    def _watch_if_references_wait(self) -> None:
+        """Wait until the subscriber releases references if others are queued."""
+        self._has_waiting_references = bool(self._queue) and not self._is_blocked and not self._closed
+        if self._has_waiting_references:
             self._is_idle = False
             if not self._watches_control_socket:
                 self._watches_control_socket = True
@@ -243,7 +243,7 @@ class SharedLink(TcpLink):
     # On the loop ------------------------------------------------------------------------------------------------------
 
     def _watch_control_socket(self) -> None:
-        """Wait for records, including those that have already arrived: the system reports them as well."""
+        """Wait for records; the system also reports those that have already arrived."""
         if not self._closed:
             self._loop.register(self._control_socket, selectors.EVENT_READ, lambda _: self._control_socket_readable())
 
@@ -257,14 +257,14 @@ class SharedLink(TcpLink):
         self._watches_control_socket = False
 
     def _resume(self) -> None:
-        self._is_held_back = False
+        self._has_waiting_references = False
         self.receive_releases()
         if not self._closed:
             self._flush()
 
     def _wait_and_send(self) -> None:
-        """Wait a little until the subscriber accepts more, and send."""
-        if not self._is_held_back:
+        """Wait a moment until the subscriber accepts more, and send."""
+        if not self._has_waiting_references:
             super()._wait_and_send()
             return
         with contextlib.suppress(OSError, ValueError):  # the loop may close it meanwhile
@@ -274,7 +274,7 @@ class SharedLink(TcpLink):
         if self._strand.free:
             self._strand.do(self._resume)
         else:
-            time.sleep(POLL_DELAY)  # the thread that works in the strand sends
+            time.sleep(POLL_DELAY)  # the thread that runs the strand's jobs sends
 
     def _fail(self) -> None:
         if not self._closed:
@@ -293,6 +293,6 @@ class WaitingSharedLink(SharedLink, WaitingLink):
     """A link whose publishers wait until everything is sent."""
 
     def start(self) -> None:
-        """Send the greeting; no publisher waits for it, or for the latched messages that follow it in this job."""
+        """Send the connection header; the loop sends the remaining part, and the latched messages that follow."""
         super().start()
         self._loop.call_soon(self._strand.do, self._leave_to_loop)

@@ -1,17 +1,18 @@
 """A publisher's link to one subscriber, over TCP.
 
-A link works only in the strand of its topic (``strand.py``), so it has no lock. States of a link:
+A link is used only in the strand of its topic (``strand.py``), so it needs no lock. States of a link:
 
-* *idle*: nothing waits. A message is sent at once, by the thread that works in the strand.
-* *coalescing*: messages come less than HOT_GAP seconds apart, MIN_STREAK of them in a row. They gather in the queue
-  and are sent together: by the publishing thread after BATCH messages or BATCH_TIME seconds, by the loop's timer if
-  the publisher pauses. A single message never waits.
-* *blocked*: the socket is full. Messages gather in the queue (the oldest are dropped whole); the loop sends when the
-  socket accepts more, and a publisher in a tight loop tries as well, because it seldom lets the loop thread run.
+* *idle*: the queue is empty. A message is sent immediately, by the thread that runs the strand's jobs.
+* *coalescing*: more than MIN_STREAK messages in a row were published less than HOT_GAP seconds apart. They are
+  collected in the queue and sent together: by the publishing thread after BATCH messages or BATCH_TIME seconds, or by
+  the loop's timer if the publisher pauses. A single message is never delayed.
+* *blocked*: the socket is full. Messages are collected in the queue (the oldest are dropped as a whole). The loop sends
+  when the socket accepts more; so does a publisher in a tight loop, because it rarely lets the loop thread run.
 * *closed*.
 
 The number of bytes sent is stored by ``(self._sent,) = map(send, (frame,))``: unlike with a plain call, no signal
-handler can run between `send` and the assignment. So one that raises (KeyboardInterrupt) cuts no frame: see `recover`.
+handler can run between `send` and the assignment. So one that raises an exception (KeyboardInterrupt) cannot leave a
+frame incomplete: see `recover`.
 """
 
 from __future__ import annotations
@@ -35,12 +36,13 @@ MIN_STREAK = 100
 BATCH = 128
 BATCH_TIME = 100e-6
 MAX_BYTES_PER_TURN = 4 << 20
-"""Maximum number of bytes sent in one go; the rest is sent in the loop's next round, after the other links."""
+"""Maximum number of bytes to send at once; the remaining ones are sent in the loop's next iteration, after other links
+had their turn."""
 FLUSH_DELAY = 0.0005
 """Seconds after which the loop sends the messages that the publisher has left in the queue."""
 PEER_CHECK_INTERVAL = 15.0
 """Seconds between checks whether the subscriber's machine is gone."""
-SMALL = 4096
+SMALL_FRAME_BYTES = 4096
 POLL_DELAY = 0.0001
 
 
@@ -50,14 +52,14 @@ class TcpLink:
     Args:
         loop: the node's loop.
         strand: the topic's strand. `start`, `send` and `recover` are called in it, the other methods from any thread.
-        sock: connected socket, after the handshake; owned by the link from now on.
+        sock: connected socket, after the handshake; the link takes it over and closes it.
         header: the subscriber's connection header.
         greeting: the publisher's connection header, encoded; it is sent first, see `start`.
-        queue_size: maximum number of waiting messages; 0 or None for no limit.
-        on_closed: called once when the link has ended.
+        queue_size: maximum number of queued messages; 0 or None for no limit.
+        on_closed: called once when the link is closed.
 
     Attributes:
-        messages, bytes_sent: numbers of messages and bytes given to this link.
+        messages, bytes_sent: numbers of messages and bytes sent over this link.
     """
 
     transport = "TCPROS"
@@ -86,11 +88,11 @@ class TcpLink:
         self._is_idle = True
         self._is_blocked = False
         self._closed = False
-        self._timer_set = False  # whether the loop's timer is set
-        self._is_writable = False  # whether the socket accepts more
-        self._in_event = False  # whether the loop is in `_on_event`
+        self._timer_set = False  # the loop's timer is set
+        self._is_writable = False  # the socket accepts more
+        self._in_event = False  # the loop is in `_on_event`
         self._streak = 0
-        self._last = 0.0
+        self._last_send = 0.0
         self._in_flight: Frame | None = None  # a frame that is being sent without the queue
         self._sent = 0  # number of its bytes that were sent
         sock.setblocking(False)
@@ -100,9 +102,10 @@ class TcpLink:
         loop.call_soon(self._watch)
 
     def start(self) -> None:
-        """Send the greeting.
+        """Send the connection header.
 
-        A subscriber that has the greeting expects all messages from then on, so the link is added to the topic first.
+        A subscriber that has received the header expects all messages from then on, so the link is added to the topic
+        first.
         """
         self._send_now(self._greeting)
         self.bytes_sent = 0
@@ -114,7 +117,7 @@ class TcpLink:
 
     @property
     def waiting(self) -> int:
-        """Number of messages that the subscriber has not received yet."""
+        """Number of messages that are queued for the subscriber."""
         return len(self._queue)
 
     @property
@@ -123,28 +126,28 @@ class TcpLink:
         return not self._closed
 
     def send(self, frame: Frame) -> None:
-        """Send a frame, or queue it. Never waits."""
+        """Send a frame, or queue it. Never blocks."""
         if self._closed:
             return
         self.messages += 1
         now = perf_counter()
         if self._is_idle:
-            if self._batch > 1 and now - self._last < HOT_GAP:
+            if self._batch > 1 and now - self._last_send < HOT_GAP:
                 self._streak += 1
-                if self._streak > MIN_STREAK and frame.__class__ is bytes and len(frame) < SMALL:
+                if self._streak > MIN_STREAK and frame.__class__ is bytes and len(frame) < SMALL_FRAME_BYTES:
                     self._is_idle = False
-                    self._last = now
+                    self._last_send = now
                     self._queue.push(frame)
                     self._set_timer()
                     return
             else:
                 self._streak = 0
-            self._last = now
+            self._last_send = now
             self._send_now(frame)
             return
         self._queue.push(frame)
-        if now - self._last > BATCH_TIME or (len(self._queue) >= self._batch and not self._is_blocked):
-            self._last = now
+        if now - self._last_send > BATCH_TIME or (len(self._queue) >= self._batch and not self._is_blocked):
+            self._last_send = now
             self._flush()
 
     def _send_now(self, frame: Frame) -> None:
@@ -166,10 +169,10 @@ class TcpLink:
         if sent == size:
             self._in_flight = None
             return
-        self._queue_rest()
+        self._queue_unsent()
 
-    def _queue_rest(self) -> None:
-        """Queue the rest of a frame that the socket has accepted only partly."""
+    def _queue_unsent(self) -> None:
+        """Queue the remaining part of a frame that the socket has accepted only partially."""
         frame, sent = self._in_flight, self._sent
         if frame is not None:
             self._is_idle = False
@@ -181,16 +184,16 @@ class TcpLink:
             self._block()
 
     def _flush(self) -> None:
-        """Send from the queue as much as the socket accepts, at most one turn."""
-        queue, end = self._queue, self.bytes_sent + MAX_BYTES_PER_TURN
+        """Send as much from the queue as the socket accepts, at most MAX_BYTES_PER_TURN."""
+        queue, turn_end = self._queue, self.bytes_sent + MAX_BYTES_PER_TURN
         while parts := queue.buffers():
             try:
-                if len(parts) > 4 and len(parts[0]) < SMALL and len(parts[-1]) < SMALL:
+                if len(parts) > 4 and len(parts[0]) < SMALL_FRAME_BYTES and len(parts[-1]) < SMALL_FRAME_BYTES:
                     data = b"".join(parts)
-                    whole = len(data)
+                    size = len(data)
                     (queue.sent_bytes,) = map(self._sock.send, (data,))
                 else:
-                    whole = sum(map(len, parts))
+                    size = sum(map(len, parts))
                     (queue.sent_bytes,) = map(self._sock.sendmsg, (parts,))
             except BlockingIOError:
                 self._block()
@@ -201,7 +204,7 @@ class TcpLink:
             sent = queue.sent_bytes
             self.bytes_sent += sent
             queue.discard_sent()
-            if sent < whole or (self.bytes_sent >= end and queue):
+            if sent < size or (self.bytes_sent >= turn_end and queue):
                 self._block()
                 return
         self._is_blocked = False
@@ -210,11 +213,11 @@ class TcpLink:
             self._streak = 0
 
     def recover(self) -> None:
-        """Restore a valid state after a signal handler has raised within a method, and send what is queued."""
+        """Restore a valid state after a signal handler has interrupted a method by an exception; send the queue."""
         if self._closed:
             return
         if self._in_flight is not None and 0 < self._sent < frame_size(self._in_flight):
-            self._queue_rest()
+            self._queue_unsent()
         self._in_flight = None
         self._queue.discard_sent()
         self._timer_set = self._is_blocked = False  # the loop may not know yet
@@ -226,16 +229,16 @@ class TcpLink:
             self._loop.call_later(FLUSH_DELAY, self._on_flush_timer)
 
     def _on_flush_timer(self) -> None:
-        """Send the messages left in the queue; set the timer again while the publisher is busy. On the loop."""
+        """Send the messages left in the queue; set the timer again while the publisher is busy. Called on the loop."""
         self._strand.do(self._flush_batch)
 
     def _flush_batch(self) -> None:
         self._timer_set = False
         if self._closed or self._is_blocked:
             return
-        busy = perf_counter() - self._last < FLUSH_DELAY
+        is_busy = perf_counter() - self._last_send < FLUSH_DELAY
         self._flush()
-        if busy and not self._closed and not self._is_blocked:
+        if is_busy and not self._closed and not self._is_blocked:
             self._is_idle = False
             self._set_timer()
 
@@ -252,7 +255,7 @@ class TcpLink:
             self._peer_check_timer = self._loop.call_later(PEER_CHECK_INTERVAL, self._check_peer)
 
     def _check_peer(self) -> None:
-        """End the link if the subscriber's machine is gone: queues would fill, or publishers would wait."""
+        """Close the link if the subscriber's machine is gone, as queues would fill up, or publishers would wait."""
         if is_peer_dead(self._sock):
             self.close()
         elif not self._closed:
@@ -267,29 +270,27 @@ class TcpLink:
             self._is_writable = self._in_event = True
             self._strand.do(self._send_more)
             self._in_event = False
-            if self._is_writable or not self._is_blocked:  # left to another thread, or everything is sent
+            if self._is_writable or not self._is_blocked:  # another thread is sending, or everything is sent
                 self._loop.modify(self._sock, selectors.EVENT_READ, self._on_event)
         if mask & selectors.EVENT_READ and not self._closed:
             try:
-                gone = not self._sock.recv(4096)  # a subscriber sends nothing: only the end of the connection matters
+                is_gone = not self._sock.recv(4096)  # subscribers send nothing; this only detects the end
             except BlockingIOError:
-                gone = False
+                is_gone = False
             except OSError:
-                gone = True
-            if gone:
+                is_gone = True
+            if is_gone:
                 self.close()
 
     def _send_more(self) -> None:
         self._is_writable = False
         if not self._closed:
             self._flush()
-            if self._is_blocked and not (
-                self._in_event and self._loop.in_loop()
-            ):  # the loop no longer watches the socket
-                self._loop.call_soon(self._want_writable)
+            if self._is_blocked and not (self._in_event and self._loop.in_loop()):
+                self._loop.call_soon(self._want_writable)  # the loop no longer waits for the socket
 
     def _fail(self) -> None:
-        """Close a link whose socket is broken or closed. In the strand."""
+        """Close a link whose socket is broken or closed. Called in the strand."""
         if not self._closed:
             self._closed = True
             self._queue.clear()
@@ -299,28 +300,28 @@ class TcpLink:
                 self._dispose()
 
     def close(self) -> None:
-        """Close the link; waiting messages are lost. Any thread."""
+        """Close the link; queued messages are lost. May be called from any thread."""
         if not self._strand.is_mine:
             with contextlib.suppress(OSError):  # so that nothing more is sent
                 self._sock.shutdown(socket.SHUT_RDWR)
         self._strand.do(self._fail)
 
     def finish(self, deadline: float) -> None:
-        """Send what is queued, then close: for an orderly end of the publisher.
+        """Send the queued messages, then close the link, when the publisher is closed.
 
         Args:
-            deadline: the deadline, as `perf_counter` time; the rest is then dropped.
+            deadline: the deadline in `perf_counter` time; after that, the remaining messages are dropped.
         """
         while not self._strand.is_mine:
             if perf_counter() > deadline:
                 self.close()
                 return
-            # In the strand: a thread that works there may be handling a frame, or have sent half of it.
+            # In the strand, as another thread may be sending a frame there.
             self._strand.do(self._close_if_sent)
             if self._closed:
                 return
             self._wait_and_send()
-        # A signal handler ends the node on top of a function that is sending here, which continues afterwards.
+        # In a signal handler that has interrupted a function that is sending, which continues afterwards.
         self._strand.do(self._flush_open)
         self._strand.do(self._fail)
 
@@ -332,12 +333,12 @@ class TcpLink:
         """Do nothing: publishers do not wait for this link."""
 
     def _wait_and_send(self) -> None:
-        """Wait a little until the socket accepts more, and send."""
+        """Wait a moment until the socket accepts more, and send."""
         wait_writable(self._sock)
         if self._strand.free:
             self._strand.do(self._flush_open)
         else:
-            time.sleep(POLL_DELAY)  # the thread that works in the strand sends
+            time.sleep(POLL_DELAY)  # the thread that runs the strand's jobs sends
 
     def _flush_open(self) -> None:
         if not self._closed:
@@ -356,7 +357,7 @@ class WaitingLink(TcpLink):
     """A link whose publishers wait until everything is sent, like in rospy without a queue size."""
 
     def wait(self) -> None:
-        """Wait until the messages given to `send` so far are sent, or the link is closed. Not in the strand."""
+        """Wait until the messages passed to `send` so far are sent, or the link is closed. Not called in the strand."""
         number = self.messages
         if self._num_sent >= number:
             return
@@ -364,7 +365,7 @@ class WaitingLink(TcpLink):
             while not self._closed and self._num_sent < number:
                 self._wait_and_send()
         finally:
-            if self._queue:  # messages of other threads, or this thread was interrupted: the loop sends them
+            if self._queue:  # the loop sends messages of other threads, and all if this thread was interrupted
                 self._strand.do(self._leave_to_loop)
 
     @property
@@ -376,21 +377,21 @@ class WaitingLink(TcpLink):
             super()._block()
 
     def start(self) -> None:
-        """Send the greeting; no publisher waits for it, or for the latched messages that follow it in this job."""
+        """Send the connection header; the loop sends the remaining part, and the latched messages that follow."""
         super().start()
         self._loop.call_soon(self._strand.do, self._leave_to_loop)
 
     def recover(self) -> None:
-        """Recover as other links do; the loop sends the rest, as the thread that would have waited was interrupted."""
+        """Recover like other links; the loop sends what remains, since the thread that was waiting was interrupted."""
         super().recover()
         self._leave_to_loop()
 
     def _block(self) -> None:
-        """Do not wake the loop, since a publisher waits for the socket."""
+        """Do not wake the loop, since a publisher is waiting for the socket."""
 
 
 def wait_writable(sock: socket.socket) -> None:
-    """Wait a little for room in a socket, which the loop may close meanwhile."""
+    """Wait a moment until a socket is writable; the loop may close it meanwhile."""
     with contextlib.suppress(OSError, ValueError):
         if hasattr(select, "poll"):
             poller = select.poll()

@@ -1,7 +1,7 @@
-"""A publisher's link over UDP, which loses messages instead of waiting: UDPROS, as in roscpp.
+"""A publisher's link over UDP (UDPROS, as in roscpp), which loses messages instead of waiting.
 
-A subscriber offers a socket in `requestTopic`; the publisher answers with a connection number and sends. There is no
-connection that could break: only system errors tell a publisher that nobody is listening (T57-T62).
+A subscriber offers a socket in `requestTopic`; the publisher responds with a connection number and starts to send.
+There is no connection that could break: a publisher learns only from system errors that nobody is listening (T57-T62).
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from pyros1.wire.outqueue import Frame
 
 PROTOCOL = "UDPROS"
-_LENGTH = 4
+_LENGTH_SIZE = 4
 
 
 class UdpLink:
-    """The sending end. A message that the system does not accept at once is lost and counted as dropped.
+    """The sending end. A message that the system does not accept immediately is lost and counted as dropped.
 
     Args:
         loop: the node's loop, which looks up the subscriber's host.
@@ -32,9 +32,9 @@ class UdpLink:
         header: the subscriber's connection header.
         answer: the publisher's connection header.
         peer_address: the subscriber's host and port.
-        size: bytes of the largest datagram.
+        size: maximum size of a datagram in bytes.
         connection: the connection number of this link.
-        on_closed: called once, when the link has ended.
+        on_closed: called once when the link is closed.
     """
 
     transport = PROTOCOL
@@ -59,31 +59,31 @@ class UdpLink:
         self.waiting = 0
         self._answer = answer
         self._peer_address = peer_address
-        self._size = size
+        self._max_size = size
         self._connection = connection
         self._on_closed = on_closed
-        self._numbers = itertools.count()
+        self._message_numbers = itertools.count()
         self._strand = strand
         self._sock: socket.socket | None = None
         self._early_frame: bytes | None = None  # the last message before the host's address was known
-        self._open = True
+        self._is_open = True
         loop.resolver.resolve(peer_address[0], self._resolved)
 
     def answer(self, host: str) -> list[Any]:
-        """Return the answer to `requestTopic` (T59).
+        """Return the response to `requestTopic` (T59).
 
         Args:
             host: host name of this node.
         """
         sock = self._sock
         port = sock.getsockname()[1] if sock is not None else 0
-        return [PROTOCOL, host, port, self._connection, self._size, encode_header(self._answer)[_LENGTH:]]
+        return [PROTOCOL, host, port, self._connection, self._max_size, encode_header(self._answer)[_LENGTH_SIZE:]]
 
     def start(self) -> None:
-        """Do nothing: the answer to `requestTopic` takes the place of the greeting."""
+        """Do nothing: the connection header is part of the response to `requestTopic`."""
 
     def recover(self) -> None:
-        """Do nothing: no message is queued here."""
+        """Do nothing: messages are not queued here."""
 
     def wait(self) -> None:
         """Do nothing: messages that the system does not accept are lost."""
@@ -91,7 +91,7 @@ class UdpLink:
     @property
     def connected(self) -> bool:
         """Whether the link is open."""
-        return self._open
+        return self._is_open
 
     def _resolved(self, addresses: list[str], error: OSError | None) -> None:
         if error is not None or not addresses:
@@ -106,58 +106,58 @@ class UdpLink:
             sock.close()
             self.close()
             return
-        self._strand.do(self._begin, sock, address)
+        self._strand.do(self._set_socket, sock, address)
 
-    def _begin(self, sock: socket.socket, address: str) -> None:
-        if not self._open:
+    def _set_socket(self, sock: socket.socket, address: str) -> None:
+        if not self._is_open:
             sock.close()
             return
         port, number = sock.getsockname()[1], sock.fileno()
         self.address = f"UDPROS connection on port {port} to [{address}:{self._peer_address[1]} on socket {number}]"
         self._sock, early_frame, self._early_frame = sock, self._early_frame, None
-        if early_frame is not None and not self._send(early_frame):
-            self._end()
+        if early_frame is not None and not self._send_datagrams(early_frame):
+            self._close_now()
 
     def send(self, frame: Frame) -> None:
-        """Send a frame, or lose it. Never waits."""
-        if not self._open:
+        """Send a frame, or drop it. Never blocks."""
+        if not self._is_open:
             return
         data = frame if isinstance(frame, bytes) else b"".join(frame)
         self.messages += 1
         if self._sock is None:
             self.dropped += self._early_frame is not None
             self._early_frame = data
-        elif not self._send(data):
-            self._end()
+        elif not self._send_datagrams(data):
+            self._close_now()
 
-    def _send(self, data: bytes) -> bool:
-        """Send a frame's datagrams; return False if nobody is listening any more."""
+    def _send_datagrams(self, data: bytes) -> bool:
+        """Send the datagrams of a frame; return False if nobody is listening any more."""
         sock = self._sock
         if sock is None:
             return False
         try:
-            for datagram in split(data, self._connection, next(self._numbers), self._size):
+            for datagram in split(data, self._connection, next(self._message_numbers), self._max_size):
                 sock.send(datagram)
         except (BlockingIOError, ValueError):
             self.dropped += 1
-        except OSError:  # an error from the other machine: no socket has that port
+        except OSError:  # the other machine reports that no socket uses that port
             return False
         else:
             self.bytes_sent += len(data)
         return True
 
     def close(self) -> None:
-        """End the link. Any thread."""
-        self._strand.do(self._end)
+        """Close the link. May be called from any thread."""
+        self._strand.do(self._close_now)
 
-    def _end(self) -> None:
-        if self._open:
-            self._open = False
+    def _close_now(self) -> None:
+        if self._is_open:
+            self._is_open = False
             sock, self._sock = self._sock, None
             if sock is not None:
                 sock.close()
             self._on_closed(self)
 
     def finish(self, deadline: float) -> None:
-        """End the link; no messages wait on this side."""
+        """Close the link; no messages are queued on this side."""
         self.close()

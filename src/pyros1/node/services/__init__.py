@@ -1,1 +1,1 @@
-"""Services that a node provides, and clients of services."""
+"""Services provided by a node, and clients of services."""

@@ -1,4 +1,4 @@
-"""The connection of a call, or of a series of calls, to a service's provider."""
+"""The connection to a service's provider, for one call or a series of calls."""
 
 from __future__ import annotations
 
@@ -31,30 +31,30 @@ if TYPE_CHECKING:
 
 CONNECT_TIMEOUT = 10.0
 SILENCE_TIMEOUT = 5.0
-"""Seconds after which a provider that does not greet is named in the log; a node greets even while it is busy."""
+"""Seconds after which a provider that has not sent its header is logged; a node sends it even while it is busy."""
 POLL_INTERVAL = 0.2
-"""Seconds between a waiting call's checks whether its node is shutting down."""
+"""Seconds between checks of a waiting call whether its node is shutting down."""
 
 
 class Call:
-    """The connection to a service's provider; every read and write ends at the deadline, or when the node stops.
+    """The connection to a service's provider; all waits are aborted at the deadline, or when the node shuts down.
 
     Args:
-        context: of the node that calls.
+        context: context of the calling node.
         service: the service's full name.
-        uri: where the provider is, ``rosrpc://host:port``.
-        deadline: time of `monotonic` at which the call ends; None: no limit.
-        spin_wait: how to wait for answers; None: as at a first call.
+        uri: the provider's URI, ``rosrpc://host:port``.
+        deadline: the deadline in `monotonic` time; None for no limit.
+        spin_wait: waits for responses; None if there have been no calls yet.
 
     Attributes:
         data: bytes that were received but not yet used.
-        got_header: whether the provider has answered the header.
-        header: that answer.
-        local: whether it is a pyros1 node of this machine and user, at the other end of a Unix socket.
+        got_header: whether the provider's header has been received.
+        header: the provider's header.
+        local: whether the connection is a Unix socket: to a pyros1 node of the same user on this machine.
 
     Raises:
         ServiceUnavailableError: the provider cannot be reached.
-        WaitTimeoutError: it is too late.
+        WaitTimeoutError: the deadline has passed.
         NodeShutdownError: the node is shutting down.
     """
 
@@ -68,7 +68,7 @@ class Call:
         try:
             host, port = parse_uri(uri, "rosrpc")
         except ProtocolError as error:
-            raise ServiceUnavailableError(f"service [{service}] has a wrong address at the master: {error}") from error
+            raise ServiceUnavailableError(f"service [{service}] is registered with a wrong address: {error}") from error
         self.data = b""
         self.header: dict[str, str] = {}
         local_sock = self._connect_local(uri)
@@ -92,7 +92,7 @@ class Call:
         self.got_header = False
 
     def _connect_local(self, uri: str) -> socket.socket | None:
-        """Return a connection over a Unix socket; None if the provider is not on this machine or of another user."""
+        """Return a connection over a Unix socket; None if the provider is on another machine or of another user."""
         self._remaining(POLL_INTERVAL)
         key = self._context.local_key
         if not key:
@@ -105,7 +105,7 @@ class Call:
         return sock
 
     def _set_socket_timeout(self) -> None:
-        """Set the timeout of the next call on the socket, so that node and deadline are checked in time."""
+        """Set the timeout of the next socket call, so that node and deadline are checked in time."""
         remaining = self._remaining(POLL_INTERVAL)
         if remaining != self._socket_timeout:
             set_socket_timeouts(self.sock, remaining)
@@ -113,7 +113,7 @@ class Call:
 
     def _remaining(self, maximum: float) -> float:
         if self._context.stopping.is_set():
-            raise NodeShutdownError(f"call of {self.service}: the node is shutting down")
+            raise NodeShutdownError(f"call to {self.service}: the node is shutting down")
         if self.deadline is None:
             return maximum
         remaining = self.deadline - monotonic()
@@ -122,7 +122,7 @@ class Call:
         return min(maximum, remaining)
 
     def _check_peer(self, error: OSError) -> None:
-        """Raise a ConnectionError if the wait ended because the system has given up the connection, or should have."""
+        """Raise ConnectionError if the system has given up the connection, or should have done so."""
         if error.errno == errno.ETIMEDOUT or is_peer_dead(self.sock):
             raise ConnectionError("the provider's machine no longer answers")
 
@@ -135,20 +135,20 @@ class Call:
                 sent = self.sock.send(remaining_data)
                 remaining_data = b"" if sent == len(remaining_data) else memoryview(remaining_data)[sent:]
             except SOCKET_TIMEOUTS as error:
-                self._check_peer(error)  # and _remaining raises at the deadline
+                self._check_peer(error)  # the deadline is checked by `_remaining`
 
     def receive(self) -> bytes:
         """Receive some bytes.
 
         Raises:
-            ConnectionError: the other side closed.
+            ConnectionError: the provider has closed the connection.
         """
         while True:
             self._set_socket_timeout()
             try:
                 data = self._spin_wait.wait(self._recv)
             except SOCKET_TIMEOUTS as error:
-                self._check_peer(error)  # and _remaining raises at the deadline
+                self._check_peer(error)  # the deadline is checked by `_remaining`
                 self._warn_silent_provider()
                 continue
             if not data:
@@ -160,7 +160,7 @@ class Call:
         if not self.got_header and monotonic() > self._warn_at:
             self._warn_at = inf
             self._context.log.warn(
-                "a call of service %s is waiting for %s, which does not answer. "
+                "a call to service %s is waiting for %s, which does not answer. "
                 "Is its node stopped, or is another program using its port?",
                 self.service,
                 self._uri,
@@ -168,8 +168,7 @@ class Call:
 
     @property
     def broken(self) -> bool:
-        """Whether the provider has sent something unrequested: each later call would get the response of the
-        previous one."""
+        """Whether the provider has sent unrequested data, so that each later call would get the wrong response."""
         if self.data:
             return True
         if not (self.got_header and DONTWAIT):
@@ -179,12 +178,12 @@ class Call:
         except OSError:  # no data, or the connection is broken, which the call will report
             return False
 
-    def response(self) -> tuple[bool, bytes]:
-        """Return whether the call succeeded, and the body of the response.
+    def receive_response(self) -> tuple[bool, bytes]:
+        """Receive a response; return whether the call succeeded, and the body of the response.
 
         Raises:
-            ConnectionError: the other side closed.
-            ProtocolError: the response would be too large.
+            ConnectionError: the provider has closed the connection.
+            ProtocolError: the response is too large.
         """
         data = self.data or self.receive()
         while len(data) < RESPONSE_HEAD_SIZE:
@@ -201,9 +200,9 @@ class Call:
         return ok, data[RESPONSE_HEAD_SIZE:end]
 
     def end(self) -> None:
-        """Make a call under way in another thread fail."""
+        """Make a call in progress in another thread fail."""
         with contextlib.suppress(OSError):
-            self.sock.shutdown(socket.SHUT_RDWR)  # wakes a thread that is waiting for an answer
+            self.sock.shutdown(socket.SHUT_RDWR)  # wakes a thread that is waiting for a response
 
     def close(self) -> None:
         self.end()

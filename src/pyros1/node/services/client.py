@@ -1,4 +1,4 @@
-"""Client of a service (https://wiki.ros.org/rospy/Overview/Services)."""
+"""Clients of services (https://wiki.ros.org/rospy/Overview/Services)."""
 
 from __future__ import annotations
 
@@ -38,14 +38,15 @@ if TYPE_CHECKING:
 
 PROBE_TIMEOUT = 5.0
 _MAX_WITH_HEADER: Final = 65536
-"""Size in bytes up to which a request is sent with the header: a socket accepts both, so a refusal can be read."""
+"""Maximum size in bytes of a request to send together with the header: a socket accepts both without blocking, so a
+refusal can be read."""
 
 
 class ServiceClient:
-    """Client of a service; made by ``Node.service``. Also a context manager that closes it.
+    """Client of a service; created by ``Node.service``. Also a context manager that closes it.
 
     Calling the object calls the service: ``client(a, b)``, ``client(a=1)`` or ``client(request)``. A signal handler may
-    do so as well, on top of a call of its thread: it gets a separate connection.
+    do so as well, even if it interrupts a call: it uses a separate connection.
 
     Attributes:
         name: the service's full name.
@@ -68,17 +69,17 @@ class ServiceClient:
         self._persistent = persistent
         self._headers = dict(headers)
         self._wire_type = service_type(service_class)
-        self._spin_wait = SpinWait()  # of all calls: a series may have a new connection for each
-        # The class is created on first use: here, not in a signal handler in the middle of an import.
+        self._spin_wait = SpinWait()  # shared by all calls, as each call of a series may use a new connection
+        # Codecs are created on first use: here, not in a signal handler that interrupts an import.
         service_class._request_class()
         _ = service_class._request_class._encode_frame, service_class._response_class._decode
-        self._begin()
+        self._reset_connections()
 
-    def _begin(self) -> None:
+    def _reset_connections(self) -> None:
         self._persistent_call: Call | None = None
-        self._under_way: set[Call] = set()
-        self._lock = threading.RLock()  # of a persistent connection: one call at a time
-        self._busy = False  # the thread that has the lock is making a call there
+        self._calls_in_progress: set[Call] = set()
+        self._lock = threading.RLock()  # allows one call at a time on a persistent connection
+        self._busy = False  # the thread that holds the lock is making a call on it
         self._pid = os.getpid()
 
     def __call__(self, *args: Any, **fields: Any) -> Any:
@@ -97,21 +98,21 @@ class ServiceClient:
 
         Args:
             request: an instance of the service's request class.
-            timeout: seconds; None: no limit, until the connection breaks or the node shuts down.
+            timeout: maximum number of seconds; None waits until the connection breaks or the node shuts down.
 
         Returns:
-            The response message; its ``_connection_header`` is the provider's.
+            The response message; its ``_connection_header`` is the provider's connection header.
 
         Raises:
-            ServiceUnavailableError: nobody provides the service, or the provider cannot be reached.
-            ServiceError: the provider refused or failed (with its reason), or the connection broke.
-            WaitTimeoutError: no response in time.
+            ServiceUnavailableError: no node provides the service, or the provider cannot be reached.
+            ServiceError: the provider refused the call or failed (with its reason), or the connection broke.
+            WaitTimeoutError: there was no response in time.
             SerializationError: a value in the request does not fit its field.
             NodeShutdownError: the node is shutting down.
         """
         if not isinstance(request, Message):
-            wanted = self.type._request_class.__name__
-            raise TypeError(f"service [{self.name}]: the request must be a {wanted}, not {request!r:.80}")
+            expected = self.type._request_class.__name__
+            raise TypeError(f"service [{self.name}]: the request must be a {expected}, not {request!r:.80}")
         check_timeout(timeout)
         if request._md5sum != self.type._request_class._md5sum:
             raise MessageError(f"service [{self.name}] takes {self.type._request_class._type}, not {request._type}")
@@ -121,7 +122,7 @@ class ServiceClient:
             raise SerializationError(f"service [{self.name}]: {error}") from None
         data = frame if isinstance(frame, bytes) else b"".join(frame)
         deadline = None if timeout is None else monotonic() + timeout
-        self._forget_inherited()
+        self._close_inherited()
         if self._own_service() is not None:
             server = self._own_service(self._look_up())
             if server is not None:
@@ -129,30 +130,30 @@ class ServiceClient:
         if not self._persistent:
             return self._exchange(self._connect(deadline), data)
         with self._lock:
-            if self._busy:  # a signal handler calls on top of a call of its thread
+            if self._busy:  # a signal handler has interrupted a call
                 return self._exchange(self._connect(deadline), data)
             self._busy = True
             try:
-                kept = self._persistent_call  # which `close` may remove meanwhile
-                if kept is None or kept.broken:
-                    kept = self._renew(kept, deadline)
-                kept.deadline = deadline
-                return self._exchange(kept, data)
+                persistent_call = self._persistent_call  # which `close` may remove meanwhile
+                if persistent_call is None or persistent_call.broken:
+                    persistent_call = self._reconnect(persistent_call, deadline)
+                persistent_call.deadline = deadline
+                return self._exchange(persistent_call, data)
             finally:
                 self._busy = False
 
-    def _forget_inherited(self) -> None:
-        """In a forked process, drop the connections: they belong to the parent process."""
+    def _close_inherited(self) -> None:
+        """In a forked process, close the connections, which belong to the parent process."""
         if self._pid != os.getpid():
-            for other in [*self._under_way, *([self._persistent_call] if self._persistent_call else [])]:
+            for other in [*self._calls_in_progress, *([self._persistent_call] if self._persistent_call else [])]:
                 other.sock.close()
-            self._begin()
+            self._reset_connections()
 
     def _own_service(self, uri: str | None = None) -> ServiceView | None:
         """Return the node's own service of that name if its handler can run only in the calling thread.
 
         Args:
-            uri: the URI that the master gave; None if not known yet.
+            uri: the URI that the service is registered with; None if it is not known yet.
         """
         context = self._context
         server = (
@@ -170,7 +171,7 @@ class ServiceClient:
         return self._read_response(ok, response[RESPONSE_HEAD_SIZE:], answer)
 
     def _look_up(self) -> str:
-        """Return the service's URI from the master."""
+        """Look up the service's URI with the master."""
         self._context.check_running()
         try:
             return self._master.lookup_service(self.name)
@@ -182,18 +183,18 @@ class ServiceClient:
     def _connect(self, deadline: float | None) -> Call:
         return Call(self._context, self.name, self._look_up(), deadline, self._spin_wait)
 
-    def _renew(self, broken: Call | None, deadline: float | None) -> Call:
-        """Return a new connection for a series of calls."""
+    def _reconnect(self, broken: Call | None, deadline: float | None) -> Call:
+        """Replace the persistent connection with a new one."""
         if broken is not None:
             self._persistent_call = None
             broken.close()
-        self._persistent_call = kept = self._connect(deadline)
-        return kept
+        self._persistent_call = persistent_call = self._connect(deadline)
+        return persistent_call
 
     def _exchange(self, call: Call, request: bytes) -> Any:
-        """Send the request, on a new connection after the header, and return the response."""
-        self._under_way.add(call)
-        complete = False
+        """Send the request, preceded by the header on a new connection, and return the response."""
+        self._calls_in_progress.add(call)
+        is_complete = False
         try:
             if call.got_header:
                 call.send(request)
@@ -202,18 +203,18 @@ class ServiceClient:
             else:  # stock providers lose data that arrives together with the header
                 self._greet(call)
                 call.send(request)
-            ok, body = call.response()
-            complete = True
+            ok, body = call.receive_response()
+            is_complete = True
         except ConnectionRefusedByPeerError as error:
             raise ServiceError(str(error)) from None
         except (OSError, ProtocolError) as error:
             if isinstance(error, WaitTimeoutError):
                 raise
             self._context.check_running()
-            raise ServiceError(f"call of service [{self.name}] failed: {error}") from error
+            raise ServiceError(f"call to service [{self.name}] failed: {error}") from error
         finally:
-            self._under_way.discard(call)
-            if not complete or call is not self._persistent_call:
+            self._calls_in_progress.discard(call)
+            if not is_complete or call is not self._persistent_call:
                 if call is self._persistent_call:
                     self._persistent_call = None  # the next call reconnects
                 call.close()
@@ -240,26 +241,26 @@ class ServiceClient:
         answer = None
         while answer is None:
             answer = reader.feed(call.receive())
-        odd = check_service_answer(answer, self.name, self._wire_type, header)
-        if odd:
-            self._context.log.peer(WARN, "%s", odd, max_texts=1, link=self.name)
+        warning = check_service_answer(answer, self.name, self._wire_type, header)
+        if warning:
+            self._context.log.peer(WARN, "%s", warning, max_texts=1, link=self.name)
         call.data = reader.rest
         call.header = answer
         call.got_header = True
 
     def wait(self, timeout: float | None = None) -> None:
-        """Wait until the service is provided; see ``Node.wait_for_service``."""
+        """Wait until the service is available; see ``Node.wait_for_service``."""
         wait_for_service(self._context, self._master, self.name, timeout)
 
     def close(self) -> None:
-        """Close the connection; a call under way in another thread fails."""
-        self._forget_inherited()
-        kept, self._persistent_call = self._persistent_call, None
-        under_way = list(self._under_way)
-        for call in under_way:
-            call.end()  # its thread closes it: the descriptor must not be reused in the middle of a read
-        if kept is not None and kept not in under_way:
-            kept.close()
+        """Close the connection; a call in progress in another thread fails."""
+        self._close_inherited()
+        persistent_call, self._persistent_call = self._persistent_call, None
+        in_progress = list(self._calls_in_progress)
+        for call in in_progress:
+            call.end()  # its thread closes it, as the descriptor must not be reused during a read
+        if persistent_call is not None and persistent_call not in in_progress:
+            persistent_call.close()
 
     def __enter__(self) -> ServiceClient:
         return self
@@ -275,7 +276,7 @@ def probe(context: Context, service: str, uri: str, timeout: float = PROBE_TIMEO
         The provider's connection header: type, md5sum, callerid and more.
 
     Raises:
-        ServiceError: the provider does not answer, or does not provide the service.
+        ServiceError: the provider does not respond, or does not provide the service.
     """
     call = Call(context, service, uri, monotonic() + timeout)
     try:
@@ -296,14 +297,16 @@ def probe(context: Context, service: str, uri: str, timeout: float = PROBE_TIMEO
 
 
 def wait_for_service(context: Context, master: MasterClient, service: str, timeout: float | None) -> None:
-    """Wait until a service is provided and its provider answers.
+    """Wait until a service is available, which means that its provider responds.
 
     Args:
-        service: full name.
-        timeout: seconds; None waits until the node shuts down.
+        context: the node's context.
+        master: the client of the master.
+        service: the service's full name.
+        timeout: maximum number of seconds to wait; None waits until the node shuts down.
 
     Raises:
-        WaitTimeoutError: the service did not answer in time.
+        WaitTimeoutError: the service was not available in time.
         ServiceError: the master cannot look up services.
         NodeShutdownError: the node is shutting down.
     """
@@ -324,8 +327,8 @@ def wait_for_service(context: Context, master: MasterClient, service: str, timeo
                 fault = "does not answer (was its node stopped?)"
         now = monotonic()
         if timeout is not None and now - start >= timeout:
-            where = f": it is registered at {uri}, but {fault}" if uri else ""
-            raise WaitTimeoutError(f"timeout exceeded while waiting for service {service}{where}")
+            details = f": it is registered at {uri}, but {fault}" if uri else ""
+            raise WaitTimeoutError(f"timeout exceeded while waiting for service {service}{details}")
         if now - last_warned >= (10.0 if last_warned > start or fault == "cannot be reached" else PROBE_TIMEOUT):
             last_warned = now
             state = f"registered at {uri}, but {fault}" if uri else "no node provides it yet"

@@ -6,11 +6,11 @@ States::
       ^   a whole request       │   not persistent
       └─────────────────────────┘   persistent
 
-* *waiting*: on the loop, for a whole request. A client that sends nothing, or one byte at a time, costs no thread. Once
-  begun, a request must make progress, on average not slower than SLOWEST; a client that is not persistent must begin
-  one.
+* *waiting*: on the loop, for a whole request. A client that sends nothing, or one byte at a time, does not occupy a
+  thread. A request that has started must be transferred at a minimum rate, see `TransferDeadline`; a client that is not
+  persistent must start one in time.
 * *answering*: in a worker's thread, until the response is sent. The worker also waits briefly for the first
-  request, and for the next one of a persistent client: that saves the detour over the loop.
+  request, and for the next one of a persistent client, which is faster than waiting on the loop.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ if TYPE_CHECKING:
     from pyros1.net.loop import Loop, TimerHandle
 
 REQUEST_TIMEOUT = 30.0
-"""Longest pause, in seconds, of a client that sends a request or receives the response."""
+"""Maximum pause in seconds while a client sends a request or receives the response."""
 LINGER_TIME = 0.05
 """Seconds that a worker waits for the next request of a persistent client."""
 
-Frames = list[tuple[int, int]]
+FrameRanges = list[tuple[int, int]]
 
 
 class ServiceLink:
@@ -45,12 +45,13 @@ class ServiceLink:
 
     Args:
         loop: the node's loop.
-        sock: connected, non-blocking.
+        sock: a connected, non-blocking socket.
         header: the client's connection header.
-        first: bytes that came after the header.
-        answer: ``answer(data, start, end, header)`` returns the bytes that answer a request; runs in a worker.
-        submit: ``submit(job)`` runs a job in a worker, or returns why that is not possible.
-        may_linger: whether a worker that has answered this many requests may wait a moment for more.
+        first: bytes that were received after the header.
+        answer: ``answer(data, start, end, header)`` returns the encoded response to a request; called in a worker.
+        submit: ``submit(job)`` runs a job in a worker, or returns the reason why that is not possible.
+        may_linger: ``may_linger(count)`` returns whether a worker may wait for more requests after it has answered
+            ``count`` of them.
         on_closed: called once, with the link and the error, or None.
     """
 
@@ -76,14 +77,14 @@ class ServiceLink:
         self._buffer = FrameBuffer(4096, first=first)
         self._timer: TimerHandle | None = None
         self._transfer_deadline = TransferDeadline(REQUEST_TIMEOUT)  # while a timer is set
-        self._ending = False
+        self._is_ending = False
         self._spin_wait = SpinWait()
 
     def begin(self, greeting: bytes) -> None:
-        """Send our header and wait for a request. On the loop."""
+        """Send the provider's header and wait for a request. Called on the loop."""
         try:
             if self._sock.send(greeting) < len(greeting):
-                raise ProtocolError("it does not read its data")
+                raise ProtocolError("the client does not read its data")
             frames = self._buffer.received(0)
         except (OSError, ProtocolError) as error:
             self._close(error)
@@ -94,19 +95,19 @@ class ServiceLink:
             self._wait()
 
     def end(self) -> None:
-        """Close after the answer to the current call, if there is one. Any thread."""
-        self._ending = True
+        """Close the connection after the response to the current call, if any. May be called from any thread."""
+        self._is_ending = True
         with contextlib.suppress(OSError):
             self._sock.shutdown(socket.SHUT_RD)  # wakes a thread that waits for a request
 
     # ---- waiting, on the loop
 
     def _wait(self) -> None:
-        if self._ending:
+        if self._is_ending:
             self._close(None)
             return
         self._sock.setblocking(False)
-        self._loop.register(self._sock, READ, self._readable)
+        self._loop.register(self._sock, READ, self._on_readable)
         if self._buffer.partial or not self._persistent:
             self._start_timeout()
 
@@ -121,13 +122,9 @@ class ServiceLink:
             return
         self._loop.unregister(self._sock)
         is_partial = self._buffer.partial
-        self._close(
-            ProtocolError(f"the rest of its request did not arrive within {REQUEST_TIMEOUT:g} s")
-            if is_partial
-            else None
-        )
+        self._close(ProtocolError(f"the request was not complete within {REQUEST_TIMEOUT:g} s") if is_partial else None)
 
-    def _readable(self, _mask: int) -> None:
+    def _on_readable(self, _mask: int) -> None:
         is_new_request = not self._buffer.partial
         try:
             count = self._sock.recv_into(self._buffer.writable())
@@ -155,8 +152,8 @@ class ServiceLink:
             self._timer.cancel()
             self._timer = None
 
-    def _submit_requests(self, frames: Frames) -> None:
-        if self._ending:  # bytes after the end are read as well
+    def _submit_requests(self, frames: FrameRanges) -> None:
+        if self._is_ending:  # bytes that arrived after `end` was called may have been read
             self._close(None)
             return
         refusal = self._submit(lambda: self._serve(frames))
@@ -167,41 +164,41 @@ class ServiceLink:
 
     # ---- answering, in a worker
 
-    def _serve(self, frames: Frames) -> None:
+    def _serve(self, frames: FrameRanges) -> None:
         sock, buffer, header = self._sock, self._buffer, self.header
         num_answered = 0
         try:
-            bounded = set_socket_timeouts(sock, REQUEST_TIMEOUT, LINGER_TIME)
-            while frames or (bounded and not buffer.partial and self._may_linger(num_answered)):
+            has_kernel_timeouts = set_socket_timeouts(sock, REQUEST_TIMEOUT, LINGER_TIME)
+            while frames or (has_kernel_timeouts and not buffer.partial and self._may_linger(num_answered)):
                 frames = frames or self._linger()
                 if not frames:
                     break
                 data = buffer.take(frames)
                 for start, end in frames:
                     sock.sendall(self._answer(data, start, end, header))
-                    if not self._persistent or self._ending:
+                    if not self._persistent or self._is_ending:
                         self._close(None)
                         return
                 num_answered += len(frames)
                 frames = []
         except SOCKET_TIMEOUTS:
-            self._close(ProtocolError(f"it did not read the rest of its response within {REQUEST_TIMEOUT:g} s"))
+            self._close(ProtocolError(f"the client did not read its response within {REQUEST_TIMEOUT:g} s"))
         except (OSError, ProtocolError) as error:
             self._close(error)
         else:
             self._loop.call_soon(self._wait)
 
-    def _linger(self) -> Frames:
-        """Return the requests that arrive within a moment; none if they are incomplete by then.
+    def _linger(self) -> FrameRanges:
+        """Wait a moment for more requests and return them; none if they are incomplete by then.
 
         Raises:
-            OSError: the client is gone, or this side is closing.
+            OSError: the client has disconnected, or this side is closing.
         """
         try:
             count = self._spin_wait.wait(self._receive)
         except SOCKET_TIMEOUTS:
             return []
-        if not count or self._ending:
+        if not count or self._is_ending:
             raise ConnectionError("closed")
         return self._buffer.received(count)
 

@@ -1,4 +1,4 @@
-"""The services that a node provides, and their registration with the master."""
+"""The services provided by a node, and their registration with the master."""
 
 from __future__ import annotations
 
@@ -18,21 +18,22 @@ if TYPE_CHECKING:
     from pyros1.node.context import Context
     from pyros1.node.registrar import Registrar
 
-_PROVIDE = "advertise_service(name, type, handler)"
+_ADVERTISE_SERVICE = "advertise_service(name, type, handler)"
 MAX_THREADS = 16 * MAX_CALLS
-"""Maximum number of concurrent calls of all services of a node."""
+"""Maximum number of concurrent calls to all services of a node."""
 
 
 class Services:
-    """The services that a node provides, by full name.
+    """The services provided by a node, by full name.
 
     Args:
-        context: the node.
-        registrar: the node's registrations with the master.
+        context: the node's context.
+        registrar: returns the node's registrar.
         address: returns the ``rosrpc://`` URI of the node.
 
     Attributes:
-        servers: by name; replaced as a whole on changes, so that readers need no lock. Also ``context.services``.
+        servers: the services by name; replaced as a whole on changes, so that readers need no lock. A copy is in
+            ``context.services``.
     """
 
     def __init__(self, context: Context, registrar: Callable[[], Registrar], address: Callable[[], str]) -> None:
@@ -49,7 +50,10 @@ class Services:
         """Provide a service; see ``Node.advertise_service``.
 
         Args:
-            direct: whether to answer at once, even in a node that spins.
+            name: the service's full name.
+            service_class: the service class.
+            handler: called with each request.
+            direct: whether to call the handler immediately, even in a node that spins.
         """
         self._context.check_process()
         with self._lock:
@@ -59,8 +63,8 @@ class Services:
             server = ServiceServer(
                 self._context, self._workers, name, self._address(), service_class, handler, self._unadvertise, direct
             )
-            self._set({**self.servers, name: server})
-        if not direct:  # its clients on this machine find the socket by the service's URI
+            self._set_servers({**self.servers, name: server})
+        if not direct:  # opens the socket that clients on this machine derive from the service's URI
             self._context.loop.call_soon(self._context.local_name)
         try:
             self._registrar().register("registerService", name, server.uri, self._context.uri)
@@ -78,22 +82,22 @@ class Services:
 
     def _drop(self, server: ServiceServer) -> None:
         with self._lock:
-            self._set({k: v for k, v in self.servers.items() if v is not server})
+            self._set_servers({k: v for k, v in self.servers.items() if v is not server})
         server.close()
 
-    def _set(self, servers: dict[str, ServiceServer]) -> None:
+    def _set_servers(self, servers: dict[str, ServiceServer]) -> None:
         self.servers = servers
         self._context.services = {**servers}
 
     def close(self) -> None:
-        """End all calls and their threads."""
+        """Abort all calls and stop their threads."""
         for server in self.servers.values():
             server.close()
         self._workers.close()
 
 
 class ServiceMethods:
-    """The service functions of a node; one of its base classes."""
+    """The methods of a node that deal with services; one of its base classes."""
 
     resolve: Callable[[str], str]
     master: MasterClient
@@ -107,13 +111,13 @@ class ServiceMethods:
             name: name of the service.
             type: service class, or a type's name such as "std_srvs/SetBool".
             handler: called with the request; returns a response, or the values of its fields as a tuple, list or dict,
-                or the value of its only field. The text of an exception is sent to the caller. Calls may overlap.
+                or the value of its only field. The message of an exception is sent to the client. Calls may overlap.
 
         Raises:
             NodeError: this node already provides the service.
         """
-        checks.check_name(name, _PROVIDE)
-        checks.check_callback(handler, _PROVIDE, "handler", type)
+        checks.check_name(name, _ADVERTISE_SERVICE)
+        checks.check_callback(handler, _ADVERTISE_SERVICE, "handler", type)
         return self._services.advertise(self.resolve(name), checks.service_class(type, "advertise_service"), handler)
 
     def service(
@@ -129,8 +133,8 @@ class ServiceMethods:
         Args:
             name: name of the service.
             type: service class, or a type's name.
-            persistent: whether to keep the connection between calls: faster, but bound to this provider. After a
-                broken connection the next call makes a new one.
+            persistent: whether to keep the connection between calls, which is faster, but bound to one provider. If the
+                connection breaks, the next call opens a new one.
             headers: extra fields for the connection header.
         """
         checks.check_name(name, "service(name, type)")
@@ -139,13 +143,14 @@ class ServiceMethods:
         return ServiceClient(self._context, self.master, self.resolve(name), cls, persistent, headers or {})
 
     def wait_for_service(self, name: str, timeout: float | None = None) -> None:
-        """Wait until a service is provided and its provider answers.
+        """Wait until a service is available, which means that its provider responds.
 
         Args:
-            timeout: seconds; None waits until the node shuts down.
+            name: name of the service.
+            timeout: maximum number of seconds to wait; None waits until the node shuts down.
 
         Raises:
-            WaitTimeoutError: the service did not answer in time.
+            WaitTimeoutError: the service was not available in time.
             NodeShutdownError: the node is shutting down.
         """
         checks.check_name(name, "wait_for_service(name, timeout)")

@@ -1,4 +1,4 @@
-"""Server of a service (https://wiki.ros.org/rospy/Overview/Services): one thread per call under way."""
+"""Service servers (https://wiki.ros.org/rospy/Overview/Services); each call in progress uses one thread."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from pyros1.node.services.workers import Workers
 
 MAX_CALLS = 256
-"""Maximum number of concurrent calls of one service; more are refused."""
+"""Maximum number of concurrent calls to one service; more are refused."""
 MAX_EARLY_CALLS = 8
-"""Number of calls under way up to which a thread waits a moment for a new client's first request."""
+"""If fewer calls than this are in progress, a thread waits a moment for a new client's first request."""
 SPIN_WARNING_DELAY = 5.0
-"""Seconds that a call waits for the program to spin before this is logged."""
+"""Seconds after which a warning is logged if a call waits for the program to spin."""
 
 
 def service_type(service_class: type[Service]) -> ServiceType:
@@ -40,12 +40,12 @@ def service_type(service_class: type[Service]) -> ServiceType:
 
 
 class ServiceServer:
-    """A service that a node provides; made by ``Node.advertise_service``. Also a context manager that shuts it down.
+    """A service provided by a node; created by ``Node.advertise_service``. A context manager that shuts it down.
 
     Attributes:
-        name: full name.
+        name: the service's full name.
         type: the service class.
-        uri: URI under which it is registered.
+        uri: the URI that is registered with the master.
     """
 
     def __init__(
@@ -69,15 +69,15 @@ class ServiceServer:
         self._handler = handler
         self._unregister: Callable[[ServiceServer], None] | None = unregister
         self._links: set[ServiceLink] = set()
-        self._under_way = 0
+        self._num_calls = 0
         self._lock = threading.RLock()
         self._closed = False
 
     def accept(self, sock: socket.socket, header: dict[str, str], first: bytes) -> None:
-        """Answer a client's header and serve it. On the loop.
+        """Respond to a client's header and serve its requests. Called on the loop.
 
         Raises:
-            Refusal: the client wants another type.
+            Refusal: the client expects another type.
         """
         answer = encode_header(answer_service_client(header, self._context.name, self.name, self._wire_type))
         set_nodelay_and_keepalive(sock)
@@ -86,7 +86,7 @@ class ServiceServer:
             sock.close()
             return
         link = ServiceLink(
-            self._context.loop, sock, header, first, self._answer, self._submit, self._may_linger, self._forget
+            self._context.loop, sock, header, first, self._answer, self._submit, self._may_linger, self._on_link_closed
         )
         with self._lock:
             self._links.add(link)
@@ -95,58 +95,58 @@ class ServiceServer:
         link.begin(answer)
 
     def _submit(self, job: Callable[[], None]) -> str | None:
-        """Run a job in a thread; return the reason if that is not possible."""
+        """Run a job in a thread; return the reason if that is not possible, else None."""
         with self._lock:
-            if self._under_way >= MAX_CALLS:
-                return f"too many calls of {self.name} at the same time, try again later"
-            self._under_way += 1
+            if self._num_calls >= MAX_CALLS:
+                return f"too many simultaneous calls to {self.name}, try again later"
+            self._num_calls += 1
 
         def run() -> None:
             try:
                 job()
             finally:
                 with self._lock:
-                    self._under_way -= 1
+                    self._num_calls -= 1
 
         if self._workers.submit(run):
             return None
         with self._lock:
-            self._under_way -= 1
-        return f"too many calls of services of {self._context.name} at the same time, try again later"
+            self._num_calls -= 1
+        return f"too many simultaneous calls to services of {self._context.name}, try again later"
 
-    def _may_linger(self, answered: int) -> bool:
-        # Few threads wait for clients that have only connected, so such clients cannot use up all threads.
-        return self._under_way < (MAX_CALLS // 2 if answered else MAX_EARLY_CALLS) and not self._closed
+    def _may_linger(self, num_answered: int) -> bool:
+        # Only few threads wait for clients that have merely connected, so such clients cannot occupy all threads.
+        return self._num_calls < (MAX_CALLS // 2 if num_answered else MAX_EARLY_CALLS) and not self._closed
 
-    def _forget(self, link: ServiceLink, error: Exception | None) -> None:
+    def _on_link_closed(self, link: ServiceLink, error: Exception | None) -> None:
         with self._lock:
             self._links.discard(link)
         if error is not None and not self._closed and not isinstance(error, ConnectionError):
-            who = link.header.get("callerid", "?")
-            self._context.log.peer(WARN, "a call of %s by %s failed: %s", self.name, who, error)
+            client = link.header.get("callerid", "?")
+            self._context.log.peer(WARN, "a call to %s by %s failed: %s", self.name, client, error)
 
     def call_local(self, frame: bytes, header: dict[str, str]) -> bytes:
-        """Answer a call by the service's own node in the thread that makes it.
+        """Handle a call by the service's own node, in the calling thread.
 
         Args:
-            frame: the request, with its length in front.
+            frame: the encoded request, including the length prefix.
             header: the header that a client would send.
 
         Returns:
-            The bytes that answer the request.
+            The encoded response.
         """
         request = self.type._request_class._decode(frame, 4, len(frame))
         request._connection_header = header
         return self._handle(request)
 
     def _answer(self, data: bytes, start: int, end: int, header: dict[str, str]) -> bytes:
-        """Return the bytes that answer one request."""
+        """Handle a request and return the encoded response."""
         decode = self.type._request_class._decode
         try:
             request = decode(data, start, end, True)
         except LengthError as error:
-            who = header.get("callerid", "?")
-            self._context.log.peer(WARN, "a call of %s by %s: %s", self.name, who, error, max_texts=1, link=self.name)
+            client, text = header.get("callerid", "?"), "a call to %s by %s: %s"
+            self._context.log.peer(WARN, text, self.name, client, error, max_texts=1, link=self.name)
             request = decode(data, start, end)
         except MessageError as error:
             return encode_failure(f"service [{self.name}]: {error}")
@@ -155,14 +155,14 @@ class ServiceServer:
         if callbacks is None:
             return self._handle(request)
         done = threading.Event()
-        answers: list[bytes] = []
+        responses: list[bytes] = []
 
         def run() -> None:
             answer = encode_failure(f"service [{self.name}]: its program was interrupted")
             try:
                 answer = self._handle(request)
             finally:
-                answers.append(answer)
+                responses.append(answer)
                 done.set()
 
         callbacks.push(run)
@@ -172,9 +172,11 @@ class ServiceServer:
                 return encode_failure(f"service [{self.name}] is shutting down")
             if monotonic() > warn_at:
                 warn_at = float("inf")
-                who = header.get("callerid", "?")
-                self._context.log.peer(WARN, "a call of %s by %s waits until this program spins", self.name, who)
-        return answers[0]
+                client = header.get("callerid", "?")
+                self._context.log.peer(
+                    WARN, "a call to %s by %s is waiting for this program to spin", self.name, client
+                )
+        return responses[0]
 
     def _handle(self, request: Message) -> bytes:
         try:
@@ -190,19 +192,19 @@ class ServiceServer:
             return encode_failure(f"error processing request: {error}")
         except BaseException as error:
             if self._callbacks is not None:
-                raise  # it runs in the program's own thread
+                raise  # the handler runs in the program's own thread
             text = f"error processing a request of {self.name}"  # asyncio.CancelledError, for example
             if isinstance(error, (SystemExit, KeyboardInterrupt)):
-                what = "sys.exit()" if isinstance(error, SystemExit) else "KeyboardInterrupt"
-                text = f"handler of {self.name}: {what} ends a program only from its main thread; call node.shutdown()"
+                cause = "sys.exit()" if isinstance(error, SystemExit) else "KeyboardInterrupt"
+                text = f"handler of {self.name}: {cause} ends a program only from its main thread; call node.shutdown()"
             self._context.log.exception(text, error=error)
             return encode_failure(f"error processing request: {error!r}")
 
     def _convert(self, value: Any) -> Message:
-        """Turn the handler's result into a response (P19).
+        """Convert the handler's result to a response (P19).
 
         Raises:
-            NodeError: it returned None.
+            NodeError: the handler returned None.
         """
         response_class = self.type._response_class
         if isinstance(value, response_class):
@@ -218,7 +220,7 @@ class ServiceServer:
         return response_class(value)
 
     def close(self) -> None:
-        """End all calls; their callers get an error."""
+        """Abort all calls; the clients get an error."""
         with self._lock:
             self._closed = True
             links = list(self._links)
@@ -229,7 +231,7 @@ class ServiceServer:
         """Stop providing the service.
 
         Args:
-            reason: text for the log.
+            reason: the reason to log.
         """
         unregister, self._unregister = self._unregister, None
         if unregister is not None:

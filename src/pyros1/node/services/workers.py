@@ -1,4 +1,4 @@
-"""Threads for service calls: one per call under way, reused, up to a fixed number."""
+"""A pool of threads for service calls: one per call in progress, up to a maximum number."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ IDLE_TIME = 10.0
 
 
 class Workers:
-    """Pool of threads that run jobs.
+    """A pool of threads that run jobs.
 
     Args:
         name: prefix of the threads' names.
-        max_threads: largest number of threads.
+        max_threads: maximum number of threads.
     """
 
     def __init__(self, name: str, max_threads: int = 256) -> None:
@@ -24,15 +24,15 @@ class Workers:
         self._jobs: deque[Callable[[], None]] = deque()
         self._changed = threading.Condition()
         self._threads: set[threading.Thread] = set()
-        self._idle = 0
+        self._num_idle = 0
         self._closed = False
 
     def submit(self, job: Callable[[], None]) -> bool:
-        """Run a job soon; return False if all threads are busy and no more are allowed or possible."""
+        """Run a job soon; return False if all threads are busy and no more can be started."""
         with self._changed:
             if self._closed:
                 return False
-            if self._idle > len(self._jobs):
+            if self._num_idle > len(self._jobs):
                 self._jobs.append(job)
                 self._changed.notify()
                 return True
@@ -40,7 +40,7 @@ class Workers:
                 return False
             thread = threading.Thread(target=self._run, name=f"{self._name}-{len(self._threads)}", daemon=True)
             try:
-                thread.start()  # with the lock: `close` must not find a thread that cannot be joined yet
+                thread.start()  # with the lock held, so that `close` can join all threads that it finds
             except RuntimeError:  # the system allows no more threads
                 return False
             self._jobs.append(job)
@@ -50,11 +50,11 @@ class Workers:
     def _run(self) -> None:
         while True:
             with self._changed:
-                self._idle += 1
+                self._num_idle += 1
                 while not self._jobs and not self._closed:
                     if not self._changed.wait(IDLE_TIME) and not self._jobs:
                         break
-                self._idle -= 1
+                self._num_idle -= 1
                 if not self._jobs:
                     self._threads.discard(threading.current_thread())
                     return
@@ -62,7 +62,7 @@ class Workers:
             job()
 
     def close(self, timeout: float = 5.0) -> None:
-        """End the threads after their current jobs; wait at most ``timeout`` seconds for all of them."""
+        """Stop the threads after their current jobs; wait at most ``timeout`` seconds for all of them."""
         deadline = monotonic() + timeout
         with self._changed:
             self._closed = True

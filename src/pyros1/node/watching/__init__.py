@@ -1,1 +1,1 @@
-"""Watching other nodes: notification of nodes that die, hang, are replaced or come back."""
+"""Watches other nodes, and notifies the program when they die, hang, are replaced or come back."""

@@ -1,13 +1,14 @@
 """The state of a watched node, as a state machine. Pure.
 
-A node is *unseen* until it answers for the first time, then *found*, and *lost* when it
+A node is *unseen* until it responds for the first time, then *found*, and *lost* when
 
-* closed its port: it ended, or was killed (reported at once);
-* did not answer for ``limit`` seconds: it hangs, is stopped, or its machine or the network is down;
-* is another process, or the master gives another address for it: it was replaced, which counts as lost and found.
+* its port is closed, because it has exited or was killed (reported immediately);
+* it does not respond for ``limit`` seconds, because it hangs, is stopped, or its machine or the network is down;
+* it is another process, or the master reports another address for it: it was replaced, which is reported as lost and
+  found.
 
-A lost node that answers again is found. For a node that answers, it does not matter if the master is silent or
-does not know the node (any more): a new master does not know stock nodes.
+A lost node that responds again is found. As long as a node responds, it does not matter if the master does not, or does
+not know the node (any more): stock nodes do not register again with a restarted master.
 """
 
 from __future__ import annotations
@@ -25,14 +26,14 @@ class State(Enum):
 
 
 class Sighting(NamedTuple):
-    """News of a watched node.
+    """A change of the state of a watched node.
 
     Attributes:
-        name: its full name.
+        name: the node's full name.
         alive: whether it was found, not lost.
-        reason: how it was lost or found, in words.
-        silent: seconds since its last answer; 0 if it was found.
-        uri: of its slave API.
+        reason: why it is considered lost or found, as a text.
+        silent: seconds since its last response; 0 if it was found.
+        uri: URI of its slave API.
         pid: its process id; None if it does not report it.
     """
 
@@ -48,15 +49,15 @@ class Sighting(NamedTuple):
 
 
 class WatchedNode:
-    """A watched node. Times are monotonic, in seconds.
+    """A watched node. All times are monotonic, in seconds.
 
     Args:
-        name: its full name.
-        limit: seconds without an answer after which it counts as lost.
+        name: the node's full name.
+        limit: seconds without a response after which it is considered lost.
 
     Attributes:
         state: its current state.
-        uri: of its slave API; empty until the master has given it.
+        uri: URI of its slave API; empty until the master has reported it.
     """
 
     def __init__(self, name: str, limit: float) -> None:
@@ -65,21 +66,21 @@ class WatchedNode:
         self.uri = ""
         self._limit = limit
         self._pid: int | None = None
-        self._last_answer = 0.0
+        self._last_response = 0.0
         self._failing_since: float | None = None
 
     def remaining_time(self, now: float) -> float:
-        """Return the seconds that a request sent now may take."""
+        """Return the timeout in seconds for a request sent now."""
         if self.state is not State.FOUND or self._failing_since is None:
             return self._limit
         return max(0.0, self._failing_since + self._limit - now)
 
     def is_new(self, pid: int | None) -> bool:
-        """Return whether an answer with that process id comes from a process that has not been found there yet."""
+        """Return whether a response with that process id is from a process that has not been found there before."""
         return self.state is State.UNSEEN or pid != self._pid
 
     def looked_up(self, uri: str, now: float) -> list[Sighting]:
-        """Handle the address that the master gives."""
+        """Process the address reported by the master."""
         if uri == self.uri:
             return []
         news = self._mark_lost(f"replaced by a node of the same name at {uri}", now)
@@ -88,36 +89,37 @@ class WatchedNode:
         return news
 
     def answered(self, pid: int | None, now: float) -> list[Sighting]:
-        """Handle an answer of the node at `uri`."""
+        """Process a response of the node at `uri`."""
         news: list[Sighting] = []
         if self.state is State.FOUND and pid != self._pid:
             news = self._mark_lost("replaced: another process answers in its place", now)
-        came_back = self.state is State.LOST and self._pid == pid
+        is_same_process = self.state is State.LOST and self._pid == pid
         self._pid = pid
-        self._last_answer = now
+        self._last_response = now
         self._failing_since = None
         if self.state is not State.FOUND:
             self.state = State.FOUND
-            news.append(self._sighting("it answers again" if came_back else "it answers", 0.0))
+            news.append(self._sighting("it answers again" if is_same_process else "it answers", 0.0))
         return news
 
     def failed(self, reason: str, asked_at: float, now: float, closed: bool = False) -> list[Sighting]:
-        """Handle that the node at `uri` did not answer.
+        """Process a failed request to the node at `uri`.
 
         Args:
-            reason: in words.
+            reason: the reason, as a text.
             asked_at: when the request was sent.
-            closed: whether its machine reports that the port is closed.
+            now: the current time.
+            closed: whether the node's machine reports that the port is closed.
         """
         if self._failing_since is None:
             self._failing_since = asked_at
         if closed:
             return self._mark_lost(f"its port is closed: it has exited ({reason})", now)
-        # A timer may fire some microseconds early.
+        # A timer may fire a few microseconds early.
         return self._mark_lost(reason, now) if now >= self._failing_since + self._limit - 1e-3 else []
 
     def stalled(self) -> None:
-        """Handle that this process itself was suspended, so that the last failure means nothing."""
+        """Ignore the last failure, since this process itself was suspended."""
         self._failing_since = None
 
     def _mark_lost(self, reason: str, now: float) -> list[Sighting]:
@@ -125,7 +127,7 @@ class WatchedNode:
         if self.state is not State.FOUND:
             return []
         self.state = State.LOST
-        return [self._sighting(reason, now - self._last_answer)]
+        return [self._sighting(reason, now - self._last_response)]
 
     def _sighting(self, reason: str, silent: float) -> Sighting:
         return Sighting(self.name, self.state is State.FOUND, reason, silent, self.uri, self._pid)

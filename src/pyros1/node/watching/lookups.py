@@ -1,4 +1,4 @@
-"""Looks up the addresses of nodes with the master, in one call for all that are requested at the same time."""
+"""Looks up the addresses of nodes with the master, in one call for all nodes requested at the same time."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ _TIMEOUT = 3.0
 
 
 class Lookups:
-    """Requests to the master, on the loop. Only one call is under way; requests made meanwhile are sent after it.
+    """Requests to the master, on the loop. Only one call is in progress; requests made meanwhile are sent after it.
 
     Args:
         loop: the node's loop.
         rpc: makes the calls.
-        caller_id: full name of the asking node.
+        caller_id: full name of the calling node.
         master_uri: the master's URI.
     """
 
@@ -32,38 +32,38 @@ class Lookups:
         self._caller_id = caller_id
         self._uri = master_uri
         self._requests: dict[str, set[LookupCallback]] = {}
-        self._under_way = False
-        self._one_by_one = False  # the master has no system.multicall
+        self._is_call_pending = False
+        self._has_no_multicall = False  # the master has no system.multicall
 
-    def ask(self, name: str, callbacks: LookupCallback) -> None:
-        """Call ``callbacks(uri)`` once the master has given a node's address; never if it does not know it."""
-        self._requests.setdefault(name, set()).add(callbacks)
-        if not self._under_way:
-            self._under_way = True
-            self._loop.call_soon(self._send)  # after all watches whose turn it is
+    def ask(self, name: str, callback: LookupCallback) -> None:
+        """Call ``callback(uri)`` as soon as the master has returned a node's address; never if it does not know it."""
+        self._requests.setdefault(name, set()).add(callback)
+        if not self._is_call_pending:
+            self._is_call_pending = True
+            self._loop.call_soon(self._send)  # after all watches that poll now
 
     def _send(self) -> None:
-        self._under_way = bool(self._requests)
+        self._is_call_pending = bool(self._requests)
         if not self._requests:
             return
         requests, self._requests = self._requests, {}
         names = list(requests)
-        if self._one_by_one or len(names) == 1:
+        if self._has_no_multicall or len(names) == 1:
             for name in names[1:]:
                 self._requests[name] = requests[name]
-            done = partial(self._answered_one, requests[names[0]])
+            done = partial(self._on_reply, requests[names[0]])
             self._rpc.call(self._uri, "lookupNode", (self._caller_id, names[0]), done, _TIMEOUT)
             return
         calls = [{"methodName": "lookupNode", "params": [self._caller_id, name]} for name in names]
-        self._rpc.call(self._uri, "system.multicall", (calls,), partial(self._answered, requests), _TIMEOUT)
+        self._rpc.call(self._uri, "system.multicall", (calls,), partial(self._on_replies, requests), _TIMEOUT)
 
-    def _answered_one(self, callbacks: set[LookupCallback], reply: Any, error: Error | None) -> None:
+    def _on_reply(self, callbacks: set[LookupCallback], reply: Any, error: Error | None) -> None:
         self._deliver(callbacks, reply)
         self._send()
 
-    def _answered(self, requests: dict[str, set[LookupCallback]], replies: Any, error: Error | None) -> None:
+    def _on_replies(self, requests: dict[str, set[LookupCallback]], replies: Any, error: Error | None) -> None:
         if isinstance(error, XmlRpcFault):
-            self._one_by_one = True
+            self._has_no_multicall = True
             self._requests = {**requests, **self._requests}
         elif isinstance(replies, list) and len(replies) == len(requests):
             for callbacks, reply in zip(requests.values(), replies, strict=True):
@@ -73,7 +73,7 @@ class Lookups:
 
     @staticmethod
     def _deliver(callbacks: set[LookupCallback], reply: Any) -> None:
-        """Handle ``[code, message, uri]``; anything else is not an answer."""
+        """Pass the URI in a reply ``[code, message, uri]`` to the callbacks; anything else is ignored."""
         if isinstance(reply, list) and len(reply) == 3 and reply[0] == 1 and isinstance(reply[2], str) and reply[2]:
-            for each in callbacks:
-                each(reply[2])
+            for callback in callbacks:
+                callback(reply[2])

@@ -1,4 +1,4 @@
-"""Calls the program's functions with news, where the node's callbacks run: never on the loop."""
+"""Notifies the program by calling its functions where the node's callbacks run, never on the loop."""
 
 from __future__ import annotations
 
@@ -15,30 +15,29 @@ if TYPE_CHECKING:
 
 
 MAX_PENDING = 100
-"""Maximum number of news items waiting for one function."""
+"""Maximum number of pending notifications of one notifier."""
 
 
 class Log(Protocol):
-    """The part of a log that is needed here."""
+    """The interface of a log that this module needs."""
 
     def exception(self, text: object, *args: object, error: BaseException | None = None) -> None: ...
 
 
 class Notifier:
-    """Calls functions one after the other, in the thread that spins, or else in a thread that exists while calls are
-    pending.
+    """Calls functions one at a time, in the thread that spins, or else in a thread that runs while calls are pending.
 
     Args:
-        what: kind of news, for the thread's name and the log.
-        log: for functions that raise.
-        callbacks: the callback queue of a node that spins; None for a thread.
-        max_pending: maximum number of waiting calls; beyond that the oldest are dropped. None for no limit.
+        what: the subject of the notifications, for the thread's name and the log.
+        log: logs exceptions raised by the functions.
+        callbacks: the callback queue of a node that spins; None to use a thread.
+        max_pending: maximum number of pending calls; beyond that, the oldest are dropped. None for no limit.
     """
 
     def __init__(
         self, what: str, log: Log, callbacks: CallbackQueue | None = None, max_pending: int | None = MAX_PENDING
     ) -> None:
-        self._what = what
+        self._subject = what
         self._log = log
         self._callbacks = callbacks
         self._max_pending = max_pending
@@ -50,14 +49,13 @@ class Notifier:
         self._thread: threading.Thread | None = None
 
     def notify(self, function: Callable[..., object], *news: Any) -> None:
-        """Call ``function(*news)`` soon. Any thread, but no signal handler."""
+        """Call ``function(*news)`` soon. May be called from any thread, but not in a signal handler."""
         if self._closed:
             return
         self._jobs.append((function, news))
         if self._callbacks is not None:
-            if (
-                self._max_pending is None or len(self._queued) < self._max_pending
-            ):  # otherwise there are no more jobs than queued calls
+            # At the limit, the oldest job was dropped, so there are enough queued calls.
+            if self._max_pending is None or len(self._queued) < self._max_pending:
                 self._queued.append(None)
                 self._callbacks.push(self._notify_from_queue)
             return
@@ -65,11 +63,11 @@ class Notifier:
             if self._busy:
                 return
             self._busy = True
-        self._thread = threading.Thread(target=self._run, name=self._what, daemon=True)
+        self._thread = threading.Thread(target=self._run, name=self._subject, daemon=True)
         self._thread.start()
 
     def close(self, timeout: float = 0.0) -> None:
-        """Make no further calls; wait at most ``timeout`` seconds for one that is running, unless it calls this."""
+        """Make no more calls; wait at most ``timeout`` seconds for a running one, unless it is the caller."""
         self._closed = True
         self._jobs.clear()
         thread = self._thread
@@ -96,16 +94,16 @@ class Notifier:
         try:
             function(*news)
         except NodeShutdownError:
-            pass  # it waited for something when the node began to shut down
+            pass  # the function was waiting when the node started to shut down
         except SystemExit as error:
             if self._callbacks is not None:
-                raise  # it runs in the program's own thread
-            text = f"{self._what}: sys.exit() ends a program only from its main thread; call node.shutdown()"
+                raise  # the function runs in the program's own thread
+            text = f"{self._subject}: sys.exit() ends a program only from its main thread; call node.shutdown()"
             self._log.exception(text, error=error)
-        except BaseException as error:  # the program's code: later news is still reported
+        except BaseException as error:  # raised by user code: later notifications must still be made
             if self._callbacks is not None and not isinstance(error, Exception):
                 raise
-            self._log.exception(f"bad function for {self._what}: {function!r}", error=error)
+            self._log.exception(f"bad function for {self._subject}: {function!r}", error=error)
 
 
 class Notifiers:
@@ -121,18 +119,18 @@ class Notifiers:
         self._notifiers: dict[Notifier, None] = {}
 
     def make(self, what: str) -> Notifier:
-        """Return a new notifier."""
+        """Create and return a notifier."""
         notifier = Notifier(what, self._log, self._callbacks)
         self._notifiers[notifier] = None
         return notifier
 
     def end(self, notifier: Notifier) -> None:
-        """Stop its calls."""
+        """Stop a notifier."""
         notifier.close()
         self._notifiers.pop(notifier, None)
 
     def close(self, timeout: float) -> None:
-        """Make no more calls; wait at most ``timeout`` seconds for those that are running."""
+        """Make no more calls; wait at most ``timeout`` seconds for running ones."""
         deadline = time.monotonic() + timeout
         notifiers = list(self._notifiers)
         for notifier in notifiers:

@@ -1,4 +1,4 @@
-"""The watch of one node: polls it and the master in turn, on the loop, and reports changes."""
+"""Watches one node: polls it and the master periodically, on the loop, and reports changes."""
 
 from __future__ import annotations
 
@@ -17,23 +17,24 @@ if TYPE_CHECKING:
     from pyros1.net.rpc_caller import RpcCaller
     from pyros1.node.watching.lookups import Lookups
 
-RETRY = 0.1
+RETRY_DELAY = 0.1
 """Seconds until the next request to a node that could not be reached, but may still be running."""
 MIN_STALL = 0.25
-"""Delay of a timer, in seconds, that means that this process was suspended: missing answers then mean nothing."""
+"""If a timer is delayed by more than this many seconds, this process was suspended, and the missing response is
+ignored."""
 
 
 class Watch:
-    """A watched node; made by ``Node.watch``. Also a context manager that ends it.
+    """A watched node; created by ``Node.watch``. Also a context manager that stops watching.
 
     Args:
         loop: the node's loop.
-        rpc: calls watched nodes only: other calls could wait long for a hanging node.
-        lookups: look up addresses with the master.
+        rpc: calls watched nodes only, since a hanging node could delay other calls.
+        lookups: looks up addresses with the master.
         caller_id: full name of the watching node.
-        name: full name of the watched one.
+        name: full name of the watched node.
         period: seconds between requests.
-        limit: seconds that an answer may take.
+        limit: maximum response time in seconds.
         notify: called on the loop with each `Sighting`.
         on_close: called with this object when it is closed.
     """
@@ -60,9 +61,9 @@ class Watch:
         self._node = WatchedNode(name, limit)
         self._notify = notify
         self._on_close = on_close
-        self._asking = False
-        self._asked_early = False  # in this period
-        self._stall_excused = False  # since the last answer
+        self._is_asking = False
+        self._asked_early = False  # within the current period
+        self._was_stall_ignored = False  # since the last response
 
     # For the program --------------------------------------------------------------------------------------------------
 
@@ -73,16 +74,16 @@ class Watch:
 
     @property
     def state(self) -> State:
-        """Its current state; UNSEEN: it has not answered since the watch began."""
+        """The node's current state; UNSEEN if it has not responded since the watch was started."""
         return self._node.state
 
     @property
     def alive(self) -> bool:
-        """Whether it is running: found, and not lost."""
+        """Whether the node is running: it was found, and not lost again."""
         return self._node.state is State.FOUND
 
     def close(self) -> None:
-        """Stop watching. A running callback continues. Any thread or signal handler may call it."""
+        """Stop watching. A running callback continues. May be called in any thread or signal handler."""
         if not self.closed:
             self.closed = True
             self._on_close(self)
@@ -96,7 +97,7 @@ class Watch:
     # On the loop ------------------------------------------------------------------------------------------------------
 
     def poll(self) -> None:
-        """Send requests to the master and the node; called once in each period."""
+        """Send requests to the master and the node; called once per period."""
         if self.closed:
             return
         self._asked_early = False
@@ -104,7 +105,7 @@ class Watch:
         self._ask()
 
     def disconnected(self, uri: str) -> None:
-        """Send a request at once, as a node has closed its connection: it may have ended. (Some close idle ones.)"""
+        """Send a request immediately after the node has closed a connection, as it may have exited."""
         if uri == self._node.uri and not self._asked_early:
             self._asked_early = True
             self._ask()
@@ -112,65 +113,69 @@ class Watch:
     def _looked_up(self, uri: str) -> None:
         if self.closed:
             return
-        before = self._node.uri
+        previous_uri = self._node.uri
         self._report(self._node.looked_up(uri, monotonic()))
-        if uri != before:
-            self._asking = False  # an answer from the old address does not count
+        if uri != previous_uri:
+            self._is_asking = False  # a response from the old address is ignored
             self._ask()
 
     def _ask(self) -> None:
         now = monotonic()
         uri, remaining_time = self._node.uri, self._node.remaining_time(now)
-        if self.closed or self._asking or not uri:
+        if self.closed or self._is_asking or not uri:
             return
-        self._asking = True
+        self._is_asking = True
         done = partial(self._answered, uri, now, remaining_time)
         self._rpc.call(uri, "getPid", (self._caller_id,), done, max(0.001, remaining_time))
 
     def _answered(self, uri: str, asked_at: float, remaining_time: float, reply: Any, error: Error | None) -> None:
         if self.closed or uri != self._node.uri:
             return
-        if error is None or isinstance(error, XmlRpcFault):  # a node without getPid is running as well
+        if error is None or isinstance(error, XmlRpcFault):  # a node that does not have getPid is running as well
             self._handle_alive(uri, asked_at, _pid(reply))
         else:
-            self._asking = False
+            self._is_asking = False
             self._handle_failure(error, asked_at, remaining_time)
 
     def _handle_alive(self, uri: str, asked_at: float, pid: int | None) -> None:
         if not self._node.is_new(pid):
-            self._asking = False
-            self._stall_excused = False
+            self._is_asking = False
+            self._was_stall_ignored = False
             self._report(self._node.answered(pid, monotonic()))
             return
-        # The port of a node that died long ago may belong to another one by now.
+        # If the node has exited, another one may be using its port.
         done = partial(self._on_name, uri, asked_at, pid)
         self._rpc.call(uri, "getName", (self._caller_id,), done, max(0.001, self._node.remaining_time(monotonic())))
 
     def _on_name(self, uri: str, asked_at: float, pid: int | None, reply: Any, error: Error | None) -> None:
         if self.closed or uri != self._node.uri:
             return
-        self._asking = False
+        self._is_asking = False
         name = reply[2] if isinstance(reply, list) and len(reply) == 3 and reply[0] == 1 else None
         now = monotonic()
         if isinstance(name, str) and name != self.name:
             reason = f"{terminal_text.one_line(name)} answers in its place"
             self._report(self._node.failed(reason, asked_at, now, closed=True))
         elif error is None or isinstance(error, XmlRpcFault):  # stock roscpp does not report its name
-            self._stall_excused = False
+            self._was_stall_ignored = False
             self._report(self._node.answered(pid, now))
         else:
             self._handle_failure(error, asked_at, self._node.remaining_time(asked_at))
 
     def _handle_failure(self, error: Error, asked_at: float, remaining_time: float) -> None:
         now = monotonic()
-        if isinstance(error, DeadlineError) and now > asked_at + remaining_time + MIN_STALL and not self._stall_excused:
-            self._stall_excused = True
+        if (
+            isinstance(error, DeadlineError)
+            and now > asked_at + remaining_time + MIN_STALL
+            and not self._was_stall_ignored
+        ):
+            self._was_stall_ignored = True
             self._node.stalled()
             self._ask()
             return
         self._report(self._node.failed(str(error), asked_at, now, _is_closed(error)))
         if self.alive and not isinstance(error, DeadlineError):
-            self._loop.call_later(RETRY, self._ask)
+            self._loop.call_later(RETRY_DELAY, self._ask)
 
     def _report(self, news: list[Sighting]) -> None:
         for sighting in news:
@@ -181,12 +186,12 @@ class Watch:
 
 
 def _pid(reply: Any) -> int | None:
-    """Return the process id in an answer of getPid, None if there is none."""
+    """Return the process id in a reply to ``getPid``; None if there is none."""
     if isinstance(reply, list) and len(reply) == 3 and reply[0] == 1 and isinstance(reply[2], int):
         return reply[2]
     return None
 
 
 def _is_closed(error: Error) -> bool:
-    """Return whether a machine has reported that nobody listens on a port."""
+    """Return whether the error is that the node's machine has refused the connection."""
     return isinstance(error.__cause__, OSError) and error.__cause__.errno == errno.ECONNREFUSED

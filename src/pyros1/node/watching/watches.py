@@ -1,4 +1,4 @@
-"""The watches of a node, which share their calls to the master and their turns."""
+"""All watches of a node; they share calls to the master, and those with the same period poll together."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ if TYPE_CHECKING:
 
     Callback = Callable[[Sighting], object]
 
-_CALL = "watch(name, on_lost, on_found)"
+_WATCH_CALL = "watch(name, on_lost, on_found)"
 _MAX_PERIOD = 3600.0
 
 
 class Watches:
-    """All watches of a node. Those of the same period have their turns together, to share one call to the master.
+    """All watches of a node. Those with the same period poll together, to share one call to the master.
 
     Args:
-        context: the node.
+        context: the node's context.
         master_uri: the master's URI.
         notifiers: call the program's functions.
     """
@@ -37,8 +37,8 @@ class Watches:
         self._notifiers = notifiers
         self._rpc = RpcCaller(context.loop, on_disconnect=self._disconnected)
         self._lookups = Lookups(context.loop, self._rpc, context.name, master_uri)
-        self._watches_by_period: dict[float, tuple[Watch, ...]] = {}  # by period; on the loop
-        self._phase = int.from_bytes(os.urandom(4), "big") * 1e-6  # in seconds: nodes take turns at different times
+        self._watches_by_period: dict[float, tuple[Watch, ...]] = {}  # used on the loop
+        self._phase = int.from_bytes(os.urandom(4), "big") * 1e-6  # in seconds, so that nodes poll at different times
         self._closed = False
 
     def start(
@@ -47,7 +47,7 @@ class Watches:
         """Watch a node; see ``Node.watch``."""
         for function, what in ((on_lost, "on_lost"), (on_found, "on_found")):
             if function is not None:
-                checks.check_callback(function, _CALL, what)
+                checks.check_callback(function, _WATCH_CALL, what)
         notifier = self._notifiers.make(f"watch of {name}")
 
         def notify(sighting: Sighting) -> None:
@@ -67,6 +67,9 @@ class Watches:
         """Watch a node.
 
         Args:
+            name: the node's full name.
+            period: seconds between requests.
+            limit: maximum response time in seconds.
             notify: called with each `Sighting`, on the loop.
             on_close: called when the watch is closed.
         """
@@ -88,7 +91,7 @@ class Watches:
         return watch
 
     def close(self) -> None:
-        """End all watches."""
+        """Close all watches."""
         self._context.loop.run(self._close)
         self._rpc.close()
 
@@ -97,7 +100,7 @@ class Watches:
     def _close(self) -> None:
         self._closed = True
         for watch in [watch for watches in self._watches_by_period.values() for watch in watches]:
-            watch.close()  # before their requests are aborted, which would look like a loss
+            watch.close()  # before their requests are aborted: that would be reported as a loss
 
     def _begin(self, watch: Watch) -> None:
         if self._closed:
@@ -109,7 +112,7 @@ class Watches:
         watch.poll()
 
     def _schedule_poll(self, period: float) -> None:
-        # On a grid, so that turns do not drift; each node has its own, or all would poll at the same moment.
+        # At fixed times, so that polling does not drift; they differ between nodes, so that not all poll at once.
         self._context.loop.call_later(period - (monotonic() + self._phase) % period, self._poll, period)
 
     def _poll(self, period: float) -> None:
@@ -126,7 +129,7 @@ class Watches:
                 watch.disconnected(uri)
 
     def _forget(self, watch: Watch) -> None:
-        if watch.period in self._watches_by_period:  # the next turn removes it if none is left
+        if watch.period in self._watches_by_period:  # `_poll` removes the entry if no watch remains
             self._watches_by_period[watch.period] = tuple(
                 other for other in self._watches_by_period[watch.period] if other is not watch
             )
