@@ -46,7 +46,7 @@ def restart(master: Master, nodes: int) -> tuple[float, float, float]:
     answers = time.monotonic() - begin
     used = cpu_clock(master.core[0].pid)
     if nodes:
-        master.core[0].wait_line(f"continued with {nodes} nodes", 60)
+        master.core[0].wait_line(f"resumed with {nodes} nodes", 60)
     return answers, used, time.monotonic() - begin
 
 

@@ -107,6 +107,8 @@ def test_modules_that_there_are_not(package: Path, environ: dict[str, str]) -> N
 
 def test_what_pyros1_does_not_make(package: Path, environ: dict[str, str]) -> None:
     said = run(CFG, environ, code=1)
-    assert "pyros1 needs no files made from .cfg files, and makes none: import PACKAGE.cfg.NAMEConfig" in said
+    assert (
+        "pyros1 does not generate files from .cfg files, and does not need them: import PACKAGE.cfg.NAMEConfig" in said
+    )
     program = "from dynamic_reconfigure.parameter_generator_catkin import *\nParameterGenerator().generatecpp()"
     assert "pyros1 has no dynamic_reconfigure ParameterGenerator.generatecpp" in run(program, environ, code=1)

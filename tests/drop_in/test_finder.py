@@ -191,7 +191,7 @@ def test_a_program_may_ask_whether_what_is_left_out_is_there(path: Path) -> None
     text = "import importlib.util as u\nprint(u.find_spec('rqt_gui'), u.find_spec('rosmaster'), u.find_spec('nowhere'))"
     assert output(path, f"{text}\ntry:\n    import rosmaster\nexcept ImportError as e:\n    print(e)").splitlines() == [
         "None None None",
-        f"No module named 'rosmaster': pyros1 has none: {REASONS['rosmaster']}",
+        f"No module named 'rosmaster': it is not part of pyros1: {REASONS['rosmaster']}",
     ]
 
 

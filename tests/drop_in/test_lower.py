@@ -355,11 +355,11 @@ def test_what_rospkg_lacks_says_what_has_it() -> None:
         ("rospkg.rospack", "RosStack().get_stack_version"),
     ):
         out = run(f"import {module}; {module}.{name}", {}, code=1)
-        assert "AttributeError: pyros1 has no" in out and "`pip install rospkg` has" in out, out
+        assert "AttributeError: pyros1 has no" in out and "`pip install rospkg` provides" in out, out
     assert (
         run("import rospkg.os_detect as o; print(o.OsDetect().detect_os()[0])", {"ROS_OS_OVERRIDE": "a:1:b"}) == "a\n"
     )
-    assert "`pip install rospkg` has it" in run("import rospkg.stack", {}, code=1)
+    assert "`pip install rospkg` provides it" in run("import rospkg.stack", {}, code=1)
 
 
 def test_an_installed_rospkg_wins(tmp_path: Path) -> None:

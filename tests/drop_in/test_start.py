@@ -103,16 +103,16 @@ print([each.name for each in threads if each.is_alive()])
 def test_a_python_without_pyros1_says_what_to_do(tmp_path: Path) -> None:
     program = "import sys; sys.modules['pyros1'] = None; import rospy"
     out = run(program, {"PYROS1_PYTHON": "/robot/bin/python"}, code=1)
-    assert f"this program runs on {sys.executable}, which has neither ROS nor pyros1" in out
+    assert f"this program runs with {sys.executable}, which has neither ROS nor pyros1" in out
     assert "source /robot/bin/activate" in out
-    assert "Start it with the Python of pyros1's environment" in run(program, {"PYROS1_PYTHON": ""}, code=1)
+    assert "Run it with the Python of pyros1's environment" in run(program, {"PYROS1_PYTHON": ""}, code=1)
     assert "pyros1:" not in run("import nothing_of_that_name", {}, code=1)
 
 
 @pytest.mark.parametrize("text", ["print 'x'", "import Queue", "xrange(3)", "{}.has_key(1)", "raise ValueError, 'x'"])
 def test_a_program_for_python_2_gets_a_word(tmp_path: Path, text: str) -> None:
     known = text not in ("raise ValueError, 'x'",)  # "invalid syntax" may be anything
-    assert ("for Python 2, which ended in 2020" in run(text, {}, code=1)) == known
+    assert ("for Python 2, which is unsupported since 2020" in run(text, {}, code=1)) == known
 
 
 @pytest.mark.parametrize(

@@ -63,7 +63,7 @@ def test_the_unit_starts_the_core_again(tmp_path: Path, free_port: int) -> None:
         core.kill()
         core.communicate()
         core = start()
-        wait_line(core, "continuing the master that was killed")
+        wait_line(core, "restoring the state of the master that was killed")
         wait_line(core, "started core service")
         with ServerProxy(f"http://localhost:{free_port}/") as master:
             assert master.getParam("/n", "/kept_after_death")[2] == 5  # type: ignore[index]

@@ -1,4 +1,4 @@
-"""Binary parameters as stock's programs see them."""
+"""Converts binary parameters to the form that programs for stock expect."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ from typing import Any
 
 
 def as_stock(value: Any) -> Any:
-    """Return a parameter's value with `xmlrpc.client.Binary` in place of bytes, including those in lists and dicts.
+    """Return a parameter's value with `xmlrpc.client.Binary` instead of bytes, including those in lists and dicts.
 
     Args:
-        value: the value in pyros1. It is not changed; without bytes the result may be the same object.
+        value: the value in pyros1, which is not modified. If it contains no bytes, the result may be the same object.
     """
     if isinstance(value, bytes):
         from xmlrpc.client import Binary  # noqa: PLC0415 - rarely needed

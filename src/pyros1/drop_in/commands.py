@@ -1,4 +1,4 @@
-"""Commands of pyros1 for modules that are also tools in stock ROS, such as rosbag and rostopic."""
+"""Runs pyros1's commands for modules that are also tools in stock ROS, such as rosbag and rostopic."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from importlib import import_module
 def run(tool: str, *words: str) -> int:
     """Run a tool in this process, and return its exit code.
 
-    The commands are in a higher layer, since they use the programs that this package serves. So they are called by
-    name, like in a shell.
+    The commands are in a higher layer, which must not be imported statically. So they are called by name, like in a
+    shell.
 
     Args:
-        tool: stock's name for it, for example ``rosbag``.
-        words: the words after it on the command line.
+        tool: the name of the tool in stock, for example ``rosbag``.
+        words: the command-line arguments.
     """
     code: int = import_module("pyros1.cli.main").entry([tool, *words])
     return code
 
 
 def main(tool: str, argv: list[str] | None = None) -> None:
-    """Run a tool like its ``main``, with a command line that begins with the program's name. Exit after an error."""
+    """Run a tool like its ``main``, with a command line that starts with the program's name; exit after an error."""
     code = run(tool, *(sys.argv if argv is None else argv)[1:])
     if code:
         sys.exit(code)

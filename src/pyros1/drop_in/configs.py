@@ -1,7 +1,7 @@
-"""``my_package.cfg.TutorialsConfig`` from ``cfg/Tutorials.cfg`` of a ROS package, without a build.
+"""Imports ``my_package.cfg.TutorialsConfig`` from ``cfg/Tutorials.cfg`` in a ROS package, without a build.
 
-A ``.cfg`` file is a program in Python that describes parameters with a ParameterGenerator. It runs when the module is
-first imported, in this process: it belongs to the same package as the node that runs here.
+A ``.cfg`` file is a Python program that describes parameters with a ParameterGenerator. It is run in this process when
+the module is first imported, since it belongs to the same package as the node that runs here.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ def find(folder: str, rest: list[str], name: str) -> ModuleSpec | None:
 
     Args:
         folder: the folder of the ROS package.
-        rest: the module's name within ``PACKAGE.cfg``, in parts.
-        name: its full name.
+        rest: the parts of the module's name below ``PACKAGE.cfg``.
+        name: the module's full name.
     """
     match rest:
         case []:
@@ -44,7 +44,7 @@ def find(folder: str, rest: list[str], name: str) -> ModuleSpec | None:
 
 
 def _files(folder: str) -> Iterator[str]:
-    """Yield the .cfg files of a ROS package: first all below cfg/, then those directly in its other folders."""
+    """Yield the .cfg files of a ROS package: first all those below cfg/, then those directly in its other folders."""
     for root, _, files in os.walk(os.path.join(folder, "cfg")):
         yield from (os.path.join(root, file) for file in sorted(files) if file.endswith(".cfg"))
     try:
@@ -59,8 +59,8 @@ def _files(folder: str) -> Iterator[str]:
 
 
 def _describes_parameters(path: str) -> bool:
-    """Return whether a .cfg file belongs to dynamic_reconfigure: other programs use this suffix as well."""
-    if not os.path.isfile(path):  # a pipe or a device may never end
+    """Return whether a .cfg file is for dynamic_reconfigure, as other programs use this suffix as well."""
+    if not os.path.isfile(path):  # reading a pipe or a device may never finish
         return False
     try:
         with open(path, "rb") as file:
@@ -76,11 +76,11 @@ class _Package:
         self._folder = folder
 
     def create_module(self, spec: ModuleSpec) -> None:
-        """Leave it to the import system."""
+        """Let the import system create the module."""
 
     def exec_module(self, module: ModuleType) -> None:
-        """Fill it: it contains only further modules."""
-        module.__doc__ = f"Parameters that nodes of {self._folder} let others change."
+        """Fill the module, which contains only further modules."""
+        module.__doc__ = f"Reconfigurable parameters of nodes in {self._folder}."
 
 
 class _Config:
@@ -90,36 +90,36 @@ class _Config:
         self._path = path
 
     def create_module(self, spec: ModuleSpec) -> None:
-        """Leave it to the import system."""
+        """Let the import system create the module."""
 
     def exec_module(self, module: ModuleType) -> None:
-        """Run the file, and fill the module with what it describes."""
+        """Run the file, and fill the module with the parameters that it describes."""
         from dynamic_reconfigure.encoding import extract_params  # noqa: PLC0415
 
         vars(module).update(run(self._path), extract_params=extract_params, __file__=self._path)
 
 
-class _Running(threading.local):
-    """The descriptions collected so far by the .cfg files that this thread runs, the innermost last."""
+class _RunningFiles(threading.local):
+    """The .cfg files that this thread is running (they may be nested), with the descriptions collected so far."""
 
     def __init__(self) -> None:
         self.results: list[list[dict[str, Any]]] = []
 
 
-_RUNNING = _Running()
+_RUNNING = _RunningFiles()
 
 
 def run(path: str) -> dict[str, Any]:
-    """Run a .cfg file; return the names in its module.
+    """Run a .cfg file; return the contents of its module.
 
     Raises:
-        ImportError: it is not Python 3, raises an error, or describes nothing.
+        ImportError: the file is not Python 3, raises an exception, or describes nothing.
     """
-    found: list[dict[str, Any]] = []
-    _RUNNING.results.append(found)
+    descriptions: list[dict[str, Any]] = []
+    _RUNNING.results.append(descriptions)
     try:
         with _our_generators():
-            exec(_compiled(path), {"__name__": "__main__", "__file__": path})
+            exec(_compile(path), {"__name__": "__main__", "__file__": path})
     except SystemExit:  # the usual end: exit(gen.generate(...))
         pass
     except SyntaxError as error:
@@ -129,14 +129,14 @@ def run(path: str) -> dict[str, Any]:
         raise ImportError(f"{path}: {type(error).__name__}: {error}", path=path) from error
     finally:
         _RUNNING.results.pop()
-    if not found:
+    if not descriptions:
         raise ImportError(f"{path} does not call generate() of a ParameterGenerator", path=path)
-    return found[0]
+    return descriptions[0]
 
 
 @contextmanager
 def _our_generators() -> Iterator[None]:
-    """Let a .cfg file use our ParameterGenerator, whichever dynamic_reconfigure the program imports.
+    """Let a .cfg file use pyros1's ParameterGenerator, even if the program imports another dynamic_reconfigure.
 
     Stock's generator, whose source may be on PYTHONPATH, writes files for a build.
     """
@@ -145,7 +145,7 @@ def _our_generators() -> Iterator[None]:
     if all(spec is not None and os.path.dirname(spec.origin or "") == _OUR_FOLDER for spec in specs):
         yield
         return
-    other_folders = {name: sys.modules.pop(name) for name in names if name in sys.modules}
+    other_modules = {name: sys.modules.pop(name) for name in names if name in sys.modules}
     try:
         for name, short in zip(names, _GENERATORS, strict=True):
             spec = spec_from_file_location(name, os.path.join(_OUR_FOLDER, f"{short}.py"))
@@ -156,10 +156,10 @@ def _our_generators() -> Iterator[None]:
     finally:
         for name in names:
             sys.modules.pop(name, None)
-        sys.modules.update(other_folders)
+        sys.modules.update(other_modules)
 
 
-def _compiled(path: str) -> Any:
+def _compile(path: str) -> Any:
     with open(path, "rb") as file:
         text = file.read()
     try:
@@ -172,10 +172,10 @@ def take(contents: dict[str, Any]) -> None:
     """Accept the descriptions that a ParameterGenerator has collected.
 
     Raises:
-        NotImplementedError: the file was not imported, but started as a program.
+        NotImplementedError: the file was run as a program instead of being imported.
     """
     if not _RUNNING.results:
         raise NotImplementedError(
-            "pyros1 needs no files made from .cfg files, and makes none: import PACKAGE.cfg.NAMEConfig"
+            "pyros1 does not generate files from .cfg files, and does not need them: import PACKAGE.cfg.NAMEConfig"
         )
     _RUNNING.results[-1].append(contents)

@@ -1,4 +1,5 @@
-"""Our modules in all programs of a Python environment: a .pth file in its site-packages, and stubs for editors.
+"""Makes pyros1's modules available to all programs in a Python environment, with a .pth file in its site-packages, and
+stubs for editors.
 
 See https://docs.python.org/3/library/site.html and PEP 561.
 """
@@ -18,10 +19,10 @@ from pyros1.finding.python_modules import DROP_IN_START
 from pyros1.ground.errors import Error
 
 NAME = "pyros1-rospy.pth"
-"""Name of the file, which Python reads at startup. If pyros1 is removed, the file does nothing."""
+"""Name of the .pth file, which Python reads at startup. If pyros1 is uninstalled, the file has no effect."""
 
 STUBS = "pyros1_rospy_stubs"
-"""Name of the folder of stubs beside it. The file adds it to Python's path, but it has no modules to import."""
+"""Name of the folder with stubs, next to the .pth file, which adds it to Python's path. It contains no modules."""
 
 
 class SiteError(Error):
@@ -29,37 +30,37 @@ class SiteError(Error):
 
 
 def pth_file(folder: str | None = None) -> Path:
-    """Return the path of the file in this environment, or in a given folder of packages."""
+    """Return the path of the .pth file in this environment, or in another folder of packages."""
     return Path(folder or sysconfig.get_path("purelib"), NAME)
 
 
 def is_enabled(folder: str | None = None) -> bool:
-    """Return whether programs of the environment find the modules of this installation."""
+    """Return whether programs in the environment find the modules of this installation."""
     try:
-        return pth_file(folder).read_text(encoding="utf-8") == _text()
+        return pth_file(folder).read_text(encoding="utf-8") == _pth_content()
     except OSError:
         return False
 
 
 def enable(folder: str | None = None, environ: Mapping[str, str] | None = None) -> tuple[Path, list[str]]:
-    """Write the file, and stubs of our modules and of message packages.
+    """Write the .pth file, and stubs for pyros1's modules and for message packages.
 
     Args:
-        folder: the folder of packages; this environment's if None.
-        environ: the environment variables that say where ROS packages are; ``os.environ`` if None.
+        folder: the folder of packages; None for that of this environment.
+        environ: environment variables that contain the paths of ROS packages; None for ``os.environ``.
 
     Returns:
-        The file's path, and an error text for each message package that cannot have stubs.
+        The path of the .pth file, and an error message for each message package without stubs.
 
     Raises:
-        SiteError: they cannot be written.
+        SiteError: the files cannot be written.
     """
     from pyros1.drop_in.stubs import write_stubs  # noqa: PLC0415 - not needed for the status
 
     file = pth_file(folder)
     try:
         errors = write_stubs(file.parent / STUBS, Library(os.environ if environ is None else environ))
-        file.write_text(_text(), encoding="utf-8")
+        file.write_text(_pth_content(), encoding="utf-8")
     except OSError as error:
         raise SiteError(
             f"cannot write {error.filename}: {error.strerror}; use a virtual environment of your own (python3 -m venv)"
@@ -68,10 +69,10 @@ def enable(folder: str | None = None, environ: Mapping[str, str] | None = None) 
 
 
 def disable(folder: str | None = None) -> bool:
-    """Remove the file and the stubs; return whether the file existed.
+    """Remove the .pth file and the stubs; return whether the file existed.
 
     Raises:
-        SiteError: it cannot be removed.
+        SiteError: the files cannot be removed.
     """
     file = pth_file(folder)
     try:
@@ -86,10 +87,10 @@ def disable(folder: str | None = None) -> bool:
 
 
 def installed_rospy() -> str | None:
-    """Return the file of the rospy that programs of this environment currently import, if any.
+    """Return the path of the rospy that programs in this environment currently import; None if there is none.
 
     Raises:
-        SiteError: the interpreter does not start in time.
+        SiteError: the interpreter does not respond in time.
     """
     code = "import importlib.util as u; s = u.find_spec('rospy'); print(s.origin if s else '')"
     try:
@@ -107,7 +108,7 @@ def installed_rospy() -> str | None:
     return done.stdout.strip() or None
 
 
-def _text() -> str:
+def _pth_content() -> str:
     call = "sys.path.append(p), __import__('pyros1_modules').install(), sys.path.remove(p)"
     # It must be a single line of ASCII.
     return f"{STUBS}\nimport os, sys; p = {DROP_IN_START!a}; os.path.isdir(p) and ({call})\n"

@@ -1,7 +1,8 @@
 """Import hook for the modules of stock ROS 1, for message packages, and for the Python modules of ROS packages.
 
-It is at the end of ``sys.meta_path``, so all other modules take precedence. If a real rospy is installed, none of our
-modules is offered, since the two kinds of messages and nodes do not mix; ``PYROS1_ROSPY=pyros1`` puts the hook first.
+It is at the end of ``sys.meta_path``, so all other modules take precedence. If stock's rospy is installed, none of
+pyros1's modules is found, since the two kinds of messages and nodes cannot be combined. With ``PYROS1_ROSPY=pyros1``,
+the hook is first.
 
 Python holds the import lock while it looks for a module. Nothing may be imported meanwhile: another thread may be
 importing the same module and waiting for that lock. So everything that the hook needs is imported beforehand.
@@ -26,12 +27,12 @@ from pyros1.ground.errors import PackageNotFoundError
 from pyros1.ground.generated import PREFIX, finder, module_name
 
 VARIABLE = "PYROS1_ROSPY"
-"""Environment variable: "pyros1" prefers our modules to installed ones, "stock" leaves ours out."""
+"""Environment variable: "pyros1" prefers pyros1's modules to installed ones, "stock" disables them."""
 MODULES = os.path.join(os.path.dirname(os.path.abspath(__file__)), "modules")
-"""Folder of our modules."""
+"""Folder of pyros1's modules."""
 
 
-def _only_asked() -> bool:
+def _is_existence_check() -> bool:
     """Return whether a program only checks if a module exists: `importlib.util.find_spec` must return None then."""
     frame: FrameType | None = sys._getframe(1)
     our_modules = (__name__, "pyros1_modules", "importlib._bootstrap")
@@ -44,8 +45,8 @@ class Finder:
     """Finder for ``sys.meta_path``.
 
     Args:
-        environ: environment variables, for the places of ROS packages.
-        folder: where our modules are.
+        environ: environment variables that contain the paths of ROS packages.
+        folder: the folder of pyros1's modules.
     """
 
     def __init__(self, environ: Any = os.environ, folder: str = MODULES) -> None:
@@ -55,52 +56,54 @@ class Finder:
         self._stock: bool | None = None
         self._library = finder().library
         self._index = PackageIndex(environ)
-        self._of_package("std_msgs", [], "std_msgs")  # triggers its late imports
+        self._package_spec("std_msgs", [], "std_msgs")  # triggers its late imports
 
     @property
     def stock(self) -> bool:
-        """Whether stock's modules take precedence: a real rospy is installed, or the environment variable says so."""
+        """Whether stock's modules are used: its rospy is installed, or the environment variable requests it."""
         if self._stock is None:
-            modules_wanted = self._environ.get(VARIABLE, "")
-            self._stock = modules_wanted == "stock" or (modules_wanted != "pyros1" and self._real_rospy())
+            preference = self._environ.get(VARIABLE, "")
+            self._stock = preference == "stock" or (preference != "pyros1" and self._has_stock_rospy())
         return self._stock
 
-    def _real_rospy(self) -> bool:
-        spec = PathFinder.find_spec("rospy")  # a folder without modules does not count
+    def _has_stock_rospy(self) -> bool:
+        spec = PathFinder.find_spec("rospy")  # a folder without modules is ignored
         return spec is not None and spec.has_location and not (spec.origin or "").startswith(self._folder + os.sep)
 
     def find_spec(
         self, name: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Answer the import system; None leaves the name to other finders, or to the usual error.
+        """Return the spec of a module; None leaves it to other finders, or to the usual error.
 
         Raises:
-            ImportError: the name does not exist in our modules, or in a package of messages.
+            ImportError: the name does not exist in pyros1's modules, or in a message package.
         """
         top, *rest = name.split(".")
         if top == "pyros1" or top in sys.stdlib_module_names or self.stock:
             return None
         if not rest and top in self._names:
             return PathFinder.find_spec(name, [self._folder])
-        below = path is not None and any(os.fspath(each).startswith(self._folder + os.sep) for each in path)
-        spec = PathFinder.find_spec(name, path) if below else None
+        is_in_our_folder = path is not None and any(os.fspath(each).startswith(self._folder + os.sep) for each in path)
+        spec = PathFinder.find_spec(name, path) if is_in_our_folder else None
         if spec is not None and spec.has_location:
             return spec
-        spec = self._of_package(top, rest, name)
-        if spec is None and below and not rest[-1].startswith("__"):
-            # Not the module's own name: then Python would discard this text in "from rospy import x".
+        spec = self._package_spec(top, rest, name)
+        if spec is None and is_in_our_folder and not rest[-1].startswith("__"):
+            # The name is not that of the module: otherwise "from rospy import x" would discard this message.
             raise ModuleNotFoundError(f"pyros1 has no {name}{reason_for(name)}", name=top)
-        if spec is None and not rest and reason_for(name) and not _only_asked():
-            raise ModuleNotFoundError(f"No module named {name!r}: pyros1 has none{reason_for(name)}", name=name)
+        if spec is None and not rest and reason_for(name) and not _is_existence_check():
+            raise ModuleNotFoundError(
+                f"No module named {name!r}: it is not part of pyros1{reason_for(name)}", name=name
+            )
         return spec
 
-    def _of_package(self, package: str, rest: list[str], name: str) -> ModuleSpec | None:  # noqa: PLR0911
+    def _package_spec(self, package: str, rest: list[str], name: str) -> ModuleSpec | None:  # noqa: PLR0911
         match rest:
             case []:
-                folder = self._source(package)
+                folder = self._source_folder(package)
                 if folder is not None:
                     return PathFinder.find_spec(name, [folder])
-                if self._library.has_package(package) or self._config(package, [], name):
+                if self._library.has_package(package) or self._config_spec(package, [], name):
                     return ModuleSpec(name, Messages(self._library, package, ""), is_package=True)  # type: ignore[arg-type]
                 folder = self._source_elsewhere(package)
                 if folder is not None:
@@ -110,11 +113,11 @@ class Finder:
                         f"No module named {name!r}: {self._library.no_package(package)}", name=name
                     )
             case ["cfg", *inner]:
-                return self._config(package, inner, name)
+                return self._config_spec(package, inner, name)
             case ["msg" | "srv" as kind] if self._library.has_package(package):
                 if not self._types(package, kind):
-                    what = "messages" if kind == "msg" else "services"
-                    text = f"No module named {name!r}: the package {package} has no {what}"
+                    type_kind = "messages" if kind == "msg" else "services"
+                    text = f"No module named {name!r}: the package {package} has no {type_kind}"
                     raise ModuleNotFoundError(text, name=name)
                 return ModuleSpec(name, Messages(self._library, package, kind), is_package=True)  # type: ignore[arg-type]
             case ["msg" | "srv" as kind, module] if module[:2] != "__" and self._library.has_package(package):
@@ -128,19 +131,19 @@ class Finder:
         names: list[str] = (self._library.messages if kind == "msg" else self._library.services)(package)
         return names
 
-    def _source(self, package: str) -> str | None:
-        """Return the folder in which a ROS package keeps a Python module of its own name."""
+    def _source_folder(self, package: str) -> str | None:
+        """Return the folder in which a ROS package has a Python module with the package's name."""
         try:
             return folder_of(self._index.find_folder(package), package)
         except PackageNotFoundError:
             return None
 
     def _source_elsewhere(self, module: str) -> str | None:
-        """Return the folder in which a ROS package of another name, in ROS_PACKAGE_PATH, keeps a Python module."""
+        """Return the folder in which any ROS package in ROS_PACKAGE_PATH has a Python module with another name."""
         folders = (folder_of(folder, module) for folder in self._index.below_roots())
         return next(filter(None, folders), None)
 
-    def _config(self, package: str, rest: list[str], name: str) -> ModuleSpec | None:
+    def _config_spec(self, package: str, rest: list[str], name: str) -> ModuleSpec | None:
         """Return the spec of ``PACKAGE.cfg``, or of a module in it, from the package's .cfg files."""
         try:
             return configs.find(self._index.find_folder(package), rest, name)
@@ -149,7 +152,7 @@ class Finder:
 
 
 def install() -> Finder:
-    """Install the hook in this process, once, and return it."""
+    """Install the hook in this process unless it is already installed, and return it."""
     for each in sys.meta_path:
         if isinstance(each, Finder):
             return each

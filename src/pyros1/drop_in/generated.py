@@ -1,8 +1,8 @@
-"""``PACKAGE.msg`` and ``PACKAGE.srv`` with all names that stock's generated modules have.
+"""Creates ``PACKAGE.msg`` and ``PACKAGE.srv`` with all names that stock's generated modules have.
 
 Stock has a module for each definition, ``PACKAGE.msg._TYPE``, which imports what its code needs, and ``PACKAGE.msg``
-imports all names of these modules. So ``from sensor_msgs.msg import *`` also brings ``std_msgs``, ``genpy`` or ``sys``,
-and programs use them without an import of their own.
+imports all names from these modules. So ``from sensor_msgs.msg import *`` also imports ``std_msgs``, ``genpy`` or
+``sys``, and programs use them without importing them explicitly.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from pyros1.ground.errors import MessageError
 from pyros1.ground.generated import PREFIX, module_name
 
 _IMPORTED = ("codecs", "genpy", "python3", "struct", "sys")
-"""Names in each of stock's generated modules besides classes and packages of messages."""
+"""Names in each of stock's generated modules in addition to classes and message packages."""
 _DICT = vars(ModuleType)["__dict__"]
 
 
 class Messages:
     """Loader of ``PACKAGE``, ``PACKAGE.msg`` and ``PACKAGE.srv``, and of stock's ``PACKAGE.msg._TYPE``.
 
-    The classes are those of ``pyros1.msgs``; each is made when it is first used.
+    The classes are those of ``pyros1.msgs``, which are created when they are first used.
 
     Args:
-        library: where definitions come from.
+        library: provides the definitions.
         package: the ROS package.
         kind: ``msg``, ``srv``, or empty for the package itself.
-        only: the type, for the module of a single type; empty: all types.
+        only: the type, for the module of a single type; empty for all types.
     """
 
     def __init__(self, library: Library, package: str, kind: str, only: str = "") -> None:
@@ -42,7 +42,7 @@ class Messages:
         self._only = only
 
     def create_module(self, spec: ModuleSpec) -> ModuleType | None:
-        """Return the module; None leaves it to the import system."""
+        """Create the module; None leaves it to the import system."""
         return _Module(spec.name) if self._kind else None
 
     def exec_module(self, module: ModuleType) -> None:
@@ -51,21 +51,21 @@ class Messages:
         if self._kind:
             import_module(self._source)
         else:
-            vars(module)["__getattr__"] = _messages_of(self._package)
+            vars(module)["__getattr__"] = _make_package_getattr(self._package)
 
     def public(self) -> list[str]:
         """Return the names that ``from PACKAGE.msg import *`` imports."""
         return [*self._classes(), *_IMPORTED, *self._packages()]
 
     def modules(self) -> list[str]:
-        """Return the names of the modules of single types in this one."""
+        """Return the names of the modules for single types in this module."""
         return [] if self._only else [f"_{name}" for name in self._types()]
 
     def value(self, module: str, name: str) -> Any:
-        """Return an attribute of the module with this name.
+        """Return the value of an attribute of the module.
 
         Raises:
-            AttributeError: it does not exist; the text has a hint at the name that was probably meant.
+            AttributeError: the attribute does not exist; the message may suggest a similar name.
         """
         if name == "__all__":
             return self.public()
@@ -104,18 +104,18 @@ class Messages:
     def _packages(self) -> list[str]:
         """Return the packages of all message types in the definitions, in their fields' definitions, and so on."""
         find: Callable[[str], Any] = self._library.message if self._kind == "msg" else self._library.service
-        found: set[str] = set()
+        packages: set[str] = set()
         for name in self._types():
             try:
                 used = self._library.digests.dependencies(find(f"{self._package}/{name}"))
-            except MessageError:  # importing it reports the error
+            except MessageError:  # reported when the type is imported
                 continue
-            found.update(each.partition("/")[0] for each in used)
-        return sorted(found)
+            packages.update(each.partition("/")[0] for each in used)
+        return sorted(packages)
 
 
 class _Module(ModuleType):
-    """A module whose contents come from its loader."""
+    """A module whose attributes are provided by its loader."""
 
     def __getattr__(self, name: str) -> Any:
         value = self._definitions.value(self.__name__, name)
@@ -128,11 +128,11 @@ class _Module(ModuleType):
 
     @property
     def __dict__(self) -> dict[str, Any]:  # type: ignore[override]
-        """All attributes: some programs look for types here."""
+        """All attributes, since some programs search for types here."""
         for name in (*self._definitions.public(), *self._definitions.modules()):
             getattr(self, name)
-        found: dict[str, Any] = _DICT.__get__(self)
-        return found
+        attributes: dict[str, Any] = _DICT.__get__(self)
+        return attributes
 
     @property
     def _definitions(self) -> Messages:
@@ -140,11 +140,11 @@ class _Module(ModuleType):
         return loader  # type: ignore[no-any-return]
 
 
-def _messages_of(package: str) -> Callable[[str], Any]:
-    """Return the ``__getattr__`` of a package of messages.
+def _make_package_getattr(package: str) -> Callable[[str], Any]:
+    """Return the ``__getattr__`` of a message package.
 
-    With stock, ``import std_msgs`` is enough for ``std_msgs.msg.String`` if any module has imported std_msgs.msg, as
-    rospy does. Our modules import fewer packages.
+    With stock, ``import std_msgs`` is sufficient to use ``std_msgs.msg.String`` if any module has imported
+    std_msgs.msg, like rospy does. pyros1's modules import fewer packages, so it is imported here.
     """
 
     def __getattr__(name: str) -> Any:

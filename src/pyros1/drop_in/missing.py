@@ -1,4 +1,4 @@
-"""Names in stock's modules that ours load late, or lack: then the error gives the reason."""
+"""Names in stock's modules that pyros1's modules import lazily, or do not have; then the error contains the reason."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _IMPORTED = frozenset((
     "sys", "tempfile", "threading", "time", "traceback", "types", "warnings", "yaml",
 ))
 # fmt: on
-"""Modules that stock's modules import, and that programs use from there."""
+"""Modules that stock's modules import, and that programs access through them."""
 
 
 def names(
@@ -27,10 +27,10 @@ def names(
     """Return the ``__getattr__`` and the ``__dir__`` of a module.
 
     Args:
-        module: its full name.
-        late: name -> full name of the module that has it; with a dot at the end, the name of the module itself.
+        module: the module's full name.
+        late: name -> full name of the module from which to import it; with a trailing dot, the module itself.
         why: name -> why it is missing, or what to use instead.
-        live: name -> function that returns its value; for variables of stock's modules that programs read.
+        live: name -> function that returns its value, for variables of stock's modules that programs read.
     """
     homes = late or {}
     values = live or {}
@@ -42,7 +42,7 @@ def names(
         if home is None:
             if name.startswith("__"):
                 raise AttributeError(f"module {module!r} has no attribute {name!r}")
-            if _is_module(f"{module}.{name}"):  # stock's modules import more of each other, and programs rely on that
+            if _is_module(f"{module}.{name}"):  # stock's modules import each other, and programs rely on that
                 return import_module(f"{module}.{name}")
             if name in _IMPORTED:
                 return import_module(name)
@@ -59,7 +59,7 @@ def names(
 def _is_module(name: str) -> bool:
     try:
         return find_spec(name) is not None
-    except (ImportError, ValueError):  # the finder gives the reason; ValueError: a program has put a module there
+    except (ImportError, ValueError):  # the finder reports the reason; ValueError: a program has replaced the module
         return False
 
 
@@ -67,9 +67,9 @@ def members(owner: str, reason: str, missing_names: frozenset[str]) -> Callable[
     """Return the ``__getattr__`` of a class.
 
     Args:
-        owner: what programs call its objects, for example ``Publisher.impl``.
-        reason: why it does not have some members.
-        missing_names: their names.
+        owner: the name that programs use for its objects, for example ``Publisher.impl``.
+        reason: why some members are missing.
+        missing_names: the names of these members.
     """
 
     def __getattr__(self: Any, name: str) -> Any:
@@ -81,10 +81,10 @@ def members(owner: str, reason: str, missing_names: frozenset[str]) -> Callable[
 
 
 def missing(module: str, **reasons: str) -> Callable[[str], Any]:
-    """Return the ``__getattr__`` of a module that loads nothing late.
+    """Return the ``__getattr__`` of a module that imports nothing lazily.
 
     Args:
-        module: its full name.
-        **reasons: for names that programs may look for, why they are missing, or what to use instead.
+        module: the module's full name.
+        **reasons: for names that programs may use, why they are missing, or what to use instead.
     """
     return names(module, why=reasons)[0]

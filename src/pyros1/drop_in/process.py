@@ -1,7 +1,7 @@
-"""The process's default node, which rospy and its siblings share.
+"""The default node of the process, which is shared by rospy and related modules.
 
-Stock rospy has one node per process: programs make publishers before there is a node, and the node registers them when
-it starts. This is the only mutable state at module level in pyros1.
+Stock rospy has one node per process: programs can create publishers before the node, which registers them when it is
+started. This is the only mutable module-level state in pyros1.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ Hook = Callable[[str], object]
 
 
 class Process:
-    """The default node, and the callbacks that wait for it.
+    """The default node, and the callbacks that are waiting for it.
 
     Attributes:
-        node: the node, once it has started; it is kept after its end.
-        arguments: the arguments it was started with, so that repeating the same call does nothing.
+        node: the node; None until it has been started. It is kept after its shutdown.
+        arguments: the arguments with which it was started, so that repeating the same call has no effect.
         starting: whether it is being started.
         wall_time: whether a clock is available without a node.
         ending: whether shutdown was requested.
-        is_shutdown: whether the node, or at least its waits, have ended.
+        is_shutdown: whether the node has shut down, or at least interrupted all waits.
         start_lock: locked by the thread that starts the node, so that several threads cannot start several nodes.
     """
 
@@ -44,13 +44,13 @@ class Process:
         self._hooks: dict[str, list[Hook]] = {"client": [], "before": [], "after": []}
         self._finished_phases: set[str] = set()
         self._lock = threading.RLock()
-        self._end_permit = [True]  # until the node's shutdown begins
+        self._end_permit = [True]  # the item is removed when the node's shutdown starts
         self.start_lock = threading.RLock()
 
     # Start ------------------------------------------------------------------------------------------------------------
 
     def start(self, make_node: Callable[[], Node], arguments: tuple[Any, ...]) -> Node:
-        """Start the node, and call the functions that wait for it, in the order in which they were added."""
+        """Start the node, and call the functions that are waiting for it, in the order in which they were added."""
         self.starting = True
         try:
             node = make_node()
@@ -73,7 +73,7 @@ class Process:
         return self.node is not None and os.getpid() != self._pid
 
     def when_started(self, callback: Callable[[Node], object]) -> None:
-        """Call a function with the node: now, or as soon as it starts."""
+        """Call a function with the node: immediately, or as soon as it is started."""
         with self._lock:
             node = self.node
             if node is None:
@@ -82,7 +82,7 @@ class Process:
         callback(node)
 
     def forget(self, callback: Callable[[Node], object]) -> None:
-        """Remove a function that waits for the node."""
+        """Remove a function that is waiting for the node."""
         with self._lock:
             if callback in self._start_callbacks:
                 self._start_callbacks.remove(callback)
@@ -90,13 +90,14 @@ class Process:
     # End --------------------------------------------------------------------------------------------------------------
 
     def on_shutdown(self, hook: Hook, when: str = "client") -> None:
-        """Call a function with the reason when the node ends; immediately, if it has ended.
+        """Call a function with the reason when the node shuts down; immediately, if it has already shut down.
 
-        A hook that another hook adds is called after those that are already waiting.
+        A hook that is added by another hook is called after those that are already waiting.
 
         Args:
-            when: "client": first, while everything works as before. "before": then. "after": when waits have ended and
-                `is_shutdown` is true.
+            hook: the function.
+            when: "client" to call it first, while everything works as before; "before" to call it after that; "after"
+                to call it when waits have been interrupted and `is_shutdown` is true.
         """
         with self._lock:
             if when not in self._finished_phases:
@@ -105,9 +106,9 @@ class Process:
         hook("already shutdown")
 
     def shutdown(self, reason: str) -> None:
-        """End the node; without a node, run the hooks.
+        """Shut down the node; without a node, run the hooks.
 
-        Return immediately if another thread is ending the node: its hooks may wait for this thread.
+        Return immediately if another thread is shutting down the node, since its hooks may wait for this thread.
         """
         if not self.ending:
             self._reason = reason
@@ -148,8 +149,8 @@ class Process:
                 hook = hooks.pop(0)
             try:
                 hook(self._reason)
-            except Exception:  # noqa: BLE001 - the program's code: the other hooks run as well
-                import traceback  # noqa: PLC0415  it takes as long to load as a large part of rospy
+            except Exception:  # noqa: BLE001 - raised by user code: the other hooks must be called as well
+                import traceback  # noqa: PLC0415  importing it takes as long as importing a large part of rospy
 
                 traceback.print_exc(file=sys.stderr)
 

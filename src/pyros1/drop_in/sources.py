@@ -1,7 +1,7 @@
-"""Where ROS packages keep their own Python modules: catkin installs them, and pyros1 imports them from the sources.
+"""Finds the Python modules of ROS packages, which catkin installs and pyros1 imports from the sources.
 
-A package's setup.py names them (https://wiki.ros.org/catkin/CMakeLists.txt, ``catkin_python_setup``). It is only
-searched for ``package_dir``, never run; then the usual folders are tried: ``src`` and ``python``.
+They are listed in a package's setup.py (https://wiki.ros.org/catkin/CMakeLists.txt, ``catkin_python_setup``), which is
+only searched for ``package_dir``, never run; then the usual folders ``src`` and ``python`` are tried.
 """
 
 from __future__ import annotations
@@ -12,24 +12,24 @@ from collections.abc import Iterator
 
 from pyros1.finding.packages import manifest_text
 
-# Compiled when needed: few programs have such a package.
+# Not compiled here, since few programs have such a package.
 _PACKAGE_DIR = r"""package_dir\W{1,20}\{([^{}]*)\}"""
 _PAIR = r"""["']([\w.]*)["']\s*:\s*["']([^"'\n]*)["']"""
 _DEFAULT_FOLDERS = ("src", "python")
 
 
 def folder_of(package: str, module: str) -> str | None:
-    """Return the folder that a package puts on Python's path for a module.
+    """Return the folder that must be on Python's path to import a module of a package.
 
     Args:
         package: the package's folder.
-        module: name of the module, without dots.
+        module: the name of the module, without dots.
 
     Returns:
-        The folder that contains the module, or None if the package has no such module.
+        The folder that contains the module; None if the package has no such module.
     """
     for folder in (
-        *_named(package, module),
+        *_folders_in_setup(package, module),
         *(os.path.join(package, default_folder) for default_folder in _DEFAULT_FOLDERS),
     ):
         path = os.path.join(folder, module)
@@ -38,14 +38,14 @@ def folder_of(package: str, module: str) -> str | None:
     return None
 
 
-def _named(package: str, module: str) -> Iterator[str]:
+def _folders_in_setup(package: str, module: str) -> Iterator[str]:
     """Yield the folders of a module according to the package's setup.py."""
     try:
         match = re.search(_PACKAGE_DIR, manifest_text(os.path.join(package, "setup.py")))
     except (OSError, ValueError):
         return
-    for name, place in re.findall(_PAIR, match[1]) if match else ():
-        folder = os.path.normpath(os.path.join(package, place))
+    for name, relative_path in re.findall(_PAIR, match[1]) if match else ():
+        folder = os.path.normpath(os.path.join(package, relative_path))
         if not name:
             yield folder
         elif name == module and os.path.basename(folder) == module:

@@ -1,4 +1,4 @@
-"""Stubs under stock's names, for type checkers and editors (PEP 561, stub-only packages)."""
+"""Writes stubs with stock's names, for type checkers and editors (PEP 561, stub-only packages)."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ _HERE = "pyros1.drop_in.modules"
 
 
 def write_stubs(folder: Path, library: Library) -> list[str]:
-    """Write stubs of our modules and of all message packages, replacing those that exist.
+    """Write stubs for pyros1's modules and for all message packages, replacing existing ones.
 
     Args:
-        folder: a folder for nothing but the stubs: it is emptied.
+        folder: a folder that contains nothing but stubs; it is emptied.
         library: the message packages.
 
     Returns:
-        An error text for each package without stubs, because a definition is wrong.
+        An error message for each package without stubs, because a definition is invalid.
 
     Raises:
         OSError: a file cannot be written.
@@ -50,7 +50,7 @@ def _write(folder: Path, files: dict[str, str]) -> None:
 
 
 def _modules() -> Iterator[tuple[str, str]]:
-    """Yield stubs that import our modules, which contain type annotations."""
+    """Yield stubs that import pyros1's modules, which contain type annotations."""
     for source in sorted(Path(MODULES).rglob("*.py")):
         top, *rest = PurePosixPath(source.relative_to(MODULES)).with_suffix("").parts
         name = ".".join([top, *(part for part in rest if part != "__init__")])
@@ -58,7 +58,7 @@ def _modules() -> Iterator[tuple[str, str]]:
 
 
 def _shipped(our_stubs: Library, package: str) -> dict[str, str]:
-    """Return stubs that import those of ``pyros1.msgs``; none for a package that is not part of pyros1."""
+    """Return stubs that import those of ``pyros1.msgs``; an empty dict for a package that is not part of pyros1."""
     if not our_stubs.has_package(package):
         return {}
     kinds = [("msg", our_stubs.messages(package)), ("srv", our_stubs.services(package))]
@@ -75,4 +75,4 @@ def _messages(library: Library, package: str) -> dict[str, str]:
 
 def _package(texts: dict[str, str]) -> dict[str, str]:
     files = {f"{kind}.pyi": text for kind, text in texts.items()}
-    return {"__init__.pyi": "", "py.typed": "partial\n", **files}  # the package may have modules of its own
+    return {"__init__.pyi": "", "py.typed": "partial\n", **files}  # "partial", as the package may have other modules

@@ -1,4 +1,4 @@
-"""Stock's log message about strings in messages that are not UTF-8."""
+"""Logs, like stock, if messages contain strings that are not UTF-8."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ import codecs
 
 _REPORTED_TYPES: set[str | None] = set()
 _MAX_REPORTED = 1000
-"""Maximum number of types to remember: a program that echoes any topic can receive any number of them."""
+"""Maximum number of types to remember, since a program that echoes topics can receive any number of types."""
 
 
 class RosMsgUnicodeErrors:
-    """Handler ``rosmsg`` of `codecs.register_error`: replaces bytes that are not UTF-8, and logs it once for each type.
+    """Handler ``rosmsg`` for `codecs.register_error`: replaces bytes that are not UTF-8, and logs that once per type.
 
     Attributes:
-        msg_type: the message's type, for the log.
+        msg_type: the type of the message, for the log.
     """
 
     def __init__(self) -> None:

@@ -1,1 +1,1 @@
-"""Launch files: XML to a plan, and a plan to running, supervised processes (https://wiki.ros.org/roslaunch)."""
+"""Reads launch files into plans, and runs plans as supervised processes (https://wiki.ros.org/roslaunch)."""

@@ -1,4 +1,4 @@
-"""Nodes launched by a user's program, and the thread that supervises them (X93)."""
+"""Launches nodes from a user's program, and supervises them in a thread (X93)."""
 
 from __future__ import annotations
 
@@ -29,19 +29,19 @@ class Node:
     Args:
         package: the node's ROS package.
         node_type: the name of its executable.
-        name: the node's name, None for that of the executable.
+        name: the node's name; None for that of the executable.
         namespace: the node's namespace.
-        machine_name: None or empty: only nodes on this machine can be launched this way.
-        args: the node's arguments in one string, as in a launch file.
-        respawn: start it again whenever it ends; as a string: true or false.
+        machine_name: must be None or empty, since only nodes on this machine can be launched this way.
+        args: the node's arguments as one string, like in a launch file.
+        respawn: whether to restart the node whenever it exits; a bool, or the string true or false.
         respawn_delay: seconds to wait before that.
-        remap_args: pairs of names.
-        env_args: pairs of a variable and its value.
+        remap_args: remappings, as pairs of names.
+        env_args: environment variables, as pairs of name and value.
         output: ``screen`` or ``log`` (default).
         cwd: ``ros_home`` (default), or ``node`` for the executable's folder.
-        launch_prefix: words before the command line in one string.
-        required: the launch ends when the node ends.
-        filename: name of the file that defines the node, for errors.
+        launch_prefix: a command to put before the node's command line, as one string.
+        required: whether to shut down the launch when the node exits.
+        filename: name of the file that defines the node, for error messages.
 
     Raises:
         LaunchError: an argument is invalid.
@@ -76,7 +76,7 @@ class Node:
         try:
             words, prefix = shlex.split(args), shlex.split(launch_prefix or "")
         except ValueError as error:
-            raise LaunchError(f"cannot split args or launch_prefix into words: {error}") from error
+            raise LaunchError(f"cannot split args or launch_prefix into arguments: {error}") from error
         self.plan = NodePlan(
             package,
             node_type,
@@ -98,14 +98,14 @@ def _flag(value: bool | str, name: str) -> bool:
 
 
 class ProcessListener(Protocol):
-    """A listener that is called when processes end."""
+    """A listener that is called when processes exit."""
 
     def process_died(self, process_name: str, exit_code: int | None) -> object:
-        """Handle the end of a process. Called in the launch's thread.
+        """Handle the exit of a process. Called in the launch's thread.
 
         Args:
-            process_name: the process's label, ``name-2``.
-            exit_code: negative for a signal.
+            process_name: the process's label, such as ``name-2``.
+            exit_code: the exit code; negative for a signal.
         """
 
 
@@ -113,8 +113,8 @@ class ProcessHandle:
     """A launched node.
 
     Attributes:
-        name: its label, ``name-2``.
-        spec: how it is started; its ``exit_policy`` may be changed while it runs.
+        name: the process's label, such as ``name-2``.
+        spec: the description of the process; its ``exit_policy`` may be changed while it is running.
     """
 
     def __init__(self, process: Process, run: ScriptRun) -> None:
@@ -125,37 +125,37 @@ class ProcessHandle:
 
     @property
     def exit_code(self) -> int | None:
-        """Exit code: None while it runs, negative for a signal."""
+        """The exit code: None while the node is running, negative for a signal."""
         return self._process.exit_code
 
     @property
     def pid(self) -> int:
-        """Its process id."""
+        """The process id."""
         return self._process.pid
 
     @property
     def spawn_count(self) -> int:
-        """How often it was started."""
+        """How many times the node was started."""
         return self._process.spawn_count
 
     def is_alive(self) -> bool:
-        """Return whether it runs."""
+        """Return whether the node is running."""
         return self._process.alive
 
     def end(self, errors: list[str] | None = None) -> None:
-        """End this run of the node as if it exited on its own, and wait for it: it starts again if it respawns.
+        """Stop the node as if it had exited by itself, and wait until it has exited. It may be respawned.
 
         Args:
-            errors: a text is added if it does not end.
+            errors: a list to which a message is added if the node does not exit.
         """
         if not self._run.end_process(self._process) and errors is not None:
             errors.append(f"{self.name} may still be running")
 
     def stop(self, errors: list[str] | None = None) -> None:
-        """End the node, and wait until it has ended.
+        """Stop the node, and wait until it has exited.
 
         Args:
-            errors: a text is added if it does not end.
+            errors: a list to which a message is added if the node does not exit.
         """
         self._run.stop_process(self._process)
         if self._process.alive and errors is not None:
@@ -163,13 +163,13 @@ class ProcessHandle:
 
 
 class ScriptRun:
-    """A session in a separate thread. It ends when the program ends.
+    """A session in a separate thread, which is shut down when the program exits.
 
     Args:
-        plan: what to start.
-        options: how to launch.
-        listeners: called when processes end.
-        resources: finds executables, and contains the environment.
+        plan: the plan to launch.
+        options: the options of the launch.
+        listeners: called when processes exit.
+        resources: access to packages and the environment.
     """
 
     def __init__(
@@ -191,7 +191,7 @@ class ScriptRun:
         """Start everything.
 
         Raises:
-            LaunchError: something cannot be started. Processes already started have been ended.
+            LaunchError: something cannot be started. Processes that were already started have been stopped.
         """
         atexit.register(self.stop)
         self._thread.start()
@@ -220,11 +220,11 @@ class ScriptRun:
         for listener in self._listeners:
             try:
                 listener.process_died(process.spec.label, process.exit_code)
-            except Exception as error:  # noqa: BLE001 - a user's code must not end the launch
+            except Exception as error:  # noqa: BLE001 - an error in user code must not affect the launch
                 self._session.console.error(f"process_died of {listener!r} failed: {error!r}")
 
     def do(self, action: Callable[[], Any]) -> Any:
-        """Call a function in the launch's thread and return its result. Raise LaunchError if the launch has ended."""
+        """Call a function in the launch's thread and return its result; raise LaunchError if the launch is over."""
         if threading.current_thread() is self._thread:
             return action()
         future: Future[Any] = Future()
@@ -255,25 +255,25 @@ class ScriptRun:
         return [ProcessHandle(process, self) for process in self._session.supervisor.active]
 
     def dead_processes(self) -> list[ProcessHandle]:
-        """Return the processes that have ended for good."""
+        """Return the processes that have exited and are not respawned."""
         return [ProcessHandle(process, self) for process in self._session.supervisor.dead]
 
     @property
     def server_uri(self) -> str:
-        """URI of the launch's XML-RPC server; empty before it has started and after the end."""
+        """URI of the launch's XML-RPC server; empty before it was started and after the launch."""
         server = self._session._server
         return server.uri if server is not None else ""
 
     def is_over(self) -> bool:
-        """Return whether the launch has ended."""
+        """Return whether the launch is over."""
         return self._ended.is_set()
 
     def stop_process(self, process: Process) -> None:
-        """End a process, and wait until it has ended."""
+        """Stop a process, and wait until it has exited."""
         self._end(process, self._session.supervisor.stop_node)
 
     def end_process(self, process: Process) -> bool:
-        """End a process as `ProcessHandle.end` does; return whether it has ended."""
+        """Stop a process like `ProcessHandle.end`; return whether it has exited."""
         return self._end(process, self._session.supervisor.end_node)
 
     def _end(self, process: Process, end: Callable[[Process], object]) -> bool:
@@ -282,18 +282,18 @@ class ScriptRun:
             try:
                 self.do(lambda: end(process))
             except LaunchError:
-                self._ended.wait()  # everything ends
+                self._ended.wait()  # the launch is being shut down
         if threading.current_thread() is self._thread:
             return True
         seconds = self._options.sigint_timeout + self._options.sigterm_timeout + _SIGKILL_MARGIN_S
         return process.wait(time.monotonic() + seconds) or process.spawn_count > count
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait for the end of the launch. Return whether it has ended."""
+        """Wait until the launch is over; return whether it is."""
         return self._ended.wait(timeout)
 
     def stop(self) -> None:
-        """End everything, and wait until it has ended."""
+        """Stop everything, and wait until it has exited."""
         atexit.unregister(self.stop)
         if self._ended.is_set():
             return

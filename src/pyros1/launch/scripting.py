@@ -1,4 +1,4 @@
-"""Launching from a user's program: single nodes or launch files.
+"""Launches single nodes or launch files from a user's program.
 
     launch = ROSLaunch()
     launch.start()
@@ -7,8 +7,7 @@
     process.stop()
     launch.stop()
 
-A launch runs in a separate thread, which also does everything that changes it. Names and arguments are those of
-roslaunch's API.
+A launch runs in a separate thread, in which all changes are made. Names and arguments are those of roslaunch's API.
 """
 
 from __future__ import annotations
@@ -44,30 +43,30 @@ __all__ = [
 ]
 _WAIT_STEP = 0.2
 LaunchFile = str | tuple[str, Sequence[str]]
-"""A path, or a path and its ``name:=value`` words."""
+"""A path, or a path and its ``name:=value`` arguments."""
 
 
 class ROSLaunchParent:
     """Launches launch files.
 
     Args:
-        run_id: the run id: that of the running master, or a new one; see `get_or_generate_uuid`.
-        roslaunch_files: paths, or tuples of a path and a list of ``name:=value`` words.
-        is_core: run a core; another master is an error.
+        run_id: the run id, which is that of the running master, or a new one; see `get_or_generate_uuid`.
+        roslaunch_files: paths, or tuples of a path and a list of ``name:=value`` arguments.
+        is_core: whether to run a core; another running master is then an error.
         port: port of a master that is started here.
-        local_only: do not start nodes of other machines.
-        process_listeners: called when processes end.
-        verbose: print what was read.
-        force_screen: send all output to the screen.
-        force_log: send all output to log files.
+        local_only: whether to skip nodes on other machines.
+        process_listeners: called when processes exit.
+        verbose: whether to print everything that was read.
+        force_screen: whether to send all output to the screen.
+        force_log: whether to send all output to log files.
         is_rostest: accepted for compatibility, without effect. ``pyros1 test`` runs tests.
         roslaunch_strs: contents of launch files.
         num_workers: accepted for compatibility, without effect.
-        timeout: seconds that a master started here waits for a node to answer.
-        master_logger_level: lowest level in the log of a master started here.
-        show_summary: print the SUMMARY block.
-        force_required: make every node required.
-        sigint_timeout: seconds between SIGINT and SIGTERM when ending nodes.
+        timeout: maximum number of seconds that a master started here waits for a node to respond.
+        master_logger_level: minimum level in the log of a master started here.
+        show_summary: whether to print the SUMMARY block.
+        force_required: whether to make every node required.
+        sigint_timeout: seconds between SIGINT and SIGTERM when stopping nodes.
         sigterm_timeout: seconds between SIGTERM and SIGKILL.
     """
 
@@ -116,10 +115,10 @@ class ROSLaunchParent:
         """Read the files and start everything.
 
         Args:
-            auto_terminate: end the launch when no process is left.
+            auto_terminate: whether to shut down the launch when no process is left.
 
         Raises:
-            LaunchError: something cannot be started. Processes already started have been ended.
+            LaunchError: something cannot be started. Processes that were already started have been stopped.
         """
         if self._run is not None:
             raise LaunchError("this launch was already started")
@@ -145,7 +144,7 @@ class ROSLaunchParent:
         """Start one more node.
 
         Raises:
-            LaunchError: it cannot be started.
+            LaunchError: the node cannot be started.
         """
         if self._run is None:
             raise LaunchError("the launch has not been started")
@@ -155,7 +154,7 @@ class ROSLaunchParent:
         """Do nothing: the launch's thread supervises the processes."""
 
     def spin(self) -> None:
-        """Wait until the launch has ended. Ctrl-C ends it."""
+        """Wait until the launch is over. Ctrl-C shuts it down."""
         if self._run is None:
             raise LaunchError("the launch has not been started")
         try:
@@ -165,7 +164,7 @@ class ROSLaunchParent:
             self.shutdown()
 
     def shutdown(self) -> None:
-        """End everything that was started, and wait until it has ended. Do nothing if it has already ended."""
+        """Stop everything that was started, and wait until it has exited. No effect if the launch is over."""
         if self._run is not None:
             self._run.stop()
 
@@ -188,7 +187,7 @@ class ROSLaunch:
         """Start a node.
 
         Raises:
-            LaunchError: it cannot be started.
+            LaunchError: the node cannot be started.
         """
         return self.parent.launch(node)
 
@@ -197,11 +196,11 @@ class ROSLaunch:
         self.parent._files.append((file, ()) if isinstance(file, str) else file)
 
     def stop(self) -> None:
-        """End all nodes."""
+        """Stop all nodes."""
         self.parent.shutdown()
 
     def spin(self) -> None:
-        """Wait until Ctrl-C, or until a required node has ended."""
+        """Wait for Ctrl-C, or until a required node has exited."""
         self.parent.spin()
 
     def spin_once(self) -> None:
@@ -213,8 +212,8 @@ def get_or_generate_uuid(options_runid: str | None, options_wait_for_master: boo
     """Return the run id of the running master, or a new one.
 
     Args:
-        options_runid: the user's run id; returned unless it is empty.
-        options_wait_for_master: wait until a master is running.
+        options_runid: the user's run id, which is returned unless it is empty.
+        options_wait_for_master: whether to wait until a master is running.
     """
     if options_runid:
         return options_runid
@@ -238,7 +237,7 @@ def configure_logging(run_id: str) -> str:
     """Create the log folder of a run, and the link ``latest`` to it.
 
     Args:
-        run_id: see `get_or_generate_uuid`.
+        run_id: the run id, see `get_or_generate_uuid`.
 
     Returns:
         The folder.
@@ -253,10 +252,10 @@ def configure_logging(run_id: str) -> str:
 
 
 def resolve_launch_arguments(args: Iterable[str]) -> list[str]:
-    """Return the paths for words of a command line, ``pkg file`` or ``file...``.
+    """Return the paths specified on a command line as ``pkg file`` or ``file...``.
 
     Args:
-        args: the words; those with ``:=`` are ignored.
+        args: the command-line arguments; those with ``:=`` are ignored.
 
     Raises:
         LaunchError: a file does not exist.

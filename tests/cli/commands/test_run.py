@@ -114,7 +114,9 @@ def test_a_script_that_names_no_interpreter(package: Path, capsys: pytest.Captur
     script = package / "scripts" / "hello"
     script.write_bytes(b"#!/usr/bin/env python3\r\nprint(1)\r\n")
     assert run_command("run", ["some_pkg", "hello"]) == 126
-    text = f"[rosrun] cannot run {script}: it has Windows line ends (CR LF), which make its first line invalid: sed -i"
+    text = (
+        f"[rosrun] cannot run {script}: it has Windows line endings (CR LF), which make its first line invalid: sed -i"
+    )
     assert capsys.readouterr().err.startswith(text)
     script.write_text("echo hello\n")
     assert run_command("run", ["some_pkg", "hello"]) == 126

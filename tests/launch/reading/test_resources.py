@@ -44,12 +44,12 @@ def test_what_never_ends_is_an_error_that_names_it(
     monkeypatch.setattr("pyros1.launch.reading.resources.MAX_FILE_SIZE", 3 << 20)
     file = tmp_path / "x.launch"
     file.write_text(f"<launch>\n<param name='p' {source}/></launch>")
-    with pytest.raises(LaunchError, match=r"/dev/zero.* has more than 3 MiB") as raised:
+    with pytest.raises(LaunchError, match=r"/dev/zero.* is larger than 3 MiB") as raised:
         load_plan([str(file)], {}, make_resources())
     assert raised.value.line == 2
 
 
 def test_a_command_that_takes_too_long_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pyros1.launch.reading.world.COMMAND_TIMEOUT_S", 0.05)
-    with pytest.raises(LaunchError, match=r"did not end within 0.05 seconds"):
+    with pytest.raises(LaunchError, match=r"did not exit within 0.05 seconds"):
         run_command([sys.executable, "-c", "input()"] if os.name == "nt" else ["sleep", "60"])

@@ -71,7 +71,7 @@ def test_a_file_that_is_not_there_is_said_in_one_line(tmp_path: Path) -> None:
     (tmp_path / "python" / "xacro").mkdir(parents=True)
     (tmp_path / "python" / "xacro" / "__init__.py").write_text("def main():\n    raise OSError('a traceback')\n")
     said = ask(tmp_path, "xacro gone.xacro n:=5").stderr
-    assert said.startswith("xacro: there is no file gone.xacro\nUnable to load file") and said.count("\n") == 2
+    assert said.startswith("xacro: no such file: gone.xacro\nUnable to load file") and said.count("\n") == 2
 
 
 def test_which_file_is_missing(tmp_path: Path) -> None:

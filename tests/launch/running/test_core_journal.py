@@ -55,11 +55,11 @@ def test_a_killed_core_is_continued_under_its_run_id(made: list[CoreJournal], tm
     leave(made, tmp_path, ("setParam", ["/", "/", {"run_id": "one", "x": 1}]), ("setParam", ["/a", "/run_id", "two"]))
     core, said = make(made, tmp_path)
     assert core.run_id == "two" and core.previous is not None
-    assert said.lines == [f"continuing the master that was killed (pid {os.getpid()})"]
+    assert said.lines == [f"restoring the state of the master that was killed (pid {os.getpid()})"]
     core.report(1, ["/rosout"])
     core.report(2, [f"/n{number}" for number in range(30)])
-    assert said.lines[1] == "continued with 1 node of the earlier master"
-    assert said.lines[2].startswith("continued with 2 nodes of the earlier master; gone meanwhile: /n0, /n1")
+    assert said.lines[1] == "resumed with 1 node from the previous master"
+    assert said.lines[2].startswith("resumed with 2 nodes from the previous master; gone meanwhile: /n0, /n1")
     assert said.lines[2].endswith("/n19 ...")
 
 
@@ -77,7 +77,7 @@ def test_a_master_without_a_journal_sets_it_aside(made: list[CoreJournal], tmp_p
     said: Any = Said()
     set_aside_journal({"ROS_HOME": str(tmp_path)}, 11311, said)
     set_aside_journal({"ROS_HOME": str(tmp_path)}, 11311, said)  # there is none any more
-    assert len(said.lines) == 1 and "not continued, as this master keeps none" in said.lines[0]
+    assert len(said.lines) == 1 and "its state is not restored, as this master has no journal" in said.lines[0]
     assert path.with_suffix(".old").exists() and not path.exists()
     used, _ = make(made, tmp_path)
     assert used.previous is None and used.journal is not None
@@ -108,4 +108,4 @@ def test_without_a_journal_a_core_runs_too(made: list[CoreJournal], tmp_path: Pa
     assert second.journal is None and "another master is using" in said.lines[0]
     (tmp_path / "file").write_text("")
     third, said = make(made, tmp_path / "file")
-    assert third.journal is None and "keeps no journal" in said.lines[0]
+    assert third.journal is None and "has no journal" in said.lines[0]

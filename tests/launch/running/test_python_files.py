@@ -40,7 +40,7 @@ def test_modules_that_are_not_installed(folder: Path) -> None:
     text = "import os, nothing_a.part as a\nfrom nothing_b.msg import X\nimport nothing_a\n"
     text += "if __name__ == '__main__':\n    import nothing_c\n"
     assert problems(folder, OURS + text) == [
-        f"FILE:{line}: {sys.executable} finds no module {name}"
+        f"FILE:{line}: {sys.executable} cannot find module {name}"
         for line, name in ((2, "nothing_a"), (3, "nothing_b"), (6, "nothing_c"))
     ]
 
@@ -104,7 +104,7 @@ def bare(folder: Path, *offered: str) -> str:
 def test_a_python_without_pyros1(folder: Path) -> None:
     first = bare(folder)
     found = problems(folder, first + "import rospy, nothing_a, pyros1, std_msgs.msg, minimal_nodes\n")
-    assert [line.partition(" finds no module ")[2].partition(": ")[0] for line in found] == [
+    assert [line.partition(" cannot find module ")[2].partition(": ")[0] for line in found] == [
         "rospy", "nothing_a", "pyros1", "std_msgs", "minimal_nodes",
     ]  # fmt: skip
     activate = Path(sys.executable).with_name("activate")
@@ -116,7 +116,7 @@ def test_a_python_without_pyros1(folder: Path) -> None:
 
 def test_a_python_with_pyros1_that_lacks_a_module_needs_another_cure(folder: Path) -> None:
     (found,) = problems(folder, bare(folder, "pyros1") + "import rospy\n")
-    assert found.endswith("finds no module rospy")
+    assert found.endswith("cannot find module rospy")
 
 
 def test_more_imports_than_fit_into_an_argument(folder: Path) -> None:

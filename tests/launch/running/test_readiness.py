@@ -24,7 +24,7 @@ def test_the_attribute_is_read() -> None:
     assert [str(one) for one in found] == ["topic:/scan", "service:/ns/x", "param:/ns/me/go", "node:/ns/n"]
     assert parse_conditions("", "/", "me") == []
     for text in ("/scan", "topic:", "action:/x", "topic:/"):
-        with pytest.raises(LaunchError, match="'wait-for' has the invalid word"):
+        with pytest.raises(LaunchError, match="'wait-for' has the invalid condition"):
             parse_conditions(text, "/", "me")
 
 

@@ -16,8 +16,8 @@ TROUBLES = {
     b"import sys\n": "its first line does not name an interpreter: add #!/usr/bin/env python3",
     b"echo hello\n": "its first line does not name an interpreter: add #!/bin/sh, #!/usr/bin/env python3 or",
     b"": "the file is empty",
-    b"\xef\xbb\xbf#!/bin/sh\n": "it begins with a byte order mark: save it as UTF-8 without one",
-    b"#!/bin/sh\r\necho hello\r\n": "it has Windows line ends (CR LF), which make its first line invalid: "
+    b"\xef\xbb\xbf#!/bin/sh\n": "it starts with a byte order mark: save it as UTF-8 without one",
+    b"#!/bin/sh\r\necho hello\r\n": "it has Windows line endings (CR LF), which make its first line invalid: "
     "sed -i 's/\\r$//' ",
     b"#!\n": "its first line has #! without a program",
     b"#!/no/such/program -x\n": "its first line names /no/such/program, which does not exist: correct the line",

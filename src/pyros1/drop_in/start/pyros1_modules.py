@@ -1,8 +1,8 @@
-# Offers pyros1's modules under the names of stock ROS 1 to a program, at no cost until it imports one.
+# Makes pyros1's modules available to a program under the names of stock ROS 1, at no cost until it imports one.
 #
 # `pyros1 run`, `launch`, `test` and `setup` put this folder on PYTHONPATH, where sitecustomize.py imports this module;
-# `pyros1 rospy enable` writes a .pth file that does. It must work, and do no harm, in any Python, including one without
-# pyros1, and Python 2.
+# `pyros1 rospy enable` writes a .pth file that imports it. It must work with any Python, including Python 2 and one
+# without pyros1, and do no harm.
 import gc
 import os
 import sys
@@ -18,59 +18,59 @@ HERE = os.path.dirname(os.path.abspath(__file__))
 MODULES = os.path.join(os.path.dirname(HERE), "modules")
 
 
-class Waiting(object):
-    """Stays at the end of sys.meta_path until a module is imported that no other finder finds."""
+class PlaceholderFinder(object):
+    """A placeholder at the end of sys.meta_path until a module is imported that no other finder finds."""
 
-    busy = None  # the thread that imports the real finder
+    busy = None  # id of the thread that is importing the real finder
 
     def find_spec(self, name, path=None, target=None):
         if path is not None or name in getattr(sys, "stdlib_module_names", ()) or name.startswith("pyros1"):
             return None
-        # Python holds the import lock now. Other threads may be waiting for it while they import the same modules as
-        # we do.
+        # Python holds the import lock now. Other threads may be waiting for it while they import the modules that are
+        # imported here.
         try:
             _imp.release_lock()
         except RuntimeError:  # called by a program, not by the import system
-            real = self.real()
+            finder = self.replace()
         else:
             try:
-                real = self.real()
+                finder = self.replace()
             finally:
                 _imp.acquire_lock()
-        if real is not None:
-            return real.find_spec(name, path, target)
+        if finder is not None:
+            return finder.find_spec(name, path, target)
         hint_at_missing(name)
         return None
 
-    def find_module(self, name, path=None):  # Python 2 calls this one
+    def find_module(self, name, path=None):  # called by Python 2
         if path is None:
             hint_at_missing(name)
 
-    def real(self):
-        """Replace this finder by the real one; return None if this Python has no pyros1."""
+    def replace(self):
+        """Replace this finder with the real one and return that; None if this Python has no pyros1."""
         if self.busy == get_ident():
-            return None  # the import below needs a module that does not exist
+            return None  # the import below tries to import a module that does not exist
         self.busy = get_ident()
-        collects = gc.isenabled()
+        was_gc_enabled = gc.isenabled()
         gc.disable()  # like pyros1.ground.loading
         try:
             from pyros1.drop_in.finder import install
-        except (ImportError, SyntaxError):  # it has no pyros1, or is too old for it
+        except (ImportError, SyntaxError):  # this Python has no pyros1, or is too old for it
             return None
         finally:
             self.busy = None
-            if collects:
+            if was_gc_enabled:
                 gc.enable()
         if self in sys.meta_path:
             sys.meta_path.remove(self)
         return install()
 
 
-class Folders(object):
-    """Precedes Python's own finder, which takes any folder for a package if no other package has its name.
+class FolderFilter(object):
+    """Precedes Python's own finder, which considers any folder a package if there is no other package of that name.
 
-    The source folder of a workspace contains folders like std_msgs, whose messages would then not be found. The basic
-    modules must be ours as well if a real genpy is installed, but no rospy.
+    The source folder of a workspace contains folders like std_msgs; without this filter, the messages would not be
+    found. If stock's genpy is installed, but not its rospy, the basic modules must be those of pyros1 as well.
     """
 
     def find_spec(self, name, path=None, target=None):
@@ -79,34 +79,36 @@ class Folders(object):
         spec = PathFinder.find_spec(name, path, target)
         if spec is None:
             return None
-        lowest = name in ("genpy", "genmsg", "roslib", "rosgraph") and not is_module(PathFinder.find_spec("rospy"))
-        if not lowest and is_module(spec):
+        must_replace = name in ("genpy", "genmsg", "roslib", "rosgraph") and not is_module(
+            PathFinder.find_spec("rospy")
+        )
+        if not must_replace and is_module(spec):
             return spec
-        ours = [each for each in sys.meta_path if type(each).__name__ in ("Waiting", "Finder")]
-        return ours[-1].find_spec(name, path, target) or spec if ours else spec
+        our_finders = [each for each in sys.meta_path if type(each).__name__ in ("PlaceholderFinder", "Finder")]
+        return our_finders[-1].find_spec(name, path, target) or spec if our_finders else spec
 
 
 def is_module(spec):
-    """Return whether what Python has found is more than a folder."""
+    """Return whether a spec is that of a module, not just of a folder."""
     return spec is not None and spec.has_location
 
 
 def hint_at_missing(name):
-    """Print what to do if a program imports one of the modules on a Python that has no pyros1."""
+    """Print a hint if a program imports one of the modules with a Python that has no pyros1."""
     if name in ("rospy", "roslib") and os.path.isdir(os.path.join(MODULES, name)):
-        ours = os.environ.get("PYROS1_PYTHON", "")
-        what = "Python 2" if sys.version_info[0] == 2 else sys.executable
-        text = "pyros1: this program runs on %s, which has neither ROS nor pyros1, and imports %s.\n" % (what, name)
-        if ours:
+        pyros1_python = os.environ.get("PYROS1_PYTHON", "")
+        python = "Python 2" if sys.version_info[0] == 2 else sys.executable
+        text = "pyros1: this program runs with %s, which has neither ROS nor pyros1, and imports %s.\n" % (python, name)
+        if pyros1_python:
             text += (
                 "    Activate pyros1's environment first (source %s), or write #!%s as the program's first line.\n"
                 % (
-                    os.path.join(os.path.dirname(ours), "activate"),
-                    ours,
+                    os.path.join(os.path.dirname(pyros1_python), "activate"),
+                    pyros1_python,
                 )
             )
         else:
-            text += "    Start it with the Python of pyros1's environment, or install pyros1 for this Python.\n"
+            text += "    Run it with the Python of pyros1's environment, or install pyros1 for this Python.\n"
         sys.stderr.write(text)
 
 
@@ -148,47 +150,47 @@ def is_python2(error):
 
 ABC = ("Mapping", "MutableMapping", "Sequence", "MutableSequence", "Set", "Iterable", "Iterator", "Callable")
 ABC += ("Hashable", "Sized", "Container")
-OLDER = (
+REMOVED_FEATURES = (
     ("load() missing 1 required positional argument: 'Loader'", "PyYAML 6 needs a loader: write yaml.safe_load(...)"),
     ("module 'time' has no attribute 'clock'", "Python 3.8 has removed time.clock: write time.perf_counter"),
     ("module 'inspect' has no attribute 'getargspec'", "Python 3.11 has removed it: write inspect.getfullargspec"),
-    ("No module named 'imp'", "Python 3.12 has removed imp: importlib does its work"),
-    ("No module named 'distutils'", "Python 3.12 has removed distutils: pip install setuptools brings it back"),
+    ("No module named 'imp'", "Python 3.12 has removed imp: use importlib"),
+    ("No module named 'distutils'", "Python 3.12 has removed distutils: pip install setuptools provides it"),
 )
-OLDER += tuple(
+REMOVED_FEATURES += tuple(
     (part % name, "it is collections.abc.%s now" % name)
     for name in ABC
     for part in ("'collections' has no attribute '%s'", "import name '%s' from 'collections'")
 )
 
 
-def since(error):
-    """Return what to use in place of something that only older Pythons and libraries had, or None."""
+def replacement_for(error):
+    """Return what to use instead of a feature of older versions of Python or a library; None if there is no hint."""
     if not isinstance(error, (AttributeError, ImportError, TypeError)):
         return None
     text = str(error)
-    return next((advice for part, advice in OLDER if part in text), None)
+    return next((advice for part, advice in REMOVED_FEATURES if part in text), None)
 
 
-PYTHON2 = (
-    "pyros1: this looks like a program for Python 2, which ended in 2020. It runs here once it is converted: "
-    "pip install fissix && fissix -w FILE does most of it."
+PYTHON2_HINT = (
+    "pyros1: this looks like a program for Python 2, which is unsupported since 2020. Convert it to Python 3: "
+    "pip install fissix && fissix -w FILE does most of the conversion."
 )
 
 
 def reason_for(error):
-    """Return a hint about an error that is typical of old programs, or an empty text."""
+    """Return a hint about an error that is typical of old programs; an empty string if there is none."""
     if is_python2(error):
-        return PYTHON2
-    advice = since(error)
+        return PYTHON2_HINT
+    advice = replacement_for(error)
     return "pyros1: this program was written for an older Python. %s." % advice if advice else ""
 
 
 def take_over(name):
-    """Import a module in place of the one of the same name in this folder.
+    """Import the actual module instead of that with the same name in this folder.
 
-    The folder has modules with the names that programs import first. They are only found if another sitecustomize
-    precedes ours on PYTHONPATH, so that our modules have not been offered yet.
+    The folder contains modules with the names that programs import first. They are only found if another sitecustomize
+    precedes that of pyros1 on PYTHONPATH, so that `install` has not been called yet.
     """
     sys.path[:] = [each for each in sys.path if os.path.abspath(each or ".") != HERE]
     install()
@@ -197,31 +199,31 @@ def take_over(name):
 
 
 def install():
-    """Offer the modules in this process, unless the environment selects stock's."""
-    wanted = os.environ.get("PYROS1_ROSPY", "")
-    if wanted == "stock" or any(type(each).__name__ in ("Waiting", "Finder") for each in sys.meta_path):
+    """Make the modules available in this process, unless the environment selects those of stock."""
+    preference = os.environ.get("PYROS1_ROSPY", "")
+    if preference == "stock" or any(type(each).__name__ in ("PlaceholderFinder", "Finder") for each in sys.meta_path):
         return
-    if wanted not in ("", "pyros1"):
-        sys.stderr.write("pyros1: PYROS1_ROSPY is '%s', not 'pyros1' or 'stock': it is ignored\n" % wanted)
+    if preference not in ("", "pyros1"):
+        sys.stderr.write("pyros1: PYROS1_ROSPY is '%s', not 'pyros1' or 'stock': it is ignored\n" % preference)
     if PathFinder in sys.meta_path:
-        sys.meta_path.insert(sys.meta_path.index(PathFinder), Folders())
-    if wanted == "pyros1":
+        sys.meta_path.insert(sys.meta_path.index(PathFinder), FolderFilter())
+    if preference == "pyros1":
         try:
             from pyros1.drop_in.finder import install
 
             install()
         except (ImportError, SyntaxError):
-            sys.meta_path.append(Waiting())
+            sys.meta_path.append(PlaceholderFinder())
     else:
-        sys.meta_path.append(Waiting())
+        sys.meta_path.append(PlaceholderFinder())
     if sys.version_info[0] == 2:
         return
-    show = sys.excepthook
+    previous_hook = sys.excepthook
 
     def excepthook(kind, error, traceback):
-        show(kind, error, traceback)
-        word = reason_for(error)
-        if word:
-            sys.stderr.write(word + "\n")
+        previous_hook(kind, error, traceback)
+        hint = reason_for(error)
+        if hint:
+            sys.stderr.write(hint + "\n")
 
     sys.excepthook = excepthook

@@ -1,13 +1,13 @@
-# Python imports this when a program starts whose PYTHONPATH contains this folder, as set by pyros1 run, launch and
-# setup. It must work, and do no harm, in any Python, including one without pyros1, and Python 2.
+# Python imports this module when a program starts, if PYTHONPATH contains this folder, which is set by pyros1 run,
+# launch and setup. It must work with any Python, including Python 2 and one without pyros1, and do no harm.
 import os
 import sys
 
 _here = os.path.dirname(os.path.abspath(__file__))
 
 
-def _others():
-    """Run the sitecustomize that this one hides."""
+def _run_hidden_sitecustomize():
+    """Run the sitecustomize that is hidden by this one."""
     path = list(sys.path)
     this = sys.modules.pop("sitecustomize", None)
     sys.path[:] = [each for each in path if os.path.abspath(each or ".") != _here]
@@ -22,6 +22,6 @@ def _others():
 import pyros1_modules  # noqa: E402
 
 try:
-    _others()
-finally:  # Python reports an error in theirs, and continues
+    _run_hidden_sitecustomize()
+finally:  # Python reports an error in the other sitecustomize, and continues
     pyros1_modules.install()

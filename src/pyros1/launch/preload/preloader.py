@@ -1,8 +1,9 @@
 """Starts Python nodes by forking processes that have already imported pyros1: ``pyros1 launch --preload``.
 
-A node can be forked if its script's first line names this launcher's interpreter, and no other program starts it. Nodes
-share a server if their environments agree in all variables that an interpreter, or the modules that the server imports,
-read at startup (`KEPT_VARIABLES`); a server is started with its first node. The program's code is in `server`.
+A node can be forked if its script's first line names this launcher's interpreter, and it is not run by another program.
+Nodes share a server if their environments have the same values of all variables that an interpreter, or the modules
+imported by the server, read at startup (`KEPT_VARIABLES`). A server is started together with its first node. Its code
+is in `server`.
 """
 
 from __future__ import annotations
@@ -34,21 +35,21 @@ KEPT_VARIABLES = (
     "HOME",
 )
 """Prefixes of the variables that must be the same in the environments of a server and its nodes."""
-# No modules are imported from the launcher's folder: its files may have the names of Python's modules.
+# The current folder is removed from sys.path: files there may have the names of Python's modules.
 _START = (
     "import sys; '' in sys.path and sys.path.remove(''); from pyros1.launch.preload.server import main; exec(*main({}))"
 )
 REPLY_TIMEOUT = 30.0
-"""Timeout in seconds for a server to start, and to fork."""
-_LONGEST_LINE = 200
+"""Timeout in seconds for a server to start and to fork."""
+_MAX_LINE_LENGTH = 200
 
 
 class Forked:
-    """A process forked by a server, with the part of `subprocess.Popen` that a launcher needs; it waits for `begin`.
+    """A process forked by a server, with the methods of `subprocess.Popen` that a launcher needs. It waits for `begin`.
 
     Args:
-        pid: its process id.
-        link: the socket over which the server reports its exit code.
+        pid: the process id.
+        link: the socket over which the server reports the exit code.
     """
 
     def __init__(self, pid: int, link: socket.socket) -> None:
@@ -56,52 +57,52 @@ class Forked:
         self._link = link
 
     def begin(self) -> None:
-        """Let it run its program. If this process is killed first, it ends."""
-        with contextlib.suppress(OSError):  # it has been killed, which `wait` reports
+        """Let the process run its program. If this process is killed first, the forked one exits."""
+        with contextlib.suppress(OSError):  # the process was killed, which `wait` will report
             self._link.sendall(b"+")
         self._link.settimeout(None)
 
     def wait(self) -> int:
-        """Wait until it has ended; return its exit code, negative for a signal. Call it only once."""
+        """Wait until the process has exited; return its exit code, negative for a signal. May be called only once."""
         with self._link as link:
             data = b""
             with contextlib.suppress(OSError):
                 data = link.recv(NUMBER.size)
         if len(data) == NUMBER.size:
             return int(NUMBER.unpack(data)[0])
-        while _is_running(self.pid):  # the server was killed: no other process can wait for this one
+        while _is_running(self.pid):  # the server was killed, so this process must poll
             time.sleep(0.1)
         return -signal.SIGKILL
 
     def send_signal(self, number: int) -> None:
-        """Send it a signal, if it is running."""
+        """Send a signal to the process, if it is running."""
         with contextlib.suppress(ProcessLookupError):
             os.kill(self.pid, number)
 
     def terminate(self) -> None:
-        """Send it SIGTERM."""
+        """Send SIGTERM to the process."""
         self.send_signal(signal.SIGTERM)
 
 
 def _is_running(pid: int) -> bool:
-    """Return whether a process that is not our child is running. Zombies, which process 1 may leave, do not count."""
+    """Return whether a process that is not our child is running. Zombies, which nobody may reap, do not count."""
     try:
         os.kill(pid, 0)
     except ProcessLookupError:
         return False
-    except PermissionError:  # it has changed its user
+    except PermissionError:  # the process has changed its user
         pass
     try:
         return Path(f"/proc/{pid}/stat").read_text(errors="replace").rpartition(")")[2].split()[0] not in "ZX"
-    except OSError:  # this system has no such files; or it has just ended, which the next check finds
+    except OSError:  # the system has no such files, or the process has just exited, which the next check will find
         return True
 
 
 class _Server:
-    """One server.
+    """A server process that forks nodes.
 
     Args:
-        environ: its environment.
+        environ: the server's environment.
     """
 
     def __init__(self, environ: Mapping[str, str]) -> None:
@@ -119,10 +120,10 @@ class _Server:
     def fork(
         self, script: str, words: Sequence[str], environ: Mapping[str, str], folder: str, out: int, err: int
     ) -> Forked:
-        """Fork a program. It waits for `Forked.begin`: a late process must not run beside its substitute.
+        """Fork a process. It waits for `Forked.begin`, so that after a timeout it does not run beside its replacement.
 
         Raises:
-            OSError: the server does not answer.
+            OSError: the server does not respond.
         """
         request = {"script": script, "words": list(words), "environ": dict(environ), "folder": folder}
         text = json.dumps(request).encode()
@@ -134,7 +135,7 @@ class _Server:
             link.sendall(LENGTH.pack(len(text)) + text)
             data = link.recv(NUMBER.size)
             pid = NUMBER.unpack(data)[0] if len(data) == NUMBER.size else 0
-            if pid <= 0:  # it was killed immediately
+            if pid <= 0:  # the process was killed immediately
                 raise ConnectionError("the process that forks nodes has exited, or cannot fork")
         except BaseException:
             link.close()
@@ -142,7 +143,7 @@ class _Server:
         return Forked(pid, link)
 
     def close(self) -> None:
-        """End the server."""
+        """Stop the server."""
         self._control.close()
         try:
             self._process.wait(5)
@@ -155,7 +156,8 @@ class Preloader:
     """Starts Python nodes by forking.
 
     Args:
-        environ: the launcher's environment; servers get it, with the kept variables of their nodes.
+        environ: the launcher's environment. Servers inherit it, except for the kept variables, which are those of
+            their nodes.
     """
 
     def __init__(self, environ: Mapping[str, str]) -> None:
@@ -166,18 +168,19 @@ class Preloader:
         """Start a process for a program, which waits for `Forked.begin`.
 
         Args:
-            words: its command line.
-            environ: its whole environment.
-            folder: its working folder.
-            out, err: descriptors of its standard output and standard error.
+            words: the command line.
+            environ: the complete environment.
+            folder: the working folder.
+            out, err: descriptors of the standard output and standard error.
 
         Returns:
-            The process; None if it must be started in the usual way; this is always so if the launcher has no standard
-            output.
+            The process; None if it must be started in the usual way, which is always the case if the launcher has no
+            standard output.
         """
         script = script_of(words, environ)
-        closed = None in (sys.__stdin__, sys.__stdout__, sys.__stderr__)  # then a server has no such descriptors either
-        if script is None or closed or not os.path.isdir(folder):
+        # If the launcher has no standard streams, neither has the server.
+        has_closed_stream = None in (sys.__stdin__, sys.__stdout__, sys.__stderr__)
+        if script is None or has_closed_stream or not os.path.isdir(folder):
             return None
         kept_variables = {name: value for name, value in environ.items() if name.startswith(KEPT_VARIABLES)}
         key = tuple(sorted(kept_variables.items()))
@@ -189,27 +192,27 @@ class Preloader:
                 }
                 server = self._servers[key] = _Server({**other_variables, **kept_variables})
             return server.fork(script, words[words.index(script) + 1 :], environ, folder, out, err)
-        except (OSError, ValueError):  # ValueError: texts that JSON cannot hold
+        except (OSError, ValueError):  # ValueError: strings that JSON cannot represent
             return None
 
     def close(self) -> None:
-        """End the servers. Call this when no process is left."""
+        """Stop the servers. Call this when all processes have exited."""
         for server in self._servers.values():
             server.close()
         self._servers.clear()
 
 
 def script_of(words: Sequence[str], environ: Mapping[str, str]) -> str | None:
-    """Return the script that a command line runs with the interpreter of this process, None if it does not.
+    """Return the script that a command line runs with this process's interpreter; None if it runs something else.
 
     Args:
         words: the command line.
-        environ: its environment; only PATH is used.
+        environ: the environment of the command; only PATH is used.
     """
     if words[0] == sys.executable and len(words) > 1 and not words[1].startswith("-"):
         return words[1]
     interpreter = _interpreter(Path(words[0]), environ)
-    if interpreter is None or not _same_interpreter(interpreter):
+    if interpreter is None or not _is_this_interpreter(interpreter):
         return None
     return words[0]
 
@@ -217,21 +220,21 @@ def script_of(words: Sequence[str], environ: Mapping[str, str]) -> str | None:
 def _interpreter(script: Path, environ: Mapping[str, str]) -> str | None:
     try:
         with script.open("rb") as stream:
-            line = stream.readline(_LONGEST_LINE)
+            line = stream.readline(_MAX_LINE_LENGTH)
     except OSError:
         return None
     if not line.startswith(b"#!") or not line.endswith(b"\n"):
         return None
-    named = line[2:].decode(errors="replace").split()
-    if len(named) == 2 and named[0] == "/usr/bin/env" and named[1].startswith("python"):
-        from shutil import which  # noqa: PLC0415 - it loads every kind of compression
+    command = line[2:].decode(errors="replace").split()
+    if len(command) == 2 and command[0] == "/usr/bin/env" and command[1].startswith("python"):
+        from shutil import which  # noqa: PLC0415 - slow: it imports all compression modules
 
-        return which(named[1], path=environ.get("PATH"))
-    return named[0] if len(named) == 1 and "python" in os.path.basename(named[0]) else None
+        return which(command[1], path=environ.get("PATH"))
+    return command[0] if len(command) == 1 and "python" in os.path.basename(command[0]) else None
 
 
-def _same_interpreter(path: str) -> bool:
-    """Return whether a file is this interpreter, of the same virtual environment."""
+def _is_this_interpreter(path: str) -> bool:
+    """Return whether a file is this process's interpreter, in the same virtual environment."""
     interpreter_folder = os.path.dirname(os.path.abspath(sys.executable))
     return (
         os.path.realpath(path) == os.path.realpath(sys.executable)

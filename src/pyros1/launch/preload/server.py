@@ -1,11 +1,11 @@
 """A process that has imported pyros1 once, and forks for each request to become a Python program.
 
-Fifty nodes import the same modules fifty times, which takes most of their time until they are registered. The launcher
-starts this program with ``--preload``; see `preloader`, its other side. It has one thread. The modules that it imports
-start none, and store only those environment variables that `preloader.KEPT_VARIABLES` names. So a forked program
-behaves as if started normally: with its own session, folder, environment, arguments, output and ``__main__``.
+Fifty nodes would import the same modules fifty times, which takes most of their startup time. With ``--preload``, the
+launcher starts this program; see `preloader` for its side. It has only one thread. The modules that it imports start no
+threads, and depend only on the environment variables in `preloader.KEPT_VARIABLES`. So a forked program behaves as if
+started normally: with its own session, folder, environment, arguments, output and ``__main__``.
 
-It must be the last frame below the program: `become` returns the code to run at the top level.
+The program must run at the top level, so `become` returns its code.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from typing import Any
 
 LENGTH = struct.Struct("<I")
 NUMBER = struct.Struct("<i")
-"""A process id, then its exit status."""
+"""A number sent to the launcher: a process id, or an exit code."""
 _PRELOADED = ("pyros1.node", "pyros1.msgs.std_msgs.msg", "pyros1.msgs.geometry_msgs.msg", "pyros1.msgs.sensor_msgs.msg")
 _PRELOADED_ROSPY = (
     "rospy",
@@ -45,17 +45,17 @@ class Request:
     """A request to become a program.
 
     Args:
-        descriptors: those of the socket to the launcher, which sends a JSON text with the script's path, its words,
-            environment and folder; of the standard output; and of the standard error.
+        descriptors: the descriptors of the socket to the launcher, the standard output and the standard error. Over the
+            socket, the launcher sends JSON with the script's path, arguments, environment and folder.
 
     Raises:
-        OSError, ValueError: the launcher has ended, or there was no room for all descriptors.
+        OSError, ValueError: the launcher has exited, or not all descriptors could be received.
     """
 
     def __init__(self, descriptors: list[int]) -> None:
         self.link, *self.outputs = descriptors
         if len(self.outputs) < 2:
-            raise ValueError("no room for descriptors")
+            raise ValueError("not all descriptors were received")
         message = json.loads(read_text(self.link))
         self.script: str = message["script"]
         self.words: list[str] = message["words"]
@@ -64,7 +64,7 @@ class Request:
 
 
 def preload() -> None:
-    """Import what most nodes import; our rospy and its siblings only if this interpreter would find them."""
+    """Import what most nodes import; pyros1's rospy and related modules only if this interpreter would find them."""
     import pyros1.node.node  # noqa: F401, PLC0415
     from pyros1.msgs import load_message  # noqa: PLC0415
 
@@ -81,15 +81,15 @@ def preload() -> None:
 
 
 def serve(control: socket.socket) -> Request | None:
-    """Answer requests until the launcher has ended.
+    """Serve requests until the launcher has exited.
 
     Returns:
-        In a forked process, the program to become; None in this one.
+        In a forked process, the request that describes the program; None in this one.
     """
     children: dict[int, socket.socket] = {}
     wake_receiver, wake_sender = socket.socketpair()
-    for each in (wake_receiver, wake_sender):
-        each.setblocking(False)
+    for sock in (wake_receiver, wake_sender):
+        sock.setblocking(False)
     signal.signal(signal.SIGCHLD, lambda *_: None)
     signal.set_wakeup_fd(wake_sender.fileno(), warn_on_full_buffer=False)
     while True:
@@ -102,21 +102,21 @@ def serve(control: socket.socket) -> Request | None:
         data, descriptors, _, _ = socket.recv_fds(control, 1, 3)
         if not data:
             signal.set_wakeup_fd(-1)
-            for each in (wake_receiver, wake_sender, *children.values()):
-                each.close()
+            for sock in (wake_receiver, wake_sender, *children.values()):
+                sock.close()
             return None
         try:
             request = Request(descriptors)
             child = os.fork()
-        except (OSError, ValueError):  # the launcher notices, and starts this program in the usual way
+        except (OSError, ValueError):  # the launcher notices this, and starts the program in the usual way
             for descriptor in descriptors:
                 os.close(descriptor)
             continue
         link = socket.socket(fileno=request.link)
         if not child:
             signal.set_wakeup_fd(-1)
-            for each in (control, wake_receiver, wake_sender, *children.values()):
-                each.close()
+            for sock in (control, wake_receiver, wake_sender, *children.values()):
+                sock.close()
             await_start(link)
             return request
         for descriptor in request.outputs:
@@ -125,7 +125,7 @@ def serve(control: socket.socket) -> Request | None:
 
 
 def await_start(link: socket.socket) -> None:
-    """Make this process able to receive signals, report this to the launcher, and exit if it is no longer wanted."""
+    """Reset the signal handlers, report the process id to the launcher, and wait; exit if it is not to be started."""
     signal.signal(signal.SIGCHLD, signal.SIG_DFL)
     signal.signal(signal.SIGINT, signal.default_int_handler)
     os.setsid()
@@ -138,22 +138,22 @@ def await_start(link: socket.socket) -> None:
 
 
 def read_text(link: int) -> bytes:
-    """Return a text that is preceded by its length.
+    """Receive data that are preceded by their length.
 
     Raises:
-        ConnectionError: the launcher ended in the middle.
+        ConnectionError: the launcher exited before everything was sent.
     """
     data = b""
     while len(data) < LENGTH.size or len(data) < LENGTH.size + LENGTH.unpack_from(data)[0]:
-        more = os.read(link, 1 << 16)
-        if not more:
-            raise ConnectionError("the request ends in the middle")
-        data += more
+        chunk = os.read(link, 1 << 16)
+        if not chunk:
+            raise ConnectionError("the request is incomplete")
+        data += chunk
     return data[LENGTH.size :]
 
 
 def reap_children(children: dict[int, socket.socket]) -> None:
-    """Collect programs that have ended, and report their exit codes to the launcher."""
+    """Reap programs that have exited, and report their exit codes to the launcher."""
     for child in list(children):
         pid, status = os.waitpid(child, os.WNOHANG)
         if pid:
@@ -163,7 +163,7 @@ def reap_children(children: dict[int, socket.socket]) -> None:
 
 
 def send_number(link: socket.socket, number: int) -> None:
-    """Send a number, unless the launcher has ended."""
+    """Send a number, unless the launcher has exited."""
     with contextlib.suppress(OSError):
         link.sendall(NUMBER.pack(number))
 
@@ -175,7 +175,7 @@ def become(request: Request) -> tuple[Any, dict[str, Any]]:
         The script's code, and the namespace of its ``__main__``.
 
     Raises:
-        OSError, SyntaxError: it cannot be read.
+        OSError, SyntaxError: the script cannot be read.
     """
     for target, descriptor in enumerate(request.outputs, 1):
         os.dup2(descriptor, target)
@@ -199,7 +199,7 @@ def become(request: Request) -> tuple[Any, dict[str, Any]]:
 
 
 def hide_launcher_frames(script: str) -> None:
-    """Let tracebacks begin with the script, not with this module."""
+    """Let tracebacks start at the script, not at this module."""
     previous_hook = sys.excepthook
 
     def excepthook(kind: type[BaseException], error: BaseException, traceback: types.TracebackType | None) -> None:

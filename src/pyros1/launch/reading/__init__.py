@@ -1,1 +1,1 @@
-"""From launch files to a plan. Pure, except `world` and `xacro_tool`."""
+"""Reads launch files into a plan. Pure, except `world` and `xacro_tool`."""

@@ -1,4 +1,4 @@
-"""The ``wait-for`` attribute: conditions for the start of a node."""
+"""Parses the ``wait-for`` attribute: conditions for the start of a node."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ DEFAULT_TIMEOUT = 60.0
 
 @dataclass(frozen=True)
 class Condition:
-    """Something that must exist: a published topic, a service, a parameter or a node.
+    """The condition that a published topic, a service, a parameter or a node exists.
 
     Attributes:
         kind: one of `KINDS`.
-        name: full name.
+        name: the full name.
     """
 
     kind: str
@@ -29,36 +29,36 @@ class Condition:
 
 
 def parse_conditions(text: str, namespace: str, name: str) -> list[Condition]:
-    """Return the conditions in a ``wait-for`` attribute: words such as ``topic:/scan`` or ``param:~ready``.
+    """Return the conditions in a ``wait-for`` attribute, such as ``topic:/scan`` or ``param:~ready``.
 
     Args:
-        text: the attribute, with words separated by blanks.
-        namespace: namespace of relative names.
+        text: the attribute's value; conditions are separated by blanks.
+        namespace: namespace for relative names.
         name: the node's base name, for private names.
 
     Raises:
-        LaunchError: a word does not have this form.
+        LaunchError: a condition has another form.
     """
-    found = []
+    conditions = []
     for word in text.split():
-        kind, colon, what = word.partition(":")
-        if not colon or kind not in KINDS or not what.strip("/~"):
+        kind, colon, target = word.partition(":")
+        if not colon or kind not in KINDS or not target.strip("/~"):
             raise LaunchError(
-                f"'wait-for' has the invalid word '{word}': use topic:NAME, service:NAME, param:NAME or node:NAME"
+                f"'wait-for' has the invalid condition '{word}': use topic:NAME, service:NAME, param:NAME or node:NAME"
             )
-        found.append(Condition(kind, resolve_name(what, ns_join(namespace, name))))
-    return found
+        conditions.append(Condition(kind, resolve_name(target, ns_join(namespace, name))))
+    return conditions
 
 
 def parse_seconds(text: str, attribute: str) -> float:
-    """Return an attribute that is a number of seconds.
+    """Parse an attribute that is a number of seconds.
 
     Args:
         text: the attribute's value.
-        attribute: its name, for the error.
+        attribute: the attribute's name, for error messages.
 
     Raises:
-        LaunchError: it is not a number, negative or infinite.
+        LaunchError: the value is not a number, or negative or infinite.
     """
     try:
         seconds = float(text)

@@ -1,4 +1,4 @@
-"""Conversion of texts in launch files to typed values: parameters and booleans (X41, X55, X74).
+"""Converts strings in launch files to typed values: parameters and booleans (X41, X55, X74).
 
 The types are those of https://wiki.ros.org/roslaunch/XML/param.
 """
@@ -11,23 +11,24 @@ from pyros1.ground.errors import LaunchError
 
 
 def convert_value(text: str, kind: str) -> Any:  # noqa: PLR0911 - one for each type
-    """Convert a parameter's text to a value.
+    """Convert a string to a parameter's value.
 
     Args:
-        text: the text after substitution.
-        kind: in lower case: ``auto``, ``str``, ``string``, ``int``, ``double``, ``bool``, ``boolean`` or ``yaml``.
+        text: the string, after substitution.
+        kind: the type in lower case: ``auto``, ``str``, ``string``, ``int``, ``double``, ``bool``, ``boolean`` or
+            ``yaml``.
 
     Returns:
         The value.
 
     Raises:
-        LaunchError: the text does not have this type, or the type is unknown.
+        LaunchError: the string cannot be converted to this type, or the type is unknown.
     """
     if kind in ("str", "string"):
         return text
     stripped = text.strip()
     if kind == "auto":
-        return _automatic(text, stripped)
+        return _convert_automatically(text, stripped)
     if kind in ("bool", "boolean"):
         if stripped.lower() in ("true", "1"):
             return True
@@ -51,7 +52,7 @@ def convert_value(text: str, kind: str) -> Any:  # noqa: PLR0911 - one for each 
     raise LaunchError(f"Unknown type '{kind}'")
 
 
-def _automatic(text: str, stripped: str) -> Any:
+def _convert_automatically(text: str, stripped: str) -> Any:
     try:
         if "." in stripped:
             return float(stripped)
@@ -65,14 +66,14 @@ def _automatic(text: str, stripped: str) -> Any:
 
 
 def convert_bool(text: str, attribute: str) -> bool:
-    """Return the value of an attribute that must be true or false.
+    """Parse an attribute that must be true or false.
 
     Args:
-        text: its text after substitution.
-        attribute: its name, for the error.
+        text: the attribute's value, after substitution.
+        attribute: the attribute's name, for error messages.
 
     Raises:
-        LaunchError: the text is neither true nor false.
+        LaunchError: the value is neither true nor false.
     """
     lowered = text.lower()
     if lowered not in ("true", "false"):
@@ -81,10 +82,10 @@ def convert_bool(text: str, attribute: str) -> bool:
 
 
 def convert_condition(text: str) -> bool:
-    """Return the value of ``if`` or ``unless``: true, 1, false or 0, in upper or lower case.
+    """Parse the value of ``if`` or ``unless``: true, 1, false or 0, in upper or lower case.
 
     Raises:
-        LaunchError: the text is something else.
+        LaunchError: the value is something else.
     """
     lowered = text.lower().strip()
     if lowered in ("true", "1"):

@@ -1,4 +1,4 @@
-"""Packages that launch files need, and those of them that are not declared (L174, L175)."""
+"""Finds the packages that launch files need, and those that are missing in ``package.xml`` (L174, L175)."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from pyros1.finding.packages import package_of
 from pyros1.ground.errors import LaunchError
 from pyros1.launch.plan import Plan
 
-_DECLARING = ("depend", "exec_depend", "run_depend")
+_DEPENDENCY_TAGS = ("depend", "exec_depend", "run_depend")
 
 
 @dataclass
 class FileNeeds:
-    """The packages and nodes that one launch file needs.
+    """The packages and nodes that a launch file needs.
 
     Attributes:
-        file: its path as written.
-        package: the package that contains it, None if it is outside packages.
-        nodes: ``(package, executable)`` of its nodes and tests, in order, without duplicates.
-        packages: the packages of these and of included files of other packages, in order, without duplicates.
+        file: path of the file, as it was specified.
+        package: the package that contains the file; None if it is in no package.
+        nodes: ``(package, executable)`` of the nodes and tests, in order, without duplicates.
+        packages: packages of the nodes and tests, and of included files, if different, in order, without duplicates.
     """
 
     file: str
@@ -31,7 +31,7 @@ class FileNeeds:
 
 
 def file_needs(plan: Plan) -> list[FileNeeds]:
-    """Return the needs of each file of a plan, in the order in which the files were read."""
+    """Return the needs of each file in a plan, in the order in which the files were read."""
     needs = {file: FileNeeds(file, owner(file)) for file in plan.files}
     for node in sorted([*plan.nodes, *plan.tests], key=lambda node: node.line):
         if node.file in needs:
@@ -50,28 +50,29 @@ def _append(items: list, item: object) -> None:  # type: ignore[type-arg]
 
 
 def owner(file: str) -> str | None:
-    """Return the package that contains a file, None if it is outside packages."""
+    """Return the package that contains a file; None if it is in no package."""
     folder, name = package_of(Path(file))
     return name if _manifest(folder) is not None else None
 
 
 def undeclared(needs: Iterable[FileNeeds], *, test_depends: bool = False) -> dict[str, list[str]]:
-    """Return for each package the packages that its files need but its ``package.xml`` does not declare.
+    """Return, for each package, the packages that its files need but its ``package.xml`` does not declare.
 
     Args:
         needs: the needs of the files.
-        test_depends: whether ``<test_depend>`` counts as a declaration.
+        test_depends: whether ``<test_depend>`` is accepted as a declaration.
 
     Raises:
         LaunchError: a package.xml cannot be read.
     """
     missing: dict[str, list[str]] = {}
-    for each in needs:
-        if each.package is None:
+    for file in needs:
+        if file.package is None:
             continue
-        found = missing.setdefault(each.package, [])
-        declared = {each.package, *declared_depends(package_of(Path(each.file))[0], test_depends=test_depends)}
-        found += [package for package in each.packages if package not in declared and package not in found]
+        undeclared_packages = missing.setdefault(file.package, [])
+        known = {file.package, *declared_depends(package_of(Path(file.file))[0], test_depends=test_depends)}
+        known |= set(undeclared_packages)
+        undeclared_packages += [package for package in file.packages if package not in known]
     return missing
 
 
@@ -80,12 +81,12 @@ def declared_depends(folder: Path, *, test_depends: bool = False) -> list[str]:
 
     Args:
         folder: the package's folder.
-        test_depends: also return those in ``<test_depend>``.
+        test_depends: whether to include those in ``<test_depend>``.
 
     Raises:
         LaunchError: the file cannot be read.
     """
-    # Imported only where it is needed; it has no stubs.
+    # Imported only where needed; it has no stubs.
     from defusedxml.ElementTree import ParseError, fromstring  # type: ignore[import-untyped] # noqa: PLC0415
 
     path = _manifest(folder)
@@ -95,7 +96,7 @@ def declared_depends(folder: Path, *, test_depends: bool = False) -> list[str]:
         root = fromstring(path.read_bytes())
     except (OSError, ValueError, LookupError, ParseError) as error:  # LookupError: an unknown encoding
         raise LaunchError(f"cannot read {path}: {error}") from error
-    tags = [*_DECLARING, *(["test_depend"] if test_depends else [])]
+    tags = [*_DEPENDENCY_TAGS, *(["test_depend"] if test_depends else [])]
     names = [child.get("package") or child.text or "" for tag in tags for child in root.findall(tag)]
     return [name.strip() for name in names]
 

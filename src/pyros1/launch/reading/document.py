@@ -1,7 +1,7 @@
-"""A launch file's XML as a tree with line numbers.
+"""Parses the XML of a launch file into a tree with line numbers.
 
-Nothing is fetched from outside the file (defusedxml). Entities are limited to short texts, so that a small file cannot
-become a large document. This module only checks that the text is XML with one ``<launch>`` tag.
+References to other files are refused (defusedxml). Entities are limited to short texts, so that a small file cannot
+expand to a large document. This module only checks that the file is XML with one ``<launch>`` tag.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from pyros1.ground.errors import LaunchError
 _MAX_DEPTH = 200
 _MAX_ENTITIES = 100
 _MAX_ENTITY = 256
-"""Largest number of characters of an entity. It limits the growth of a file to about 80 times."""
+"""Maximum number of characters of an entity, so that a file can grow to about 80 times its size at most."""
 
 
 @dataclass(slots=True)
 class Element:
-    """One tag.
+    """An XML element.
 
     Attributes:
-        tag: its name.
-        attributes: the attributes as written, in order, without substitution.
-        file: path of the file, or a name for a text that is not from a file.
-        line: line of the opening tag, from 1.
-        children: the tags in it, in order.
-        text: all character data directly in it, joined.
+        tag: name of the tag.
+        attributes: the attributes, in order and before substitution.
+        file: path of the file, or a name for data that are not from a file.
+        line: line of the opening tag, counted from 1.
+        children: the child elements, in order.
+        text: all character data directly in the element, joined.
     """
 
     tag: str
@@ -48,7 +48,7 @@ class Element:
         return f"{self.file}:{self.line}"
 
     def error(self, message: str) -> LaunchError:
-        """Return an error with this tag's file and line."""
+        """Create an error with this element's file and line."""
         return LaunchError(message, self.file, self.line)
 
 
@@ -68,16 +68,16 @@ class _TreeBuilder:
         expat.buffer_text = True
         expat.ordered_attributes = True
         expat.namespace_prefixes = True
-        expat.StartElementHandler = self._start
-        expat.EndElementHandler = self._end
-        expat.CharacterDataHandler = self._characters
-        expat.EntityDeclHandler = self._entity
-        expat.UnparsedEntityDeclHandler = self._unparsed
+        expat.StartElementHandler = self._on_start
+        expat.EndElementHandler = self._on_end
+        expat.CharacterDataHandler = self._on_text
+        expat.EntityDeclHandler = self._on_entity
+        expat.UnparsedEntityDeclHandler = self._on_unparsed_entity
         self._expat = expat
 
-    def _start(self, tag: str, attributes: list[str]) -> None:
+    def _on_start(self, tag: str, attributes: list[str]) -> None:
         pairs = dict(zip(attributes[::2], attributes[1::2], strict=True))
-        # With namespaces on, expat writes "uri}name" or "uri}name}prefix"; launch files know names as written only.
+        # With namespaces, expat returns "uri}name" or "uri}name}prefix"; launch files use the names as written.
         _, *names = tag.split("}") if "}" in tag else ("", tag)
         name = ":".join(reversed(names))
         element = Element(name, pairs, self._file, self._expat.CurrentLineNumber)
@@ -90,10 +90,10 @@ class _TreeBuilder:
         self._stack.append(element)
         self._text.append([])
 
-    def _end(self, _tag: str) -> None:
+    def _on_end(self, _tag: str) -> None:
         self._stack.pop().text = "".join(self._text.pop())
 
-    def _entity(self, name: str, is_parameter: bool, value: str | None, *_ids: str | None) -> None:
+    def _on_entity(self, name: str, is_parameter: bool, value: str | None, *_ids: str | None) -> None:
         self._entities += 1
         if is_parameter or value is None:
             reason = "only entities of plain text are allowed"
@@ -105,13 +105,13 @@ class _TreeBuilder:
             return
         self._refuse(f"the entity {name!r} is not allowed: {reason}")
 
-    def _unparsed(self, name: str, *_ids: str | None) -> None:
+    def _on_unparsed_entity(self, name: str, *_ids: str | None) -> None:
         self._refuse(f"the entity {name!r} is not allowed: only entities of plain text are allowed")
 
     def _refuse(self, reason: str) -> None:
         raise LaunchError(f"Invalid roslaunch XML syntax: {reason}", self._file, self._expat.CurrentLineNumber)
 
-    def _characters(self, data: str) -> None:
+    def _on_text(self, data: str) -> None:
         if self._text:
             self._text[-1].append(data)
 
@@ -120,14 +120,14 @@ def parse_document(data: str | bytes, file: str) -> Element:
     """Parse a launch file.
 
     Args:
-        data: its content.
-        file: its path, for errors.
+        data: content of the file.
+        file: path of the file, for error messages.
 
     Returns:
-        The ``<launch>`` element. It need not be the root (X07).
+        The ``<launch>`` element, which need not be the root (X07).
 
     Raises:
-        LaunchError: the text is not well-formed XML, or does not have exactly one ``<launch>``.
+        LaunchError: the file is not well-formed XML, or does not have exactly one ``<launch>``.
     """
     builder = _TreeBuilder(file)
     try:
@@ -141,16 +141,16 @@ def parse_document(data: str | bytes, file: str) -> Element:
         ) from error
     except (ValueError, LookupError) as error:  # an unknown encoding, NUL characters
         raise LaunchError(f"Invalid roslaunch XML syntax: {error}", file) from error
-    found = [] if builder.root is None else [tag for tag in _all(builder.root) if tag.tag == "launch"]
-    if not found:
+    launch_tags = [] if builder.root is None else [tag for tag in _iter_tree(builder.root) if tag.tag == "launch"]
+    if not launch_tags:
         line = None if builder.root is None else builder.root.line
         raise LaunchError("Invalid roslaunch XML syntax: no root <launch> tag", file, line)
-    if len(found) > 1:
-        raise found[1].error("Invalid roslaunch XML syntax: there can be only one <launch> tag")
-    return found[0]
+    if len(launch_tags) > 1:
+        raise launch_tags[1].error("Invalid roslaunch XML syntax: there can be only one <launch> tag")
+    return launch_tags[0]
 
 
-def _all(element: Element) -> Iterator[Element]:
+def _iter_tree(element: Element) -> Iterator[Element]:
     yield element
     for child in element.children:
-        yield from _all(child)
+        yield from _iter_tree(child)

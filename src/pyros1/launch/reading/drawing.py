@@ -1,4 +1,4 @@
-"""The files and nodes of a plan as a text tree and as a graph for Graphviz."""
+"""Draws the files and nodes of a plan as a text tree, or as a graph for Graphviz."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pyros1.launch.plan import NodePlan, Plan
 def tree(plan: Plan) -> str:
     """Return files and nodes as an indented tree, in the order of the files.
 
-    The content of a file, with the nodes of all its includes, appears only at its first occurrence.
+    The content of a file, including that of its included files, is printed only at its first occurrence.
     """
     visited: set[str] = set()
     return "\n".join(line for top in _top_files(plan) for line in _branch(plan, top, "", visited))
@@ -25,33 +25,35 @@ def _top_files(plan: Plan) -> list[str]:
 
 def _branch(plan: Plan, file: str, indent: str, visited: set[str]) -> Iterator[str]:
     if file in visited:
-        yield f"{_short(file)} (see above)"
+        yield f"{_relative_path(file)} (see above)"
         return
     visited.add(file)
-    yield _short(file)
+    yield _relative_path(file)
     rows: list[tuple[int, str | NodePlan]] = [(node.line, node) for node in _nodes(plan) if node.file == file]
     includes = dict.fromkeys((include.line, include.included) for include in plan.includes if include.file == file)
     rows += includes
     rows.sort(key=lambda row: row[0])
-    for number, (_, item) in enumerate(rows):
-        last = number == len(rows) - 1
-        lead, child_indent = (indent + "└── ", indent + "    ") if last else (indent + "├── ", indent + "│   ")
+    for index, (_, item) in enumerate(rows):
+        is_last = index == len(rows) - 1
+        lead, child_indent = (indent + "└── ", indent + "    ") if is_last else (indent + "├── ", indent + "│   ")
         if isinstance(item, NodePlan):
             yield lead + _describe(item)
         else:
-            first, *rest = _branch(plan, item, child_indent, visited)
+            first, *following = _branch(plan, item, child_indent, visited)
             yield lead + first
-            yield from rest
+            yield from following
 
 
 def dot(plan: Plan) -> str:
-    """Return files, nodes and machines in the dot language of Graphviz, as boxes, ellipses and clusters.
+    """Return files, nodes and machines in Graphviz's dot language, as boxes, ellipses and clusters.
 
-    Arrows lead from a file to the files that it includes and to its nodes. Dashed arrows lead from a node to the
-    nodes that it waits for.
+    Arrows point from a file to the files that it includes and to its nodes. Dashed arrows point from a node to what it
+    waits for.
     """
     lines = ["digraph launch {", "  rankdir=LR;"]
-    lines += [f"  {_quote(file)} [shape=box, label={_quote(_short(file))}];" for file in dict.fromkeys(plan.files)]
+    lines += [
+        f"  {_quote(file)} [shape=box, label={_quote(_relative_path(file))}];" for file in dict.fromkeys(plan.files)
+    ]
     machines: dict[str | None, list[str]] = {}
     for node in _nodes(plan):
         label = f"{node.full_name}\\n{node.package}/{node.type}"
@@ -85,7 +87,7 @@ def _describe(node: NodePlan) -> str:
     return f"{node.full_name} ({node.package}/{node.type})" + (f" [{', '.join(notes)}]" if notes else "")
 
 
-def _short(file: str) -> str:
+def _relative_path(file: str) -> str:
     relative = os.path.relpath(file)
     return file if relative.startswith("..") else relative
 

@@ -1,4 +1,4 @@
-"""``$(eval ...)``: a small, safe part of Python's expressions (X71, https://wiki.ros.org/roslaunch/XML).
+"""Evaluates ``$(eval ...)``: a small, safe subset of Python's expressions (X71, https://wiki.ros.org/roslaunch/XML).
 
 The language is that of `pyros1.ground.expressions`, with all its functions and those of ``math`` without a prefix.
 """
@@ -21,15 +21,17 @@ def evaluate(text: str, variables: Mapping[str, Any], functions: Mapping[str, Ca
 
     Args:
         text: the expression.
-        variables: the launch arguments by name, typed. As in stock, they have priority over Python's builtins: ``map``
-            is an argument of that name, if there is one.
-        functions: ``arg``, ``env``, ``find``, ...; they, and the members of ``math``, have priority over variables.
+        variables: the launch arguments by name, as typed values. Like in stock, they take precedence over Python's
+            builtins: ``map`` is an argument of that name, if there is one.
+        functions: ``arg``, ``env``, ``find``, ...; they take precedence over variables, and so do the members of
+            ``math``.
 
     Returns:
         The result as a string.
 
     Raises:
-        LaunchError: the text has a syntax error or something that is not allowed, or the evaluation failed.
+        LaunchError: the expression has a syntax error or contains something that is not allowed, or the evaluation
+            failed.
     """
     if "__" in text:
         raise LaunchError("$(eval ...) may not contain double-underscore expressions")
@@ -37,7 +39,7 @@ def evaluate(text: str, variables: Mapping[str, Any], functions: Mapping[str, Ca
         result = str(_Eval(text).evaluate({**_BUILTINS, **variables, **_CONSTANTS, **functions}))
     except (ExpressionError, RecursionError) as error:
         raise LaunchError(f"cannot evaluate $(eval {text}): {error}") from error
-    if not _is_text(result):
+    if not _is_valid_argument(result):
         raise LaunchError(
             f"cannot evaluate $(eval {text}): {result!r} has a character that is not allowed in files and parameters"
         )
@@ -51,8 +53,8 @@ class _Eval(Interpreter):
         return checked(super().name(name, names))
 
 
-def _is_text(value: str) -> bool:
-    """Return whether a text can name a file or be an argument of a program. Text from the environment always can."""
+def _is_valid_argument(value: str) -> bool:
+    """Return whether a string may be a file name or an argument; strings from the environment always may."""
     try:
         return b"\0" not in value.encode("utf-8", "surrogateescape")
     except UnicodeEncodeError:

@@ -1,6 +1,6 @@
 """Reads launch files into a `Plan`, tag by tag (https://wiki.ros.org/roslaunch/XML).
 
-Each tag has a method, which gets the element and its scope, and adds to the plan.
+Each tag has a handler method, which receives the element and its scope, and adds to the plan.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pyros1.launch.reading.substitution import substitute
 
 STDIN = "-"
 _Handlers = dict[str, Callable[[Element, Scope], None]]
-_REPEATED = " (repeatedly)"
+_REPEATEDLY = " (repeatedly)"
 _MAX_INCLUDES = 100
 _NODE_ATTRIBUTES = (
     "pkg",
@@ -68,18 +68,19 @@ def load_plan(
 
     Args:
         files: paths; ``-`` is standard input.
-        arguments: ``name:=value`` of the command line; each file gets them all. ``__ns`` is the namespace of
-            everything (default: ``ROS_NAMESPACE``).
+        arguments: the ``name:=value`` arguments of the command line, which apply to every file. ``__ns`` is the
+            namespace of everything (default: ``ROS_NAMESPACE``).
         resources: access to files, packages and the environment.
-        only_args: read only the ``<arg>`` tags at the top level of the files; they need no values.
-        problems: collects all errors; reading continues after the tag with the error. None raises the first error.
+        only_args: whether to read only the ``<arg>`` tags at the top level of the files, which then need no values.
+        problems: a list to which all errors are added; reading continues after the element with the error. None to
+            raise the first error.
         plan: the plan to add to; None for a new one.
 
     Returns:
         The plan.
 
     Raises:
-        LaunchError: a file cannot be used. The text contains the file, the line and the chain of includes.
+        LaunchError: a file cannot be used. The message contains the file, the line and the chain of includes.
     """
     loader = _Loader(resources, only_args, problems, plan or Plan())
     for file in files:
@@ -113,7 +114,7 @@ class _Loader:
         }
 
     def top_level(self, file: str, arguments: Mapping[str, str]) -> None:
-        """Read a file named by the user."""
+        """Read a file that was specified by the user."""
         name = "<stdin>" if file == STDIN else file
         try:
             root = parse_document(self._resources.stdin() if file == STDIN else self._read(file), name)
@@ -127,7 +128,7 @@ class _Loader:
         self._launch(root, scope.child("/" + namespace) if namespace else scope)
 
     def report_unused(self, arguments: Mapping[str, str]) -> None:
-        """Warn about arguments that no file declares: they may be misspelt."""
+        """Warn about arguments that are declared in no file, as they may be misspelt."""
         if not self._only_args:
             for name in arguments:
                 if name not in self._known_args and not name.startswith("__"):
@@ -150,12 +151,12 @@ class _Loader:
             self.plan.warnings.append(f"[{scope.file}] DEPRECATED: {root.attributes['deprecated']}")
         self.children(root, scope, self._tags)
 
-    # What all tags share -------------------------------------------------------------------------------------------
+    # Shared by all tags --------------------------------------------------------------------------------------------
 
     def children(self, parent: Element, scope: Scope, tags: _Handlers) -> None:
-        """Handle the tags inside `parent`. Tags that are not in `tags` only cause a warning (X56)."""
+        """Handle the children of `parent`. Tags that are not in `tags` only cause a warning (X56)."""
         for element in parent.children:
-            # Tags inside of <node> and <include> may be written in capitals.
+            # Tags inside <node> and <include> may be in upper case.
             handler = tags.get(element.tag if tags is self._tags else element.tag.lower())
             if self._only_args and element.tag != "arg":
                 continue
@@ -202,7 +203,7 @@ class _Loader:
                 )
 
     def attribute(self, element: Element, scope: Scope, name: str) -> str | None:
-        """Return an attribute after substitution, None if the tag does not have it."""
+        """Return an attribute after substitution; None if the element does not have it."""
         raw = element.attributes.get(name)
         return None if raw is None else substitute(raw, ScopeSubstituter(scope))
 
@@ -214,7 +215,7 @@ class _Loader:
             self.plan.args[name] = ArgPlan(name, default, self.attribute(element, scope, "doc"))
 
     def _declare(self, element: Element, scope: Scope, target: Scope) -> tuple[str, str | None, str | None]:
-        """Read an ``<arg>`` in `scope` and declare it in `target`. Return its name, value and default."""
+        """Read an ``<arg>`` in `scope` and declare it in `target`; return its name, value and default."""
         try:
             name = self.attribute(element, scope, "name")
             if not name:
@@ -253,24 +254,24 @@ class _Loader:
         if not file:
             raise LaunchError("<include> tag is missing required attribute: 'file'")
         pass_all_text = self.attribute(element, scope, "pass_all_args")
-        pass_all = pass_all_text is not None and convert_bool(pass_all_text, "pass_all_args")
+        has_pass_all = pass_all_text is not None and convert_bool(pass_all_text, "pass_all_args")
         inner = scope.child(self._namespace(element, scope))
         self._clear(element, scope, inner)
-        values = self._include_args(
-            element, inner, inner.child(args=dict(scope.args) if pass_all else {}, pass_all=pass_all)
+        args_scope = self._include_args(
+            element, inner, inner.child(args=dict(scope.args) if has_pass_all else {}, pass_all=has_pass_all)
         )
-        included = values.child(
+        included = args_scope.child(
             file=file,
             included=True,
-            args=dict(values.args),
+            args=dict(args_scope.args),
             declared=set(),
-            pass_all=pass_all,
+            pass_all=has_pass_all,
             anonymous={},
-            # As in stock: parameters that an included file sets for all its nodes also apply to nodes after the
-            # <include>, but only if there were such parameters before.
+            # Like in stock: private parameters that an included file sets for all its nodes also apply to nodes after
+            # the <include>, but only if there were such parameters before.
             private_params=scope.private_params or [],
         )
-        if file in self._too_deep:  # reported already, and a file may include itself more than once
+        if file in self._too_deep:  # already reported; a file may include itself more than once
             return
         if self._depth >= _MAX_INCLUDES:
             self._too_deep.add(file)
@@ -290,27 +291,27 @@ class _Loader:
         for problem in (self._problems or [])[problems_before:]:
             _add_includer(problem, element)
         scope.default_machine = included.default_machine
-        unused = [] if pass_all else [name for name in values.args if name not in included.declared]
+        unused = [] if has_pass_all else [name for name in args_scope.args if name not in included.declared]
         if unused:
             hint = did_you_mean(unused[0], included.declared) if len(unused) == 1 else ""
             raise LaunchError(f"unused args [{', '.join(unused)}] for include of [{file}]{hint}")
 
-    def _include_args(self, element: Element, scope: Scope, values: Scope) -> Scope:
-        """Read the tags in an ``<include>`` into `values`: arguments with values, and the environment."""
-        values.declared = set(values.args)
+    def _include_args(self, element: Element, scope: Scope, args_scope: Scope) -> Scope:
+        """Read the children of an ``<include>`` into `args_scope`: arguments with values, and environment variables."""
+        args_scope.declared = set(args_scope.args)
         self.children(
             element,
             scope,
             {
-                "arg": lambda child, at: self._add_include_arg(child, at, values),
-                "env": lambda child, at: self._set_env(child, at, values),
+                "arg": lambda child, child_scope: self._add_include_arg(child, child_scope, args_scope),
+                "env": lambda child, child_scope: self._set_env(child, child_scope, args_scope),
             },
         )
-        return values
+        return args_scope
 
-    def _add_include_arg(self, element: Element, scope: Scope, values: Scope) -> None:
-        name, *_ = self._declare(element, scope, values)
-        if name not in values.args:
+    def _add_include_arg(self, element: Element, scope: Scope, args_scope: Scope) -> None:
+        name, *_ = self._declare(element, scope, args_scope)
+        if name not in args_scope.args:
             raise LaunchError(f"Invalid <arg> tag: arg '{name}' of an <include> needs a 'value'")
 
     def _remap(self, element: Element, scope: Scope) -> None:
@@ -330,17 +331,17 @@ class _Loader:
 
 
 def _add_includer(error: LaunchError, include: Element) -> None:
-    """Add to an error where its file was included; only once if files include each other in a circle."""
+    """Append to an error where its file was included; only once if files include each other."""
     lines, line = str(error).split("\n"), f"  included at {include.place}"
-    if line + _REPEATED in lines:
+    if line + _REPEATEDLY in lines:
         return
     if line not in lines:
         lines.append(line)
-    elif not lines[-1].endswith(_REPEATED):
-        lines[-1] += _REPEATED
+    elif not lines[-1].endswith(_REPEATEDLY):
+        lines[-1] += _REPEATEDLY
     error.args = ("\n".join(lines),)
 
 
 def absolute_files(files: Sequence[str]) -> list[str]:
-    """Return the paths as ``--files`` prints them: absolute, in the order of reading, without duplicates."""
+    """Return the paths that ``--files`` prints: absolute, in the order of reading, without duplicates."""
     return [os.path.abspath(file) for file in dict.fromkeys(files) if file != "<stdin>"]

@@ -1,4 +1,4 @@
-"""``<machine>`` (https://wiki.ros.org/roslaunch/XML/machine)."""
+"""Reads ``<machine>`` tags (https://wiki.ros.org/roslaunch/XML/machine)."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ def read_machine(element: Element, attribute: Callable[[str], str | None], plan:
     """Add the machine of a tag to the plan.
 
     Args:
-        element: the tag.
-        attribute: returns an attribute's value, None if the tag does not have it.
+        element: the element.
+        attribute: returns an attribute's value, or None if the element does not have it.
         plan: the plan.
 
     Returns:
         The machine's name if it becomes the default machine, else None.
 
     Raises:
-        LaunchError: an attribute is missing or wrong, or the name is already declared with other attributes (X68).
+        LaunchError: an attribute is missing or invalid, or the name is already declared with other attributes (X68).
     """
     name, address = attribute("name"), attribute("address")
-    # An empty address is an error only if a node runs there: files with such a default are in use.
+    # An empty address is an error only if a node is to run there, since existing files use it as a default.
     if not name or address is None:
         raise LaunchError(f"<machine> tag is missing required attribute: '{'address' if name else 'name'}'")
     for key, value in element.attributes.items():
@@ -39,14 +39,18 @@ def read_machine(element: Element, attribute: Callable[[str], str | None], plan:
         raise LaunchError("<machine> tag cannot have an <env> tag in it; use 'env-loader' instead")
     settings = {key: attribute(key) or "" for key in SETTINGS if key in element.attributes}
     machine = MachinePlan(name, address, tuple(settings.items()))
-    meaning = _meaning(machine)
-    if _meaning(plan.machines.setdefault(machine.name, machine)) != meaning:
+    comparable = _comparable_settings(machine)
+    if _comparable_settings(plan.machines.setdefault(machine.name, machine)) != comparable:
         raise LaunchError(f"machine [{name}] has already been declared with other attributes")
     return name if settings.get("default", "").lower() == "true" else None
 
 
-def _meaning(machine: MachinePlan) -> tuple[Any, ...]:
-    """Return the settings in a comparable form. Raise LaunchError if one is wrong."""
+def _comparable_settings(machine: MachinePlan) -> tuple[Any, ...]:
+    """Return the settings in a form that can be compared.
+
+    Raises:
+        LaunchError: a setting is invalid.
+    """
     settings = dict(machine.settings)
     default = settings.get("default", "").lower() or "false"
     if default not in ("true", "false", "never"):
@@ -61,5 +65,5 @@ def _meaning(machine: MachinePlan) -> tuple[Any, ...]:
         raise LaunchError(f"'timeout' must be a number: [{settings['timeout']}]") from error
     if not timeout > 0:
         raise LaunchError(f"'timeout' must be a positive number: [{settings['timeout']}]")
-    words = (settings.get(key, "") for key in ("env-loader", "user", "password"))
-    return (machine.address, port, timeout, default == "never", *words)
+    texts = (settings.get(key, "") for key in ("env-loader", "user", "password"))
+    return (machine.address, port, timeout, default == "never", *texts)

@@ -1,4 +1,6 @@
-"""``<node>`` and ``<test>`` (https://wiki.ros.org/roslaunch/XML/node, https://wiki.ros.org/roslaunch/XML/test)."""
+"""Reads ``<node>`` and ``<test>`` tags
+(https://wiki.ros.org/roslaunch/XML/node, https://wiki.ros.org/roslaunch/XML/test).
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,7 @@ from pyros1.launch.reading.params import Attribute, ParamReader
 from pyros1.launch.reading.scope import Scope
 
 Children = Callable[[Element, Scope, dict[str, Callable[[Element, Scope], None]]], None]
-_NOT_ON_TEST = ("respawn", "respawn_delay", "output", "on-death")
+_NOT_FOR_TESTS = ("respawn", "respawn_delay", "output", "on-death")
 
 
 class NodeReader:
@@ -25,9 +27,9 @@ class NodeReader:
 
     Args:
         plan: the plan.
-        params: adds the parameters in a node tag.
-        attribute: returns attributes.
-        children: handles the tags in a tag.
+        params: adds the parameters in a ``<node>``.
+        attribute: returns the value of an attribute.
+        children: handles the children of an element.
     """
 
     def __init__(self, plan: Plan, params: ParamReader, attribute: Attribute, children: Children) -> None:
@@ -39,19 +41,19 @@ class NodeReader:
 
     def node(self, element: Element, scope: Scope) -> None:
         """Handle a ``<node>``."""
-        self._invalid(element, lambda: self._plan.nodes.append(self._read(element, scope)))
+        self._with_node_errors(element, lambda: self._plan.nodes.append(self._read(element, scope)))
 
     def test(self, element: Element, scope: Scope) -> None:
         """Handle a ``<test>``: add it to the plan's tests, and its parameters to the plan."""
-        for name in _NOT_ON_TEST:
+        for name in _NOT_FOR_TESTS:
             if name in element.attributes:
                 raise LaunchError(f"Invalid <node> tag: <test> tags cannot have '{name}' attribute.")
         if "test-name" not in element.attributes:
             raise LaunchError("<test> tag is missing required attribute: 'test-name'")
-        self._invalid(element, lambda: self._plan.tests.append(self._read_test(element, scope)))
+        self._with_node_errors(element, lambda: self._plan.tests.append(self._read_test(element, scope)))
 
     @staticmethod
-    def _invalid(element: Element, read: Callable[[], None]) -> None:
+    def _with_node_errors(element: Element, read: Callable[[], None]) -> None:
         try:
             read()
         except LaunchError as error:
@@ -118,9 +120,9 @@ class NodeReader:
             remappings=list(inner.remappings.items()),
             env=dict(inner.env),
             prefix=_split(text("launch-prefix"), "launch-prefix"),
-            cwd=self._cwd(text("cwd")),
-            output=self._output(text("output")),
-            exit_policy=ExitPolicy(flag("respawn"), self._delay(text("respawn_delay")), flag("required")),
+            cwd=self._parse_cwd(text("cwd")),
+            output=self._parse_output(text("output")),
+            exit_policy=ExitPolicy(flag("respawn"), self._parse_delay(text("respawn_delay")), flag("required")),
             machine=text("machine") or scope.default_machine,
             file=element.file,
             line=element.line,
@@ -155,7 +157,7 @@ class NodeReader:
                 "env": lambda child, _: scope.set_env(text(child, "name"), text(child, "value")),
             },
         )
-        # Parameters of the scope come after the <rosparam> tags of the node and before its <param> tags.
+        # Parameters of the scope override the <rosparam> tags of the node, and are overridden by its <param> tags.
         for private_name, value in [*scope.private_params, *node_scope.private_params]:
             self._params.add(node_scope.namespace + private_name, value)
 
@@ -168,7 +170,7 @@ class NodeReader:
             )
 
     @staticmethod
-    def _cwd(text: str | None) -> Literal["ros_home", "node"]:
+    def _parse_cwd(text: str | None) -> Literal["ros_home", "node"]:
         if text in (None, "ros_home", "ROS_HOME"):
             return "ros_home"
         if text == "node":
@@ -176,7 +178,7 @@ class NodeReader:
         raise LaunchError("cwd must be one of 'ROS_HOME', 'node'.")
 
     @staticmethod
-    def _output(text: str | None) -> Literal["log", "screen"]:
+    def _parse_output(text: str | None) -> Literal["log", "screen"]:
         if text in (None, "log"):
             return "log"
         if text == "screen":
@@ -184,7 +186,7 @@ class NodeReader:
         raise LaunchError("output must be one of 'log', 'screen'.")
 
     @staticmethod
-    def _delay(text: str | None) -> float:
+    def _parse_delay(text: str | None) -> float:
         if text is None:
             return 0.0
         try:
@@ -198,4 +200,4 @@ def _split(text: str | None, attribute: str) -> list[str]:
     try:
         return shlex.split(text or "")
     except ValueError as error:
-        raise LaunchError(f"cannot split the '{attribute}' attribute into words: {error} in {text!r}") from error
+        raise LaunchError(f"cannot split the '{attribute}' attribute into arguments: {error} in {text!r}") from error

@@ -1,4 +1,6 @@
-"""The ``on-death`` attribute: an action when a node has ended, so that its last command does not stay in effect."""
+"""Parses the ``on-death`` attribute: an action to take when a node exits, so that its last command is not left in
+effect.
+"""
 
 from __future__ import annotations
 
@@ -14,11 +16,11 @@ USAGE = "use pub TOPIC TYPE VALUE, or run PACKAGE PROGRAM ARGUMENTS"
 
 @dataclass(frozen=True)
 class OnDeath:
-    """The action to take when a node has ended.
+    """The action to take when a node exits.
 
     Attributes:
-        kind: ``pub``: a message is published; ``run``: a program of a package is run.
-        words: for ``pub`` the topic's full name, the type and the values; for ``run`` package, program and arguments.
+        kind: ``pub`` to publish a message, or ``run`` to run a program of a package.
+        words: for ``pub``, the topic's full name, the type and the values; for ``run``, package, program and arguments.
     """
 
     kind: str
@@ -29,28 +31,30 @@ class OnDeath:
 
 
 def parse_on_death(text: str, namespace: str, name: str, remappings: Iterable[tuple[str, str]]) -> OnDeath | None:
-    """Return what an ``on-death`` attribute asks for, None if it is empty.
+    """Parse an ``on-death`` attribute; return None if it is empty.
 
     Args:
-        text: the attribute.
-        namespace: namespace of relative names.
+        text: the attribute's value.
+        namespace: namespace for relative names.
         name: the node's base name, for private names.
         remappings: the node's remappings, which apply to the topic as well.
 
     Raises:
-        LaunchError: it is neither of the two forms, or its quotes do not match.
+        LaunchError: the value has neither of the two forms, or unbalanced quotes.
     """
     try:
         kind, *words = shlex.split(text) or [""]
     except ValueError as error:
-        raise LaunchError(f"cannot split the 'on-death' attribute into words: {error} in {text!r}") from error
+        raise LaunchError(f"cannot split the 'on-death' attribute into arguments: {error} in {text!r}") from error
     if not kind:
         return None
     if kind not in ("pub", "run") or len(words) < 2:
         raise LaunchError(f"'on-death' cannot be '{text}': {USAGE}")
     if kind == "pub":
         node = ns_join(namespace, name)
-        known = {resolve_name(old, node): resolve_name(new, node) for old, new in remappings if not old.startswith("_")}
+        resolved_remappings = {
+            resolve_name(old, node): resolve_name(new, node) for old, new in remappings if not old.startswith("_")
+        }
         topic = resolve_name(words[0], node)
-        words[0] = known.get(topic, topic)
+        words[0] = resolved_remappings.get(topic, topic)
     return OnDeath(kind, tuple(words))

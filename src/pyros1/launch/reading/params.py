@@ -1,4 +1,6 @@
-"""``<param>`` and ``<rosparam>`` (https://wiki.ros.org/roslaunch/XML/param, https://wiki.ros.org/roslaunch/XML/rosparam)."""
+"""Reads ``<param>`` and ``<rosparam>`` tags
+(https://wiki.ros.org/roslaunch/XML/param, https://wiki.ros.org/roslaunch/XML/rosparam).
+"""
 
 from __future__ import annotations
 
@@ -32,18 +34,17 @@ class ParamReader:
         """Handle a ``<param>``.
 
         Args:
-            element: the tag.
-            scope: the tag's scope.
-            attribute: returns attributes.
-            private: whether the tag is in a node tag, where all names are private.
+            element: the element.
+            scope: the scope of the element.
+            attribute: returns the value of an attribute.
+            private: whether the element is in a ``<node>``, where all names are private.
         """
         name = attribute(element, scope, "name")
         if name is None:
             raise LaunchError("<param> tag is missing required attribute: 'name'")
         name = name.strip()
-        if (
-            not name and not private and scope.namespace == "/"
-        ):  # elsewhere it is the parameter with the name of the namespace
+        # In another namespace, an empty name sets the parameter with the name of the namespace.
+        if not name and not private and scope.namespace == "/":
             raise LaunchError("<param> tag has an empty 'name': a single value cannot replace all parameters")
         try:
             value = self._value(element, scope, attribute, name)
@@ -51,7 +52,7 @@ class ParamReader:
             if error.line is not None or str(error).startswith("<param>"):
                 raise
             raise LaunchError(f"Invalid <param> tag: {error}") from error
-        if private or is_private(name):  # later nodes in the scope get it
+        if private or is_private(name):  # it is set for all later nodes in the scope
             scope.private_params.append((name.removeprefix("~"), value))
         else:
             self.add(ns_join(scope.namespace, name), value)
@@ -83,7 +84,7 @@ class ParamReader:
             raise LaunchError(f"Cannot load command parameter [{name}]: {error}") from error
 
     def rosparam(self, element: Element, scope: Scope, attribute: Attribute) -> None:
-        """Handle a ``<rosparam>``. The arguments are those of `param`."""
+        """Handle a ``<rosparam>``; for the arguments see `param`."""
         command = attribute(element, scope, "command") or "load"
         file = attribute(element, scope, "file")
         inner = ns_join(attribute(element, scope, "ns") or "", attribute(element, scope, "param") or "")
@@ -114,10 +115,10 @@ class ParamReader:
     ) -> None:
         from pyros1.values import YamlError, load_yaml  # noqa: PLC0415 - many files need no YAML
 
-        where, first_line = element.file, element.line
+        file_name, first_line = element.file, element.line
         text = element.text
         if file is not None:
-            where, first_line = file, 1
+            file_name, first_line = file, 1
             try:
                 text = scope.resources.read_file(file)
             except LaunchError as error:
@@ -125,11 +126,11 @@ class ParamReader:
         if substituter is not None:
             text = substitute(text, substituter)
         try:
-            value = load_yaml(_dedent(text)) if text.strip() else None
+            value = load_yaml(_clear_blank_lines(text)) if text.strip() else None
         except YamlError as error:
             line = first_line if error.line is None else first_line + error.line - 1
-            raise LaunchError(f"error loading <rosparam> tag: {_without_location(error)}", where, line) from error
-        if value is None:  # an empty text or null sets nothing
+            raise LaunchError(f"error loading <rosparam> tag: {_without_location(error)}", file_name, line) from error
+        if value is None:  # empty YAML and null set nothing
             return
         if needs_dict and not isinstance(value, dict):
             raise LaunchError("error loading <rosparam> tag: 'param' attribute must be set for non-dictionary values")
@@ -139,7 +140,7 @@ class ParamReader:
             self.add(key, leaf)
 
     def add(self, name: str, value: Any) -> None:
-        """Add a parameter under its full name. Warn if it hides another one (X76)."""
+        """Add a parameter by its full name, and warn if it conflicts with another one (X76)."""
         name = canonicalize_name(name)
         params = self._plan.params
         parent = name.rpartition("/")[0]
@@ -151,7 +152,7 @@ class ParamReader:
 
 
 def _leaves(name: str, value: Any) -> Iterator[tuple[str, Any]]:
-    """Yield the parameters in a loaded value. Dictionaries become namespaces (X66)."""
+    """Yield the parameters in a loaded value, where dictionaries become namespaces (X66)."""
     if not isinstance(value, dict):
         yield name, value
         return
@@ -166,6 +167,6 @@ def _without_location(error: Exception) -> str:
     return text.partition(": ")[2] if text.startswith("<yaml>:") else text
 
 
-def _dedent(text: str) -> str:
-    """Replace tabs in blank lines by spaces: XML editors write tabs, but YAML refuses them."""
+def _clear_blank_lines(text: str) -> str:
+    """Remove blanks and tabs from blank lines: XML editors write tabs, but YAML does not allow them."""
     return "\n".join("" if line.isspace() else line for line in text.split("\n"))

@@ -1,4 +1,4 @@
-"""A plan as text: the SUMMARY block, and the answers to queries (X82, L147-L173)."""
+"""Formats a plan as text: the SUMMARY block, and the output of queries (X82, L147-L173)."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ def summary(plan: Plan, extra_params: Mapping[str, Any] | None = None, machines:
 
     Args:
         plan: the plan.
-        extra_params: parameters in addition to the plan's: those of the core.
-        machines: names of the machines to list; None for all if a node runs on another one.
+        extra_params: additional parameters, which are those of the core.
+        machines: names of the machines to list; None for all machines if any node runs on another machine, else none.
     """
     lines = ["", "SUMMARY", "========"]
     if plan.clear_params:
@@ -42,7 +42,7 @@ def summary(plan: Plan, extra_params: Mapping[str, Any] | None = None, machines:
 
 def contents(plan: Plan) -> str:
     """Return a list of everything that was read (``-v``, L162)."""
-    from pyros1.launch.reading.loader import absolute_files  # noqa: PLC0415 - one of many reports
+    from pyros1.launch.reading.loader import absolute_files  # noqa: PLC0415 - only needed here
 
     lines = [f"... loading XML file [{file}]" for file in absolute_files(plan.files)]
     lines += [f"Added parameter [{name}]" for name in plan.params]
@@ -63,7 +63,7 @@ def _short(value: Any) -> str:
 
 def dump_params(plan: Plan) -> str:
     """Return all parameters as YAML (``--dump-params``)."""
-    from pyros1.values import dump_yaml  # noqa: PLC0415 - one of many reports
+    from pyros1.values import dump_yaml  # noqa: PLC0415 - only needed here
 
     return dump_yaml(plan.params)
 
@@ -87,14 +87,14 @@ def node_args(node: NodePlan, words: list[str], environ: Mapping[str, str]) -> s
 
 
 def node_arg_words(node: NodePlan, words: list[str], environ: Mapping[str, str]) -> list[str]:
-    """Return the words of the environment and command line of a node.
+    """Return the environment variables and command line of a node, as a list of words.
 
     Args:
         node: the node.
-        words: the node's command line without ``__log``.
-        environ: this process's environment; only differences to it are included.
+        words: the node's command line, without ``__log``.
+        environ: this process's environment; only variables that differ from it are included.
     """
-    env = dict(environ)  # its variables come first, in their order
+    env = dict(environ)  # so that its variables are first, in their order
     env.pop("ROS_NAMESPACE", None)
     if not environ.get("ROS_MASTER_URI"):
         env["ROS_MASTER_URI"] = f"{DEFAULT_MASTER_URI}/"

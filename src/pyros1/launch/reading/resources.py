@@ -1,4 +1,4 @@
-"""The outside world for the loader, which has no other access to it: files, packages, environment, commands."""
+"""Gives the loader access to files, packages, the environment and commands; it has no other access to them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _Paths = list[Path]
 
 
 class PackageFinder(Protocol):
-    """The part of `pyros1.finding.packages.PackageIndex` that a launch needs."""
+    """The methods of `pyros1.finding.packages.PackageIndex` that a launch needs."""
 
     def find(self, name: str) -> Path:
         """Return the package's folder. Raise PackageNotFoundError if it is unknown."""
@@ -35,7 +35,7 @@ class PackageFinder(Protocol):
 
 
 MAX_FILE_SIZE = 64 << 20
-"""Maximum number of bytes of a file, or of a command's output: a master accepts no larger parameter."""
+"""Maximum size in bytes of a file or a command's output: a master would not accept a larger parameter."""
 
 
 def _read_bytes(path: str) -> bytes:
@@ -44,14 +44,18 @@ def _read_bytes(path: str) -> bytes:
 
 
 def read_bounded(stream: IO[bytes], name: str) -> bytes:
-    """Return the content of a stream, which may be endless.
+    """Read a stream, which may be endless.
+
+    Args:
+        stream: the stream.
+        name: its name, for error messages.
 
     Raises:
-        LaunchError: it has more than `MAX_FILE_SIZE` bytes.
+        LaunchError: there are more than `MAX_FILE_SIZE` bytes.
     """
     data = stream.read(MAX_FILE_SIZE + 1)
     if len(data) > MAX_FILE_SIZE:
-        raise LaunchError(f"{name} has more than {MAX_FILE_SIZE >> 20} MiB")
+        raise LaunchError(f"{name} is larger than {MAX_FILE_SIZE >> 20} MiB")
     return data
 
 
@@ -61,14 +65,14 @@ def _no_commands(words: list[str]) -> str:
 
 @dataclass
 class Resources:
-    """Access to everything that a plan is made from.
+    """Access to everything that is needed to make a plan.
 
     Attributes:
         packages: finds packages.
         environ: environment variables.
-        read_bytes: returns a file's content; raises OSError, or LaunchError if it is too large.
-        run_command: runs a command given as words, returns its standard output; raises LaunchError.
-        unique: returns a text that makes ``$(anon x)`` unique; called once per identifier.
+        read_bytes: returns a file's content; raises OSError, or LaunchError if the file is too large.
+        run_command: runs a command (a list of words) and returns its standard output; raises LaunchError.
+        unique: returns a string that makes ``$(anon x)`` unique; called once per identifier.
         stdin: returns the content of standard input, for ``-``.
     """
 
@@ -80,7 +84,7 @@ class Resources:
     stdin: Callable[[], str] = lambda: ""
 
     def read_text(self, path: str) -> str:
-        """Return a file as text.
+        """Return the content of a text file.
 
         Raises:
             LaunchError: the file cannot be read, or is not UTF-8.
@@ -93,17 +97,17 @@ class Resources:
         return text.replace("\r\n", "\n").replace("\r", "\n")
 
     def read_file(self, path: str) -> str:
-        """Return a regular file as text. Devices and pipes are refused: they may never end, or be readable only once.
+        """Return the content of a regular text file. Devices and pipes are refused, as reading them may never finish.
 
         Raises:
-            LaunchError: the file is not a regular file, cannot be read, or is not UTF-8.
+            LaunchError: it is not a regular file, cannot be read, or is not UTF-8.
         """
         if os.path.exists(path) and not os.path.isfile(path):
             raise LaunchError(f"cannot read [{path}]: it is not a regular file")
         return self.read_text(path)
 
     def near_file(self, path: str) -> str:
-        """Return a hint about a file next to `path` with a similar name, empty if there is none."""
+        """Return a hint about a file in the same folder with a similar name; an empty string if there is none."""
         try:
             return did_you_mean(os.path.basename(path), os.listdir(os.path.dirname(path) or "."))
         except OSError:
@@ -112,9 +116,9 @@ class Resources:
     def find(self, package: str, path: str = "") -> str:
         """Return the path for ``$(find package)path`` (X70).
 
-        An executable with this base name in ``lib/<package>`` of an install or devel space comes first, then an
-        executable in the package's folder, then a file or folder in ``share/<package>`` of such a space. If nothing
-        is found, it is a path in the package's folder.
+        The first candidate is an executable with this base name in ``lib/<package>`` of an install or devel space; the
+        next ones are an executable in the package's folder, and a file or folder in ``share/<package>`` of such a
+        space. If none exists, the result is a path in the package's folder.
 
         Raises:
             LaunchError: the package is unknown.

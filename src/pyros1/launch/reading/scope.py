@@ -1,4 +1,4 @@
-"""The settings in effect at a place in a launch file: namespace, arguments, remappings, environment and so on."""
+"""The settings that apply at a place in a launch file: namespace, arguments, remappings, environment and so on."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from pyros1.launch.reading.resources import Resources
 
 @dataclass
 class Scope:
-    """The scope of a tag. Groups and includes get copies, so that their changes stay inside (X60, X61).
+    """The scope of an element. Groups and includes use copies, so that their changes are local (X60, X61).
 
     Attributes:
         resources: access to files, packages and the environment.
         file: the current file.
         included: whether the file was included by another one.
-        namespace: the namespace, with a slash at the end.
-        args: arguments that have a value: from the command line, the including tag, or declared here.
+        namespace: the namespace, with a trailing slash.
+        args: arguments that have a value: from the command line, the ``<include>``, or an ``<arg>`` in this file.
         declared: names of all ``<arg>`` tags in this file so far.
-        pass_all: whether pass_all_args was given: ``<arg>`` tags may then change existing values.
-        known_args: names of all arguments that any file declared or used; one set for all scopes.
+        pass_all: whether pass_all_args was set, so that ``<arg>`` tags may change existing values.
+        known_args: names of all arguments that any file has declared or used; one set for all scopes.
         remappings: ``from`` -> ``to``.
         env: environment variables to set.
         private_params: ``~name`` parameters for all later nodes.
-        default_machine: machine of nodes that do not name one.
+        default_machine: machine of nodes without a ``machine`` attribute.
         wait_for: the ``wait-for`` of the enclosing groups.
         wait_timeout: the ``wait-timeout`` of the innermost group that has one.
         anonymous: the names that ``$(anon x)`` has returned so far.
@@ -54,7 +54,7 @@ class Scope:
         """Return a copy for a group or an include.
 
         Args:
-            namespace: relative, global, or None for no change.
+            namespace: the relative or global namespace; None for no change.
             changes: other attributes to replace.
         """
         inner = self.namespace
@@ -78,9 +78,9 @@ class Scope:
         """Apply an ``<arg>`` tag (X57).
 
         Args:
-            name: the argument.
-            value: its fixed value, None without one.
-            default: its default, None without one.
+            name: name of the argument.
+            value: the fixed value; None if there is none.
+            default: the default; None if there is none.
 
         Raises:
             LaunchError: the argument is declared twice in a file, or would override a fixed value.
@@ -97,7 +97,7 @@ class Scope:
             self.args.setdefault(name, default)
 
     def remap(self, old: str | None, new: str | None) -> None:
-        """Apply a ``<remap>`` tag. It replaces an earlier remapping of the same name (X67).
+        """Apply a ``<remap>`` tag, which replaces an earlier remapping of the same name (X67).
 
         Raises:
             LaunchError: an attribute is missing or not a legal name.
@@ -119,13 +119,13 @@ class Scope:
         if not name or value is None:
             raise LaunchError("<env> tag is missing required name/value attributes")
         if "=" in name or "\0" in name + value:
-            raise LaunchError(f"not possible as name or value of an environment variable: {name!r}")
+            raise LaunchError(f"not a valid name or value of an environment variable: {name!r}")
         self.env[name] = value
 
     # Substituter ---------------------------------------------------------------------------------------------------
 
     def env_value(self, name: str) -> str:
-        """Return an environment variable. Raise LaunchError if it is not set."""
+        """Return the value of an environment variable; raise LaunchError if it is not set."""
         value = self.resources.environ.get(name)
         if value is None:
             raise LaunchError(f"environment variable '{name}' is not set")
@@ -147,11 +147,11 @@ class ScopeSubstituter:
         self._scope = scope
 
     def env(self, name: str) -> str:
-        """Return an environment variable."""
+        """Return the value of an environment variable."""
         return self._scope.env_value(name)
 
     def optional_env(self, name: str, default: str) -> str:
-        """Return an environment variable or the default."""
+        """Return the value of an environment variable, or the default."""
         return self._scope.resources.environ.get(name, default)
 
     def find(self, package: str, path: str) -> str:
@@ -160,21 +160,21 @@ class ScopeSubstituter:
 
     def anon(self, identifier: str) -> str:
         """Return the unique name of an identifier."""
-        known = self._scope.anonymous
-        if identifier not in known:
+        names = self._scope.anonymous
+        if identifier not in names:
             unique = f"{identifier}_{self._scope.resources.unique()}"
-            known[identifier] = unique.replace(".", "_").replace("-", "_").replace(":", "_")
-        return known[identifier]
+            names[identifier] = unique.replace(".", "_").replace("-", "_").replace(":", "_")
+        return names[identifier]
 
     def arg(self, name: str) -> str:
-        """Return an argument's value. Raise LaunchError with the file's name if it has none (X58)."""
+        """Return an argument's value; raise LaunchError with the file's name if it has none (X58)."""
         self._scope.known_args.add(name)
         value = self._scope.args.get(name)
         if value is None:
-            what = "included file " if self._scope.included else ""
+            prefix = "included file " if self._scope.included else ""
             declared = self._scope.declared
             hint = "" if name in declared else did_you_mean(name, declared) or did_you_mean(name, self._scope.args)
-            raise ArgNotSetError(f"{what}[{self._scope.file}] requires the '{name}' arg to be set{hint}")
+            raise ArgNotSetError(f"{prefix}[{self._scope.file}] requires the '{name}' arg to be set{hint}")
         return value
 
     def dirname(self) -> str:

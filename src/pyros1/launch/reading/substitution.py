@@ -1,7 +1,8 @@
-"""``$(arg x)`` and similar in attribute values (https://wiki.ros.org/roslaunch/XML#substitution_args, X70-X73).
+"""Replaces ``$(arg x)`` and similar in attribute values
+(https://wiki.ros.org/roslaunch/XML#substitution_args, X70-X73).
 
 Everything except ``find`` is replaced first, then ``find``; so ``$(find pkg)/$(arg file)`` works, but nesting does not.
-``$(eval ...)`` must be the whole text. ``$(`` cannot be escaped; any other ``$`` stands for itself.
+``$(eval ...)`` must be the whole value. ``$(`` cannot be escaped; any other ``$`` is an ordinary character.
 """
 
 from __future__ import annotations
@@ -15,26 +16,27 @@ from pyros1.ground.suggest import did_you_mean
 from pyros1.launch.reading.convert import convert_value
 
 MAX_GROWTH = 1 << 18
-"""Maximum number of characters that substitutions add to a text: an argument that contains another one ten times, which
-contains another one ten times and so on, would fill any memory. A program's argument has at most half of that."""
+"""Maximum number of characters that substitutions may add to a value. Without a limit, an argument that contains
+another one ten times, which contains another one ten times and so on, would exhaust the memory. The length of a
+program's argument is limited to half of that anyway."""
 
 _COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg")
 
 
 class Substituter(Protocol):
-    """The values of substitutions. Each method raises LaunchError if there is no value."""
+    """Provides the values of substitutions. Each method raises LaunchError if there is no value."""
 
     def env(self, name: str) -> str:
-        """Return an environment variable."""
+        """Return the value of an environment variable."""
 
     def optional_env(self, name: str, default: str) -> str:
-        """Return an environment variable, or `default` if it is not set."""
+        """Return the value of an environment variable, or `default` if it is not set."""
 
     def find(self, package: str, path: str) -> str:
-        """Return `path` in a package. It is the text up to the next space, and may be empty."""
+        """Return the path for `path` in a package, which is the text up to the next space and may be empty."""
 
     def anon(self, identifier: str) -> str:
-        """Return a unique name, always the same for one identifier."""
+        """Return a unique name, which is always the same for one identifier."""
 
     def arg(self, name: str) -> str:
         """Return an argument's value."""
@@ -57,17 +59,17 @@ def substitute(text: str, source: Substituter) -> str:
         The text without substitutions.
 
     Raises:
-        LaunchError: a command is unknown, nested, has the wrong number of words, or has no value.
+        LaunchError: a command is unknown or nested, has the wrong number of arguments, or has no value.
     """
     if "$(" not in text:
         return text
     if text.startswith("$(eval ") and text.endswith(")"):
         return _evaluate(text[len("$(eval ") : -1], source)
-    text = _replace(text, source, finding=False)
-    return _replace(text, source, finding=True)
+    text = _replace(text, source, find_only=False)
+    return _replace(text, source, find_only=True)
 
 
-def _replace(text: str, source: Substituter, *, finding: bool) -> str:
+def _replace(text: str, source: Substituter, *, find_only: bool) -> str:
     parts: list[str] = []
     position = 0
     budget = len(text) + MAX_GROWTH
@@ -84,28 +86,28 @@ def _replace(text: str, source: Substituter, *, finding: bool) -> str:
             raise LaunchError(f"Dollar signs '$' cannot be inside of substitution args [{text[start:position]}]")
         if "(" in inner:
             raise LaunchError(f"Invalid left parenthesis '(' in substitution args [{text[start:position]}]")
-        if end < 0 or not inner:  # not closed, or empty: ordinary text
+        if end < 0 or not inner:  # not closed or empty, so it is ordinary text
             parts.append(text[start:position])
             continue
         words = inner.split()
         command = words[0] if words else ""
         if command not in _COMMANDS:
-            raise LaunchError(_unknown(inner))
-        if (command == "find") is not finding:
+            raise LaunchError(_unknown_command_error(inner))
+        if (command == "find") is not find_only:
             parts.append(text[start:position])
         elif command == "find":
             _check_count(words, 1)
-            # Everything up to the next space is the path, and may contain another $(find).
-            path, space, rest = text[position:].partition(" ")
-            text, position = source.find(words[1], path) + space + rest, 0
+            # Everything up to the next space is the path, which may contain another $(find).
+            path, space, remaining = text[position:].partition(" ")
+            text, position = source.find(words[1], path) + space + remaining, 0
         else:
-            parts.append(_value(command, words, source))
+            parts.append(_look_up(command, words, source))
             budget -= len(parts[-1])
             if budget < 0:
                 raise LaunchError(f"the substitutions add more than {MAX_GROWTH} characters")
 
 
-def _unknown(inner: str) -> str:
+def _unknown_command_error(inner: str) -> str:
     if inner.split()[:1] == ["eval"]:
         return f"$(eval ...) must be the whole value: $({inner})"
     hint = "".join(did_you_mean(word, _COMMANDS) for word in inner.split(maxsplit=1)[:1])
@@ -114,10 +116,10 @@ def _unknown(inner: str) -> str:
 
 def _check_count(words: list[str], count: int) -> None:
     if len(words) != count + 1:
-        raise LaunchError(f"$({words[0]} name) takes one word [{' '.join(words)}]")
+        raise LaunchError(f"$({words[0]} name) takes one argument [{' '.join(words)}]")
 
 
-def _value(command: str, words: list[str], source: Substituter) -> str:
+def _look_up(command: str, words: list[str], source: Substituter) -> str:
     if command == "optenv":
         if len(words) < 2:
             raise LaunchError("$(optenv var) must specify an environment variable")
@@ -129,20 +131,20 @@ def _value(command: str, words: list[str], source: Substituter) -> str:
     return lookup[command](words[1])
 
 
-def _typed(text: str) -> Any:
+def _convert(text: str) -> Any:
     return convert_value(text, "auto")
 
 
 def _evaluate(expression: str, source: Substituter) -> str:
-    from pyros1.launch.reading.expression import evaluate  # noqa: PLC0415 - most files need none, and it loads Python's parser
+    from pyros1.launch.reading.expression import evaluate  # noqa: PLC0415 - rarely needed, and it imports Python's parser
 
     functions: dict[str, Callable[..., Any]] = {
-        "arg": lambda name: _typed(source.arg(str(name))),
+        "arg": lambda name: _convert(source.arg(str(name))),
         "env": lambda name: source.env(str(name)),
         "optenv": lambda name, default="": source.optional_env(str(name), str(default)),
         "find": lambda package: source.find(str(package), ""),
         "anon": lambda name: source.anon(str(name)),
         "dirname": source.dirname,
     }
-    known = source.args().keys() & set(re.findall(r"\w+", expression))
-    return evaluate(expression, {name: _typed(source.arg(name)) for name in known}, functions)
+    used_args = source.args().keys() & set(re.findall(r"\w+", expression))
+    return evaluate(expression, {name: _convert(source.arg(name)) for name in used_args}, functions)

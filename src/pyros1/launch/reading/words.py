@@ -1,4 +1,4 @@
-"""The words on a command line that name launch files and the values of their arguments (X01, X03, X05)."""
+"""Finds the launch files, and the values of their arguments, that are specified on a command line (X01, X03, X05)."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ _ARGUMENT = re.compile(r"[A-Za-z~/_][\w/]*:=.*")
 
 
 class WordsError(LaunchError):
-    """The words on a command line do not name launch files."""
+    """The command line does not specify existing launch files."""
 
 
 def parse_arguments(argv: list[str]) -> dict[str, str]:
-    """Return the ``name:=value`` words of a command line (X03).
+    """Return the ``name:=value`` arguments of a command line (X03).
 
-    Ignored are names without a value, ``_name``, which is a node's parameter, and words with a second ``:=``, which are
-    reported on stderr.
+    Names without a value are ignored, and so are names that start with ``_``, which are a node's parameters, and
+    arguments with a second ``:=``, which are reported on stderr.
     """
     arguments: dict[str, str] = {}
     for word in argv:
@@ -39,29 +39,29 @@ def parse_arguments(argv: list[str]) -> dict[str, str]:
 
 
 def find_files(words: list[str], resources: Resources) -> list[str]:
-    """Turn ``pkg file``, ``file...`` and ``-`` into paths (X01, X05).
+    """Convert ``pkg file``, ``file...`` and ``-`` to paths (X01, X05).
 
-    A file name that is not in the current folder may also name a launch file in one of pyros1's own packages.
+    A name that is not a file in the current folder may also be that of a launch file in one of pyros1's own packages.
 
     Args:
-        words: the words of the command line without options and arguments.
+        words: the command line without options and ``name:=value`` arguments.
         resources: finds packages.
 
     Raises:
-        WordsError: the words do not name launch files.
+        WordsError: the command line does not specify existing launch files.
         LaunchError: a file does not exist.
     """
     if words.count(STDIN) > 1:
         raise WordsError("Only a single instance of the dash ('-') may be specified.")
     if len(words) > 1 and words[0] != STDIN:
-        found = _in_package(words[0], words[1], resources)
-        if found:
-            words = [found, *words[2:]]
+        path = _in_package(words[0], words[1], resources)
+        if path:
+            words = [path, *words[2:]]
         elif not os.path.isfile(words[0]):
             package, file = words[:2]
-            instead = argument_hint(file)
-            if instead:
-                hint = f"; {instead}"
+            alternative = argument_hint(file)
+            if alternative:
+                hint = f"; {alternative}"
             elif _is_package(package, resources):
                 hint = _files_hint(package, file, resources)
             else:
@@ -93,7 +93,7 @@ def _is_package(name: str, resources: Resources) -> bool:
 
 
 def _files_hint(package: str, file: str, resources: Resources) -> str:
-    """Return the launch files of a package, to append to the message that a file is not one of them."""
+    """Return a hint with the launch files in a package, to append to the message that a file is not one of them."""
     names: set[str] = set()
     for _, folders, files in os.walk(resources.packages.find(package)):
         folders[:] = [name for name in folders if name[0] != "."]

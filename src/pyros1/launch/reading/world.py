@@ -1,4 +1,4 @@
-"""Access to the real files, packages, environment and commands for `load_plan`."""
+"""Gives `load_plan` access to the real files, packages, environment and commands."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ COMMAND_TIMEOUT_S = 600.0
 
 
 def make_resources() -> Resources:
-    """Return access to the real world for `load_plan`."""
+    """Return resources that access the real system."""
     return Resources(
         packages=PackageIndex(os.environ),
         environ=os.environ,
@@ -28,7 +28,7 @@ def make_resources() -> Resources:
 
 
 def _unique() -> str:
-    # Rarely needed.
+    # Rarely needed, so imported here.
     import random  # noqa: PLC0415
     import socket  # noqa: PLC0415
 
@@ -36,15 +36,15 @@ def _unique() -> str:
 
 
 def run_command(words: list[str]) -> str:
-    """Run a command of a launch file. Return its output.
+    """Run a command in a launch file and return its output.
 
     Args:
-        words: the command; xacro is also run if it is not installed as a command.
+        words: the command; xacro can be run even if it is not installed as a command.
 
     Raises:
         LaunchError: the command cannot be run, or fails.
     """
-    # Rarely needed by mere queries.
+    # Rarely needed, so imported here.
     import subprocess  # noqa: PLC0415
 
     from pyros1.launch.reading.xacro_tool import xacro_words  # noqa: PLC0415
@@ -58,9 +58,9 @@ def run_command(words: list[str]) -> str:
         raise LaunchError(f"no such command [{words}].") from error
     except OSError as error:
         raise LaunchError(f"command [{words}] failed: {error}") from error
-    output, succeeded = _output_of(process, f"the output of command [{words}]")
-    if not succeeded:
-        raise LaunchError(f"command [{words}] failed: it did not end within {COMMAND_TIMEOUT_S:g} seconds")
+    output, is_in_time = _read_output(process, f"the output of command [{words}]")
+    if not is_in_time:
+        raise LaunchError(f"command [{words}] failed: it did not exit within {COMMAND_TIMEOUT_S:g} seconds")
     if process.returncode:
         raise LaunchError(f"command [{words}] returned with code [{process.returncode}].")
     try:
@@ -69,17 +69,17 @@ def run_command(words: list[str]) -> str:
         raise LaunchError(f"command [{words}]: its output is not UTF-8 text: {error}") from error
 
 
-def _output_of(process: subprocess.Popen[bytes], name: str) -> tuple[bytes, bool]:
-    """Return what a command prints until it ends, and whether it did so in time."""
+def _read_output(process: subprocess.Popen[bytes], name: str) -> tuple[bytes, bool]:
+    """Return the output of a command until it exits, and whether it did so in time."""
     import threading  # noqa: PLC0415
 
     timed_out = threading.Event()
 
-    def end() -> None:
+    def on_timeout() -> None:
         timed_out.set()
         process.kill()
 
-    timer = threading.Timer(COMMAND_TIMEOUT_S, end)
+    timer = threading.Timer(COMMAND_TIMEOUT_S, on_timeout)
     timer.start()
     assert process.stdout is not None
     try:

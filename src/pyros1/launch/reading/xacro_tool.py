@@ -1,7 +1,7 @@
-"""The ``xacro`` program in a separate process: ``python -m pyros1.launch.reading.xacro_tool ARGUMENTS``.
+"""Runs ``xacro`` in a separate process: ``python -m pyros1.launch.reading.xacro_tool ARGUMENTS``.
 
-The program is the one on PyPI, which is installed with pyros1. It looks for packages in the index of ROS 2. Here
-pyros1's package finder answers instead, so ``$(find pkg)`` means the same in xacro files and launch files.
+It is the xacro from PyPI, which is installed with pyros1 and looks for packages in the index of ROS 2. Here that index
+is replaced with pyros1's package finder, so ``$(find pkg)`` means the same in xacro files and launch files.
 """
 
 from __future__ import annotations
@@ -11,22 +11,22 @@ import os
 import shutil
 import sys
 import types
-import xml.parsers.expat  # noqa: F401 - xacro names it when it reports an error, but does not import it
+import xml.parsers.expat  # noqa: F401 - xacro uses it when it reports an error, but does not import it
 
 from pyros1.finding.packages import OWN_PACKAGES, PackageIndex
 from pyros1.ground.errors import PackageNotFoundError
 
 MISSING = "xacro is not installed: pip install xacro"
 _NAMES = ("xacro", "xacro.py")
-_VALUED = ("-o", "--verbosity", "--root-dir")
-"""Options of xacro that a value follows."""
+_OPTIONS_WITH_VALUE = ("-o", "--verbosity", "--root-dir")
+"""Options of xacro that are followed by a value."""
 
 
 def xacro_words(words: list[str]) -> list[str]:
-    """Return the words to run for a command. They differ only if it is xacro and pyros1 runs it.
+    """Return the command line to run for a command. It differs only if the command is xacro and pyros1 runs it.
 
-    pyros1 runs ``$(find xacro)/xacro`` if the package found is pyros1's own, and a plain ``xacro`` if this interpreter
-    has the module or no such program is installed.
+    pyros1 runs ``$(find xacro)/xacro`` if that is pyros1's own package, and a plain ``xacro`` if this interpreter has
+    the module, or if no such program is installed.
     """
     if not words or os.path.basename(words[0]) not in _NAMES:
         return words
@@ -40,19 +40,19 @@ def xacro_words(words: list[str]) -> list[str]:
 
 
 def missing_input(words: list[str]) -> str:
-    """Return the file that a command line of xacro names, if it does not exist. Empty if it exists or is not known."""
-    names, value = [], False
+    """Return the input file on a command line of xacro if it does not exist; "" if it exists or is not known."""
+    names, expects_value = [], False
     for word in words:
-        if not value and not word.startswith("-") and ":=" not in word:
+        if not expects_value and not word.startswith("-") and ":=" not in word:
             names.append(word)
-        value = not value and word in _VALUED
+        expects_value = not expects_value and word in _OPTIONS_WITH_VALUE
     if len(names) != 1 or os.path.exists(names[0]) or any(word.startswith("--root-dir") for word in words):
         return ""
     return names[0]
 
 
 def main() -> int:
-    """Run xacro with this process's arguments. Return the exit code."""
+    """Run xacro with this process's arguments and return the exit code."""
     finder = PackageIndex(os.environ)
 
     def get_package_share_directory(name: str) -> str:
@@ -66,13 +66,13 @@ def main() -> int:
     vars(parent).update(packages=packages, get_package_share_directory=get_package_share_directory, __path__=[])
     sys.modules.update({parent.__name__: parent, packages.__name__: packages})
     try:
-        import xacro  # type: ignore[import-untyped,import-not-found,unused-ignore]  # noqa: PLC0415 - after its stand-ins
+        import xacro  # type: ignore[import-untyped,import-not-found,unused-ignore]  # noqa: PLC0415 - after the modules that it needs were replaced
     except ImportError:
         sys.stderr.write(MISSING + "\n")
         return 1
     missing = missing_input(sys.argv[1:])
     if missing:
-        sys.stderr.write(f"xacro: there is no file {missing}\n")
+        sys.stderr.write(f"xacro: no such file: {missing}\n")
         return 2
     try:
         xacro.main()

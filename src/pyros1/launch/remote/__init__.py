@@ -1,1 +1,1 @@
-"""Nodes on other machines: both ends of the connection."""
+"""Starts nodes on other machines: both ends of the connection."""

@@ -1,7 +1,7 @@
-"""The remote end of `over_ssh`: starts nodes on another machine, and ends them when the connection ends.
+"""The remote end of `over_ssh`: starts nodes on another machine, and stops them when the connection is closed.
 
-This text is sent to the machine and run by its ``python3`` (3.7 or newer). To find nodes it needs pyros1 or stock
-ROS's ``rosrun``, and nothing else. It reads lines of JSON from standard input and writes them to standard output.
+This file is sent to the machine and run by its ``python3`` (3.7 or newer). To find nodes, it needs pyros1 or ``rosrun``
+of stock ROS, and nothing else. It reads lines of JSON from standard input and writes them to standard output.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import IO, Any
 
-_HEARTBEAT_TIMEOUT = 30.0  # seconds without a message from the launcher after which the connection counts as dead
+_HEARTBEAT_TIMEOUT = 30.0  # seconds without a message from the launcher after which the connection is considered dead
 
 
 class _Agent:
@@ -120,7 +120,7 @@ class _Agent:
             reader.start()
         code = node.wait()
         for reader in readers:
-            reader.join(1.0)  # its last output is sent first, unless a child keeps the pipe open
+            reader.join(1.0)  # send the remaining output first, unless a child process keeps the pipe open
         self.send(event="ended", label=label, code=code)
 
     def _signal(self, label: str, number: int) -> None:
@@ -145,11 +145,11 @@ _PLACES = (
     ("pyros1.finding.packages", "pyros1.launch.running.command_line"),
     ("pyros1.msgs.packages", "pyros1.launch.command_line"),
 )
-"""Modules of pyros1 that find packages and make command lines. Version 0.1.0 had them elsewhere."""
+"""Modules of pyros1 that find packages and create command lines; in version 0.1.0 they had other names."""
 
 
 def group_exists(pid: int) -> bool:
-    """Return whether the group still has a process."""
+    """Return whether a process group still has members."""
     try:
         os.killpg(pid, 0)
     except OSError:
@@ -158,7 +158,7 @@ def group_exists(pid: int) -> bool:
 
 
 def finder() -> Callable[[str, str], list[str]]:
-    """Return a function that returns the words to start a node. It uses pyros1 if installed, otherwise stock ROS."""
+    """Return a function that returns a node's command line; it uses pyros1 if installed, otherwise stock ROS."""
     for index, command_line in _PLACES:
         try:
             found, lines = import_module(index), import_module(command_line)
@@ -184,6 +184,6 @@ def _ask_rosrun(package: str, kind: str) -> list[str]:
 
 
 if __name__ == "__main__":
-    # The end of the connection also causes a hang-up signal. The end of the input is handled instead.
+    # When the connection is closed, there is also a hang-up signal, but only the end of the input is handled.
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
     _Agent().run()

@@ -1,7 +1,7 @@
-"""The remote end of a stock launcher: ``roslaunch -c NAME -u URI --run_id ID`` (L151-L153, X91).
+"""The remote end for a stock launcher: ``roslaunch -c NAME -u URI --run_id ID`` (L151-L153, X91).
 
 A stock parent starts this child through ssh, waits for its registration, sends it the nodes as a launch file, and later
-tells it to shut down. The child reports each line of output and each end of a process to the parent. Our own launcher
+tells it to shut down. The child reports to the parent each line of output and each exit of a process. pyros1's launcher
 does not use it, see `over_ssh`.
 """
 
@@ -41,10 +41,10 @@ _ALL_ENDED = "all processes on machine have died"
 class Parent:
     """The launcher that started this one.
 
-    A thread reports events to it in order. If the parent does not answer, reporting stops.
+    A thread reports events to it, in order. If the parent does not respond, reporting stops.
 
     Args:
-        name: this child's name at the parent.
+        name: name with which the child registers at the parent.
         uri: the parent's URI.
 
     Raises:
@@ -58,24 +58,24 @@ class Parent:
         self._thread = threading.Thread(target=self._report_deaths, name="roslaunch parent", daemon=True)
 
     def register(self, uri: str) -> None:
-        """Register this child's URI at the parent.
+        """Register the child's URI at the parent.
 
         Raises:
-            Error: the parent cannot be reached, or refuses this child.
+            Error: the parent cannot be reached, or refuses the child.
         """
         unpack(self._client.call("register", self._name, uri), f"the parent at {self._client.uri}")
         self._thread.start()
 
     def log(self, level: int, text: str) -> None:
-        """Make the parent print a line."""
+        """Let the parent print a line."""
         self._calls.put(("log", self._name, level, text))
 
     def died(self, process: Process) -> None:
-        """Report that a process has ended."""
+        """Report that a process has exited."""
         self._calls.put(("process_died", process.spec.label, process.exit_code or 0))
 
     def flush(self) -> None:
-        """Wait until everything is reported. Nothing is reported afterwards."""
+        """Wait until everything has been reported. Later events are not reported."""
         if self._thread.is_alive():
             self._calls.put(None)
             self._thread.join(_END)
@@ -94,7 +94,7 @@ class Parent:
 
 
 class _ParentConsole(Console):
-    """Prints lines on the parent's screen."""
+    """A console that prints lines on the parent's screen."""
 
     def __init__(self, parent: Parent) -> None:
         super().__init__(title=False)
@@ -130,14 +130,14 @@ class _ChildServer(LaunchServer):
 
 
 class Child:
-    """Runs the parent's nodes until the launch ends or the parent is gone.
+    """Runs the parent's nodes until the launch is shut down or the parent is gone.
 
     Args:
-        name: this child's name at the parent.
+        name: name with which the child registers at the parent.
         parent_uri: the parent's URI.
         run_id: name of the log folder.
-        options: timeouts for ending nodes, and where their output goes.
-        resources: packages and environment.
+        options: timeouts for stopping nodes, and the destination of their output.
+        resources: access to packages and the environment.
 
     Raises:
         Error: the parent's URI is malformed, or log files cannot be written.
@@ -176,15 +176,15 @@ class Child:
         self._shut_down_event = threading.Event()
 
     def stop(self, reason: str = "") -> None:
-        """Tell `run` to end everything. Callable from any thread and from signal handlers."""
+        """Make `run` stop everything and return. May be called in any thread or signal handler."""
         self._supervisor.stop(reason)
 
     def stop_waiting(self) -> None:
-        """Stop waiting for nodes that are ending. Callable from any thread and from signal handlers."""
+        """Do not wait any longer for nodes to exit. May be called in any thread or signal handler."""
         self._supervisor.stop_waiting()
 
     def run(self) -> None:
-        """Register, serve, and return when everything has ended.
+        """Register, serve requests, and return when everything has been stopped.
 
         Raises:
             Error: the parent cannot be reached.
@@ -205,7 +205,7 @@ class Child:
             self._log.close()
 
     def _announce(self, *, master_lost: bool = False) -> None:
-        """Make the nodes here visible to `pyros1 node status`."""
+        """Make the nodes on this machine visible to `pyros1 node status`."""
         server = self._server
         if server is None:
             return
@@ -218,10 +218,10 @@ class Child:
         master.close()
 
     def launch(self, xml: str) -> Triple:
-        """Start the nodes of a launch file. Called by the parent.
+        """Start the nodes in a launch file. Called by the parent.
 
         Args:
-            xml: the file's text.
+            xml: content of the file.
         """
         try:
             plan = load_plan([STDIN], {}, replace(self._resources, stdin=lambda: xml))
@@ -267,22 +267,22 @@ class Child:
         return label if self._supervisor.start(spec) else ""
 
     def shutdown(self) -> Triple:
-        """End everything, and answer when this is done. Called by the parent."""
+        """Stop everything, and return when that is done. Called by the parent."""
         self.stop()
         self._shut_down_event.wait(self._options.sigint_timeout + self._options.sigterm_timeout + _END)
         return [1, "success", 1]
 
 
 def end_with_stdin(stop: Callable[[str], None]) -> None:
-    """End with the ssh connection: its end closes our standard input, which may be the only sign of it.
+    """Call ``stop`` when the ssh connection is closed, which may be noticed only because standard input is closed.
 
-    Nodes get an empty standard input, so that none of them consumes the end of ours.
+    Nodes get an empty standard input, so that none of them reads from the connection.
     """
     if not (stat.S_ISFIFO(os.fstat(0).st_mode) or stat.S_ISSOCK(os.fstat(0).st_mode)):
         return
-    connection, nothing = os.dup(0), os.open(os.devnull, os.O_RDONLY)
-    os.dup2(nothing, 0)
-    os.close(nothing)
+    connection, null_device = os.dup(0), os.open(os.devnull, os.O_RDONLY)
+    os.dup2(null_device, 0)
+    os.close(null_device)
 
     def watch() -> None:
         with contextlib.suppress(OSError):

@@ -1,12 +1,12 @@
-"""Nodes on other machines, through the user's ``ssh`` with its configuration, keys and agent (X91).
+"""Starts nodes on other machines, through the user's ``ssh`` with its configuration, keys and agent (X91).
 
-One connection per machine runs the program in `agent` there, and brings back the output of nodes and how they end. When
-it breaks, the agent ends the nodes: at once if the connection is closed, after 30 seconds of silence if the network
-fails. The launcher tries to reconnect after 1, 2, 4, ... 30 seconds, and then starts nodes with ``respawn`` again;
-`pyros1 node start` starts the rest.
+One connection per machine runs the program in `agent` there, and transfers the output and exit codes of nodes. If the
+connection breaks, the agent stops the nodes: immediately if it is closed, after 30 seconds of silence if the network
+fails. The launcher tries to reconnect after 1, 2, 4, ... 30 seconds, and then restarts nodes with ``respawn``; the
+others can be started with `pyros1 node start`.
 
-The other machine needs a ``python3``, and pyros1 or stock ROS to find nodes, but no launcher. It does not have to reach
-this launcher, but its nodes have to reach the master and the other nodes.
+The other machine needs a ``python3``, and pyros1 or stock ROS to find nodes, but no launcher. It need not be able to
+reach this launcher, but its nodes must be able to reach the master and the other nodes.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ from pyros1.launch.running.usage import UNKNOWN, Usage
 from pyros1.launch.running.warden import Warden
 
 SSH_VARIABLE = "PYROS1_SSH"
-"""Environment variable with a command to use instead of ``ssh``, for example ``ssh -F myconfig``."""
+"""Environment variable that contains a command to use instead of ``ssh``, for example ``ssh -F myconfig``."""
 
 _OPTIONS = ["-T", "-o", "ServerAliveInterval=5", "-o", "ServerAliveCountMax=3"]
-# The agent's text is sent through the pipe, so that nothing must be installed there. This program only runs that text.
+# The agent's code is sent through the pipe, so that it need not be installed there. This program only runs that code.
 _BOOT = "import sys; b = sys.stdin.buffer; exec(compile(b.read(int(b.readline())), 'agent', 'exec'))"
 _HEARTBEAT = 5.0
 _CONNECT_TIMEOUT = "10"
@@ -52,8 +52,8 @@ _Factory = Callable[[ProcessSpec, Callable[[Process], object], "Warden | None", 
 def ssh_words(machine: MachinePlan, environ: Mapping[str, str]) -> list[str]:
     """Return the command that connects to a machine and runs the agent there.
 
-    The settings of the ``<machine>`` tag have priority over the user's ssh configuration. Without an ``env-loader`` the
-    default one is used if it exists on the machine.
+    The settings of the ``<machine>`` tag take precedence over the user's ssh configuration. Without an ``env-loader``,
+    the default one is used if it exists on the machine.
     """
     settings = dict(machine.settings)
     connect_timeout = math.ceil(_timeout(settings))
@@ -79,12 +79,12 @@ class Machine:
     """A connection to a machine.
 
     Args:
-        plan: the machine.
+        plan: the machine, as described in the launch file.
         environ: this process's environment.
-        master_uri: ROS_MASTER_URI of the nodes there.
-        stages: seconds to wait after SIGINT and after SIGTERM when ending nodes after the connection broke.
+        master_uri: ROS_MASTER_URI for the nodes there.
+        stages: seconds to wait after SIGINT and after SIGTERM when stopping nodes after the connection broke.
         console: prints lines for the user.
-        on_reconnected: called by a thread with the machine's processes after a reconnection.
+        on_reconnected: called in a thread with the machine's processes after a reconnection.
     """
 
     def __init__(
@@ -114,7 +114,7 @@ class Machine:
         self._threads: list[threading.Thread] = []
 
     def connect(self) -> None:
-        """Start to connect.
+        """Start connecting.
 
         Raises:
             LaunchError: ssh cannot be run.
@@ -132,7 +132,7 @@ class Machine:
             if self._closed.is_set():
                 return
             try:
-                # In a new session, the user's Ctrl-C does not end the connection before the nodes have ended.
+                # In a new session, so that Ctrl-C does not close the connection before the nodes have exited.
                 self._ssh = subprocess.Popen(
                     words, env=self._environ, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
                 )
@@ -163,7 +163,7 @@ class Machine:
         )
 
     def process(self, node: NodePlan, run_id: str) -> _Factory:
-        """Return a function that makes the process of a node there."""
+        """Return a function that creates the process of a node there."""
 
         def make(
             spec: ProcessSpec, on_exit: Callable[[Process], object], warden: Warden | None, screen: Screen | None
@@ -176,7 +176,7 @@ class Machine:
         return make
 
     def send(self, message: dict[str, Any]) -> None:
-        """Send a message to the agent. The listening thread notices a dead connection."""
+        """Send a message to the agent. Errors are ignored, since the listening thread notices a dead connection."""
         self._write(json.dumps(message).encode() + b"\n")
 
     def _write(self, data: bytes) -> None:
@@ -187,7 +187,7 @@ class Machine:
                 pipe.flush()
 
     def _run(self) -> None:
-        """Listen until the connection ends. Reconnect if it has ever been ready."""
+        """Listen until the connection is closed; reconnect if it has ever been ready."""
         was_ever_ready, delay = False, _RECONNECT_DELAYS[0]
         while True:
             self._listen()
@@ -219,7 +219,7 @@ class Machine:
             process.lost()
 
     def _reap_ssh(self) -> None:
-        """Clean up after an ended ssh process."""
+        """Clean up after the ssh process has exited."""
         with self._changed:
             if self._ssh is None:
                 return
@@ -236,7 +236,7 @@ class Machine:
         for line in pipe or ():
             try:
                 message = json.loads(line)
-            except ValueError:  # output of a login script of the machine
+            except ValueError:  # output of a login script on the machine
                 sys.stderr.write(line.decode("utf-8", "replace"))
                 continue
             if isinstance(message, dict):
@@ -261,7 +261,7 @@ class Machine:
             process.handle_message(message)
 
     def usage(self, label: str) -> Usage:
-        """Return the CPU and memory usage of a process there. It may be slightly old, or unknown."""
+        """Return the CPU and memory usage of a process there, which may be slightly outdated, or unknown."""
         now = time.monotonic()
         if now - self._usages_at > _USAGE_MAX_AGE and not self._is_lost:
             self._usages_known.clear()
@@ -281,7 +281,7 @@ class Machine:
             self.send({})
 
     def close(self) -> None:
-        """Close the connection, which ends all processes still running there."""
+        """Close the connection, which stops all processes that are still running there."""
         self._closed.set()
         with self._changed:
             ssh = self._ssh
@@ -307,10 +307,10 @@ def make_machine(
     console: Console,
     on_reconnected: Callable[[list[Process]], object],
 ) -> Machine:
-    """Return a machine to connect to. Warn if its nodes cannot reach the master, or if the tag has a password."""
+    """Create a machine to connect to; warn if its nodes cannot reach the master, or if the tag has a password."""
     if dict(plan.settings).get("password"):
         console.warning(
-            f"the password of machine [{plan.name}] is not used, and everybody can read it in the launch file: use an "
+            f"the password of machine [{plan.name}] is not used, and anybody can read it in the launch file: use an "
             f"SSH key instead (ssh-keygen, then ssh-copy-id {plan.address})"
         )
     host = master_uri.partition("://")[2].partition(":")[0]

@@ -1,4 +1,4 @@
-"""A process on another machine, as seen by the launcher."""
+"""The launcher's representation of a process on another machine."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from pyros1.launch.running.process import Process
 from pyros1.launch.running.usage import UNKNOWN, Usage
 
 _LOST = 255
-_KILL = 9  # SIGKILL on the other machine; this one may lack it
+_KILL = 9  # SIGKILL on the other machine; this one may not have it
 START_TIMEOUT = 10.0
 """Timeout in seconds for the other machine to confirm the start of a node."""
 
 
 class Machine(Protocol):
-    """The part of `over_ssh.Machine` that a process needs."""
+    """The interface of `over_ssh.Machine` that a process needs."""
 
     plan: MachinePlan
     master_uri: str
@@ -43,28 +43,28 @@ class RemoteProcess(Process):
         self._announce: Callable[[Process], object] = lambda process: None
         self._pid = 0
         self._running = False
-        self._given_up = False  # the confirmation of its start came too late
+        self._given_up = False  # the confirmation of the start was not received in time
 
     @property
     def pid(self) -> int:
-        """Process id on the other machine, 0 before the first start."""
+        """The process id on the other machine; 0 before the first start."""
         return self._pid
 
     @property
     def alive(self) -> bool:
-        """Whether it is running, as far as known here."""
+        """Whether the process is running, as far as known here."""
         return self._running
 
     @property
     def gone(self) -> bool:
-        """Whether it is not running. The agent ends the rest of its process group."""
+        """Whether the process has exited. The agent stops the other members of its process group."""
         return not self._running
 
     def start(self, announce: Callable[[Process], object] = lambda process: None) -> None:
-        """Start it, or start it again.
+        """Start the process, for the first time or again.
 
         Args:
-            announce: called with this object when it is running.
+            announce: called with this object when the process is running.
 
         Raises:
             OSError: the process cannot be started, or the machine cannot be reached.
@@ -107,7 +107,7 @@ class RemoteProcess(Process):
             raise OSError(0, str(reason), f"machine {self._machine.plan.name}")
 
     def handle_message(self, message: dict[str, Any]) -> None:
-        """Handle a message of the agent about it. Called by the thread that listens to the machine."""
+        """Handle a message of the agent about the process. Called in the thread that listens to the machine."""
         event = message.get("event")
         if event == "output":
             stream = sys.stderr if message.get("stream") == 2 else sys.stdout
@@ -116,12 +116,12 @@ class RemoteProcess(Process):
             if self._running:
                 self._exited(int(message.get("code", 0)))
         elif self._given_up:
-            if event == "started":  # too late: it is no longer known here
+            if event == "started":  # too late: the start has already been reported as failed
                 self._machine.send({"do": "signal", "label": self.spec.label, "number": _KILL})
         else:
             self._pid = int(message.get("pid", 0))
             self._running = event == "started"
-            if self._running:  # in this thread, so that its output and its exit are reported later
+            if self._running:  # in this thread, so that output and exit are reported later
                 self.exit_code = None
                 self.spawn_count += 1
                 self.started = time.monotonic()
@@ -138,7 +138,7 @@ class RemoteProcess(Process):
             stream.flush()
 
     def lost(self) -> None:
-        """Handle a broken connection: the agent ends the process."""
+        """Handle a broken connection, after which the agent stops the process."""
         self.disconnected = True
         self._answered.set()
         if self._running:
@@ -151,7 +151,7 @@ class RemoteProcess(Process):
         self.on_exit(self)
 
     def usage(self, local_usages: Mapping[int, Usage]) -> Usage:
-        """Return its CPU and memory usage on the other machine."""
+        """Return the CPU and memory usage on the other machine."""
         return self._machine.usage(self.spec.label) if self._running else UNKNOWN
 
     def signal(self, number: int) -> None:

@@ -1,1 +1,1 @@
-"""From a plan to running, supervised processes."""
+"""Runs a plan as supervised processes."""

@@ -1,8 +1,8 @@
-"""The launcher's XML-RPC API (X92), for tools such as roswtf; ``status`` and ``control`` are our own.
+"""The launcher's XML-RPC API (X92), for tools such as roswtf; ``status`` and ``control`` are extensions of pyros1.
 
 Any client may query the launch. ``control`` stops and starts nodes exactly as the launch file describes them, so it
-never runs anything else; it is restricted to callers that could also send signals to the processes (`callers`). Only
-they can read the environment of a process, which often contains secrets.
+never runs anything else. It is restricted to callers that could also send signals to the processes (see `callers`).
+Only they can read the environment of a process, which often contains secrets.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ Triple = list[Any]
 
 
 class LaunchServer:
-    """Answers queries about a launch.
+    """A server for queries about a launch.
 
     Args:
         supervisor: supervisor of the launch's processes.
         address: addresses to listen on and to advertise.
-        title: readable title of the launch: names of files.
-        refuse: returns why a caller may not control the launch; empty if it may.
+        title: readable title of the launch, such as the names of its files.
+        refuse: returns the reason why a caller may not control the launch; an empty string if it may.
         allowlist: decides which hosts may connect; None admits all.
     """
 
@@ -68,19 +68,19 @@ class LaunchServer:
         return self._server.uri
 
     def param_name(self) -> str:
-        """Return the parameter that publishes the URI (X81): ``/roslaunch/uris/host_<host>__<port>``."""
+        """Return the name of the parameter that contains the URI (X81): ``/roslaunch/uris/host_<host>__<port>``."""
         host = self.uri.removeprefix("http://").rstrip("/").rpartition(":")[0]
-        safe = "".join(char if char.isalnum() else "_" for char in host)
-        return f"/roslaunch/uris/host_{safe}__{self._server.port}"
+        escaped_host = "".join(char if char.isalnum() else "_" for char in host)
+        return f"/roslaunch/uris/host_{escaped_host}__{self._server.port}"
 
     def close(self) -> None:
-        """Stop answering."""
+        """Stop the server."""
         self._server.close()
         self._loop.stop()
 
     def dispatch(self, method: str, params: Sequence[Any]) -> Triple:
-        """Return the answer to a call, ``[code, message, value]``."""
-        answers: dict[str, Callable[[Sequence[Any]], Triple]] = {
+        """Execute a call and return ``[code, message, value]``."""
+        methods: dict[str, Callable[[Sequence[Any]], Triple]] = {
             "get_pid": lambda _: [1, str(os.getpid()), os.getpid()],
             "list_processes": self._list_processes,
             "get_node_names": lambda _: [1, "node names", [process.spec.label for process in self._supervisor.active]],
@@ -89,9 +89,9 @@ class LaunchServer:
             "status": self._status,
             "control": self._control,
         }
-        if method not in answers:
+        if method not in methods:
             raise unknown_method(method)
-        return answers[method](params)
+        return methods[method](params)
 
     def _list_processes(self, params: Sequence[Any]) -> Triple:
         lists = [_counts(self._supervisor.active), _counts(self._supervisor.dead)]
@@ -121,10 +121,10 @@ class LaunchServer:
     def _control(self, params: Sequence[Any]) -> Triple:
         supervisor = self._supervisor
         verbs = {"stop": supervisor.stop_node, "start": supervisor.start_node, "restart": supervisor.restart_node}
-        if len(params) != 2 or params[0] not in [*verbs]:  # of any type
+        if len(params) != 2 or params[0] not in [*verbs]:  # a list, as the value may be unhashable
             return [-1, "control needs one of stop, start and restart, and a node name", 0]
-        if why := self._refusal_reason():
-            return [-1, why, 0]
+        if reason := self._refusal_reason():
+            return [-1, reason, 0]
         try:
             process = supervisor.find(str(params[1]))
         except LaunchError as error:

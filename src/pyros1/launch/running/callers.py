@@ -1,7 +1,7 @@
-"""Checks the callers of a launch: it obeys only callers that could also send signals to its processes.
+"""Decides which callers may control a launch: only those that could also send signals to its processes.
 
-These are programs on the same machine, of the same user or of root. Linux reveals the user at the other end of a local
-connection; on other systems only the machine is checked.
+These are programs of the same user or of root on the same machine. Linux provides the user at the other end of a local
+connection; on other systems, only the machine is checked.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _ROOT = 0
 
 
 def refusal_reason(connection: socket.socket) -> str:
-    """Return why a caller may not control the processes here; empty if it may.
+    """Return the reason why a caller may not control the processes; an empty string if it may.
 
     Args:
         connection: an accepted TCP connection.
@@ -33,49 +33,49 @@ def refusal_reason(connection: socket.socket) -> str:
 
 
 def refusal(remote: Address, local: Address, proc: Path = Path("/proc")) -> str:
-    """Return why a caller may not control the processes here; empty if it may.
+    """Return the reason why a caller may not control the processes; an empty string if it may.
 
     Args:
-        remote: address and port of its end of the connection.
-        local: address and port of our end.
+        remote: address and port of the caller's end of the connection.
+        local: address and port of this end.
         proc: path of the proc file system.
     """
-    if not is_local(str(_unwrapped(remote[0]))):
-        return "a launch is controlled from its own machine only, for example through: pyros1 web"
+    if not is_local(str(_normalize(remote[0]))):
+        return "a launch can only be controlled from its own machine, for example through: pyros1 web"
     tables = [text for name in _TABLES if (text := _read(proc / name))]
     if not tables or not hasattr(os, "getuid"):
         return ""
     user = _socket_user(tables, remote, local)
     if user in (os.getuid(), _ROOT):
         return ""
-    return "a launch is controlled by its own user only"
+    return "a launch can only be controlled by its own user"
 
 
 def _socket_user(tables: list[str], remote: Address, local: Address) -> int | None:
-    """Return the user of the other end of a local connection, from the kernel's tables; None if it is not in them."""
-    endpoints = (_unwrapped(remote[0]), _unwrapped(local[0]))
+    """Look up the user at the other end of a local connection in the kernel's tables; None if it is not there."""
+    endpoints = (_normalize(remote[0]), _normalize(local[0]))
     ports = (f":{remote[1]:04X}", f":{local[1]:04X}")
     for table in tables:
         for line in table.splitlines()[1:]:
             words = line.split()
             if len(words) < 8 or not words[1].endswith(ports[0]) or not words[2].endswith(ports[1]):
-                continue  # fast, since there may be thousands
+                continue  # a fast check, since there may be thousands of connections
             if (_parse(words[1]), _parse(words[2])) == endpoints:
                 return int(words[7])
     return None
 
 
 def _parse(text: str) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
-    """Parse an endpoint in the tables: an address of 32-bit words in the machine's byte order in hex, and a port."""
+    """Parse an endpoint in the tables: an address as hexadecimal 32-bit words in native byte order, and a port."""
     address = text.partition(":")[0]
     words = [int(address[start : start + 8], 16).to_bytes(4, sys.byteorder) for start in range(0, len(address), 8)]
-    return _unwrapped(ipaddress.ip_address(b"".join(words)))
+    return _normalize(ipaddress.ip_address(b"".join(words)))
 
 
-def _unwrapped(
+def _normalize(
     address: str | ipaddress.IPv4Address | ipaddress.IPv6Address,
 ) -> ipaddress.IPv4Address | ipaddress.IPv6Address:
-    """Return an address without its zone; an IPv4 address that is mapped to IPv6 as IPv4."""
+    """Return an address without its zone, and an IPv4-mapped IPv6 address as an IPv4 address."""
     parsed = ipaddress.ip_address(address.partition("%")[0]) if isinstance(address, str) else address
     return getattr(parsed, "ipv4_mapped", None) or parsed
 

@@ -1,4 +1,4 @@
-"""Finds requirements of a plan that this machine does not meet."""
+"""Finds requirements of a plan that are not met on this machine."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def unknown_machines(plan: Plan) -> Iterator[LaunchError]:
 
 
 def check_machines(plan: Plan) -> None:
-    """Raise the first error of `unknown_machines`, before any node is started (X62)."""
+    """Raise the first error found by `unknown_machines`, before any node is started (X62)."""
     for error in unknown_machines(plan):
         raise error
 
@@ -42,10 +42,10 @@ def is_remote(plan: Plan, node: NodePlan) -> bool:
 
 
 def missing_parts(plan: Plan, packages: PackageFinder, environ: Mapping[str, str]) -> Iterator[LaunchError]:
-    """Yield an error for each missing machine, package and program that a node needs.
+    """Yield an error for each machine, package and program that a node needs and that is missing.
 
-    Other machines are not searched. Nodes that wait for each other are errors as well, since none of them would start;
-    so are parameters that cannot be sent to the master.
+    Other machines are not searched. There are also errors for nodes that wait for each other, since none of them would
+    ever start, and for parameters that cannot be sent to the master.
     """
     yield from unsendable(plan.params)
     yield from unknown_machines(plan)
@@ -73,7 +73,7 @@ def missing_parts(plan: Plan, packages: PackageFinder, environ: Mapping[str, str
 def unrunnable_python(plan: Plan, packages: PackageFinder, environ: Mapping[str, str]) -> Iterator[LaunchError]:
     """Yield an error for each syntax error and missing import of the Python nodes that run on this machine.
 
-    Stock does not look into programs. Nothing of them is executed here.
+    Stock does not have this check. The programs are not executed.
     """
     nodes: dict[Path, NodePlan] = {}
     for node in [*plan.nodes, *plan.tests]:
@@ -85,7 +85,7 @@ def unrunnable_python(plan: Plan, packages: PackageFinder, environ: Mapping[str,
 
 
 def check_on_death(node: NodePlan) -> None:
-    """Check that a node's ``on-death`` message can be published, since it would be too late when it is needed.
+    """Check that a node's ``on-death`` message can be published, as it would be too late to find out when it is needed.
 
     Raises:
         LaunchError: the type is unknown, or the values do not fit.
@@ -128,22 +128,22 @@ def endless_waits(plan: Plan) -> Iterator[LaunchError]:
 
 
 def _cycle(start: str, waits: Mapping[str, list[str]]) -> list[str]:
-    """Return the chain of waiting nodes from a node back to itself, empty if there is none."""
+    """Return the chain of waiting nodes from a node back to itself; an empty list if there is none."""
     paths = [[start]]
     seen: set[str] = set()
     while paths:
-        cycle = paths.pop()
-        for name in waits.get(cycle[-1], ()):
+        path = paths.pop()
+        for name in waits.get(path[-1], ()):
             if name == start:
-                return [*cycle, start]
+                return [*path, start]
             if name not in seen:
                 seen.add(name)
-                paths.append([*cycle, name])
+                paths.append([*path, name])
     return []
 
 
 def near_executable(node: NodePlan, packages: PackageFinder) -> str:
-    """Return a hint about a misspelt package or type, empty if nothing is similar."""
+    """Return a hint about a misspelt package or type; an empty string if nothing is similar."""
     try:
         return did_you_mean(node.type, packages.executables(node.package))
     except PackageNotFoundError:

@@ -18,7 +18,7 @@ _PACKAGE_FOLDER = Path(__file__).resolve().parents[2]
 
 
 def locate(package: str, kind: str, packages: PackageFinder) -> Path:
-    """Return the executable of a node.
+    """Return the path of a node's executable.
 
     Raises:
         LaunchError: the package is unknown, or has no executable with this name.
@@ -43,7 +43,7 @@ def check_prefix(node: NodePlan, environ: Mapping[str, str]) -> None:
     """
     if not node.prefix:
         return
-    from shutil import which  # noqa: PLC0415 - it loads every kind of compression
+    from shutil import which  # noqa: PLC0415 - slow: it imports all compression modules
 
     if which(node.prefix[0], path={**environ, **node.env}.get("PATH")) is None:
         raise LaunchError(f"launch-prefix: program [{node.prefix[0]}] not found on the PATH")
@@ -53,10 +53,10 @@ def check_script(node: NodePlan, executable: Path, environ: Mapping[str, str]) -
     """Check that the system can start a node that is a script.
 
     Raises:
-        LaunchError: the system cannot start it; the text says why.
+        LaunchError: the system cannot start it; the message says why.
     """
     env = {**environ, **node.env}
-    if node.prefix or executable_words(executable, env)[0] != str(executable):  # another program starts it
+    if node.prefix or executable_words(executable, env)[0] != str(executable):  # it is run by another program
         return
     problem = script_problem(executable, env)
     if problem:
@@ -69,10 +69,10 @@ def is_own(executable: Path) -> bool:
 
 
 def executable_words(executable: Path, environ: Mapping[str, str] = os.environ) -> list[str]:
-    """Return the words that start a file.
+    """Return the command line that starts an executable.
 
-    pyros1's own Python nodes run in this interpreter, scripts of the system's packages in the system's.
-    Installers may drop the executable bit of our nodes, and other interpreters may lack pyros1.
+    pyros1's own Python nodes run in this interpreter, since installers may remove the executable bit, and other
+    interpreters may not have pyros1. Scripts of the system's packages run in the system's interpreter.
     """
     if is_own(executable) and _is_python(executable):
         return [sys.executable, str(executable)]
@@ -92,7 +92,7 @@ def _is_python(path: Path) -> bool:
 
 
 def node_words(node: NodePlan, executable: Path, environ: Mapping[str, str] = os.environ) -> list[str]:
-    """Return a node's command line, without ``__log``."""
+    """Return the command line of a node, without ``__log``."""
     remaps = [f"{old}:={new}" for old, new in node.remappings]
     words = executable_words(executable, {**environ, **node.env})
     return [*node.prefix, *words, *node.args, *remaps, f"__name:={node.name}"]
@@ -103,9 +103,9 @@ def node_environment(node: NodePlan, executable: Path, environ: Mapping[str, str
 
     Args:
         node: the node.
-        executable: the node's file.
+        executable: path of the node's executable.
         environ: this process's environment.
-        master_uri: value for ROS_MASTER_URI.
+        master_uri: the value of ROS_MASTER_URI.
     """
     env = {**environ, "ROS_MASTER_URI": master_uri}
     env.pop("ROS_NAMESPACE", None)
@@ -116,14 +116,14 @@ def node_environment(node: NodePlan, executable: Path, environ: Mapping[str, str
 
 
 def program_environment(executable: Path, environ: Mapping[str, str]) -> dict[str, str]:
-    """Return the variables that a program needs beyond those of this process: Python programs find our modules."""
+    """Return additional environment variables for a program, so that Python programs find pyros1's modules."""
     if is_own(executable):
         return own_python_environment(environ)
     return modules_environment(environ) if _is_python(executable) else {}
 
 
 def own_python_environment(environ: Mapping[str, str]) -> dict[str, str]:
-    """Return the variables that pyros1's own nodes need: to find pyros1, and to write output without delay."""
+    """Return the variables that pyros1's own nodes need to find pyros1, and to write output without delay."""
     home = _PACKAGE_FOLDER.parent
     changes = {"PYTHONUNBUFFERED": environ.get("PYTHONUNBUFFERED") or "1"}
     if home.name not in ("site-packages", "dist-packages"):  # not installed: run from a source tree

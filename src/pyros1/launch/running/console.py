@@ -1,4 +1,4 @@
-"""Output of the launcher for the user: plain and bold lines, errors and warnings; coloured only on terminals (L16)."""
+"""The launcher's output for the user: plain and bold lines, errors and warnings; coloured only on terminals (L16)."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ class Console:
     """Writes whole lines without delay.
 
     Args:
-        out: for ordinary lines, None for this process's stdout.
-        err: for errors and warnings, None for stderr.
-        log: a file that also gets everything.
-        title: set the terminal's title, if it is a terminal.
+        out: stream for ordinary lines; None for stdout.
+        err: stream for errors and warnings; None for stderr.
+        log: a file to which everything is written as well.
+        title: whether to set the terminal's title, if ``out`` is a terminal.
     """
 
     def __init__(
@@ -28,7 +28,7 @@ class Console:
         self._lock = threading.Lock()
 
     def log_to(self, log: TextIO | None) -> None:
-        """Also write everything to `log`; None stops this."""
+        """Write everything to `log` as well; None stops this."""
         self._log = log
 
     def line(self, text: str = "") -> None:
@@ -55,7 +55,7 @@ class Console:
         """Set the terminal's title."""
         if self._title and self._out.isatty():
             with self._lock:
-                out = getattr(self._out, "under", self._out)  # a command's stream escapes its output
+                out = getattr(self._out, "under", self._out)  # bypasses a command's stream, which escapes its output
                 out.write(f"\033]2;{text}\007")
                 out.flush()
 
@@ -65,7 +65,7 @@ class Console:
                 stream.write(f"{style}{text}\033[0m\n" if style and stream.isatty() else text + "\n")
                 stream.flush()
             except (OSError, ValueError):
-                pass  # closed, or the disk is full; the nodes still need supervision
+                pass  # the stream is closed, or the disk is full; the nodes must still be supervised
             if self._log is not None:
                 with contextlib.suppress(OSError, ValueError):
                     self._log.write(text + "\n")

@@ -1,8 +1,8 @@
-"""Access to running launches: list their processes, and stop, start or restart one.
+"""Accesses running launches: lists their processes, and stops, starts or restarts them.
 
-Every launch publishes its address in a parameter below ``/roslaunch/uris`` (X81). Stock launches do so as well; they
-report the state of their processes, but cannot be controlled. The answers may come from any program, so their structure
-is checked and their size is bounded.
+Every launch stores its URI in a parameter below ``/roslaunch/uris`` (X81). Stock launches do so as well; they report
+the state of their processes, but cannot be controlled. A response may be from any program, so its structure is checked
+and its size is limited.
 """
 
 from __future__ import annotations
@@ -23,31 +23,31 @@ STATES = ("running", "waiting", "stopping", "stopped", "finished", "died", "ende
 _TIMEOUT = 5.0
 _MAX_PROCESSES = 2_000
 _MAX_QUERIED = 200
-"""Maximum number of processes of a stock launch that are queried one by one."""
+"""Maximum number of processes of a stock launch to query one by one."""
 _MAX_TEXT_LENGTH = 1_000
-"""Maximum number of characters of a text."""
+"""Maximum number of characters of a string in a response."""
 _STOCK = "this is a stock roslaunch, which reports the state of its nodes, but cannot stop or start them"
 
 
 @dataclass(frozen=True)
 class Status:
-    """One process of a launch.
+    """The status of a process of a launch.
 
     Attributes:
-        label: its name in the launch.
+        label: the process's name in the launch.
         node: the node's full name.
-        state: ``running``, ``waiting`` (for its respawn), ``stopping``, ``stopped`` (by the
-            user), ``finished``, ``died``, or ``ended`` (with an unknown result).
-        pid: process id, 0 if it never ran.
-        starts: how often it was started.
-        uptime: seconds since the last start, negative if it is not running or this is unknown.
-        cpu: CPU time used so far in seconds, negative if unknown.
-        memory: resident memory in bytes, negative if unknown.
-        machine: name of its machine, empty for the machine of its launch.
-        exit_code: exit code, None while it is running or if unknown.
-        required: whether its launch ends when it ends.
-        respawn: whether it is started again whenever it ends.
-        log: path of its log files without ``.log``, empty for none.
+        state: ``running``, ``waiting`` (to be respawned), ``stopping``, ``stopped`` (by the user), ``finished``,
+            ``died``, or ``ended`` (with an unknown exit code).
+        pid: the process id; 0 if it has never been started.
+        starts: how many times it was started.
+        uptime: seconds since the last start; negative if it is not running or if unknown.
+        cpu: CPU time used so far in seconds; negative if unknown.
+        memory: resident memory in bytes; negative if unknown.
+        machine: name of the process's machine; empty for the machine of the launch.
+        exit_code: the exit code; None while it is running or if unknown.
+        required: whether the launch is shut down when the process exits.
+        respawn: whether the process is restarted whenever it exits.
+        log: path of the log files without ``.log``; empty for none.
     """
 
     label: str
@@ -67,15 +67,15 @@ class Status:
 
 @dataclass(frozen=True)
 class Report:
-    """A launch and its processes at one moment.
+    """The state of a launch and its processes at one moment.
 
     Attributes:
-        title: names of its files, or another description.
-        pid: its process id.
-        uptime: seconds since it began, negative if unknown.
-        expected: number of nodes that are waiting for their first start.
-        refusal: why we may not stop and start its processes; empty if we may.
-        processes: its processes, in the order of their start.
+        title: names of the launch files, or another description.
+        pid: the launcher's process id.
+        uptime: seconds since the launch was started; negative if unknown.
+        expected: number of nodes that have not been started yet.
+        refusal: the reason why this program may not stop and start the processes; empty if it may.
+        processes: the processes, in the order in which they were started.
     """
 
     title: str
@@ -90,8 +90,8 @@ class Launch:
     """A running launch.
 
     Args:
-        uri: URI of its API.
-        timeout: seconds that a call may take.
+        uri: URI of the launch's API.
+        timeout: maximum number of seconds for a call.
 
     Raises:
         ProtocolError: the URI is not valid.
@@ -105,39 +105,39 @@ class Launch:
         return unpack(self._client.call(method, *params), f"the launch at {self.uri}, called with {method},")
 
     def report(self) -> Report:
-        """Return its state.
+        """Return the state of the launch and its processes.
 
         Raises:
-            Error: the launch does not answer, or its answer is malformed.
+            Error: the launch does not respond, or its response is malformed.
         """
         try:
-            answer = self._call("status")
+            reply = self._call("status")
         except XmlRpcFault:
             return self._stock_report()
         try:
-            summary = answer["launch"]
+            summary = reply["launch"]
             return Report(
                 title=_text(summary["title"]),
                 pid=int(summary["pid"]),
                 uptime=_seconds(summary["uptime"]),
                 expected=int(summary["expected"]),
                 refusal=_text(summary["refusal"]),
-                processes=[_status(entry) for entry in answer["processes"][:_MAX_PROCESSES]],
+                processes=[_status(entry) for entry in reply["processes"][:_MAX_PROCESSES]],
             )
         except (AttributeError, KeyError, TypeError, ValueError, OverflowError):
             raise ProtocolError(f"{self.uri} is not the address of a launch") from None
 
     def status(self) -> list[Status]:
-        """Return its processes, in the order of their start.
+        """Return the status of the processes, in the order in which they were started.
 
         Raises:
-            Error: as `report`.
+            Error: see `report`.
         """
         return self.report().processes
 
     def _stock_report(self) -> Report:
-        pid_here = is_local(parse_uri(self.uri)[0])
-        usages = group_usages() if pid_here else {}
+        is_on_this_machine = is_local(parse_uri(self.uri)[0])
+        usages = group_usages() if is_on_this_machine else {}
         try:
             active, dead = self._call("list_processes")
             pid = int(self._call("get_pid"))
@@ -146,38 +146,38 @@ class Launch:
         except (TypeError, ValueError, OverflowError):
             raise ProtocolError(f"{self.uri} is not the address of a launch") from None
         processes = []
-        for number, (label, count, running) in enumerate(entries[:_MAX_PROCESSES]):
-            info = self.info(label) if number < _MAX_QUERIED else {}
-            entry = stock_status(label, count, running, info)
-            if pid_here and entry.state == "running":
+        for index, (label, count, is_running) in enumerate(entries[:_MAX_PROCESSES]):
+            info = self.info(label) if index < _MAX_QUERIED else {}
+            entry = stock_status(label, count, is_running, info)
+            if is_on_this_machine and entry.state == "running":
                 usage = usages.get(entry.pid, UNKNOWN)
                 entry = replace(entry, cpu=usage.cpu, memory=usage.memory, uptime=age(entry.pid))
             processes.append(entry)
-        title = _text(launch_files(pid)) if pid_here else ""
-        return Report(title or "a stock roslaunch", pid, age(pid) if pid_here else -1.0, 0, _STOCK, processes)
+        title = _text(launch_files(pid)) if is_on_this_machine else ""
+        return Report(title or "a stock roslaunch", pid, age(pid) if is_on_this_machine else -1.0, 0, _STOCK, processes)
 
     def info(self, label: str) -> Mapping[str, Any]:
-        """Return further facts about a process: ``args``, ``cwd`` and more, as reported by the launch.
+        """Return further information about a process, as reported by the launch: ``args``, ``cwd`` and more.
 
         Raises:
-            UnreachableError: the launch does not answer.
-            DeadlineError: it does not answer in time.
+            UnreachableError: the launch does not respond.
+            DeadlineError: the launch does not respond in time.
         """
         try:
             info = self._call("process_info", label)
         except (XmlRpcFault, MasterError, ProtocolError):
-            return {}  # stock does not know dead processes, and fails for the master
+            return {}  # stock has no information about dead processes, and fails for the master
         return info if isinstance(info, dict) else {}
 
     def request(self, verb: str, node: str) -> None:
-        """Tell the launch to stop, start or restart a node. Do not wait until it is done.
+        """Request the launch to stop, start or restart a node, without waiting until it has done so.
 
         Args:
             verb: ``stop``, ``start`` or ``restart``.
-            node: the node's full name, or its label.
+            node: the node's full name, or the process's label.
 
         Raises:
-            Error: the launch cannot do that, or refuses.
+            Error: the launch cannot do that, or refuses it.
         """
         try:
             self._call("control", verb, node)
@@ -213,10 +213,10 @@ def stock_status(label: str, starts: int, active: bool, info: Mapping[str, Any])
     """Return the status of a process of a stock launch.
 
     Args:
-        label: its name in the launch.
-        starts: how often it was started.
-        active: whether it is running or may run again.
-        info: the launch's answer to ``process_info``; empty if none.
+        label: the process's name in the launch.
+        starts: how many times it was started.
+        active: whether it is running or may be respawned.
+        info: the result of ``process_info``; empty if there is none.
     """
     args = info.get("args")
     words = [word for word in args if isinstance(word, str)] if isinstance(args, list) else []
@@ -246,14 +246,14 @@ def stock_status(label: str, starts: int, active: bool, info: Mapping[str, Any])
 
 def _text(value: Any) -> str:
     if not isinstance(value, str):
-        raise TypeError("not a text")
+        raise TypeError("not a string")
     return value if len(value) <= _MAX_TEXT_LENGTH else f"{value[:_MAX_TEXT_LENGTH]}..."
 
 
 def _seconds(value: Any) -> float:
     seconds = float(value)
     if not isfinite(seconds):
-        raise ValueError("not a time")
+        raise ValueError("not a finite number of seconds")
     return seconds
 
 
@@ -262,13 +262,13 @@ def _number(value: Any, default: Any) -> Any:
 
 
 def launch_uris(master: MasterClient) -> dict[str, str]:
-    """Return the URIs of the launches of a system by the names of their parameters; some launches may have ended.
+    """Return the URIs of the launches in a system by the names of their parameters; some launches may have exited.
 
     Args:
-        master: the system's master.
+        master: the client of the system's master.
 
     Raises:
-        MasterError: the master refuses, or does not answer.
+        MasterError: the master refuses, or does not respond.
     """
     try:
         uris = master.get_param(URIS)
@@ -280,19 +280,19 @@ def launch_uris(master: MasterClient) -> dict[str, str]:
 
 
 def running_launches(master: MasterClient) -> list[tuple[Launch, list[Status]]]:
-    """Return the running launches of a system, each with its processes. The caller must close them.
+    """Return the running launches in a system, each with the status of its processes. The caller must close them.
 
     Args:
-        master: the system's master.
+        master: the client of the system's master.
     """
-    found = []
+    launches = []
     for uri in sorted(set(launch_uris(master).values())):
         try:
             launch = Launch(uri)
         except ProtocolError:
             continue
         try:
-            found.append((launch, launch.status()))
+            launches.append((launch, launch.status()))
         except Error:
             launch.close()  # it was killed, and only its parameter is left
-    return found
+    return launches

@@ -1,4 +1,4 @@
-"""The master and the rosout node inside this process (X78-X80, L14)."""
+"""Runs the master and the rosout node inside this process (X78-X80, L14)."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ if TYPE_CHECKING:
 LOG_LEVELS = ("debug", "info", "warn", "error", "fatal")
 MASTER_LOG_SIZE = 100_000_000
 MASTER_LOG_PARTS = 10
-"""Size of master.log in bytes, and number of older parts to keep."""
+"""Maximum size of master.log in bytes, and number of older files to keep."""
 MAX_LINE_LENGTH = 100_000
-"""Largest number of characters of a line in master.log."""
+"""Maximum number of characters of a line in master.log."""
 ROSVERSION = "1.16.0\n"
 ROSDISTRO = "noetic\n"
-_REST_S = 0.2
-"""Seconds before an ended rosout node is restarted: other nodes of its name must not keep the core busy."""
+_RESTART_DELAY_S = 0.2
+"""Seconds before the rosout node is restarted, so that other nodes of its name cannot keep the core busy."""
 CORE_PARAMS = {"/rosdistro": ROSDISTRO, "/rosversion": ROSVERSION}
-"""Parameters that a core sets in addition to /run_id. The newlines are part of the values, as in stock."""
+"""Parameters that a core sets in addition to /run_id. The newlines are part of the values, like in stock."""
 
 
 class Core:
@@ -40,15 +40,15 @@ class Core:
 
     Args:
         port: port to listen on.
-        address: address of this machine.
+        address: addresses to listen on and to advertise.
         uri: the master's URI for nodes.
         log_folder: folder of master.log and rosout.log.
         environ: this process's environment.
-        on_shutdown: called with the reason when a client tells the master to shut down.
-        notify_timeout: seconds to wait for a node to answer a notification, None for the default.
-        log_level: lowest level in master.log: debug (with each call of the master), info, warn, error or fatal.
+        on_shutdown: called with the reason when a client asks the master to shut down.
+        notify_timeout: maximum number of seconds for a node to respond to a notification; None for the default.
+        log_level: minimum level in master.log: debug (includes each call to the master), info, warn, error or fatal.
         allowlist: decides which hosts may connect to the master; None admits all.
-        core_journal: the journal, with the state to continue; None for no journal.
+        core_journal: the journal, with the state to restore; None for no journal.
     """
 
     def __init__(
@@ -69,10 +69,9 @@ class Core:
 
         self._log_folder = log_folder
         self._log = LogFile(str(log_folder / "master.log"), MASTER_LOG_SIZE, MASTER_LOG_PARTS)
-        self._log_thread = BackgroundWriter(
-            "master:log", self._write_items
-        )  # the master's loop must not wait for a disk
-        self._screen = BackgroundWriter("master:screen", write_to_terminal)
+        # Separate threads, since the master's loop must not wait for a disk or a terminal.
+        self._log_writer = BackgroundWriter("master:log", self._write_items)
+        self._terminal_writer = BackgroundWriter("master:screen", write_to_terminal)
         self._master = Master(
             port=port,
             bind_host=address.bind,
@@ -85,18 +84,18 @@ class Core:
             previous=None if core_journal is None else core_journal.previous,
             on_restored=None if core_journal is None else core_journal.report,
             allowlist=allowlist,
-            warn=lambda text: self._screen.write(
+            warn=lambda text: self._terminal_writer.write(
                 "stderr", f"WARNING: {terminal_text.one_line(text, MAX_LINE_LENGTH)}\n"
             ),
         )
-        self._logged = LOG_LEVELS[LOG_LEVELS.index(log_level) :]
+        self._logged_levels = LOG_LEVELS[LOG_LEVELS.index(log_level) :]
         self._environ = {**environ, "ROS_MASTER_URI": uri}
         self._environ.pop("ROS_NAMESPACE", None)
         self._uri = uri
         self._rosout: Node | None = None
         self._starting: threading.Thread | None = None
         self._rosout_error: Error | None = None
-        self._on_rosout: Callable[[str], object] = lambda text: None
+        self._warn_rosout: Callable[[str], object] = lambda text: None
         self._ending = threading.Event()
 
     def start_master(self) -> None:
@@ -113,17 +112,17 @@ class Core:
             if error.errno == errno.EADDRINUSE:
                 reason = "the port is in use, by another master or by a program that is not a ROS master"
             raise LaunchError(f"cannot start a master at {self._uri}: {reason}") from error
-        self._log_thread.write("", "")  # the file exists from the start, even if nothing is logged
+        self._log_writer.write("", "")  # create the file, even if nothing is logged
 
     def start_rosout(self, warn: Callable[[str], object] = lambda text: None) -> None:
         """Start the rosout node in a thread, so that the launch does not wait for its imports.
 
-        If another program ends it, like ``rosnode kill``, it is started again.
+        If it is shut down by another program, such as ``rosnode kill``, it is restarted.
 
         Args:
             warn: called in another thread with a line for the user when that happens.
         """
-        self._on_rosout = warn
+        self._warn_rosout = warn
         self._starting = threading.Thread(target=self._start_rosout, name="start rosout", daemon=True)
         self._starting.start()
 
@@ -162,9 +161,9 @@ class Core:
             wait_for_master=10.0,
         )
         RosoutAggregator(node, log)
-        node.on_shutdown(lambda: self._rosout_ends(node))
+        node.on_shutdown(lambda: self._on_rosout_shutdown(node))
 
-    def _rosout_ends(self, node: Node) -> None:
+    def _on_rosout_shutdown(self, node: Node) -> None:
         if not self._ending.is_set():
             self._starting = threading.Thread(
                 target=self._restart_rosout, args=(node,), name="restart rosout", daemon=True
@@ -172,20 +171,20 @@ class Core:
             self._starting.start()
 
     def _restart_rosout(self, node: Node) -> None:
-        node.shutdown()  # waits until it has ended
-        self._on_rosout("[rosout-1] process has finished cleanly")
-        if self._ending.wait(_REST_S):
+        node.shutdown()  # wait until it has shut down
+        self._warn_rosout("[rosout-1] process has finished cleanly")
+        if self._ending.wait(_RESTART_DELAY_S):
             return
-        self._on_rosout("[rosout-1] restarting process")
+        self._warn_rosout("[rosout-1] restarting process")
         try:
             self._make_rosout()
         except Error as error:
-            self._on_rosout(f"[rosout-1] cannot be started again: {error}")
+            self._warn_rosout(f"[rosout-1] cannot be started again: {error}")
         else:
-            self._on_rosout(f"process[rosout-1]: started with pid [{os.getpid()}]")
+            self._warn_rosout(f"process[rosout-1]: started with pid [{os.getpid()}]")
 
     def stop_rosout(self) -> None:
-        """End the rosout node."""
+        """Shut down the rosout node."""
         self._ending.set()
         if self._starting is not None:
             self._starting.join()
@@ -194,22 +193,22 @@ class Core:
             self._rosout = None
 
     def stop_master(self, *, keep: bool = False) -> None:
-        """End the master. With ``keep`` the next one can continue with its state."""
+        """Stop the master. With ``keep``, the next one can restore its state."""
         self._master.stop(keep=keep)
-        self._screen.close()
-        self._log_thread.close()
+        self._terminal_writer.close()
+        self._log_writer.close()
         self._log.close()
 
     def _write_log(self, level: str, text: str) -> None:
-        if level not in self._logged:
+        if level not in self._logged_levels:
             return
         now = time.time()
         stamp = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(now))
         millis = int(now * 1000) % 1000
         entry = terminal_text.one_line(text, MAX_LINE_LENGTH)
-        self._log_thread.write("", f"[rosmaster.master][{level.upper()}] {stamp},{millis:03d}: {entry}\n")
+        self._log_writer.write("", f"[rosmaster.master][{level.upper()}] {stamp},{millis:03d}: {entry}\n")
 
-    def _write_items(self, items: list[Item], _give_up: ShouldStop) -> None:
+    def _write_items(self, items: list[Item], _should_stop: ShouldStop) -> None:
         self._log.write("".join(text for _, text in items))
 
 

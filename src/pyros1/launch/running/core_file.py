@@ -1,4 +1,4 @@
-"""Nodes and parameters that a core adds to the master. A user's ``roscore.xml`` may change them (X94)."""
+"""The nodes and parameters of a core, which a user's ``roscore.xml`` may change (X94)."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ _ROSOUT = ("rosout", "rosout")
 
 @dataclass(frozen=True)
 class CoreFile:
-    """The nodes and parameters that come with a master.
+    """The nodes and parameters to start together with a master.
 
     Attributes:
         rosout: whether to start the rosout node.
-        params: parameters by name.
-        nodes: other nodes, in order.
+        params: the parameters by name.
+        nodes: the other nodes, in order.
     """
 
     rosout: bool = True
@@ -32,7 +32,7 @@ class CoreFile:
 def read_core_file(environ: Mapping[str, str], packages: PackageFinder) -> CoreFile:
     """Return the content of ``$ROS_ETC_DIR/roscore.xml``, or the default if the file does not exist.
 
-    The rosout node of stock ROS is replaced by our own.
+    The rosout node of stock ROS is replaced with that of pyros1.
 
     Args:
         environ: environment variables.
@@ -49,7 +49,7 @@ def read_core_file(environ: Mapping[str, str], packages: PackageFinder) -> CoreF
     from pyros1.launch.reading.world import run_command  # noqa: PLC0415
 
     def run(words: list[str]) -> str:
-        if words[0] == "rosversion":  # it is in the default file, and stock ROS may be missing
+        if words[0] == "rosversion":  # used in the default file; stock ROS may not be installed
             return ROSDISTRO if "-d" in words else ROSVERSION
         return run_command(words)
 

@@ -1,4 +1,4 @@
-"""The journal of a core: state left by an earlier core that was killed, and state saved for the next one."""
+"""The journal of a core, from which the next core restores the state if this one is killed."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 
 class CoreJournal:
-    """The state with which a core continues.
+    """The journal of a core, and the state restored from that of the previous core.
 
     Args:
         environ: environment variables; ROS_HOME is used.
         port: port of the master. Each host, port and user has a separate journal.
-        console: prints what is continued, and what is not and why.
+        console: prints what is restored, and what is not and why.
     """
 
     def __init__(self, environ: Mapping[str, str], port: int, console: Console) -> None:
@@ -37,7 +37,7 @@ class CoreJournal:
         try:
             self.journal = Journal(path, console.warning)
         except JournalError as error:
-            console.warning(f"this master keeps no journal, so it cannot be restored after a restart: {error}")
+            console.warning(f"this master has no journal, so its state cannot be restored after a restart: {error}")
             return
         try:
             self.previous = read(path)
@@ -47,15 +47,15 @@ class CoreJournal:
             return
         reason = stale_reason(self.previous, time.time(), any_reachable)
         if reason:
-            _set_aside(path, f"it is not continued: {reason}", console)
+            _set_aside(path, f"its state is not restored: {reason}", console)
             self.previous = None
         else:
             truncated = ", except for its last changes, which were not written" if self.previous.truncated else ""
-            console.line(f"continuing the master that was killed (pid {self.previous.pid}){truncated}")
+            console.line(f"restoring the state of the master that was killed (pid {self.previous.pid}){truncated}")
 
     @property
     def run_id(self) -> str | None:
-        """The run id of the core that is continued; None if there is none."""
+        """The run id of the previous core; None if there is none."""
         value: Any = None
         for method, params in self.previous.calls if self.previous is not None else ():
             if method == "setParam" and len(params) == 3:
@@ -66,30 +66,29 @@ class CoreJournal:
                     value = new.get("run_id")
         return value if isinstance(value, str) else None
 
-    def report(self, reachable: int, unreachable: list[str]) -> None:
+    def report(self, num_reachable: int, unreachable: list[str]) -> None:
         """Print which nodes are running. Called on the master's thread."""
-        unreachable = [
-            name for name in unreachable if name != "/rosout"
-        ]  # it was part of the earlier core, and this one has its own
-        if not reachable and not unreachable:
-            return  # it had only parameters
-        text = f"continued with {reachable} {'node' if reachable == 1 else 'nodes'} of the earlier master"
+        # /rosout was part of the previous core, and this core has its own.
+        unreachable = [name for name in unreachable if name != "/rosout"]
+        if not num_reachable and not unreachable:
+            return  # there were only parameters
+        text = f"resumed with {num_reachable} {'node' if num_reachable == 1 else 'nodes'} from the previous master"
         if unreachable:
             text += f"; gone meanwhile: {', '.join(unreachable[:20])}{' ...' if len(unreachable) > 20 else ''}"
         self._console.line(text)
 
     def drop(self) -> None:
-        """Leave the journal for the next core, since this one does not start."""
+        """Keep the journal for the next core, since this one could not be started."""
         if self.journal is not None:
             self.journal.close(remove=False)
             self.journal = None
 
 
 def set_aside_journal(environ: Mapping[str, str], port: int, console: Console) -> None:
-    """Set aside an earlier core's journal: a master without a journal is running, so the saved state is outdated.
+    """Rename the journal of the previous core: a master without a journal is running, so the saved state is outdated.
 
     Args:
-        environ, port, console: as for `CoreJournal`.
+        environ, port, console: see `CoreJournal`.
     """
     path = _path(environ, port)
     if not path.exists():
@@ -99,8 +98,8 @@ def set_aside_journal(environ: Mapping[str, str], port: int, console: Console) -
     try:
         journal = Journal(path, console.warning)
     except JournalError:
-        return  # another master uses it
-    _set_aside(path, "it is not continued, as this master keeps none", console)
+        return  # another master is using it
+    _set_aside(path, "its state is not restored, as this master has no journal", console)
     journal.close(remove=False)
 
 
@@ -114,6 +113,6 @@ def _set_aside(path: Path, reason: str, console: Console) -> None:
     try:
         os.replace(path, old)
     except OSError as error:
-        console.warning(f"the journal of an earlier master, {path}: {reason} ({error.strerror})")
+        console.warning(f"the journal of a previous master, {path}: {reason} ({error.strerror})")
         return
-    console.warning(f"the journal of an earlier master, now {old}: {reason}")
+    console.warning(f"the journal of a previous master, now {old}: {reason}")

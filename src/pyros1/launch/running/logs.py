@@ -1,4 +1,4 @@
-"""The folders of log files (X86, N29, N30)."""
+"""The folders and names of log files (X86, N29, N30)."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def make_run_folder(environ: Mapping[str, str], run_id: str) -> Path:
 
     Args:
         environ: environment variables.
-        run_id: name of the folder. It comes from the master, where any client can set it.
+        run_id: name of the folder. It is read from the master, where any client can set it.
 
     Raises:
         LaunchError: the name would lead outside the log folder.
@@ -38,16 +38,16 @@ def make_run_folder(environ: Mapping[str, str], run_id: str) -> Path:
         raise LaunchError(f"not a valid run id: {one_line(repr(run_id))}")
     folder = log_folder(environ) / run_id
     folder.mkdir(parents=True, exist_ok=True)
-    _point(log_folder(environ) / "latest", folder)
+    _update_link(log_folder(environ) / "latest", folder)
     return folder
 
 
 def run_log(folder: Path) -> Path:
-    """Return the path of this launcher's own log file in the folder of a run."""
+    """Return the path of this launcher's own log file in a run's folder."""
     return folder / f"roslaunch-{socket.gethostname()}-{os.getpid()}.log"
 
 
-def _point(link: Path, target: Path) -> None:
+def _update_link(link: Path, target: Path) -> None:
     try:
         if link.is_symlink() and os.readlink(link) == str(target):
             return
@@ -58,4 +58,4 @@ def _point(link: Path, target: Path) -> None:
         temporary.symlink_to(target)
         os.replace(temporary, link)
     except OSError:
-        pass  # no symbolic links here; the logs work without
+        pass  # symbolic links are not supported here, but the logs do not depend on them

@@ -10,24 +10,24 @@ class Options:
     """The options of a launch.
 
     Attributes:
-        core: run a core only; another master is an error.
-        port: port of a master that is started here, None for the port in ROS_MASTER_URI.
-        run_id: the run id, which must be the same as the master's.
-        screen: send all output to the screen (True), to log files (False), or as set for each node (None).
-        required: make every node required.
-        local: do not start nodes of other machines.
-        wait: wait for a master instead of starting one.
-        show_summary: print the SUMMARY block.
-        show_title: set the terminal's title.
+        core: whether to run only a core; another running master is then an error.
+        port: port of a master that is started here; None for the port in ROS_MASTER_URI.
+        run_id: the run id, which must be that of the master.
+        screen: True to send all output to the screen, False to send it to log files, None to use each node's setting.
+        required: whether to make every node required.
+        local: whether to skip nodes on other machines.
+        wait: whether to wait for a master instead of starting one.
+        show_summary: whether to print the SUMMARY block.
+        show_title: whether to set the terminal's title.
         sigint_timeout: seconds between SIGINT and SIGTERM.
         sigterm_timeout: seconds between SIGTERM and SIGKILL.
-        title: beginning of the terminal's title.
-        notify_timeout: seconds that a master started here waits for a node to answer.
-        prefix: write the node's name before each line on the screen.
-        master_log_level: lowest level in the log of a master started here: debug, info, warn, error or fatal.
-        keep_running: continue when no process is left, like a core.
-        preload: start Python nodes as forks of a process that has imported pyros1.
-        journal: a core keeps a journal, and continues a core that was killed.
+        title: start of the terminal's title.
+        notify_timeout: maximum number of seconds that a master started here waits for a node to respond.
+        prefix: whether to print the node's name before each line on the screen.
+        master_log_level: minimum level in the log of a master started here: debug, info, warn, error or fatal.
+        keep_running: whether to continue when no process is left, like a core.
+        preload: whether to start Python nodes by forking a process that has imported pyros1.
+        journal: whether the core has a journal, and restores the state of a core that was killed.
     """
 
     core: bool = False

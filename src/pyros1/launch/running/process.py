@@ -1,4 +1,4 @@
-"""A supervised process: started in a new session, watched by a thread that sleeps until it ends."""
+"""A supervised process, started in a new session and watched by a thread that waits until it exits."""
 
 from __future__ import annotations
 
@@ -22,28 +22,28 @@ if TYPE_CHECKING:
     from pyros1.launch.running.warden import Warden
 
 KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
-"""The signal that no process can ignore."""
+"""A signal that no process can ignore."""
 
 
 @dataclass
 class Process:
-    """A started process.
+    """A process to run, once or several times.
 
     Args:
-        spec: what to start.
-        on_exit: called by the watching thread, with this object, when it has ended.
-        warden: ends it if this process is killed.
-        screen: writes its output to the screen with its name; None lets it write directly.
-        preloader: starts it if it is a Python program that can be forked.
+        spec: the description of the process.
+        on_exit: called with this object, in the watching thread, when the process has exited.
+        warden: stops the process if the launcher is killed.
+        screen: writes the process's output to the screen with its name; None to let it write directly.
+        preloader: starts the process if it is a Python program that can be forked.
 
     Attributes:
-        spawn_count: how often it was started.
-        exit_code: negative for a signal, None while it runs.
-        started: time of the last start on the monotonic clock, in seconds.
+        spawn_count: how many times it was started.
+        exit_code: the exit code, negative for a signal; None while it is running.
+        started: time of the last start, in seconds of the monotonic clock.
         is_stopped: whether the user has stopped it, and may start it again.
-        restarting: whether to start it again as soon as it has ended.
-        machine: name of its machine, empty for this machine.
-        disconnected: whether its machine cannot be reached now.
+        restarting: whether to start it again as soon as it has exited.
+        machine: name of its machine; empty for this machine.
+        disconnected: whether its machine can currently not be reached.
         restart_due: whether to start it as soon as its machine can be reached again.
     """
 
@@ -68,22 +68,22 @@ class Process:
 
     @property
     def pid(self) -> int:
-        """Process id, 0 before the first start."""
+        """The process id; 0 before the first start."""
         return self._popen.pid if self._popen is not None else 0
 
     @property
     def alive(self) -> bool:
-        """Whether it is running."""
+        """Whether the process is running."""
         return self._popen is not None and not self._ended.is_set()
 
     @property
     def gone(self) -> bool:
-        """Whether no process of its groups, including former ones, is running."""
+        """Whether no process of its groups, including those of previous runs, is running."""
         return not self.alive and not self._groups()
 
     def _groups(self) -> set[int]:
-        """Return the process groups of former runs that still have members."""
-        with self._lock:  # a run that is just ending adds to them
+        """Return the process groups of previous runs that still have members."""
+        with self._lock:  # the watching thread may be adding one
             known = set(self._leftover_groups)
         ended = {pid for pid in known if not is_leaderless(pid)}
         with self._lock:
@@ -91,10 +91,10 @@ class Process:
             return set(self._leftover_groups)
 
     def start(self, announce: Callable[[Process], object] = lambda process: None) -> None:
-        """Start it, or start it again.
+        """Start the process, for the first time or again.
 
         Args:
-            announce: called with this object at once, before its output is read.
+            announce: called with this object immediately, before any output is read.
 
         Raises:
             OSError: the process cannot be started.
@@ -104,7 +104,7 @@ class Process:
             self.warden.expect(spec.words[-1])
         with self._outputs() as (out, err):
             self._popen = self._spawn(out, err)
-            if self.warden is not None:  # first, since the recipients may kill us at once
+            if self.warden is not None:  # before `announce`: whoever is notified may kill this launcher immediately
                 on_death_command = spec.on_death
                 words = (
                     None
@@ -113,7 +113,7 @@ class Process:
                 )
                 self.warden.watch(self._popen.pid, words)
             if not isinstance(self._popen, subprocess.Popen):
-                self._popen.begin()  # the warden cannot recognise it by its command line
+                self._popen.begin()  # only now, since the warden cannot find it by its command line
             announce(self)
         self._ended = threading.Event()
         self.exit_code = None
@@ -127,12 +127,12 @@ class Process:
 
     @contextlib.contextmanager
     def _outputs(self) -> Iterator[tuple[int | None, int | None]]:
-        """Yield the files for its standard output and error, None for our own. A screen reads them later."""
+        """Yield descriptors for standard output and error; None to inherit those of this process."""
         spec = self.spec
         with contextlib.ExitStack() as files:
             if not spec.to_screen and spec.log_base is not None:
                 os.makedirs(os.path.dirname(spec.log_base), exist_ok=True)
-                # A restarted node must not erase the last output of its former run.
+                # A restarted node must not overwrite the output of its previous run.
                 mode = "ab" if self.spawn_count else "wb"
                 stdout = files.enter_context(open(f"{spec.log_base}-stdout.log", mode))
                 if not spec.errors_to_file:
@@ -168,7 +168,8 @@ class Process:
     def signal(self, number: int) -> None:
         """Send a signal to the process group.
 
-        Without process groups a terminal's Ctrl-C has reached the process, too; all later signals end it at once.
+        On systems without process groups, SIGINT is ignored, since the process has received the terminal's Ctrl-C as
+        well; any other signal terminates it immediately.
         """
         popen = self._popen
         if not GROUPS:
@@ -179,29 +180,29 @@ class Process:
                 os.killpg(popen.pid, number)
             except ProcessLookupError:
                 pass
-            except PermissionError:  # it has changed its user; perhaps the process itself still accepts our signals
+            except PermissionError:  # a member has changed its user; the process itself may still accept signals
                 popen.send_signal(number)
         for group in self._groups():
             with contextlib.suppress(OSError):
                 os.killpg(group, number)
 
     def usage(self, local_usages: Mapping[int, Usage]) -> Usage:
-        """Return its CPU and memory usage.
+        """Return the CPU and memory usage.
 
         Args:
-            local_usages: usage of the process groups on this machine.
+            local_usages: usage of the process groups on this machine, by group id.
         """
         return local_usages.get(self.pid, UNKNOWN) if self.alive else UNKNOWN
 
     def wait(self, deadline: float) -> bool:
-        """Wait until it has ended, at most until `deadline` (monotonic seconds). Return whether it has ended."""
+        """Wait until the process has exited, or until `deadline` (monotonic seconds); return whether it has exited."""
         return self._popen is None or self._ended.wait(max(0.0, deadline - time.monotonic()))
 
     def join(self, timeout: float = 5.0) -> None:
-        """Wait until the watching thread of an ended process has ended."""
+        """Wait until the watching thread of an exited process has finished."""
         if self._watcher is not None and self._watcher is not threading.current_thread():
             self._watcher.join(timeout)
 
     def kill(self) -> None:
-        """Kill it at once."""
+        """Kill the process immediately."""
         self.signal(KILL)

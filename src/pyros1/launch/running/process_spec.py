@@ -13,17 +13,17 @@ class ProcessSpec:
 
     Attributes:
         label: unique name, ``ns/name-<counter>``.
-        node: full node name.
-        words: command line.
-        env: complete environment.
-        cwd: working directory.
-        log_base: path of its log files without ``.log``, None for no log files.
-        to_screen: inherit stdout; otherwise stdout goes to ``<log_base>-stdout.log``.
-        errors_to_file: without ``to_screen``, stderr goes to ``<log_base>-stderr.log``.
-        exit_policy: whether it is started again, or the launch ends, when it ends.
-        ends_launch: the launch ends when it ends, without a report: it is a test, or the ``on-death`` action of a
-            required process.
-        on_death: a process to start when this one has ended on its own; None for none.
+        node: the node's full name.
+        words: the command line.
+        env: the complete environment.
+        cwd: the working directory.
+        log_base: path of the log files without ``.log``; None for no log files.
+        to_screen: whether to inherit stdout; otherwise it is written to ``<log_base>-stdout.log``.
+        errors_to_file: whether, without ``to_screen``, stderr is written to ``<log_base>-stderr.log``.
+        exit_policy: whether to restart the process, or to shut down the launch, when it exits.
+        ends_launch: whether to shut down the launch when the process exits, without a report, because it is a test, or
+            the ``on-death`` action of a required process.
+        on_death: a process to start when this one has exited without being stopped; None for none.
         package: the node's package.
     """
 

@@ -1,4 +1,4 @@
-"""Finds what keeps Python nodes from starting: syntax of another Python version, and missing imports."""
+"""Finds errors that prevent Python nodes from starting: syntax of another Python version, and missing imports."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from pyros1.launch.running.command_line import executable_words, is_own, program
 _MAX_BYTES = 4 << 20
 _TIMEOUT = 30.0
 _STACK = 512 << 20
-"""Bytes of stack to parse with: more than the deepest expression in _MAX_BYTES needs."""
+"""Stack size in bytes for parsing: sufficient for the deepest expression that fits into _MAX_BYTES."""
 _PYTHON2 = (
     "Missing parentheses in call to",
     "multiple exception types must be",
@@ -29,7 +29,7 @@ _PYTHON2 = (
     "invalid decimal literal",
     "leading zeros in decimal",
 )
-"""Beginnings of the syntax errors that Python 3 reports for Python 2 programs."""
+"""Start of the syntax errors that Python 3 reports for Python 2 programs."""
 _CONVERT = "it looks like a program for Python 2: pip install fissix && fissix -w {} does most of the conversion"
 _TOO_DEEP = "its expressions or blocks are nested too deeply for Python"
 _OURS = "pyros1"
@@ -48,33 +48,33 @@ for folder, name in wanted:
 print()
 print(json.dumps(missing))
 """
-"""A program that prints which modules Python does not find, without importing them."""
+"""A program that prints which modules an interpreter cannot find, without importing them."""
 
 
 class Import(NamedTuple):
-    """An import that a program always makes."""
+    """An import that is executed whenever a program runs."""
 
     module: str
     line: int
 
 
 class Problem(NamedTuple):
-    """Why a file cannot run."""
+    """The reason why a file cannot be run."""
 
     file: Path
     text: str
 
 
 def python_problems(files: Mapping[Path, Mapping[str, str]]) -> Iterator[Problem]:
-    """Yield the problems that keep programs from running. They are not executed: their Pythons only look up modules.
+    """Yield the problems that prevent programs from running. The programs are not executed.
 
     Args:
-        files: executables, each with its environment variables; programs not written in Python, and pyros1's own, are
-            skipped.
+        files: executables with their environment variables. Programs that are not written in Python are skipped, and
+            so are those of pyros1.
     """
     groups: dict[tuple[str, ...], dict[Path, list[Import]]] = {}
     for file, environ in files.items():
-        python = _python_of(file, environ)
+        python = _interpreter_words(file, environ)
         if not python:
             continue
         try:
@@ -82,51 +82,51 @@ def python_problems(files: Mapping[Path, Mapping[str, str]]) -> Iterator[Problem
         except OSError:
             continue
         try:
-            found = imports(source, str(file))
+            found_imports = imports(source, str(file))
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-            yield Problem(file, _syntax(file, error))
+            yield Problem(file, _syntax_problem(file, error))
         else:
-            groups.setdefault((environ.get("PYTHONPATH", ""), *python), {})[file] = found
+            groups.setdefault((environ.get("PYTHONPATH", ""), *python), {})[file] = found_imports
     for (_, *words), group in groups.items():
-        missing = _missing(words, group, files[next(iter(group))])
-        for file, each in ((file, each) for file, all in group.items() for each in all):
+        missing = _find_missing(words, group, files[next(iter(group))])
+        for file, each in ((file, each) for file, file_imports in group.items() for each in file_imports):
             if (str(file.resolve().parent), each.module) in missing:
-                cure = _cure(each.module, files[file]) if ("", _OURS) in missing else ""
-                yield Problem(file, f"{file}:{each.line}: {words[-1]} finds no module {each.module}{cure}")
+                hint = _hint(each.module, files[file]) if ("", _OURS) in missing else ""
+                yield Problem(file, f"{file}:{each.line}: {words[-1]} cannot find module {each.module}{hint}")
 
 
 def imports(source: bytes, name: str = "?") -> list[Import]:
-    """Return the modules of other packages that a program imports whenever it runs, each once.
+    """Return the top-level modules that a program imports whenever it runs, each once.
 
-    Imports in functions, and those whose failure a ``try`` catches, may be missing intentionally.
+    Imports in functions and in ``try`` statements are ignored, as they may be optional.
 
     Args:
         source: the program.
-        name: its file, for errors.
+        name: name of the file, for error messages.
 
     Raises:
-        SyntaxError, ValueError: it is not valid Python 3.
+        SyntaxError, ValueError: the program is not valid Python 3.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         tree = _parse(source, name)
-    found: dict[str, Import] = {}
+    imports_by_module: dict[str, Import] = {}
     statements = list(tree.body)
     for statement in statements:
-        if isinstance(statement, ast.If) and _asks_for_name(statement.test):
+        if isinstance(statement, ast.If) and _tests_name(statement.test):
             statements += statement.body
         elif isinstance(statement, ast.Import):
             for each in statement.names:
                 module = each.name.partition(".")[0]
-                found.setdefault(module, Import(module, statement.lineno))
+                imports_by_module.setdefault(module, Import(module, statement.lineno))
         elif isinstance(statement, ast.ImportFrom) and not statement.level and statement.module:
             module = statement.module.partition(".")[0]
-            found.setdefault(module, Import(module, statement.lineno))
-    return list(found.values())
+            imports_by_module.setdefault(module, Import(module, statement.lineno))
+    return list(imports_by_module.values())
 
 
 def _parse(source: bytes, name: str) -> ast.Module:
-    """Parse a program; Python 3.10, which has no limit of depth, would crash without a large stack."""
+    """Parse a program. Python 3.10, which does not limit the depth, could crash without a large stack."""
     if sys.version_info >= (3, 11):
         return ast.parse(source, name)
     results: list[ast.Module | Exception] = []
@@ -150,12 +150,12 @@ def _parse(source: bytes, name: str) -> ast.Module:
     return result
 
 
-def _asks_for_name(test: ast.expr) -> bool:
+def _tests_name(test: ast.expr) -> bool:
     return any(isinstance(node, ast.Name) and node.id == "__name__" for node in ast.walk(test))
 
 
-def _python_of(file: Path, environ: Mapping[str, str]) -> tuple[str, ...]:
-    """Return the words that start the Python of a program; none if it is not in Python, or runs in Python 2."""
+def _interpreter_words(file: Path, environ: Mapping[str, str]) -> tuple[str, ...]:
+    """Return the command line of a program's interpreter; empty if it is not Python, or Python 2."""
     if is_own(file):
         return ()
     try:
@@ -170,8 +170,8 @@ def _python_of(file: Path, environ: Mapping[str, str]) -> tuple[str, ...]:
     return (words[0],) if len(words) > 1 else tuple(word for word in named if not word.startswith("-"))
 
 
-def _cure(module: str, environ: Mapping[str, str]) -> str:
-    """Return a hint for a Python that lacks pyros1 and thus a module of it; empty for any other module."""
+def _hint(module: str, environ: Mapping[str, str]) -> str:
+    """Return a hint for an interpreter without pyros1 that cannot find one of its modules; empty for other modules."""
     if module != _OURS and not os.path.isdir(os.path.join(MODULES, module)):
         try:
             PackageIndex(environ).find(module)
@@ -182,7 +182,7 @@ def _cure(module: str, environ: Mapping[str, str]) -> str:
     return f": {first}write #!{sys.executable} as the program's first line"
 
 
-def _syntax(file: Path, error: BaseException) -> str:
+def _syntax_problem(file: Path, error: BaseException) -> str:
     line = f":{error.lineno}" if isinstance(error, SyntaxError) and error.lineno else ""
     text = error.msg if isinstance(error, SyntaxError) else str(error)
     if isinstance(error, (RecursionError, MemoryError)):
@@ -191,14 +191,16 @@ def _syntax(file: Path, error: BaseException) -> str:
     return f"{file}{line}: {text}{hint}"
 
 
-def _missing(python: list[str], files: Mapping[Path, list[Import]], environ: Mapping[str, str]) -> set[tuple[str, str]]:
-    """Return folder and module of each import that a Python does not find."""
-    modules = sorted({(str(file.resolve().parent), each.module) for file, all in files.items() for each in all})
-    around = {**environ, **program_environment(next(iter(files)), environ)}
+def _find_missing(
+    python: list[str], files: Mapping[Path, list[Import]], environ: Mapping[str, str]
+) -> set[tuple[str, str]]:
+    """Return folder and module of each import that an interpreter cannot find."""
+    modules = sorted({(str(file.resolve().parent), each.module) for file, imports in files.items() for each in imports})
+    env = {**environ, **program_environment(next(iter(files)), environ)}
     try:
         done = subprocess.run(
             [*python, "-c", _SEARCH],
-            env=around,
+            env=env,
             input=json.dumps([*modules, ("", _OURS)]).encode(),  # there may be too many for an argument
             capture_output=True,
             timeout=_TIMEOUT,
@@ -206,4 +208,4 @@ def _missing(python: list[str], files: Mapping[Path, list[Import]], environ: Map
         )
         return {(folder, module) for folder, module in json.loads(done.stdout.splitlines()[-1])}
     except (OSError, subprocess.SubprocessError, ValueError, IndexError):
-        return set()  # reported elsewhere: this Python cannot be started
+        return set()  # the interpreter cannot be started, which is reported elsewhere

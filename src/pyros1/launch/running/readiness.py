@@ -1,4 +1,4 @@
-"""``wait-for``: starts nodes when a topic, a service, a parameter or another node exists."""
+"""Implements ``wait-for``: starts nodes as soon as a topic, a service, a parameter or another node exists."""
 
 from __future__ import annotations
 
@@ -51,10 +51,10 @@ class ConditionWatcher:
         """Add a waiting node.
 
         Args:
-            conditions: what must exist.
-            timeout: seconds from now, 0 for no limit.
+            conditions: the conditions.
+            timeout: timeout in seconds; 0 for no limit.
             on_ready: called when all conditions are met.
-            on_timeout: called after the timeout with the unmet conditions.
+            on_timeout: called after the timeout with the unmet conditions, as a string.
         """
         deadline = time.monotonic() + timeout if timeout > 0 else float("inf")
         with self._lock:
@@ -63,7 +63,7 @@ class ConditionWatcher:
             self._thread.start()
 
     def close(self) -> None:
-        """Remove all waiting nodes. Nothing is called afterwards."""
+        """Remove all waiting nodes. No callbacks are called afterwards."""
         self._closed.set()
         if self._thread.is_alive():
             self._thread.join()
@@ -73,21 +73,21 @@ class ConditionWatcher:
         while not self._closed.is_set():
             with self._lock:
                 waiting = list(self._waiting_nodes)
-            unmet = self._unmet({condition for one in waiting for condition in one.conditions})
-            for one in waiting:
-                missing = [condition for condition in one.conditions if condition in unmet]
+            unmet = self._find_unmet({condition for node in waiting for condition in node.conditions})
+            for node in waiting:
+                missing = [condition for condition in node.conditions if condition in unmet]
                 if not missing:
-                    self._run_in_supervisor(one.on_ready)
-                elif time.monotonic() >= one.deadline:
-                    self._run_in_supervisor(partial(one.on_timeout, ", ".join(map(str, missing))))
+                    self._run_in_supervisor(node.on_ready)
+                elif time.monotonic() >= node.deadline:
+                    self._run_in_supervisor(partial(node.on_timeout, ", ".join(map(str, missing))))
                 else:
                     continue
                 with self._lock:
-                    self._waiting_nodes.remove(one)
+                    self._waiting_nodes.remove(node)
             self._closed.wait(_POLL_PERIOD)
 
-    def _unmet(self, conditions: set[Condition]) -> set[Condition]:
-        """Return the unmet conditions; all if the master does not answer."""
+    def _find_unmet(self, conditions: set[Condition]) -> set[Condition]:
+        """Return the unmet conditions; all if the master does not respond."""
         if not conditions:
             return set()
         params = [condition for condition in conditions if condition.kind == "param"]

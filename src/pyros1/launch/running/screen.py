@@ -1,7 +1,7 @@
-"""The output of nodes on the screen, with the name of the node before each line.
+"""Writes the output of nodes to the screen, with the name of the node before each line.
 
-If the launcher writes to a terminal, the nodes get a pseudo terminal, so that they write line by line and in colour, as
-if run directly. The output is read to its end, including a last line without a line end.
+If the launcher writes to a terminal, the nodes use a pseudo terminal, so that they write line by line and in colour, as
+if they were run directly. The output is read to its end, including a last line without a line break.
 """
 
 from __future__ import annotations
@@ -37,28 +37,28 @@ class Screen:
     def opened(self, spec: ProcessSpec) -> Iterator[tuple[int, int]]:
         """Yield file descriptors for a node's standard output and error, and close them afterwards.
 
-        Reading begins at the end of the ``with`` block, so what is written in the block comes before the node's output.
+        Reading starts at the end of the ``with`` block, so what is written in the block precedes the node's output.
         """
         pipes, readers = [], []
         for stream in self._streams:
             reading, writing = os.openpty() if stream.isatty() and hasattr(os, "openpty") else os.pipe()
             pipes.append(writing)
             arguments = (reading, stream, self.tag(spec.node, stream))
-            # A daemon, since children of an ended node may keep its output open forever.
+            # A daemon, since children of an exited node may keep its output open forever.
             readers.append(
                 threading.Thread(target=self._read, args=arguments, name=f"screen {spec.label}", daemon=True)
             )
         try:
             yield pipes[0], pipes[1]
         finally:
-            for end in pipes:
-                os.close(end)
+            for descriptor in pipes:
+                os.close(descriptor)
             for reader in readers:
                 reader.start()
             self._readers += readers
 
     def tag(self, node: str, stream: TextIO) -> bytes:
-        """Return the text before a node's lines. A node has the same colour in each run."""
+        """Return the prefix of a node's lines. A node has the same colour in each run."""
         text = f"[{node.lstrip('/')}] "
         if self._colour if self._colour is not None else stream.isatty():
             text = f"\033[{_COLOURS[sum(node.encode()) % len(_COLOURS)]}m{text}\033[0m"
@@ -86,7 +86,7 @@ class Screen:
         Args:
             node: the node's name.
             stream: the stream to write to.
-            text: the lines.
+            text: one or more lines.
         """
         tag = self.tag(node, stream)
         self._write(stream, b"".join(tag + line + b"\n" for line in text.encode().splitlines()))
@@ -97,10 +97,10 @@ class Screen:
             stream.flush()
 
     def close(self, timeout: float = 1.0) -> None:
-        """Wait until the output of ended nodes has been written.
+        """Wait until the output of exited nodes has been written.
 
         Args:
-            timeout: seconds to wait for each node.
+            timeout: maximum number of seconds to wait for each node.
         """
         for reader in self._readers:
             reader.join(timeout)

@@ -1,7 +1,7 @@
-"""One run of the launcher, from a plan to the last "done" (X78-X90).
+"""Runs a plan: starts everything, supervises it, and shuts it down (X78-X90).
 
 The order is fixed: server, SUMMARY, master (if none is running and this is its machine), /run_id, rosout, rosparam
-dumps and deletes, parameters in one call, nodes. Everything ends in the opposite order.
+dumps and deletes, parameters in one call, nodes. Everything is stopped in the opposite order.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ _TIME_LIMIT = "time limit"
 
 @dataclass
 class TestTrial:
-    """A test. Its launch ends when it ends.
+    """A test to run; the launch is shut down when it exits.
 
     Attributes:
         test: the test, which is started after all nodes.
@@ -81,8 +81,8 @@ class Session:
     """A launch.
 
     Args:
-        plan: what to launch.
-        options: how to launch.
+        plan: the nodes, parameters and so on.
+        options: the options of the launch.
         packages: finds executables.
         environ: this process's environment.
         console: prints lines for the user.
@@ -100,13 +100,13 @@ class Session:
     on_started: Callable[[], object] | None = None
     exit_code: int = 0
     _core: Core | None = None
-    _is_complete = False  # whether everything was started
+    _is_complete = False  # everything has been started
     _core_file: CoreFile = field(default_factory=CoreFile)
     _core_journal: CoreJournal | None = None
     _server: LaunchServer | None = None
     _starter: Starter | None = None
     _log: TextIO | None = None
-    _stopped: bool = False  # not an Event: a signal handler must not acquire locks
+    _stopped: bool = False  # not an Event, since a signal handler must not acquire locks
 
     def __post_init__(self) -> None:
         self._address: LocalAddress = host_from_environment(self.environ, {})
@@ -127,7 +127,7 @@ class Session:
     def _master_uri(self) -> str:
         port = self.options.port
         if port is None and not self.environ.get("ROS_MASTER_URI") and self._address.bind not in WILDCARDS:
-            port = parse_uri(DEFAULT_MASTER_URI)[1]  # a master that listens on one address can be reached only there
+            port = parse_uri(DEFAULT_MASTER_URI)[1]  # a master that listens on one address can only be reached there
         if port is not None:
             return make_uri(self._address.advertised, port)
         return master_uri(self.environ, {})
@@ -138,7 +138,7 @@ class Session:
         return self._supervisor
 
     def launch(self, node: NodePlan) -> Process:
-        """Start another node on this machine during `run`. Call it in that thread.
+        """Start another node on this machine during `run`. Must be called in the thread of `run`.
 
         Raises:
             LaunchError: the node cannot be started.
@@ -148,22 +148,22 @@ class Session:
         return self._starter.start_one(node)
 
     def stop(self, reason: str = "") -> None:
-        """Tell `run` to end everything. Callable from any thread and from signal handlers."""
+        """Make `run` stop everything and return. May be called in any thread or signal handler."""
         self._stopped = True
         self._supervisor.stop(reason)
 
     def stop_waiting(self) -> None:
-        """Stop waiting for nodes that are ending. Callable from any thread and from signal handlers."""
+        """Do not wait any longer for nodes to exit. May be called in any thread or signal handler."""
         self._supervisor.stop_waiting()
 
     def run(self, trial: TestTrial | None = None) -> None:
-        """Launch, watch, and return when everything has ended.
+        """Start everything, supervise it, and return when everything has exited.
 
         Args:
-            trial: a test to run; the launch ends when it does.
+            trial: a test to run; the launch is shut down when it exits.
 
         Raises:
-            LaunchError: the launch cannot start. Processes already started are ended.
+            LaunchError: the launch cannot be started. Processes that were already started are stopped.
         """
         for text in self._address.warnings:
             self.console.warning(text)
@@ -196,13 +196,13 @@ class Session:
     # Before anything runs ------------------------------------------------------------------------------------------
 
     def _find_master(self) -> bool:
-        """Return whether a master is running. Wait for it if the options say so."""
+        """Return whether a master is running; wait for it if the options require that."""
         is_waiting = False
         while True:
             try:
                 self._master.ping(PING_TIMEOUT)
             except MasterUnreachableError as error:
-                unknown = error.__cause__ if isinstance(error.__cause__, UnknownHostError) else None
+                unknown_host_error = error.__cause__ if isinstance(error.__cause__, UnknownHostError) else None
                 if not self.options.wait:
                     if isinstance(error.__cause__, DeadlineError):
                         raise LaunchError(
@@ -228,14 +228,14 @@ class Session:
         host, _ = parse_uri(self._uri)
         if self.options.core:
             self._warn_about_uri()
-        elif self.options.port is None and unknown is not None:
+        elif self.options.port is None and unknown_host_error is not None:
             raise LaunchError(
-                f"unable to contact ROS master at [{self._uri}]: {unknown}. Use the master's IP address in "
-                f"ROS_MASTER_URI, or add a line 'ADDRESS {unknown.host}' to /etc/hosts."
+                f"unable to contact ROS master at [{self._uri}]: {unknown_host_error}. Use the master's IP address in "
+                f"ROS_MASTER_URI, or add a line 'ADDRESS {unknown_host_error.host}' to /etc/hosts."
             )
         elif self.options.port is None and not is_local(host):
             raise LaunchError(
-                f"unable to contact ROS master at [{self._uri}]: its host is another machine, so it is not started "
+                f"unable to contact ROS master at [{self._uri}]: it is on another machine, so it is not started "
                 f"here. Start it there, or change ROS_MASTER_URI."
             )
         return False
@@ -319,7 +319,7 @@ class Session:
             self._core.await_rosout()
 
     def _start_core_nodes(self, core: Core, starter: Starter) -> None:
-        """Start rosout and the other nodes that come with the master."""
+        """Start rosout and the other nodes of the core."""
         if self._core_file.rosout:
             core.start_rosout(self.console.line)
             if not self.plan.nodes:
@@ -362,7 +362,7 @@ class Session:
                 "Check ROS_HOSTNAME, ROS_IP and ROS_MASTER_URI."
             ) from None
         self.console.bold(f"process[master]: started with pid [{os.getpid()}]")
-        # The core counts as a process of this launch, which therefore continues when no node is left (X89).
+        # The core is a process of this launch, which therefore continues when no node is left (X89).
         self._supervisor.keep_running = True
         write_pid_file(self.environ, port, ros_home(self.environ))
 
@@ -387,7 +387,7 @@ class Session:
                 raise LaunchError(f"cannot dump {action.name} to {action.path}: {error.strerror}") from error
 
     def _set_params(self) -> None:
-        """Clear and set all parameters, with one call for each, before any node runs."""
+        """Delete and set all parameters, with one call each, before any node is started."""
         clear = [name for name in self.plan.clear_params if name != "/"]
         if clear:
             self._master.multicall([("deleteParam", (name.rstrip("/"),)) for name in clear])
@@ -402,7 +402,7 @@ class Session:
             if isinstance(reply, Error):
                 raise LaunchError(f"cannot set parameter {name}: {reply}") from reply
 
-    # Ending --------------------------------------------------------------------------------------------------------
+    # Stopping ------------------------------------------------------------------------------------------------------
 
     def _shut_down(self) -> None:
         was_started = self._server is not None
@@ -440,7 +440,7 @@ class Session:
 
     def _forget_server(self) -> None:
         if self._core is not None or self._server is None:
-            return  # the parameter ends with our own master
+            return  # the parameter is lost with this launch's own master
         try:
             self._master.delete_param(self._server.param_name())
         except MasterError:

@@ -1,4 +1,4 @@
-"""Starts planned nodes: here, on other machines, and when their ``wait-for`` conditions are met."""
+"""Starts the nodes of a plan: on this and on other machines, and when their ``wait-for`` conditions are met."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from pyros1.launch.remote.over_ssh import Machine
     from pyros1.launch.running.readiness import ConditionWatcher
 
-# Modules that only some launches need are imported where they are used: no node starts before the imports are done.
+# Modules that only some launches need are imported where they are used, as imports delay the start of the first node.
 
 
 def _location(node: NodePlan) -> str:
@@ -46,9 +46,9 @@ class Run:
     Attributes:
         master_uri: the master's URI.
         run_id: the master's run id.
-        folder: folder of log files.
-        log: the launcher's own log file.
-        counter: number in the label of the last process.
+        folder: folder of the log files.
+        log: path of the launcher's own log file.
+        counter: number in the label of the process started last.
     """
 
     master_uri: str
@@ -63,8 +63,8 @@ class Starter:
     """Starts nodes.
 
     Args:
-        plan: what to launch.
-        options: how to launch.
+        plan: the plan.
+        options: the options of the launch.
         packages: finds executables.
         environ: this process's environment.
         console: prints lines for the user.
@@ -84,7 +84,7 @@ class Starter:
 
     @contextlib.contextmanager
     def environment_copied(self) -> Iterator[None]:
-        """Use a copy of the environment to start many nodes: os.environ would decode each value for each node."""
+        """Use a copy of the environment while starting many nodes, as os.environ would decode each value every time."""
         original, self.environ = self.environ, dict(self.environ)
         try:
             yield
@@ -92,7 +92,7 @@ class Starter:
             self.environ = original
 
     def connect(self) -> None:
-        """Connect to all machines with nodes, before any node runs.
+        """Connect to all machines that have nodes, before any node is started.
 
         Raises:
             LaunchError: a machine cannot be used.
@@ -133,7 +133,7 @@ class Starter:
             self._condition_watcher = ConditionWatcher(self.run.master_uri, self.supervisor.do)
         self.supervisor.expected += 1
         conditions = ", ".join(map(str, node.wait_for))
-        self.console.line(f"[{label}] waits for {conditions}")
+        self.console.line(f"[{label}] waiting for {conditions}")
         self._condition_watcher.add(
             node.wait_for,
             node.wait_timeout,
@@ -142,7 +142,7 @@ class Starter:
         )
 
     def start_test(self, test: TestPlan) -> None:
-        """Start a test. Everything ends when it does.
+        """Start a test; the launch is shut down when it exits.
 
         Raises:
             LaunchError: the test cannot be started.
@@ -154,7 +154,7 @@ class Starter:
             raise LaunchError(f"test [{test.test_name}] cannot be started")
 
     def start_one(self, node: NodePlan) -> Process:
-        """Start a node on this machine at once.
+        """Start a node on this machine immediately.
 
         Raises:
             LaunchError: the node cannot be started.
@@ -248,10 +248,10 @@ class Starter:
         )
 
     def _on_death_spec(self, node: NodePlan, spec: ProcessSpec) -> ProcessSpec | None:
-        """Return the process that runs on this machine when a node has ended, None for none.
+        """Return the process to start on this machine when a node exits; None if there is none.
 
         Raises:
-            LaunchError: it could not run.
+            LaunchError: the process could not be started.
         """
         if node.on_death is None:
             return None
@@ -293,13 +293,13 @@ class Starter:
         return machine if machine is not None and not is_local(machine.address) else None
 
     def cancel_waiting(self) -> None:
-        """Drop the nodes that are still waiting. Call this before the end."""
+        """Drop the nodes that are still waiting to be started. Call this before stopping processes."""
         if self._condition_watcher is not None:
             self._condition_watcher.close()
             self._condition_watcher = None
 
     def close(self) -> None:
-        """Disconnect from the other machines. Call this when no process is left."""
+        """Disconnect from the other machines. Call this when all processes have exited."""
         for machine in self._machines.values():
             machine.close()
         self._machines.clear()

@@ -1,8 +1,9 @@
-"""Supervises a set of processes as their specs describe, and ends them in order (X87-X90).
+"""Supervises a set of processes as described by their specs, and stops them in order (X87-X90).
 
-One queue carries all events: a process ended, a signal arrived, a client shut down the master, a user stops a node. The
-thread in `run` sleeps until an event or a timer, and checks for signals meanwhile (`pyros1.net.signal_safe`). Nothing
-else polls, except for the rest of an ended node's process group, for which only its parent could wait.
+All events are in one queue: a process has exited, a signal was received, a client shut down the master, a user stops a
+node. The thread in `run` waits for an event or a timer, and checks for signals meanwhile (`pyros1.net.signal_safe`).
+There is no other polling, except for the remaining members of an exited node's process group, for which only their
+parent could wait.
 """
 
 from __future__ import annotations
@@ -27,34 +28,34 @@ if TYPE_CHECKING:
 
 _SIGKILL_TIMEOUT = 2.0
 _NO_SIGINT_TIMEOUT = 2.0  # seconds for processes to exit on systems where they cannot be sent SIGINT
-_REMAINS_POLL = 0.05
+_REMAINING_POLL_INTERVAL = 0.05
 Event = tuple[Literal["exit", "stop", "hurry", "do"], "_Exit | str | Callable[[], object] | None"]
 
 
 class _Exit(NamedTuple):
-    """The end of a run of a process; it may be running again when the event is handled."""
+    """The exit of a process. It may have been restarted before the event is handled, so the run is counted."""
 
     process: Process
     run: int
 
 
 class Supervisor:
-    """Starts and watches processes.
+    """Starts and supervises processes.
 
     Args:
         console: prints lines for the user.
         sigint_timeout: seconds between SIGINT and SIGTERM.
         sigterm_timeout: seconds between SIGTERM and SIGKILL.
-        keep_running: continue when no process is left, as a core does.
-        guarded: let a `Warden` end the processes if this process is killed.
-        screen: writes the processes' output to the screen; None lets them write directly.
-        preloader: starts Python programs by forking; None starts all in the usual way.
+        keep_running: whether to continue when no process is left, like a core.
+        guarded: whether a `Warden` stops the processes if this process is killed.
+        screen: writes the processes' output to the screen; None to let them write directly.
+        preloader: starts Python programs by forking; None to start all programs in the usual way.
 
     Attributes:
-        required_failed: whether a required process ended with an error.
-        expected: how many processes are waiting to be started for the first time.
-        keep_running: continue when no process is left.
-        on_death: called with each process that ends during `run`; may be None.
+        required_failed: whether a required process has exited with an error.
+        expected: number of processes that have not been started yet.
+        keep_running: whether to continue when no process is left.
+        on_death: called with each process that exits during `run`; may be None.
     """
 
     def __init__(
@@ -91,24 +92,24 @@ class Supervisor:
 
     @property
     def active(self) -> list[Process]:
-        """The processes that are running or may run again, in the order of their start."""
+        """The processes that are running or may be respawned, in the order in which they were started."""
         return list(self._processes.values())
 
     @property
     def dead(self) -> list[Process]:
-        """The processes that have ended for good."""
+        """The processes that have exited and are not respawned."""
         return list(self._dead.values())
 
     def start(self, spec: ProcessSpec, kind: Callable[..., Process] = Process) -> bool:
-        """Start a process. Errors are printed on the console. Return whether it was started.
+        """Start a process and return whether it was started. Errors are printed on the console.
 
         Args:
-            spec: what to start.
-            kind: makes a `Process` or a similar object, with the same arguments.
+            spec: the description of the process.
+            kind: the class `Process`, or a function with the same arguments that creates a similar object.
         """
         if self._guarded and self._warden is None:
             self._warden = Warden(self._stages[0][1], self._stages[1][1])
-        process = kind(spec, self._exited, self._warden, self._screen)
+        process = kind(spec, self._on_exit, self._warden, self._screen)
         process.preloader = self._preloader
         self._processes[spec.label] = process
         if self._start(process):
@@ -128,23 +129,23 @@ class Supervisor:
     def _announce(self, process: Process) -> None:
         self._console.bold(f"process[{process.spec.label}]: started with pid [{process.pid}]")
 
-    def _exited(self, process: Process) -> None:
+    def _on_exit(self, process: Process) -> None:
         self._events.put(("exit", _Exit(process, process.spawn_count)))
 
     def stop(self, reason: str = "") -> None:
-        """Tell `run` to return. Callable from any thread and from signal handlers."""
+        """Make `run` return. May be called in any thread or signal handler."""
         self._events.put(("stop", reason))
 
     def stop_waiting(self) -> None:
-        """Send processes that are ending the next signal at once. Callable from any thread and from signal handlers."""
+        """Do not wait any longer before sending the next signal. May be called in any thread or signal handler."""
         self._events.put(("hurry", None))
 
     def do(self, action: Callable[[], object]) -> None:
-        """Let the thread in `run` call a function. Callable from any thread."""
+        """Call a function in the thread of `run`. May be called in any thread."""
         self._events.put(("do", action))
 
     def run(self) -> str:
-        """Watch until asked to stop, a required process ended, or no process is left. Return the reason."""
+        """Supervise until `stop` is called, a required process exits, or no process is left; return the reason."""
         while True:
             if not self._processes and not self.keep_running and not self.expected:
                 return "all processes on machine have died, roslaunch will exit"
@@ -181,14 +182,14 @@ class Supervisor:
                 action()
 
     def after(self, seconds: float, reason: str) -> None:
-        """End everything after some seconds, with a reason, unless it has already ended."""
+        """Make `run` return with a reason after some seconds, unless it has returned before."""
         self._schedule("", seconds, lambda: self._events.put(("stop", reason)))
 
     def _schedule(self, key: str, seconds: float, action: Callable[[], object]) -> None:
         self._timers[key] = (time.monotonic() + seconds, action)
 
     def _died(self, process: Process) -> bool:
-        """Report the exit and act on it. Return whether everything has to end."""
+        """Report the exit of a process and react to it; return whether the launch must be shut down."""
         spec = process.spec
         if self.on_death is not None:
             self.on_death(process)
@@ -209,7 +210,7 @@ class Supervisor:
             process.restart_due = True
             return False
         if spec.exit_policy.respawn:
-            process.signal(signal.SIGTERM)  # processes left behind would accumulate with each run
+            process.signal(signal.SIGTERM)  # otherwise processes left behind would accumulate with each run
             self._schedule(spec.label, spec.exit_policy.respawn_delay, lambda: self._respawn(process))
             return False
         self._mark_dead(process)
@@ -218,12 +219,12 @@ class Supervisor:
             line = "=" * 80
             self._console.plain_error(f"{line}\nREQUIRED process [{spec.label}] has died!")
             self._console.plain_error(f"Initiating shutdown!\n{line}")
-            if is_on_death_running:  # everything ends with it
+            if is_on_death_running:  # the launch is shut down when it exits
                 self._schedule(
                     " on-death", ON_DEATH_TIMEOUT, lambda: self._events.put(("stop", "required process died"))
                 )
             return not is_on_death_running
-        if spec.label in self._rerun_on_death:  # an on-death process, whose node has died again meanwhile
+        if spec.label in self._rerun_on_death:  # this is an on-death process, whose node has died again meanwhile
             self._rerun_on_death.discard(spec.label)
             self._dead.pop(spec.label, None)
             self.start(spec)
@@ -232,8 +233,8 @@ class Supervisor:
     def _run_on_death(self, spec: ProcessSpec, command: ProcessSpec) -> bool:
         """Start the on-death process of a process; return whether it is running.
 
-        If it is still running for an earlier exit, it continues, or it might never finish for a node that keeps dying.
-        It runs again when it has ended, or after ON_DEATH_TIMEOUT.
+        If it is still running after an earlier exit, it is not interrupted: for a node that keeps dying it would never
+        finish. It is restarted when it has exited, or after ON_DEATH_TIMEOUT.
         """
         self._console.line(f"[{spec.label}] on-death: {' '.join(command.words)}")
         running = self._processes.get(command.label)
@@ -266,7 +267,7 @@ class Supervisor:
         process.join()
         process.restart_due = process.disconnected
         if process.restart_due:
-            self._console.line(f"[{process.spec.label}] waits for machine [{process.machine}]")
+            self._console.line(f"[{process.spec.label}] waiting for machine [{process.machine}]")
             return
         self._console.line(f"[{process.spec.label}] restarting process")
         if not self._start(process):
@@ -275,7 +276,7 @@ class Supervisor:
                 self._mark_dead(process)
 
     def resume(self, processes: Iterable[Process]) -> None:
-        """Handle the reconnection to the machine of these processes. Call it in the thread of `run`."""
+        """Handle the reconnection to the machine of these processes. Must be called in the thread of `run`."""
         for process in processes:
             process.disconnected = False
             if process.restart_due and not process.is_stopped:
@@ -295,17 +296,17 @@ class Supervisor:
         raise LaunchError(f"this launch has no node [{name}]")
 
     def stop_node(self, process: Process) -> None:
-        """End a process until it is started again. Call it in the thread of `run`."""
+        """Stop a process until it is started again. Must be called in the thread of `run`."""
         process.is_stopped, process.restarting = True, False
-        self._end_one(process)
+        self._stop_process(process)
 
     def end_node(self, process: Process) -> None:
-        """End a process as if it ended on its own: it starts again if it respawns. Call it in the thread of `run`."""
+        """Stop a process as if it had exited by itself: it may be respawned. Must be called in the thread of `run`."""
         process.is_stopped = process.restarting = False
-        self._end_one(process)
+        self._stop_process(process)
 
     def start_node(self, process: Process) -> None:
-        """Start a process that was stopped or has ended. Call it in the thread of `run`."""
+        """Start a process that was stopped or has exited. Must be called in the thread of `run`."""
         process.restarting = process.alive and (process.is_stopped or process.restarting)
         process.is_stopped = False
         if not process.alive:
@@ -315,15 +316,15 @@ class Supervisor:
             self._restart(process)
 
     def restart_node(self, process: Process) -> None:
-        """End a process and start it again. Call it in the thread of `run`."""
+        """Stop a process and start it again. Must be called in the thread of `run`."""
         if not process.alive:
             self.start_node(process)
             return
         process.is_stopped, process.restarting = False, True
-        self._end_one(process)
+        self._stop_process(process)
 
-    def _end_one(self, process: Process, stage: int = 0) -> None:
-        """Send the signal of a stage, and later that of the next stage if the process still runs."""
+    def _stop_process(self, process: Process, stage: int = 0) -> None:
+        """Send the signal of a stage, and later that of the next stage if the process is still running."""
         self._timers.pop(process.spec.label, None)
         if process.gone or stage == len(self._stages):
             return
@@ -331,12 +332,14 @@ class Supervisor:
         action_text = "stopping" if not stage else f"escalating to {number.name}"
         self._console.line(f"[{process.spec.label}] {action_text}")
         process.signal(number)
-        self._schedule(process.spec.label, seconds, lambda: self._end_one(process, stage + 1))
+        self._schedule(process.spec.label, seconds, lambda: self._stop_process(process, stage + 1))
 
     def _finish_stop(self, process: Process) -> None:
-        """Handle the end of a process that was asked to end. Once its children have ended, restart it if requested."""
+        """Handle the exit of a process that was stopped: wait for its children, and restart it if requested."""
         if not process.gone and process.spec.label in self._timers:
-            self._schedule(f"{process.spec.label} remains", _REMAINS_POLL, lambda: self._finish_stop(process))
+            self._schedule(
+                f"{process.spec.label} remains", _REMAINING_POLL_INTERVAL, lambda: self._finish_stop(process)
+            )
             return
         self._timers.pop(process.spec.label, None)
         if process.restarting:
@@ -345,10 +348,10 @@ class Supervisor:
         else:
             self._console.bold(f"[{process.spec.label}] stopped")
 
-    # The end ---------------------------------------------------------------------------------------------------------
+    # Shutdown --------------------------------------------------------------------------------------------------------
 
     def shut_down(self) -> None:
-        """End all processes: send SIGINT in reverse order, then SIGTERM and SIGKILL to those that still run."""
+        """Stop all processes: send SIGINT in reverse order, then SIGTERM and SIGKILL to those still running."""
         self._timers.clear()
         running = [process for process in reversed([*self.dead, *self.active]) if not process.gone]
         for stage, (number, seconds) in enumerate(self._stages):
@@ -370,7 +373,7 @@ class Supervisor:
             self._preloader.close()
 
     def _wait(self, running: list[Process], seconds: float) -> list[Process]:
-        """Wait for the processes. Return those still running after `seconds`, or at once after a second signal."""
+        """Wait for processes; return those still running after some seconds, or immediately after a second signal."""
         deadline = time.monotonic() + seconds
         while True:
             running = [process for process in running if not process.gone]
@@ -378,7 +381,7 @@ class Supervisor:
             if not running or remaining <= 0:
                 return running
             if not any(process.alive for process in running):
-                remaining = min(remaining, _REMAINS_POLL)
+                remaining = min(remaining, _REMAINING_POLL_INTERVAL)
             try:
                 kind, _ = self._events.get(timeout=remaining)
             except queue.Empty:
@@ -390,7 +393,7 @@ class Supervisor:
 def install_signals(
     stop: Callable[[str], object], stop_waiting: Callable[[], object] = lambda: None
 ) -> Callable[[], None]:
-    """Install signal handlers that end a run.
+    """Install signal handlers that stop a launch.
 
     Args:
         stop: called with the name of the first signal.

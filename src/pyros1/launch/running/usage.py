@@ -1,4 +1,4 @@
-"""CPU and memory usage of running processes, from ``/proc`` on Linux. Other systems report nothing."""
+"""Reads the CPU and memory usage of running processes from ``/proc`` on Linux; on other systems it is unknown."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 
 class Usage(NamedTuple):
-    """Total usage of the processes of a group.
+    """Total usage of the processes in a group.
 
     Attributes:
-        cpu: CPU time so far in seconds; negative if unknown.
+        cpu: CPU time used so far in seconds; negative if unknown.
         memory: resident memory in bytes; negative if unknown.
     """
 
@@ -33,23 +33,23 @@ def group_usages(proc: Path = Path("/proc")) -> dict[int, Usage]:
         tick, page = os.sysconf("SC_CLK_TCK"), os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, OSError, ValueError):
         return {}
-    found: dict[int, Usage] = {}
+    usages: dict[int, Usage] = {}
     for stat in proc.glob("[0-9]*/stat"):
         try:
             fields = stat.read_text().rpartition(")")[2].split()
-        except OSError:  # it has just ended
+        except OSError:  # the process has just exited
             continue
         group, ticks, pages = int(fields[2]), int(fields[11]) + int(fields[12]), int(fields[21])
-        previous = found.get(group, Usage(0.0, 0))
-        found[group] = Usage(previous.cpu + ticks / tick, previous.memory + pages * page)
-    return found
+        previous = usages.get(group, Usage(0.0, 0))
+        usages[group] = Usage(previous.cpu + ticks / tick, previous.memory + pages * page)
+    return usages
 
 
 def age(pid: int, proc: Path = Path("/proc")) -> float:
     """Return the seconds since a process on this machine was started; negative if unknown.
 
     Args:
-        pid: its process id.
+        pid: the process id.
         proc: path of the proc file system.
     """
     try:
@@ -63,7 +63,7 @@ def launch_files(pid: int, proc: Path = Path("/proc")) -> str:
     """Return the names of the launch files on the command line of a process on this machine; empty if unknown.
 
     Args:
-        pid: its process id.
+        pid: the process id.
         proc: path of the proc file system.
     """
     try:

@@ -1,11 +1,11 @@
-"""Ends the nodes of a launcher that was killed.
+"""Stops the nodes of a launcher that was killed.
 
 A small separate process reads the list of process groups from a pipe. The system closes the pipe when the launcher
-ends, for any reason. The warden then ends the remaining groups as the launcher would have done, and runs the
-``on-death`` commands of these nodes, since they were not ended by request.
+exits, for any reason. The warden then stops the remaining groups as the launcher would have done, and runs the
+``on-death`` commands of these nodes, since they were not stopped by request.
 
-The program is run by its path and imports nothing of pyros1, so it starts quickly. It works on every POSIX system. A
-node that the launcher had started but not yet reported is found by its ``__log`` argument, on Linux only.
+This file is run as a script and does not import pyros1, so it starts quickly. It works on every POSIX system. A node
+that the launcher has started but not yet reported is found by its ``__log`` argument, on Linux only.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ import time
 from pathlib import Path
 
 GROUPS = hasattr(os, "killpg")
-"""Whether the system has process groups; without them (Windows) a launch knows only the processes that it started."""
+"""Whether the system has process groups; without them (Windows), a launch only knows the processes that it started."""
 _POLL_PERIOD = 0.05
 _SIGKILL_TIMEOUT = 2.0
 RELEASE_TIMEOUT = 5.0
-"""Timeout in seconds for the warden to exit when no process is left."""
+"""Timeout in seconds for the warden to exit after all processes have exited."""
 ON_DEATH_TIMEOUT = 10.0
-"""Maximum duration in seconds of an ``on-death`` command before everything ends."""
+"""Maximum duration in seconds of an ``on-death`` command."""
 
 OnDeathCommand = tuple[list[str], dict[str, str], str]
 """A command, its environment and its working directory."""
@@ -42,8 +42,8 @@ class Warden:
 
     def __init__(self, sigint_timeout: float = 15.0, sigterm_timeout: float = 2.0) -> None:
         words = [sys.executable, "-I", "-S", __file__, str(sigint_timeout), str(sigterm_timeout)]
-        self._lock = threading.Lock()  # a line that does not fit into the pipe is written in pieces
-        # In a new session, it does not receive the Ctrl-C or hang-up that ends the launcher.
+        self._lock = threading.Lock()  # since a line that does not fit into the pipe is written in several parts
+        # In a new session, so that it does not receive the Ctrl-C or hang-up signal that stops the launcher.
         self._process = subprocess.Popen(
             words, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
         )
@@ -54,15 +54,15 @@ class Warden:
         return self._process.pid
 
     def expect(self, word: str) -> None:
-        """Report that a process with this word on its command line is about to be started."""
+        """Announce that a process with this argument on its command line is about to be started."""
         self._send("expect", word)
 
     def watch(self, pid: int, on_death: OnDeathCommand | None = None) -> None:
-        """Report that the announced process is running, and leads a new process group.
+        """Report that the announced process is running, and is the leader of a new process group.
 
         Args:
-            pid: its id.
-            on_death: command to run after its end if the launcher is killed.
+            pid: the process id.
+            on_death: a command to run after the process has been stopped because the launcher was killed.
         """
         if on_death is not None:
             import json  # noqa: PLC0415 - the warden starts faster without it
@@ -71,34 +71,35 @@ class Warden:
         self._send("watch", str(pid))
 
     def ended(self, pid: int) -> None:
-        """Report that a process has ended. Its group may still have members."""
+        """Report that a process has exited. Its group may still have members."""
         self._send("ended", str(pid))
 
     def _send(self, verb: str, argument: str) -> None:
         pipe = self._process.stdin
         if pipe is not None:
             line = f"{verb} {argument}\n".encode(errors="surrogateescape")
-            # The warden was killed (the launcher still ends its nodes itself) or has exited: a node outlived SIGKILL.
+            # On an error, the warden was killed (the launcher will stop its nodes itself), or it has exited, because a
+            # node survived SIGKILL.
             with self._lock, contextlib.suppress(OSError, ValueError):
                 while line:
                     line = line[os.write(pipe.fileno(), line) :]
 
     def close(self) -> None:
-        """End the warden. Call this when no process is left."""
+        """Stop the warden. Call this when all processes have exited."""
         self._send("release", "")
         if self._process.stdin is not None:
             self._process.stdin.close()
         try:
             self._process.wait(RELEASE_TIMEOUT)
-        except subprocess.TimeoutExpired:  # it was stopped, or gets no CPU time; it has nothing more to do
+        except subprocess.TimeoutExpired:  # it is stopped, or gets no CPU time; it has nothing left to do
             self._process.kill()
             self._process.wait()
 
 
 def groups_alive(groups: set[int]) -> set[int]:
-    """Return the process groups that still have a member.
+    """Return the process groups that still have members.
 
-    Zombies, which wait for process 1 to collect them, do not count if the system reports them.
+    Zombies, which wait to be reaped by process 1, are ignored if the system provides the necessary information.
     """
     existing = set()
     for group in groups if GROUPS else ():
@@ -117,17 +118,17 @@ def groups_alive(groups: set[int]) -> set[int]:
 
 
 def group_exists(group: int) -> bool:
-    """Return whether the group still has a process."""
+    """Return whether a process group still has members."""
     return bool(groups_alive({group}))
 
 
 def is_leaderless(group: int) -> bool:
-    """Return whether a process group whose leader has ended still has members.
+    """Return whether a process group whose leader has exited still has members.
 
-    If a process with the group's id exists, the id was reused and the group is a different one.
+    If a process with the group's id exists, the id was reused for another group.
     """
     if not GROUPS:
-        return False  # and os.kill(group, 0) would interrupt it: 0 is Ctrl-C there
+        return False  # on Windows, os.kill(group, 0) would send Ctrl-C
     try:
         os.kill(group, 0)
     except ProcessLookupError:
@@ -155,7 +156,7 @@ def end_groups(groups: set[int], stages: list[tuple[int, float]]) -> None:
 
 
 def processes_with(word: str) -> set[int]:
-    """Return the ids of group leaders that have the word on their command line."""
+    """Return the ids of group leaders with a certain argument on their command line."""
     found = set()
     for path in Path("/proc").glob("[0-9]*/cmdline"):
         with contextlib.suppress(OSError):
@@ -165,7 +166,7 @@ def processes_with(word: str) -> set[int]:
 
 
 def run_commands(on_death_commands: list[OnDeathCommand]) -> None:
-    """Run commands in parallel, for ON_DEATH_TIMEOUT at most."""
+    """Run commands in parallel, for at most ON_DEATH_TIMEOUT seconds."""
     started = []
     for words, env, cwd in on_death_commands:
         with contextlib.suppress(OSError):
@@ -178,7 +179,7 @@ def run_commands(on_death_commands: list[OnDeathCommand]) -> None:
 
 
 def main() -> None:
-    """Read until the launcher has ended, then end the remaining processes."""
+    """Read until the launcher has exited, then stop the remaining processes."""
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         signal.signal(number, signal.SIG_IGN)
     running: set[int] = set()

@@ -1,1 +1,1 @@
-"""Running the tests of launch files."""
+"""Runs the tests in launch files."""

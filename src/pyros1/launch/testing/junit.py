@@ -1,4 +1,4 @@
-"""Reading and writing of test results in JUnit XML files (L186)."""
+"""Reads and writes test results in JUnit XML files (L186)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _NOT_XML = re.compile("[^\t\n\r -\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 
 @dataclass
 class Case:
-    """One test case.
+    """The result of a test case.
 
     Attributes:
         name: name of the case.
@@ -35,7 +35,7 @@ class Results:
 
     Attributes:
         cases: all test cases, in order.
-        unreadable: why the file could not be read, which is then the only case; or empty.
+        unreadable: the reason why the file could not be read, or an empty string. The error is then the only case.
     """
 
     cases: list[Case] = field(default_factory=list)
@@ -56,11 +56,11 @@ def read_results(path: Path, suite: str) -> Results:
     """Return the results that a test program has written in the format of JUnit or gtest.
 
     Args:
-        path: the file.
+        path: path of the file.
         suite: prefix of the names of the cases.
 
     Returns:
-        The results. A file that cannot be read counts as an error.
+        The results, which contain an error if the file cannot be read.
     """
     # Imported only after a test has run; it has no stubs.
     from defusedxml.ElementTree import ParseError, fromstring  # type: ignore[import-untyped] # noqa: PLC0415
@@ -80,8 +80,8 @@ def read_results(path: Path, suite: str) -> Results:
             ]
         )
     except (OSError, ValueError, LookupError, ParseError) as error:  # LookupError: an unknown encoding
-        why = f"{path} is not a file with test results: {error}"
-        return Results([Case(f"{suite}/results", errors=[("", why)])], unreadable=str(error))
+        message = f"{path} is not a file with test results: {error}"
+        return Results([Case(f"{suite}/results", errors=[("", message)])], unreadable=str(error))
 
 
 def _text(element: object) -> str:
@@ -93,9 +93,9 @@ def write_results(path: Path, name: str, results: Results, out: str, err: str) -
     """Write a suite of test cases.
 
     Args:
-        path: the file.
+        path: path of the file.
         name: name of the suite.
-        results: cases of the suite.
+        results: the cases of the suite.
         out: stdout during the tests.
         err: stderr during the tests.
 
@@ -107,7 +107,7 @@ def write_results(path: Path, name: str, results: Results, out: str, err: str) -
 
 
 def results_text(name: str, results: Results, out: str, err: str) -> str:
-    """Return a suite of test cases as XML, without the first line of such a file; see `write_results`."""
+    """Return a suite of test cases as XML, without the XML declaration; see `write_results`."""
     seconds = sum(case.seconds for case in results.cases)
     lines = [
         f'<testsuite errors="{results.errors}" failures="{results.failures}" name={quoteattr(name)} '
@@ -125,7 +125,7 @@ def results_text(name: str, results: Results, out: str, err: str) -> str:
 
 
 def printable(text: str) -> str:
-    """Return a text without characters that XML cannot represent."""
+    """Replace characters that XML cannot represent."""
     return _NOT_XML.sub("\ufffd", text)
 
 
@@ -146,10 +146,10 @@ def description(case: Case) -> str:
 
 
 def summary(runs: Results, results: Results) -> str:
-    """Return the text at the end of a test run.
+    """Return the summary to print at the end of a test run.
 
     Args:
-        runs: a case for each test program: whether it ran.
+        runs: a case for each test program, which says whether it could be run.
         results: results of the test programs.
     """
 

@@ -1,4 +1,4 @@
-"""Running the ``<test>`` tags of a launch file, each with a new master and all nodes (L186)."""
+"""Runs the ``<test>`` tags of a launch file, each with a new master and all nodes (L186)."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from pyros1.net.master_client import MasterClient
 
 _CLASS = "rostest.runner.RosTest"
 _KEPT_PARAMS = ("/run_id", "/rosversion", "/rosdistro", "/roslaunch/")
-"""Parameters of the master and of running launchers, which no test has set."""
+"""Parameters of the master and of running launchers, which were not set by tests."""
 _UNSAFE = str.maketrans(dict.fromkeys(" \"'&$!`/\\", "_"))
 
 
@@ -31,8 +31,8 @@ def results_folder(environ: Mapping[str, str], base: str | None = None) -> Path:
     """Return the folder of all test results.
 
     Args:
-        environ: environment variables: ``ROS_TEST_RESULTS_DIR`` or ``$ROS_HOME/test_results`` is used.
-        base: another folder that the user has given.
+        environ: environment variables; ``ROS_TEST_RESULTS_DIR`` or ``$ROS_HOME/test_results`` is used.
+        base: a folder specified by the user, which takes precedence.
     """
     chosen = base or environ.get("ROS_TEST_RESULTS_DIR")
     return Path(chosen) if chosen else ros_home(environ) / "test_results"
@@ -59,7 +59,7 @@ def results_file(folder: Path, package: str, kind: str, name: str) -> Path:
 
 
 def name_from_path(package: Path, file: Path) -> str:
-    """Return the name of a launch file's results: its path in the package, with ``_`` instead of slashes."""
+    """Return the name of a launch file's results, which is its path in the package with ``_`` instead of slashes."""
     path = file.resolve()
     inside = path.relative_to(package.resolve()) if package.resolve() in path.parents else path
     return inside.with_suffix("").as_posix().replace("/", "_")
@@ -75,19 +75,19 @@ class TestRun:
         environ: this process's environment.
         package: name of the package of the results.
         folder: the folder of all test results.
-        text: let tests write to the screen instead of files.
-        reuse_master: use the running master.
-        clear: delete all its parameters before each test.
+        text: whether tests write to the screen instead of files.
+        reuse_master: whether to use the running master.
+        clear: whether to delete all its parameters before each test.
 
     Attributes:
-        runs: a case for each test, with whether it ran.
+        runs: a case for each test, which says whether it could be run.
         results: results of the tests.
         out: stdout during the tests.
         err: stderr during the tests.
-        stopped: whether it was asked to stop.
+        stopped: whether `stop` was called.
     """
 
-    __test__ = False  # not one of pytest's
+    __test__ = False  # not a test for pytest
 
     plan: Plan
     packages: PackageFinder
@@ -105,13 +105,13 @@ class TestRun:
     _session: Session | None = None
 
     def stop(self, reason: str = "") -> None:
-        """End the running test, and run no more. Callable from signal handlers."""
+        """Stop the running test, and run no more. May be called in signal handlers."""
         self.stopped = True
         if self._session is not None:
             self._session.stop(reason)
 
     def stop_waiting(self) -> None:
-        """Stop waiting for processes that are ending. Callable from signal handlers."""
+        """Do not wait any longer for processes to exit. May be called in signal handlers."""
         if self._session is not None:
             self._session.stop_waiting()
 
@@ -127,7 +127,7 @@ class TestRun:
                 if names.count(test.test_name) > 1:
                     raise _FailedError(f"Duplicate tests named [{test.test_name}] in rostest suite")
                 self._check(test)
-                self._attempts(test)
+                self._run_with_retries(test)
             except _FailedError as error:
                 self._write(str(error), self.err)
                 case.failures.append(("AssertionError", str(error)))
@@ -145,13 +145,13 @@ class TestRun:
                 f"Test node [{test.package}/{test.type}] does not exist or is not executable: {error}"
             ) from error
 
-    def _attempts(self, test: TestPlan) -> None:
+    def _run_with_retries(self, test: TestPlan) -> None:
         """Run a test until it succeeds or no retries are left."""
         for attempts_left in range(test.retry, -1, -1):
             path = results_file(self.folder, self.package, "rosunit", test.test_name)
             path.unlink(missing_ok=True)
             try:
-                found = self._attempt(test, path)
+                found = self._run_once(test, path)
             except LaunchError:
                 if not attempts_left or self.stopped:
                     raise
@@ -161,7 +161,7 @@ class TestRun:
                     return
             self._write(f"test [{test.test_name}] failed, retrying. Retries left: {attempts_left - 1}", self.out)
 
-    def _attempt(self, test: TestPlan, path: Path) -> Results:
+    def _run_once(self, test: TestPlan, path: Path) -> Results:
         trial = TestTrial(self._with_results(test, path), test.time_limit)
         port = None if self.reuse_master else _free_port()
         if self.reuse_master:
@@ -209,7 +209,7 @@ class TestRun:
 
 
 class _FailedError(Error):
-    """A test could not be run, or did not write results."""
+    """A test could not be run, or has not written results."""
 
 
 def _free_port() -> int:

@@ -149,7 +149,9 @@ def test_programs_in_python_are_read_but_not_executed(ask: Ask, tmp_path: Path) 
     code, out, _ = ask("--check", "launch/python.launch")
     assert code == 1 and len(out.splitlines()) == 2
     assert f"node [/old]: it cannot run: {tmp_path}/mine/scripts/old:2: Missing parentheses" in out
-    assert f"node [/lacking]: it cannot run: {tmp_path}/mine/scripts/lacking:2: {sys.executable} finds no module" in out
+    assert (
+        f"node [/lacking]: it cannot run: {tmp_path}/mine/scripts/lacking:2: {sys.executable} cannot find module" in out
+    )
     assert ask("--check", "-o", "r.xml", "launch/python.launch").code == 1
     assert not (tmp_path / "mine" / "here").exists()
 

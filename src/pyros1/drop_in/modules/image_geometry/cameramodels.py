@@ -15,7 +15,7 @@ import numpy as np
 
 from pyros1.drop_in.missing import missing
 
-__getattr__ = missing("image_geometry.cameramodels", cv2="numpy does its work here")
+__getattr__ = missing("image_geometry.cameramodels", cv2="it uses numpy instead")
 
 _STEPS = 5
 """Number of iterations to undistort a ray, like in stock's library."""

@@ -11,7 +11,7 @@ from pyros1.finding.dependencies import Packages
 from pyros1.ground.errors import Error
 
 _WHY = "use rospkg.RosPack and the get_export of its manifests"
-_STACKS = "stacks were rosbuild's; use rospkg.RosPack"
+_STACKS = "stacks were part of rosbuild; use rospkg.RosPack"
 _COMMANDS: dict[str, Callable[[Packages, str], list[str]]] = {
     "find": lambda packages, name: [packages.find(name).folder],
     "depends": Packages.needs,

@@ -41,5 +41,5 @@ __all__ = [
 
 __version__ = "1.4.0"  # the version of PyPI's rospkg whose API this is
 
-_WHY = "`pip install rospkg` has it"
+_WHY = "`pip install rospkg` provides it"
 __getattr__ = missing(__name__, expand_to_packages=_WHY, get_stack_version_by_dir=_WHY)

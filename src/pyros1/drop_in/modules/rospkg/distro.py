@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pyros1.drop_in.missing import missing
 from rospkg.environment import get_etc_ros_dir
 
-_WHY = "the descriptions of rosbuild's distributions are no longer online; `pip install rospkg` has this"
+_WHY = "the descriptions of rosbuild's distributions are no longer online; `pip install rospkg` provides them"
 
 __getattr__ = missing(__name__, load_distro=_WHY, distro_uri=_WHY, Distro=_WHY, DistroStack=_WHY, Variant=_WHY)
 

@@ -10,7 +10,7 @@ from pyros1.drop_in.missing import missing
 from rospkg.common import MANIFEST_FILE, PACKAGE_FILE, STACK_FILE
 
 _DEPEND_TAGS = ("run_depend", "exec_depend", "build_depend", "build_export_depend", "buildtool_depend", "depend")
-_WHY = "`pip install rospkg` has it; here is parse_manifest_file"
+_WHY = "`pip install rospkg` provides it; here is parse_manifest_file"
 
 __getattr__ = missing(__name__, parse_manifest=_WHY, Platform=_WHY)
 

@@ -7,7 +7,7 @@ import platform
 
 from pyros1.drop_in.missing import missing
 
-_WHY = "`pip install rospkg` has it"
+_WHY = "`pip install rospkg` provides it"
 OS_DEBIAN, OS_UBUNTU = "debian", "ubuntu"
 __getattr__ = missing(__name__, OsDetector=_WHY, uname_get_machine=_WHY)
 

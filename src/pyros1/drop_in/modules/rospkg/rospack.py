@@ -14,7 +14,7 @@ from rospkg.common import MANIFEST_FILE, PACKAGE_FILE, STACK_FILE, ResourceNotFo
 from rospkg.environment import get_ros_paths
 from rospkg.manifest import InvalidManifest, Manifest, parse_manifest_file
 
-_WHY = "`pip install rospkg` has it"
+_WHY = "`pip install rospkg` provides it"
 __getattr__ = missing(__name__, expand_to_packages=_WHY, get_stack_version_by_dir=_WHY)
 
 
