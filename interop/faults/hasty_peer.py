@@ -13,5 +13,10 @@ from pyros1.net import keepalive
 from pyros1.node.publishing import tcp_link
 
 if __name__ == "__main__":
-    keepalive.IDLE, keepalive.INTERVAL, keepalive.COUNT, tcp_link.PEER_CHECK_INTERVAL = 1, 1, 2, 0.5  # type: ignore[misc]
+    keepalive.PROBE_IDLE_TIME, keepalive.PROBE_INTERVAL, keepalive.MAX_PROBES, tcp_link.PEER_CHECK_INTERVAL = (
+        1,
+        1,
+        2,
+        0.5,
+    )  # type: ignore[misc]
     sys.exit(pyros1_peer.main())

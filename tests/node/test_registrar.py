@@ -52,8 +52,8 @@ def environ(late_master: Any, tmp_path: Any) -> dict[str, str]:
 
 @pytest.fixture(autouse=True)
 def quick_checks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.node.registrar.CHECK_TIME", 0.05)
-    monkeypatch.setattr("pyros1.node.registrar.RETRY_TIME", 0.02)
+    monkeypatch.setattr("pyros1.node.registrar.CHECK_INTERVAL", 0.05)
+    monkeypatch.setattr("pyros1.node.registrar.RETRY_DELAY", 0.02)
 
 
 class Output:
@@ -169,7 +169,7 @@ def test_everything_is_registered_again_after_a_restart_of_the_master(
 def test_a_registration_with_a_new_master_brings_all_others_along(
     make_node: Any, late_master: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("pyros1.node.registrar.CHECK_TIME", 60.0)
+    monkeypatch.setattr("pyros1.node.registrar.CHECK_INTERVAL", 60.0)
     late_master()
     node = make_node("node")
     node.advertise("a", Float64)

@@ -168,7 +168,7 @@ def _compile(path: str) -> Any:
         raise SyntaxError(str(error)) from error
 
 
-def take(contents: dict[str, Any]) -> None:
+def add_description(contents: dict[str, Any]) -> None:
     """Accept the descriptions that a ParameterGenerator has collected.
 
     Raises:

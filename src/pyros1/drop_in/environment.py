@@ -18,10 +18,10 @@ from pyros1.finding.library import Library
 from pyros1.finding.python_modules import DROP_IN_START
 from pyros1.ground.errors import Error
 
-NAME = "pyros1-rospy.pth"
+PTH_NAME = "pyros1-rospy.pth"
 """Name of the .pth file, which Python reads at startup. If pyros1 is uninstalled, the file has no effect."""
 
-STUBS = "pyros1_rospy_stubs"
+STUBS_FOLDER = "pyros1_rospy_stubs"
 """Name of the folder with stubs, next to the .pth file, which adds it to Python's path. It contains no modules."""
 
 
@@ -31,7 +31,7 @@ class SiteError(Error):
 
 def pth_file(folder: str | None = None) -> Path:
     """Return the path of the .pth file in this environment, or in another folder of packages."""
-    return Path(folder or sysconfig.get_path("purelib"), NAME)
+    return Path(folder or sysconfig.get_path("purelib"), PTH_NAME)
 
 
 def is_enabled(folder: str | None = None) -> bool:
@@ -59,7 +59,7 @@ def enable(folder: str | None = None, environ: Mapping[str, str] | None = None) 
 
     file = pth_file(folder)
     try:
-        errors = write_stubs(file.parent / STUBS, Library(os.environ if environ is None else environ))
+        errors = write_stubs(file.parent / STUBS_FOLDER, Library(os.environ if environ is None else environ))
         file.write_text(_pth_content(), encoding="utf-8")
     except OSError as error:
         raise SiteError(
@@ -76,8 +76,8 @@ def disable(folder: str | None = None) -> bool:
     """
     file = pth_file(folder)
     try:
-        if (file.parent / STUBS).is_dir():
-            shutil.rmtree(file.parent / STUBS)
+        if (file.parent / STUBS_FOLDER).is_dir():
+            shutil.rmtree(file.parent / STUBS_FOLDER)
         file.unlink()
     except FileNotFoundError:
         return False
@@ -111,4 +111,4 @@ def installed_rospy() -> str | None:
 def _pth_content() -> str:
     call = "sys.path.append(p), __import__('pyros1_modules').install(), sys.path.remove(p)"
     # It must be a single line of ASCII.
-    return f"{STUBS}\nimport os, sys; p = {DROP_IN_START!a}; os.path.isdir(p) and ({call})\n"
+    return f"{STUBS_FOLDER}\nimport os, sys; p = {DROP_IN_START!a}; os.path.isdir(p) and ({call})\n"

@@ -32,14 +32,14 @@ class Messages:
         library: provides the definitions.
         package: the ROS package.
         kind: ``msg``, ``srv``, or empty for the package itself.
-        only: the type, for the module of a single type; empty for all types.
+        only_type: the type, for the module of a single type; empty for all types.
     """
 
-    def __init__(self, library: Library, package: str, kind: str, only: str = "") -> None:
+    def __init__(self, library: Library, package: str, kind: str, only_type: str = "") -> None:
         self._library = library
         self._package = package
         self._kind = kind
-        self._only = only
+        self._only_type = only_type
 
     def create_module(self, spec: ModuleSpec) -> ModuleType | None:
         """Create the module; None leaves it to the import system."""
@@ -53,13 +53,13 @@ class Messages:
         else:
             vars(module)["__getattr__"] = _make_package_getattr(self._package)
 
-    def public(self) -> list[str]:
+    def public_names(self) -> list[str]:
         """Return the names that ``from PACKAGE.msg import *`` imports."""
         return [*self._classes(), *_IMPORTED, *self._packages()]
 
-    def modules(self) -> list[str]:
+    def module_names(self) -> list[str]:
         """Return the names of the modules for single types in this module."""
-        return [] if self._only else [f"_{name}" for name in self._types()]
+        return [] if self._only_type else [f"_{name}" for name in self._types()]
 
     def value(self, module: str, name: str) -> Any:
         """Return the value of an attribute of the module.
@@ -68,14 +68,14 @@ class Messages:
             AttributeError: the attribute does not exist; the message may suggest a similar name.
         """
         if name == "__all__":
-            return self.public()
+            return self.public_names()
         if name == "python3":
             return True
         if name in _IMPORTED:
             return import_module(name)
-        if name.startswith("_") and name in self.modules():
+        if name.startswith("_") and name in self.module_names():
             return import_module(f"{module}.{name}")
-        if name.startswith("_") or (self._only and name not in self.public()):
+        if name.startswith("_") or (self._only_type and name not in self.public_names()):
             raise AttributeError(f"module {module} has no attribute {name}")
         try:
             return getattr(sys.modules[self._source], name)
@@ -90,12 +90,12 @@ class Messages:
         return f"{PREFIX}.{module_name(self._package)}.{self._kind}"
 
     def _types(self) -> list[str]:
-        if self._only:
-            return [self._only]
+        if self._only_type:
+            return [self._only_type]
         return (self._library.messages if self._kind == "msg" else self._library.services)(self._package)
 
     def _modules(self) -> list[str]:
-        return [] if self._only else [f"_{name}" for name in self._types()]
+        return [] if self._only_type else [f"_{name}" for name in self._types()]
 
     def _classes(self) -> list[str]:
         parts = ("",) if self._kind == "msg" else ("", "Request", "Response")
@@ -124,12 +124,12 @@ class _Module(ModuleType):
         return value
 
     def __dir__(self) -> list[str]:
-        return sorted({*_DICT.__get__(self), *self._definitions.public(), *self._definitions.modules()})
+        return sorted({*_DICT.__get__(self), *self._definitions.public_names(), *self._definitions.module_names()})
 
     @property
     def __dict__(self) -> dict[str, Any]:  # type: ignore[override]
         """All attributes, since some programs search for types here."""
-        for name in (*self._definitions.public(), *self._definitions.modules()):
+        for name in (*self._definitions.public_names(), *self._definitions.module_names()):
             getattr(self, name)
         attributes: dict[str, Any] = _DICT.__get__(self)
         return attributes

@@ -32,13 +32,13 @@ def names(
         why: name -> why it is missing, or what to use instead.
         live: name -> function that returns its value, for variables of stock's modules that programs read.
     """
-    homes = late or {}
+    source_modules = late or {}
     values = live or {}
 
     def __getattr__(name: str) -> Any:
         if name in values:
             return values[name]()
-        home = homes.get(name)
+        home = source_modules.get(name)
         if home is None:
             if name.startswith("__"):
                 raise AttributeError(f"module {module!r} has no attribute {name!r}")
@@ -51,7 +51,7 @@ def names(
         return import_module(home[:-1]) if home.endswith(".") else getattr(import_module(home), name)
 
     def __dir__() -> list[str]:
-        return sorted({*vars(sys.modules[module]), *homes})
+        return sorted({*vars(sys.modules[module]), *source_modules})
 
     return __getattr__, __dir__
 

@@ -88,12 +88,12 @@ class Node:
             prefix=prefix,
             cwd="node" if cwd == "node" else "ros_home",
             output="screen" if output == "screen" else "log",
-            exit_policy=ExitPolicy(_flag(respawn, "respawn"), respawn_delay, _flag(required, "required")),
+            exit_policy=ExitPolicy(_to_bool(respawn, "respawn"), respawn_delay, _to_bool(required, "required")),
             file=filename,
         )
 
 
-def _flag(value: bool | str, name: str) -> bool:
+def _to_bool(value: bool | str, name: str) -> bool:
     return convert_bool(value, name) if isinstance(value, str) else bool(value)
 
 

@@ -22,7 +22,7 @@ Log = Callable[[str, str], object]
 """``log(level, text)`` with level ``debug``, ``info``, ``warn`` or ``error``."""
 
 Response = tuple[str, Any]
-_TYPES: Final = "topicTypes"
+_TOPIC_TYPES_RECORD: Final = "topicTypes"
 """A record that holds the types of topics; not a method of the API."""
 
 
@@ -97,7 +97,7 @@ class MasterApi:
 
     def snapshot(self) -> Iterator[tuple[str, Sequence[Any]]]:
         """Yield the calls with which `restore` can reproduce the current state."""
-        yield _TYPES, [self.registry.topic_types()]
+        yield _TOPIC_TYPES_RECORD, [self.registry.topic_types()]
         yield from self.registry.calls()
         yield "setParam", (SEP, SEP, self.parameters.get(SEP))
 
@@ -107,7 +107,7 @@ class MasterApi:
         self._notify, self._log, self._record = (lambda _: None), (lambda *_: None), None
         try:
             for method, params in calls:
-                if method == _TYPES:
+                if method == _TOPIC_TYPES_RECORD:
                     self.registry.restore_types(_parse_types(params))
                 elif method in METHODS and METHODS[method].changes_state:
                     self.dispatch(method, params)

@@ -73,7 +73,7 @@ Members = dict[str, dict[str, str]]
 """Topic or key -> node -> API URI, both in the order of registration (M23)."""
 
 
-def _remove(members: Members, name: str, node: str) -> None:
+def _remove_member(members: Members, name: str, node: str) -> None:
     nodes = members.get(name)
     if nodes is not None:
         nodes.pop(node, None)
@@ -182,7 +182,7 @@ class Registry:
         if self._publishers.get(topic, {}).get(node) != api:
             return None
         self.version += 1
-        _remove(self._publishers, topic, node)
+        _remove_member(self._publishers, topic, node)
         self._nodes[node].publications.discard(topic)
         self._drop_if_idle(node)
         return self._publisher_updates(topic)
@@ -192,7 +192,7 @@ class Registry:
         if self._subscribers.get(topic, {}).get(node) != api:
             return False
         self.version += 1
-        _remove(self._subscribers, topic, node)
+        _remove_member(self._subscribers, topic, node)
         self._nodes[node].subscriptions.discard(topic)
         self._drop_if_idle(node)
         return True
@@ -216,7 +216,7 @@ class Registry:
         if self.param_subscribers.get(key, {}).get(node) != api:
             return
         self.version += 1
-        _remove(self.param_subscribers, key, node)
+        _remove_member(self.param_subscribers, key, node)
         self._nodes[node].parameters.discard(key)
         self._drop_if_idle(node)
 
@@ -287,14 +287,14 @@ class Registry:
         Unlike stock, this notifies subscribers (M35), which would otherwise keep trying to reach the dead publisher.
         """
         for topic in entry.subscriptions:
-            _remove(self._subscribers, topic, node)
+            _remove_member(self._subscribers, topic, node)
         for key in entry.parameters:
-            _remove(self.param_subscribers, key, node)
+            _remove_member(self.param_subscribers, key, node)
         for service in entry.services:
             if self._services.get(service, ("", ""))[0] == node:
                 del self._services[service]
         for topic in entry.publications:
-            _remove(self._publishers, topic, node)
+            _remove_member(self._publishers, topic, node)
         return [notice for topic in sorted(entry.publications) for notice in self._publisher_updates(topic)]
 
     def _drop_if_idle(self, node: str) -> None:

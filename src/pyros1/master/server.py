@@ -92,7 +92,7 @@ class Master:
             record=None if journal is None else self._record,
         )
         self._journal = journal
-        self._found = previous
+        self._previous = previous
         self._on_restored = on_restored
         self._recovery: Recovery | None = None
         self._gone_nodes: list[str] = []
@@ -118,8 +118,8 @@ class Master:
         )
         self._caller.make_room = self._server.make_room
         self._api.uri = self._server.uri
-        if self._found is not None:
-            self._api.restore(self._found.calls)
+        if self._previous is not None:
+            self._api.restore(self._previous.calls)
             nodes = self._api.registry.nodes()
             self._recovery = Recovery(self._loop, self._caller, nodes, self._forget, self._on_recovered)
         if self._journal is not None:

@@ -62,10 +62,10 @@ class ConnectHandle:
         if self._on_done is None:
             return
         self._deadline = monotonic() + self._timeout_s
-        self._timer = self._loop.call_later(self._timeout_s, self._timed_out)
-        self._loop.resolver.resolve(self._host, self._resolved)
+        self._timer = self._loop.call_later(self._timeout_s, self._on_timeout)
+        self._loop.resolver.resolve(self._host, self._on_resolved)
 
-    def _resolved(self, addresses: list[str], error: OSError | None) -> None:
+    def _on_resolved(self, addresses: list[str], error: OSError | None) -> None:
         if self._on_done is None:
             return
         if error is not None or not addresses:
@@ -93,9 +93,9 @@ class ConnectHandle:
             if code == 0 or code in IN_PROGRESS:
                 self._sock = sock
                 if code == 0:
-                    self._connected()
+                    self._on_connected()
                 else:
-                    self._loop.register(sock, WRITE, self._writable)
+                    self._loop.register(sock, WRITE, self._on_writable)
                     if self._addresses:
                         address_timeout_s = (self._deadline - monotonic()) / (len(self._addresses) + 1)
                         self._address_timer = self._loop.call_later(address_timeout_s, self._give_up_address)
@@ -113,7 +113,7 @@ class ConnectHandle:
         self._close_socket()
         self._try_next(errno.ETIMEDOUT)
 
-    def _writable(self, mask: int) -> None:
+    def _on_writable(self, mask: int) -> None:
         sock = self._sock
         if sock is None:
             return
@@ -123,9 +123,9 @@ class ConnectHandle:
             self._close_socket()
             self._try_next(code)
         else:
-            self._connected()
+            self._on_connected()
 
-    def _connected(self) -> None:
+    def _on_connected(self) -> None:
         sock = self._sock
         on_done = self._on_done
         if sock is None or on_done is None:
@@ -147,7 +147,7 @@ class ConnectHandle:
         self._clean_up()
         on_done(sock, None)
 
-    def _timed_out(self) -> None:
+    def _on_timeout(self) -> None:
         address = f"{self._host}:{self._port}"
         self._fail(DeadlineError(f"could not connect to {address} within {self._timeout_s:g} s"))
 

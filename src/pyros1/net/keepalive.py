@@ -7,13 +7,13 @@ import socket
 import struct
 from typing import Final
 
-IDLE: Final = 60
+PROBE_IDLE_TIME: Final = 60
 """Seconds of silence after which the system sends the first keep-alive probe, like stock (T37)."""
-INTERVAL: Final = 10
+PROBE_INTERVAL: Final = 10
 """Seconds between two keep-alive probes."""
-COUNT: Final = 9
+MAX_PROBES: Final = 9
 """Number of unanswered probes after which the connection is closed."""
-UNANSWERED: Final = 3
+MIN_UNANSWERED: Final = 3
 """Minimum number of unanswered retransmissions or probes before a silent machine is considered gone."""
 
 _TCP_INFO = struct.Struct("@2x2B52xI")  # of struct tcp_info: retransmits, probes, last_ack_recv in ms
@@ -23,7 +23,11 @@ def keep_alive(sock: socket.socket) -> None:
     """Enable keep-alive probes, so that a socket notices within a few minutes that the other machine is gone (T37)."""
     with contextlib.suppress(OSError):
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
-        for option, value in (("TCP_KEEPIDLE", IDLE), ("TCP_KEEPINTVL", INTERVAL), ("TCP_KEEPCNT", COUNT)):
+        for option, value in (
+            ("TCP_KEEPIDLE", PROBE_IDLE_TIME),
+            ("TCP_KEEPINTVL", PROBE_INTERVAL),
+            ("TCP_KEEPCNT", MAX_PROBES),
+        ):
             if hasattr(socket, option):  # not available on every system
                 sock.setsockopt(socket.IPPROTO_TCP, getattr(socket, option), value)
 
@@ -52,4 +56,7 @@ def is_peer_dead(sock: socket.socket) -> bool:
     if len(info) < _TCP_INFO.size:
         return False
     retransmits, probes, silent_ms = _TCP_INFO.unpack(info)
-    return bool(max(retransmits, probes) >= UNANSWERED and silent_ms >= 1000 * (IDLE + INTERVAL * COUNT))
+    return bool(
+        max(retransmits, probes) >= MIN_UNANSWERED
+        and silent_ms >= 1000 * (PROBE_IDLE_TIME + PROBE_INTERVAL * MAX_PROBES)
+    )

@@ -32,7 +32,7 @@ class Poller:
         self._wake_receiver.setblocking(False)
         self._wake_sender.setblocking(False)
         self._wake_fd = self._wake_receiver.fileno()
-        self._poll = _Selector() if portable or not hasattr(select, "EPOLLONESHOT") else _Epoll()
+        self._poll = _SelectorBackend() if portable or not hasattr(select, "EPOLLONESHOT") else _EpollBackend()
         self._poll.add(self._wake_fd)
 
     def register(self, fd: int) -> None:
@@ -76,7 +76,7 @@ class Poller:
         self._wake_sender.close()
 
 
-class _Epoll:
+class _EpollBackend:
     def __init__(self) -> None:
         self._epoll = select.epoll()
         self._mask = select.EPOLLIN | select.EPOLLONESHOT
@@ -102,7 +102,7 @@ class _Epoll:
         self._epoll.close()
 
 
-class _Selector:
+class _SelectorBackend:
     """A replacement for epoll. Only the thread that waits in the selector changes its set of sockets.
 
     No other thread waits for a lock here, so signal handlers may call any method.

@@ -136,14 +136,14 @@ class Resolver:
         self._queue.append(host)
         if self._threads < MAX_THREADS:
             self._threads += 1
-            threading.Thread(target=self._work, name=f"{self._loop.name} resolver", daemon=True).start()
+            threading.Thread(target=self._resolve_queued, name=f"{self._loop.name} resolver", daemon=True).start()
 
     def close(self) -> None:
         """Start no further look-ups."""
         self._closed = True
         self._queue.clear()
 
-    def _work(self) -> None:
+    def _resolve_queued(self) -> None:
         while not self._closed:
             try:
                 host = self._queue.popleft()
@@ -161,7 +161,7 @@ class Resolver:
         if self._queue and not self._closed:
             # A name was queued after the thread's last check.
             self._threads += 1
-            threading.Thread(target=self._work, name=f"{self._loop.name} resolver", daemon=True).start()
+            threading.Thread(target=self._resolve_queued, name=f"{self._loop.name} resolver", daemon=True).start()
 
     def _done(self, host: str, addresses: list[str], error: OSError | None) -> None:
         if len(self._cache) >= MAX_CACHED:

@@ -15,7 +15,7 @@ from typing import Final
 
 _HAS_KERNEL_TIMEOUTS = sys.platform != "win32" and hasattr(socket, "SO_RCVTIMEO") and hasattr(socket, "SO_SNDTIMEO")
 
-MIN_RATE: Final = 1000.0
+MIN_BYTES_PER_SECOND: Final = 1000.0
 """Minimum average rate of a transfer, in bytes per second."""
 _MAX_UNSENT: Final = 16 * 1024
 
@@ -46,7 +46,9 @@ class TransferDeadline:
 
     def remaining(self) -> float:
         """Return the remaining seconds; 0 or less if the deadline has passed."""
-        return self._seconds + min(self._last_progress, self._started + self._bytes / MIN_RATE) - monotonic()
+        return (
+            self._seconds + min(self._last_progress, self._started + self._bytes / MIN_BYTES_PER_SECOND) - monotonic()
+        )
 
 
 def limit_unsent(sock: socket.socket) -> None:

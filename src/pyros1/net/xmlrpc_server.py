@@ -23,7 +23,7 @@ from pyros1.net.hosts import make_uri
 from pyros1.net.loop import READ, WRITE
 from pyros1.net.ports import listening_socket
 from pyros1.net.socket_close import shutdown_and_close
-from pyros1.net.timeouts import MIN_RATE
+from pyros1.net.timeouts import MIN_BYTES_PER_SECOND
 from pyros1.wire.http import HttpError, HttpLimits, Request, RequestParser, build_response
 from pyros1.wire.http_head import date_field
 from pyros1.wire.xmlrpc import dumps_fault, dumps_response, loads_call
@@ -125,7 +125,7 @@ class _Connection:
         if self.out:
             return now - self.active > limits.request_timeout_s
         if self.parser.in_message:
-            late = max(now - self.active, now - self.started - self.parser.buffered / MIN_RATE)
+            late = max(now - self.active, now - self.started - self.parser.buffered / MIN_BYTES_PER_SECOND)
             return late > limits.request_timeout_s
         return now - self.active > limits.idle_timeout_s
 

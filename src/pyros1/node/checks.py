@@ -80,9 +80,9 @@ def check_name(argument: Any, call: str) -> None:
         raise InvalidNameError(f"{_method_name(call)}: the name is empty: the order is {call}")
 
 
-def check_text(argument: Any, what: str, none: bool = False) -> None:
-    """Raise TypeError if the argument called ``what`` is not a str (or None, if ``none`` allows it)."""
-    if not isinstance(argument, str) and not (none and argument is None):
+def check_text(argument: Any, what: str, allow_none: bool = False) -> None:
+    """Raise TypeError if the argument called ``what`` is not a str (or None, if ``allow_none`` is True)."""
+    if not isinstance(argument, str) and not (allow_none and argument is None):
         raise TypeError(f"{what} must be a str, not {_description(argument)}")
 
 
@@ -143,8 +143,8 @@ def check_node(
 ) -> list[str] | None:
     """Raise TypeError or ValueError if an argument of `Node` is invalid; return argv as a list, or None."""
     check_text(name, "Node: name")
-    check_text(namespace, "Node: namespace", none=True)
-    check_text(master_uri, "Node: master_uri", none=True)
+    check_text(namespace, "Node: namespace", allow_none=True)
+    check_text(master_uri, "Node: master_uri", allow_none=True)
     if environ is not None and not isinstance(environ, Mapping):
         raise TypeError(f"Node: environ must be a dict of environment variables, not {_description(environ)}")
     if wait_for_master is not None:

@@ -28,8 +28,8 @@ from pyros1.node.log.levels import WARN
 if TYPE_CHECKING:
     from pyros1.node.context import Context
 
-RETRY_TIME = 0.2
-CHECK_TIME = 3.0
+RETRY_DELAY = 0.2
+CHECK_INTERVAL = 3.0
 """Seconds between checks whether the node is still registered with the master."""
 UNREGISTER_TIMEOUT = 2.0
 PING_TIMEOUT = 3.0
@@ -167,7 +167,7 @@ class Registrar:
 
     def _run(self) -> None:
         while True:
-            self._changed.wait_for(lambda: self._jobs or self._closed, CHECK_TIME)
+            self._changed.wait_for(lambda: self._jobs or self._closed, CHECK_INTERVAL)
             closed = self._closed  # read before the queue, so that calls queued before `close` are still made
             job = self._jobs.popleft() if self._jobs else None
             if closed and job is None:
@@ -204,7 +204,7 @@ class Registrar:
                 if not self._is_reported:  # `_check` may have noticed it before, but does not log
                     self._is_reported = True
                     self._context.log.warn("the master at %s does not answer; waiting for it to come back", self._uri)
-                if self._closed or self._context.stopping.wait(RETRY_TIME):
+                if self._closed or self._context.stopping.wait(RETRY_DELAY):
                     raise NodeShutdownError(f"{self._context.name} is shutting down") from None
             except Error as error:
                 if entry[0] in _INVERSE:
@@ -346,4 +346,4 @@ def await_master(context: Context, master: MasterClient, timeout: float | None, 
                 master.uri,
                 reason or "master may not be running yet",
             )
-        context.pause(RETRY_TIME)
+        context.pause(RETRY_DELAY)

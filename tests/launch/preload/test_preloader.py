@@ -20,7 +20,7 @@ from typing import Any
 import pytest
 
 from pyros1.finding.python_modules import modules_environment
-from pyros1.launch.preload.preloader import Forked, Preloader, script_of
+from pyros1.launch.preload.preloader import ForkedProcess, Preloader, script_of
 from pyros1.launch.preload.server import serve
 from pyros1.launch.running.warden import group_exists
 
@@ -85,7 +85,9 @@ class Run:
         self.code, self.out, self.err = code, out, err
 
 
-def begin(preloader: Preloader, words: list[str], environ: dict[str, str], folder: Path) -> tuple[Forked, Path, Path]:
+def begin(
+    preloader: Preloader, words: list[str], environ: dict[str, str], folder: Path
+) -> tuple[ForkedProcess, Path, Path]:
     out, err = folder / "out", folder / "err"
     with out.open("wb") as first, err.open("wb") as second:
         forked = preloader.start(words, environ, str(folder), first.fileno(), second.fileno())
@@ -168,7 +170,9 @@ def test_a_node_of_rospy(
     assert (done.code, done.out) == (0, "/here/other /here/y\n"), done.err
 
 
-def begin_talking(preloader: Preloader, words: list[str], environ: dict[str, str], folder: Path) -> tuple[Forked, str]:
+def begin_talking(
+    preloader: Preloader, words: list[str], environ: dict[str, str], folder: Path
+) -> tuple[ForkedProcess, str]:
     """Begin a program, and wait for its first line."""
     reader, writer = os.pipe()
     forked = preloader.start(words, environ, str(folder), writer, writer)
@@ -215,7 +219,7 @@ def test_a_zombie_has_ended() -> None:
     ours, theirs = socket.socketpair()
     theirs.close()
     with subprocess.Popen(["true"]) as child:
-        assert Forked(child.pid, ours).wait() == -signal.SIGKILL
+        assert ForkedProcess(child.pid, ours).wait() == -signal.SIGKILL
 
 
 def test_a_server_that_ends_hears_no_more_signals() -> None:

@@ -23,7 +23,7 @@ from pyros1.launch.running.console import Console
 from pyros1.launch.running.control import URIS, Launch, Status, launch_uris, running_launches, stock_status
 from pyros1.launch.running.process_spec import ProcessSpec
 from pyros1.launch.running.supervisor import Supervisor
-from pyros1.launch.running.usage import age, group_usages, launch_files
+from pyros1.launch.running.usage import group_usages, launch_files, process_age
 from pyros1.master.server import Master
 from pyros1.net.hosts import host_from_environment
 from pyros1.net.master_client import MasterClient
@@ -187,6 +187,6 @@ def test_age_and_files_of_a_process_of_others(tmp_path: Path) -> None:
     (tmp_path / "7" / "stat").write_text("nonsense")
     assert launch_files(7, tmp_path) == "a.launch,b.launch"
     assert launch_files(8, tmp_path) == ""
-    assert age(7, tmp_path) == age(8, tmp_path) == -1.0
+    assert process_age(7, tmp_path) == process_age(8, tmp_path) == -1.0
     if Path("/proc/self/stat").exists():
-        assert 0 <= age(os.getpid()) < 1e6
+        assert 0 <= process_age(os.getpid()) < 1e6

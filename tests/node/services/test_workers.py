@@ -44,7 +44,7 @@ def test_jobs_run_at_the_same_time_up_to_the_limit(workers: Workers) -> None:
 
 
 def test_idle_threads_end(monkeypatch: pytest.MonkeyPatch, workers: Workers) -> None:
-    monkeypatch.setattr("pyros1.node.services.workers.IDLE_TIME", 0.01)
+    monkeypatch.setattr("pyros1.node.services.workers.IDLE_TIMEOUT", 0.01)
     done = threading.Event()
     workers.submit(done.set)
     assert done.wait(5)

@@ -27,7 +27,7 @@ class Working(Scenario):
     """Jobs for workers that end when they have been idle for a moment: each is done once, or refused."""
 
     modules = ("pyros1.node.services.workers",)
-    limits = (("pyros1.node.services.workers", "IDLE_TIME", 30e-6),)
+    limits = (("pyros1.node.services.workers", "IDLE_TIMEOUT", 30e-6),)
 
     def play(self, stage: Stage) -> None:
         """Play it."""
@@ -156,7 +156,7 @@ class Serving(Scenario):
     )
     limits = (
         ("pyros1.node.services.connection", "LINGER_TIME", 1e-3),
-        ("pyros1.node.services.workers", "IDLE_TIME", 1e-3),
+        ("pyros1.node.services.workers", "IDLE_TIMEOUT", 1e-3),
     )
 
     def play(self, stage: Stage) -> None:

@@ -44,7 +44,7 @@ REPLY_TIMEOUT = 30.0
 _MAX_LINE_LENGTH = 200
 
 
-class Forked:
+class ForkedProcess:
     """A process forked by a server, with the methods of `subprocess.Popen` that a launcher needs. It waits for `begin`.
 
     Args:
@@ -119,8 +119,8 @@ class _Server:
 
     def fork(
         self, script: str, words: Sequence[str], environ: Mapping[str, str], folder: str, out: int, err: int
-    ) -> Forked:
-        """Fork a process. It waits for `Forked.begin`, so that after a timeout it does not run beside its replacement.
+    ) -> ForkedProcess:
+        """Fork a process. It waits for `ForkedProcess.begin`, so that it does nothing after a timeout.
 
         Raises:
             OSError: the server does not respond.
@@ -140,7 +140,7 @@ class _Server:
         except BaseException:
             link.close()
             raise
-        return Forked(pid, link)
+        return ForkedProcess(pid, link)
 
     def close(self) -> None:
         """Stop the server."""
@@ -164,8 +164,10 @@ class Preloader:
         self._environ = dict(environ)
         self._servers: dict[tuple[tuple[str, str], ...], _Server] = {}
 
-    def start(self, words: Sequence[str], environ: Mapping[str, str], folder: str, out: int, err: int) -> Forked | None:
-        """Start a process for a program, which waits for `Forked.begin`.
+    def start(
+        self, words: Sequence[str], environ: Mapping[str, str], folder: str, out: int, err: int
+    ) -> ForkedProcess | None:
+        """Start a process for a program, which waits for `ForkedProcess.begin`.
 
         Args:
             words: the command line.

@@ -24,7 +24,7 @@ def summary(plan: Plan, extra_params: Mapping[str, Any] | None = None, machines:
         lines += ["", "CLEAR PARAMETERS", *(f" * {name}" for name in sorted(plan.clear_params))]
     params = {**(extra_params or {}), **plan.params}
     if params:
-        lines += ["", "PARAMETERS", *sorted(f" * {name}: {_short(value)}" for name, value in params.items())]
+        lines += ["", "PARAMETERS", *sorted(f" * {name}: {_format_value(value)}" for name, value in params.items())]
     if machines is None:
         used = {plan.machines[node.machine] for node in plan.nodes if node.machine in plan.machines}
         machines = plan.machines if any(not is_local(machine.address) for machine in used) else ()
@@ -51,7 +51,7 @@ def contents(plan: Plan) -> str:
     return "\n".join(lines)
 
 
-def _short(value: Any) -> str:
+def _format_value(value: Any) -> str:
     text = value.decode("latin-1") if isinstance(value, bytes) else str(value)
     if len(text) > _MAX_VALUE_LENGTH:
         text = text[: _MAX_VALUE_LENGTH - 3] + "..."

@@ -46,7 +46,7 @@ _RECONNECT_DELAYS = (1.0, 30.0)
 _USAGE_TIMEOUT = 1.0
 _USAGE_MAX_AGE = 0.2
 _DEFAULT_LOADERS = "/opt/ros/noetic/env.sh"
-_Factory = Callable[[ProcessSpec, Callable[[Process], object], "Warden | None", "Screen | None"], Process]
+_ProcessFactory = Callable[[ProcessSpec, Callable[[Process], object], "Warden | None", "Screen | None"], Process]
 
 
 def ssh_words(machine: MachinePlan, environ: Mapping[str, str]) -> list[str]:
@@ -162,7 +162,7 @@ class Machine:
             f"Try: {shlex.join(ssh_words(self.plan, self._environ)[:-1])} python3 --version"
         )
 
-    def process(self, node: NodePlan, run_id: str) -> _Factory:
+    def process(self, node: NodePlan, run_id: str) -> _ProcessFactory:
         """Return a function that creates the process of a node there."""
 
         def make(
@@ -216,7 +216,7 @@ class Machine:
             f"Check the network, and: ssh {self.plan.address}"
         )
         for process in list(self._processes.values()):
-            process.lost()
+            process.on_connection_lost()
 
     def _reap_ssh(self) -> None:
         """Clean up after the ssh process has exited."""

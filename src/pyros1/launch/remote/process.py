@@ -137,7 +137,7 @@ class RemoteProcess(Process):
             stream.write(text)
             stream.flush()
 
-    def lost(self) -> None:
+    def on_connection_lost(self) -> None:
         """Handle a broken connection, after which the agent stops the process."""
         self.disconnected = True
         self._answered.set()

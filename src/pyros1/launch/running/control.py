@@ -13,7 +13,7 @@ from math import isfinite
 from typing import Any
 
 from pyros1.ground.errors import Error, LaunchError, MasterError, ParameterNotSetError, ProtocolError, XmlRpcFault
-from pyros1.launch.running.usage import UNKNOWN, age, group_usages, launch_files
+from pyros1.launch.running.usage import UNKNOWN, group_usages, launch_files, process_age
 from pyros1.net.hosts import is_local, parse_uri
 from pyros1.net.master_client import MasterClient, unpack
 from pyros1.net.xmlrpc_client import XmlRpcClient
@@ -151,10 +151,12 @@ class Launch:
             entry = stock_status(label, count, is_running, info)
             if is_on_this_machine and entry.state == "running":
                 usage = usages.get(entry.pid, UNKNOWN)
-                entry = replace(entry, cpu=usage.cpu, memory=usage.memory, uptime=age(entry.pid))
+                entry = replace(entry, cpu=usage.cpu, memory=usage.memory, uptime=process_age(entry.pid))
             processes.append(entry)
         title = _text(launch_files(pid)) if is_on_this_machine else ""
-        return Report(title or "a stock roslaunch", pid, age(pid) if is_on_this_machine else -1.0, 0, _STOCK, processes)
+        return Report(
+            title or "a stock roslaunch", pid, process_age(pid) if is_on_this_machine else -1.0, 0, _STOCK, processes
+        )
 
     def info(self, label: str) -> Mapping[str, Any]:
         """Return further information about a process, as reported by the launch: ``args``, ``cwd`` and more.

@@ -17,7 +17,7 @@ from pyros1.launch.running.usage import UNKNOWN, Usage
 from pyros1.launch.running.warden import GROUPS, group_exists, is_leaderless
 
 if TYPE_CHECKING:
-    from pyros1.launch.preload.preloader import Forked, Preloader
+    from pyros1.launch.preload.preloader import ForkedProcess, Preloader
     from pyros1.launch.running.screen import Screen
     from pyros1.launch.running.warden import Warden
 
@@ -60,7 +60,7 @@ class Process:
     machine: str = ""
     disconnected: bool = False
     restart_due: bool = False
-    _popen: subprocess.Popen[bytes] | Forked | None = None
+    _popen: subprocess.Popen[bytes] | ForkedProcess | None = None
     _ended: threading.Event = field(default_factory=threading.Event)
     _watcher: threading.Thread | None = None
     _leftover_groups: set[int] = field(default_factory=set)
@@ -144,7 +144,7 @@ class Process:
             else:
                 yield None, None
 
-    def _spawn(self, out: int | None, err: int | None) -> subprocess.Popen[bytes] | Forked:
+    def _spawn(self, out: int | None, err: int | None) -> subprocess.Popen[bytes] | ForkedProcess:
         spec = self.spec
         if self.preloader is not None:
             outputs = (1 if out is None else out, 2 if err is None else err)
@@ -155,7 +155,7 @@ class Process:
             spec.words, env=spec.env, cwd=spec.cwd, stdout=out, stderr=err, start_new_session=True, close_fds=True
         )
 
-    def _watch(self, popen: subprocess.Popen[bytes] | Forked, ended: threading.Event) -> None:
+    def _watch(self, popen: subprocess.Popen[bytes] | ForkedProcess, ended: threading.Event) -> None:
         self.exit_code = popen.wait()
         if group_exists(popen.pid):
             with self._lock:

@@ -168,14 +168,14 @@ class Session:
         for text in self._address.warnings:
             self.console.warning(text)
         try:
-            running = self._find_master()
-            if not running:
+            is_master_running = self._find_master()
+            if not is_master_running:
                 self._core_file = read_core_file(self.environ, self.packages)
             if self.options.journal:
                 self._core_journal = CoreJournal(self.environ, parse_uri(self._uri)[1], self.console)
-            run_id, folder = self._prepare(running)
-            self._start(running, run_id, folder)
-            if not running and self._core_journal is None:
+            run_id, folder = self._prepare(is_master_running)
+            self._start(is_master_running, run_id, folder)
+            if not is_master_running and self._core_journal is None:
                 set_aside_journal(self.environ, parse_uri(self._uri)[1], self.console)
             if trial is not None and self._starter is not None:
                 self._starter.start_test(trial.test)
@@ -257,9 +257,9 @@ class Session:
                 f"ROS_MASTER_URI port [{port}] does not match this roscore [{parse_uri(self._uri)[1]}]"
             )
 
-    def _prepare(self, running: bool) -> tuple[str, Path]:
+    def _prepare(self, is_master_running: bool) -> tuple[str, Path]:
         run_id = self.options.run_id
-        if running:
+        if is_master_running:
             try:
                 master_run_id = str(self._master.get_param("/run_id"))
             except ParameterNotSetError:
@@ -284,7 +284,7 @@ class Session:
 
     # Starting ------------------------------------------------------------------------------------------------------
 
-    def _start(self, running: bool, run_id: str, folder: Path) -> None:
+    def _start(self, is_master_running: bool, run_id: str, folder: Path) -> None:
         self.console.title(self.options.title)
         self._server = LaunchServer(self._supervisor, self._address, self.options.title, allowlist=self._allowlist)
         self.console.bold(f"started roslaunch server {self._server.uri}")
@@ -297,14 +297,14 @@ class Session:
         if not self.options.local:
             self._starter.connect()
         if self.options.show_summary:
-            self.console.line(summary(self.plan, {} if running else dict(self._core_file.params)))
+            self.console.line(summary(self.plan, {} if is_master_running else dict(self._core_file.params)))
         for text in self.plan.warnings:
             self.console.warning(text)
-        if not running:
+        if not is_master_running:
             self._start_master(folder)
         self.console.bold(f"ROS_MASTER_URI={self._uri}")
         self.console.title(f"{self.options.title} {self._uri}")
-        self._set_run_id(run_id, running)
+        self._set_run_id(run_id, is_master_running)
         if self._core is not None:
             self._start_core_nodes(self._core, self._starter)
         self._param_actions()
@@ -366,8 +366,8 @@ class Session:
         self._supervisor.keep_running = True
         write_pid_file(self.environ, port, ros_home(self.environ))
 
-    def _set_run_id(self, run_id: str, running: bool) -> None:
-        if running and self._master.has_param("/run_id"):
+    def _set_run_id(self, run_id: str, is_master_running: bool) -> None:
+        if is_master_running and self._master.has_param("/run_id"):
             return
         self.console.bold(f"setting /run_id to {run_id}")
         self._master.set_param("/run_id", run_id)

@@ -100,16 +100,16 @@ class Supervisor:
         """The processes that have exited and are not respawned."""
         return list(self._dead.values())
 
-    def start(self, spec: ProcessSpec, kind: Callable[..., Process] = Process) -> bool:
+    def start(self, spec: ProcessSpec, make_process: Callable[..., Process] = Process) -> bool:
         """Start a process and return whether it was started. Errors are printed on the console.
 
         Args:
             spec: the description of the process.
-            kind: the class `Process`, or a function with the same arguments that creates a similar object.
+            make_process: the class `Process`, or a function with the same arguments that creates a similar object.
         """
         if self._guarded and self._warden is None:
             self._warden = Warden(self._stages[0][1], self._stages[1][1])
-        process = kind(spec, self._on_exit, self._warden, self._screen)
+        process = make_process(spec, self._on_exit, self._warden, self._screen)
         process.preloader = self._preloader
         self._processes[spec.label] = process
         if self._start(process):

@@ -45,7 +45,7 @@ def group_usages(proc: Path = Path("/proc")) -> dict[int, Usage]:
     return usages
 
 
-def age(pid: int, proc: Path = Path("/proc")) -> float:
+def process_age(pid: int, proc: Path = Path("/proc")) -> float:
     """Return the seconds since a process on this machine was started; negative if unknown.
 
     Args:

@@ -190,13 +190,13 @@ class Log:
         self._sink.emit(record, simulated, ALL_DESTINATIONS if to_terminal else NO_TERMINAL, is_user_code)
 
     def _is_due(self, site: tuple[str, int], now: float, throttle: float | None, once: bool) -> bool:
-        seen = self._sink.seen
-        last = seen.get(site)
+        last_times = self._sink.last_times
+        last = last_times.get(site)
         if last is not None and (once or (throttle is not None and 0 <= now - last < throttle)):
             return False
-        if len(seen) > _MAX_SITES:
-            seen.clear()
-        seen[site] = now
+        if len(last_times) > _MAX_SITES:
+            last_times.clear()
+        last_times[site] = now
         return True
 
 

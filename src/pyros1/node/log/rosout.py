@@ -33,7 +33,7 @@ class RosoutAggregator:
         self._node = node
         is_disabled = node.environ.get("ROSOUT_DISABLE_FILE_LOGGING", "").lower() in _TRUE_VALUES
         self._file = None if is_disabled or log_file is None else LogFile(log_file, MAX_FILE_SIZE, BACKUPS)
-        self._with_topics = node.params.get("/rosout/omit_topics", False) is not True
+        self._logs_topics = node.params.get("/rosout/omit_topics", False) is not True
         log_class = load_message("rosgraph_msgs/Log")
         self._publisher = node.advertise("/rosout_agg", log_class, queue_size=0)
         node.subscribe("/rosout", log_class, self._on_message)
@@ -46,7 +46,7 @@ class RosoutAggregator:
 
     def _format_line(self, message: Any) -> str:
         stamp = message.header.stamp
-        topics = f"[topics: {', '.join(message.topics)}] " if self._with_topics else ""
+        topics = f"[topics: {', '.join(message.topics)}] " if self._logs_topics else ""
         return terminal_text.lines(
             f"{stamp.secs}.{stamp.nsecs:09d} {NAMES.get(message.level, message.level)} {message.name} "
             f"[{message.file}:{message.line}({message.function})] {topics}{message.msg}\n"

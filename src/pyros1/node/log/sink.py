@@ -111,7 +111,7 @@ class LogSink:
         self.now = now
         self.levels: MutableMapping[str, int] = {}
         self.explain: Callable[[BaseException], str] | None = None
-        self.seen: dict[tuple[str, int], float] = {}
+        self.last_times: dict[tuple[str, int], float] = {}
         self.publish: Callable[[Record], None] | None = None
         self._schedule = schedule or (lambda *_: None)
         self._format = environ.get("ROSCONSOLE_FORMAT") or DEFAULT_FORMAT

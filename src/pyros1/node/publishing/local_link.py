@@ -66,7 +66,7 @@ class LocalLink:
         self._inbox_bytes = inbox_bytes
         self._min_limit = queue_size or 0
         self._limit = max(queue_size, inbox_bytes // _MIN_MESSAGE_SIZE) if queue_size else queue_size
-        self._has_room = self._limit != queue_size
+        self._is_limit_raised = self._limit != queue_size
         self._on_closed = on_closed
         self._open = [True]
         self._inbox = Inbox(self)
@@ -99,7 +99,7 @@ class LocalLink:
         """
         if self._open:
             self.messages += 1
-            if self._has_room and self._receiver.limit is None and self._inbox.full(self._min_limit):
+            if self._is_limit_raised and self._receiver.limit is None and self._inbox.full(self._min_limit):
                 message_class: Any = message.__class__
                 self._adapt_limit(frame_size(message_class._encode_frame(message)))
             receiver, inbox = self._receiver, self._inbox
@@ -126,9 +126,9 @@ class LocalLink:
 
     def _adapt_limit(self, size: int) -> None:
         """Queue fewer messages if they are large. The limit only shrinks, since each change creates a new queue."""
-        while self._has_room and self._limit is not None and self._limit * size > self._inbox_bytes:
+        while self._is_limit_raised and self._limit is not None and self._limit * size > self._inbox_bytes:
             self._limit = max(self._limit // 2, self._min_limit)
-            self._has_room = self._limit > self._min_limit
+            self._is_limit_raised = self._limit > self._min_limit
 
     def recover(self) -> None:
         """Notify the subscriber of queued messages, in case that was interrupted."""

@@ -33,7 +33,7 @@ from pyros1.wire.outqueue import Frame, OutQueue, frame_size
 
 HOT_GAP = 30e-6
 MIN_STREAK = 100
-BATCH = 128
+MAX_BATCH = 128
 BATCH_TIME = 100e-6
 MAX_BYTES_PER_TURN = 4 << 20
 """Maximum number of bytes to send at once; the remaining ones are sent in the loop's next iteration, after other links
@@ -84,11 +84,11 @@ class TcpLink:
         self._send_bytes = sock.send
         self._on_closed = on_closed
         self._queue = OutQueue(queue_size)
-        self._batch = 0 if queue_size is None else BATCH if queue_size == 0 else min(BATCH, queue_size // 2)
+        self._batch = 0 if queue_size is None else MAX_BATCH if queue_size == 0 else min(MAX_BATCH, queue_size // 2)
         self._is_idle = True
         self._is_blocked = False
         self._closed = False
-        self._timer_set = False  # the loop's timer is set
+        self._is_timer_set = False  # the loop's timer is set
         self._is_writable = False  # the socket accepts more
         self._in_event = False  # the loop is in `_on_event`
         self._streak = 0
@@ -208,7 +208,7 @@ class TcpLink:
                 self._block()
                 return
         self._is_blocked = False
-        if not self._timer_set:
+        if not self._is_timer_set:
             self._is_idle = True
             self._streak = 0
 
@@ -220,12 +220,12 @@ class TcpLink:
             self._queue_unsent()
         self._in_flight = None
         self._queue.discard_sent()
-        self._timer_set = self._is_blocked = False  # the loop may not know yet
+        self._is_timer_set = self._is_blocked = False  # the loop may not know yet
         self._flush()
 
     def _set_timer(self) -> None:
-        if not self._timer_set:
-            self._timer_set = True
+        if not self._is_timer_set:
+            self._is_timer_set = True
             self._loop.call_later(FLUSH_DELAY, self._on_flush_timer)
 
     def _on_flush_timer(self) -> None:
@@ -233,7 +233,7 @@ class TcpLink:
         self._strand.do(self._flush_batch)
 
     def _flush_batch(self) -> None:
-        self._timer_set = False
+        self._is_timer_set = False
         if self._closed or self._is_blocked:
             return
         is_busy = perf_counter() - self._last_send < FLUSH_DELAY

@@ -7,7 +7,7 @@ from collections import deque
 from collections.abc import Callable
 from time import monotonic
 
-IDLE_TIME = 10.0
+IDLE_TIMEOUT = 10.0
 
 
 class Workers:
@@ -52,7 +52,7 @@ class Workers:
             with self._changed:
                 self._num_idle += 1
                 while not self._jobs and not self._closed:
-                    if not self._changed.wait(IDLE_TIME) and not self._jobs:
+                    if not self._changed.wait(IDLE_TIMEOUT) and not self._jobs:
                         break
                 self._num_idle -= 1
                 if not self._jobs:

@@ -187,7 +187,7 @@ class ParameterGenerator:
         Raises:
             NotImplementedError: this is a program of its own: pyros1 writes no files, and none are needed.
         """
-        configs.take(self.contents(name))
+        configs.add_description(self.contents(name))
         return 0
 
     def contents(self, name: str) -> dict[str, Any]:
