@@ -58,7 +58,7 @@ __getattr__ = missing(
 NO_TRANSITION = -1
 INVALID_TRANSITION = -2
 g_goal_id = 1
-"""Number of this program's next goal."""
+"""Number of the program's next goal."""
 _numbering = threading.RLock()
 _POLL = 0.01
 """Seconds between checks for the server."""
@@ -75,10 +75,10 @@ def message_classes(ActionSpec: Any) -> tuple[Any, Any, Any]:
 
 
 class Countdown:
-    """Counts a timeout down in the node's time, which may jump back, and stand still while the node ends.
+    """A timeout in the node's time, which may jump back, and may stand still while the node shuts down.
 
     Args:
-        timeout: rospy.Duration; zero: no limit.
+        timeout: rospy.Duration; zero for no limit.
     """
 
     def __init__(self, timeout: Any) -> None:
@@ -89,7 +89,7 @@ class Countdown:
         self._moved = time.monotonic()
 
     def left(self) -> float:
-        """Return the seconds that are left."""
+        """Return the remaining seconds."""
         now = rospy.get_rostime()
         if now != self._last:
             self._left -= max(0.0, (now - self._last).to_sec())
@@ -100,13 +100,13 @@ class Countdown:
 
 
 class GoalManager:
-    """The goals of a client. It keeps none alive: those whose handles are gone are forgotten.
+    """The goals of a client. It has only weak references: goals without handles are removed.
 
     Args:
-        ActionSpec: class of the action, as TestAction.
+        ActionSpec: class of the action, such as TestAction.
 
     Raises:
-        ActionException: it is not an action.
+        ActionException: ``ActionSpec`` is not an action.
     """
 
     def __init__(self, ActionSpec: Any) -> None:
@@ -121,7 +121,7 @@ class GoalManager:
         self.send_goal_fn = fn
 
     def register_cancel_fn(self, fn: Callable[[Any], object]) -> None:
-        """Set the function that sends a GoalID of a goal to be cancelled."""
+        """Set the function that sends the GoalID of a goal to cancel."""
         self.cancel_fn = fn
 
     def init_goal(
@@ -130,7 +130,7 @@ class GoalManager:
         transition_cb: Callable[[Any], object] | None = None,
         feedback_cb: Callable[[Any, Any], object] | None = None,
     ) -> ClientGoalHandle:
-        """Send a goal, as TestGoal; see `ActionClient.send_goal`."""
+        """Send a goal, such as TestGoal; see `ActionClient.send_goal`."""
         message = self.ActionGoal(header=Header(stamp=rospy.Time.now()), goal_id=self._generate_id(), goal=goal)
         machine = CommStateMachine(message, transition_cb, feedback_cb, self.send_goal_fn, self.cancel_fn)
         with self.list_mutex:
@@ -139,17 +139,17 @@ class GoalManager:
         return ClientGoalHandle(machine)
 
     def update_statuses(self, status_array: Any) -> None:
-        """Hand a message of the action's status topic to all goals."""
+        """Pass a message on the action's status topic to all goals."""
         for machine in self._get_live_statuses():
             machine.update_status(status_array)
 
     def update_results(self, action_result: Any) -> None:
-        """Hand a message of the action's result topic to all goals."""
+        """Pass a message on the action's result topic to all goals."""
         for machine in self._get_live_statuses():
             machine.update_result(action_result)
 
     def update_feedbacks(self, action_feedback: Any) -> None:
-        """Hand a message of the action's feedback topic to all goals."""
+        """Pass a message on the action's feedback topic to all goals."""
         for machine in self._get_live_statuses():
             machine.update_feedback(action_feedback)
 
@@ -169,16 +169,16 @@ class GoalManager:
 
 
 class ActionClient:
-    """Sends goals to an action's server, and follows all of them.
+    """Sends goals to an action's server, and tracks all of them.
 
-    Parameters: ``actionlib_client_pub_queue_size`` (10) and ``actionlib_client_sub_queue_size`` (without limit).
+    Parameters: ``actionlib_client_pub_queue_size`` (10) and ``actionlib_client_sub_queue_size`` (no limit).
 
     Args:
         ns: name of the action.
-        ActionSpec: its class, as TestAction.
+        ActionSpec: class of the action, such as TestAction.
 
     Raises:
-        ActionException: it is not an action.
+        ActionException: ``ActionSpec`` is not an action.
     """
 
     def __init__(self, ns: str, ActionSpec: Any) -> None:
@@ -207,7 +207,7 @@ class ActionClient:
         )
 
     def stop(self) -> None:
-        """Unregister all topics: goals get no further news."""
+        """Unregister all topics, so that goals are no longer updated."""
         for topic in (self.pub_goal, self.pub_cancel, self.status_sub, self.result_sub, self.feedback_sub):
             topic.unregister()
 
@@ -217,31 +217,31 @@ class ActionClient:
         transition_cb: Callable[[Any], object] | None = None,
         feedback_cb: Callable[[Any, Any], object] | None = None,
     ) -> ClientGoalHandle:
-        """Send a goal; keep the handle, or the callbacks end with it.
+        """Send a goal. The handle must be kept, since no callbacks are called without it.
 
         Args:
-            goal: the action's goal message, as TestGoal.
+            goal: the action's goal message, such as TestGoal.
             transition_cb: called with a handle of the goal in each new CommState.
-            feedback_cb: called with a handle of the goal and each feedback message, as TestFeedback.
+            feedback_cb: called with a handle of the goal and each feedback message, such as TestFeedback.
         """
         return self.manager.init_goal(goal, transition_cb, feedback_cb)
 
     def cancel_all_goals(self) -> None:
-        """Ask the server to cancel all goals, those of other clients too."""
+        """Ask the server to cancel all goals, including those of other clients."""
         self.pub_cancel.publish(GoalID(stamp=rospy.Time(), id=""))
 
     def cancel_goals_at_and_before_time(self, time: Any) -> None:
-        """Ask the server to cancel all goals, those of other clients too, that were sent at or before a rospy.Time."""
+        """Ask the server to cancel all goals sent at or before a rospy.Time, including those of other clients."""
         self.pub_cancel.publish(GoalID(stamp=time, id=""))
 
     def wait_for_server(self, timeout: Any = rospy.Duration()) -> bool:  # noqa: B008  stock's signature
         """Wait until the server is connected on all topics.
 
         Args:
-            timeout: rospy.Duration; zero: no limit.
+            timeout: rospy.Duration; zero for no limit.
 
         Returns:
-            Whether it is connected; False if the node ends before that.
+            Whether it is connected; False if the node shuts down before that.
         """
         countdown = Countdown(timeout)
         while not rospy.is_shutdown():
@@ -253,7 +253,7 @@ class ActionClient:
         return False
 
     def wait_for_action_server_to_start(self, timeout: Any = rospy.Duration()) -> bool:  # noqa: B008
-        """Do what `wait_for_server` does; the older name of it."""
+        """Wait until the server is connected; the old name of `wait_for_server`."""
         return self.wait_for_server(timeout)
 
     def _is_connected(self) -> bool:

@@ -38,11 +38,11 @@ __getattr__ = missing("actionlib.action_server")
 
 
 def nop_cb(goal_handle: Any) -> None:
-    """Do nothing: no one listens to requests to cancel."""
+    """Ignore a request to cancel a goal."""
 
 
 class ActionServer:
-    """Receives goals, and tells clients how they are. Its callbacks may not run at once: they hold ``lock``.
+    """Receives goals, and reports their status to clients. Its callbacks do not run concurrently: they hold ``lock``.
 
     Parameters: ``actionlib_server_pub_queue_size`` (50), ``actionlib_server_sub_queue_size`` (without limit),
     ``actionlib_status_frequency`` (5.0 Hz), and ``NS/status_list_timeout`` (5.0 s), for which the status of a goal is
@@ -50,13 +50,13 @@ class ActionServer:
 
     Args:
         ns: name of the action.
-        ActionSpec: its class, as TestAction.
-        goal_cb: called with a `ServerGoalHandle` of each new goal; it, or someone later, accepts or rejects it.
-        cancel_cb: called with a handle of each goal that a client asks to cancel.
-        auto_start: whether to `start` at once; then goals may come before the constructor returns.
+        ActionSpec: class of the action, such as TestAction.
+        goal_cb: called with a `ServerGoalHandle` of each new goal, which must be accepted or rejected then or later.
+        cancel_cb: called with a handle of each goal that a client requests to cancel.
+        auto_start: whether to `start` immediately; then goals may arrive before the constructor returns.
 
     Raises:
-        ActionException: it is not an action.
+        ActionException: ``ActionSpec`` is not an action.
         AssertionError: there is no ``goal_cb``.
     """
 
@@ -95,12 +95,12 @@ class ActionServer:
 
     @property
     def status_list(self) -> list[StatusTracker]:
-        """The goals, in the order of their coming."""
+        """The goals, in the order in which they were received."""
         return self._table.goals
 
     @property
     def status_list_timeout(self) -> Any:
-        """The rospy.Duration for which the status of a goal is published after its end."""
+        """The rospy.Duration for which the status of a goal is published after it has finished."""
         return self._table.kept
 
     @status_list_timeout.setter
@@ -117,22 +117,22 @@ class ActionServer:
         self._table.last_cancel = time
 
     def register_goal_callback(self, cb: Callable[[Any], object]) -> None:
-        """Set what is called with a handle of each new goal."""
+        """Set the function to call with a handle of each new goal."""
         self.goal_callback = cb
 
     def register_cancel_callback(self, cancel_cb: Callable[[Any], object]) -> None:
-        """Set what is called with a handle of each goal that a client asks to cancel."""
+        """Set the function to call with a handle of each goal that a client requests to cancel."""
         self.cancel_callback = cancel_cb
 
     def start(self) -> None:
-        """Make the topics; from now on goals come."""
+        """Create the topics, so that goals can be received."""
         with self.lock:
             self.initialize()
             self.started = True
             self.publish_status()
 
     def stop(self) -> None:
-        """End all topics."""
+        """Unregister all topics."""
         with self.lock:
             self.started = False
             self.status_timer.shutdown()
@@ -140,7 +140,7 @@ class ActionServer:
                 topic.unregister()
 
     def initialize(self) -> None:
-        """Make the topics and the timer; `start` does."""
+        """Create the topics and the timer; called by `start`."""
         self.pub_queue_size = size = rospy.get_param("actionlib_server_pub_queue_size", 50)
         if size < 0:
             self.pub_queue_size = size = 50
@@ -169,7 +169,7 @@ class ActionServer:
             period = rospy.Duration(1.0 / self.status_frequency)
             self.status_timer = rospy.Timer(period, self.publish_status_async)
 
-    # What is said about goals -----------------------------------------------------------------------------------------
+    # Sent to clients --------------------------------------------------------------------------------------------------
 
     def publish_result(self, status: Any, result: Any) -> None:
         """Send a goal's result message, with its GoalStatus, and the status of all goals."""
@@ -190,7 +190,7 @@ class ActionServer:
                 self.feedback_pub.publish(message)
 
     def publish_status(self) -> None:
-        """Send the status of all goals, and forget those that ended long enough ago."""
+        """Send the status of all goals, and remove those that finished long enough ago."""
         with self.lock:
             now = rospy.Time.now()
             for gone in self._table.forget(now):
@@ -206,15 +206,15 @@ class ActionServer:
                 self.status_pub.publish(message)
 
     def publish_status_async(self, event: Any) -> None:
-        """Send the status of all goals, once the server has started: the timer's callback."""
+        """Send the status of all goals if the server has been started; the timer's callback."""
         with self.lock:
             if self.started:
                 self.publish_status()
 
-    # What clients say -------------------------------------------------------------------------------------------------
+    # Received from clients --------------------------------------------------------------------------------------------
 
     def internal_goal_callback(self, goal: Any) -> None:
-        """Take a message of the goal topic."""
+        """Handle a message on the goal topic."""
         with self.lock:
             if not self.started:
                 return
@@ -232,7 +232,7 @@ class ActionServer:
                 self.goal_callback(handle)
 
     def internal_cancel_callback(self, goal_id: Any) -> None:
-        """Take a message of the cancel topic: a name, a time (all goals until then), both, or neither (all goals)."""
+        """Handle a message on the cancel topic: a name, a time (all goals until then), both, or neither (all goals)."""
         with self.lock:
             if not self.started:
                 return
@@ -254,7 +254,7 @@ class ActionServer:
         return ServerGoalHandle(tracker, self, tracker.handle_tracker)
 
     def _hear_again(self, known: StatusTracker) -> None:
-        """Handle a goal that has already arrived, or whose cancellation was requested before it arrived."""
+        """Handle a goal that was already received, or whose cancellation was requested before."""
         status = known.status
         rospy.logdebug("Goal %s was already in the status list with status %i", status.goal_id.id, status.status)
         if status.status == Status.RECALLING:

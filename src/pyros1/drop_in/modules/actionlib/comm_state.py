@@ -1,4 +1,4 @@
-"""A goal as its client sees it, with stock's states; how they follow each other is known to pyros1.actions.states."""
+"""A client's view of a goal, with stock's states; the transitions are those of pyros1.actions.states."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ GoalStatus.to_string = classmethod(get_name_of_constant)  # type: ignore[attr-de
 
 
 class CommState:
-    """Where a goal is, as its client knows (https://wiki.ros.org/actionlib/DetailedDescription)."""
+    """The state of a goal, from the view of its client (https://wiki.ros.org/actionlib/DetailedDescription)."""
 
     WAITING_FOR_GOAL_ACK = int(Stage.WAITING_FOR_GOAL_ACK)
     PENDING = int(Stage.PENDING)
@@ -47,7 +47,7 @@ class CommState:
 
 
 class TerminalState:
-    """How a goal may end; the values are those of actionlib_msgs/GoalStatus."""
+    """The terminal states of a goal; the values are those of actionlib_msgs/GoalStatus."""
 
     PREEMPTED = int(Status.PREEMPTED)
     SUCCEEDED = int(Status.SUCCEEDED)
@@ -58,21 +58,21 @@ class TerminalState:
 
     @classmethod
     def to_string(cls, n: int) -> str:
-        """Return the name of such an end."""
+        """Return the name of a terminal state."""
         return get_name_of_constant(cls, n)
 
 
 class CommStateMachine:
-    """One goal: its state, the server's latest status of it, and its result.
+    """A goal, with its state, the latest status from the server, and the result.
 
     Goals with the same name are equal.
 
     Args:
-        action_goal: the message of the action's goal topic, as TestActionGoal.
-        transition_cb: called with a `ClientGoalHandle` in each new state; None for no one.
-        feedback_cb: called with a `ClientGoalHandle` and each feedback message; None for no one.
-        send_goal_fn: what sends the goal; it is only kept.
-        send_cancel_fn: called with a GoalID when the goal shall be cancelled.
+        action_goal: the message of the action's goal topic, such as TestActionGoal.
+        transition_cb: called with a `ClientGoalHandle` in each new state; None for no callback.
+        feedback_cb: called with a `ClientGoalHandle` and each feedback message; None for no callback.
+        send_goal_fn: the function that sends the goal; it is only stored.
+        send_cancel_fn: called with the GoalID to cancel the goal.
     """
 
     def __init__(
@@ -113,7 +113,7 @@ class CommStateMachine:
             self.transition_cb(ClientGoalHandle(self))
 
     def update_status(self, status_array: Any) -> None:
-        """Follow the server's list of statuses, a GoalStatusArray; a goal that has vanished from it is lost."""
+        """Process the server's GoalStatusArray; a goal that has vanished from it is lost."""
         with self.mutex:
             if self.state == CommState.DONE:
                 return
@@ -127,7 +127,7 @@ class CommStateMachine:
             self._follow(status.status)
 
     def update_result(self, action_result: Any) -> None:
-        """Take a message of the action's result topic, which ends the goal if it is meant."""
+        """Handle a message on the action's result topic, which finishes the goal if it is for this goal."""
         status = action_result.status
         if status.goal_id.id != self.action_goal.goal_id.id:
             return
@@ -143,7 +143,7 @@ class CommStateMachine:
                 self.transition_to(CommState.DONE)
 
     def update_feedback(self, action_feedback: Any) -> None:
-        """Take a message of the action's feedback topic."""
+        """Handle a message on the action's feedback topic."""
         if action_feedback.status.goal_id.id != self.action_goal.goal_id.id:
             return
         with self.mutex:
@@ -170,10 +170,10 @@ class CommStateMachine:
 
 
 class ClientGoalHandle:
-    """A goal that was sent. Handles of the same goal are equal.
+    """A handle of a goal that was sent. Handles of the same goal are equal.
 
     Args:
-        comm_state_machine: the goal; None for a handle of no goal, which answers with errors in the log.
+        comm_state_machine: the goal; None for a handle without a goal, whose methods log errors.
     """
 
     def __init__(self, comm_state_machine: CommStateMachine | None) -> None:
@@ -191,7 +191,7 @@ class ClientGoalHandle:
         return hash(self.comm_state_machine)
 
     def cancel(self) -> None:
-        """Ask the server to cancel the goal, whatever its state. A handle of no goal raises AttributeError."""
+        """Ask the server to cancel the goal, whatever its state. A handle without a goal raises AttributeError."""
         machine = self.comm_state_machine
         with machine.mutex:
             machine.send_cancel_fn(GoalID(stamp=rospy.Time(), id=machine.action_goal.goal_id.id))
@@ -208,20 +208,20 @@ class ClientGoalHandle:
         return int(self.comm_state_machine.latest_goal_status.status)
 
     def get_goal_status_text(self) -> str:
-        """Return what the server said with its latest status."""
+        """Return the text of the server's latest status."""
         if not self._has_goal("get_goal_status_text"):
             return "ERROR: Trying to get_goal_status_text on an inactive ClientGoalHandle."
         return str(self.comm_state_machine.latest_goal_status.text)
 
     def get_result(self) -> Any:
-        """Return the action's result message; None if none has come."""
+        """Return the action's result message; None if there is none yet."""
         if not self._has_goal("get_result"):
             return None
         latest = self.comm_state_machine.latest_result
         return latest and latest.result
 
     def get_terminal_state(self) -> int:
-        """Return how the goal ended, a TerminalState; LOST if the server said something else."""
+        """Return the goal's TerminalState; LOST if the server's status is not a terminal one."""
         if not self._has_goal("get_terminal_state"):
             return int(GoalStatus.LOST)
         machine = self.comm_state_machine

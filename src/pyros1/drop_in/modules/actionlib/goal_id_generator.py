@@ -1,4 +1,4 @@
-"""Names for goals that came without one."""
+"""Generates names for goals without a name."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ _own_lock = threading.RLock()  # a signal handler may generate a name as well; s
 
 
 class GoalIDGenerator:
-    """Makes names that begin with a node's.
+    """Generates names that start with the name of a node.
 
     Args:
-        name: full name of the node; None for this program's.
+        name: full name of the node; None for that of this program.
     """
 
     def __init__(self, name: str | None = None) -> None:
         self.set_name(rospy.get_name() if name is None else name)
 
     def set_name(self, name: str) -> None:
-        """Set the name with which those of goals begin."""
+        """Set the prefix of the goals' names."""
         self.name = name
 
     def generate_ID(self) -> Any:
-        """Return a new GoalID, with the present time."""
+        """Return a new GoalID, with the current time."""
         global s_goalcount  # noqa: PLW0603  stock's name for it
         now = rospy.Time.now()
         with _own_lock:

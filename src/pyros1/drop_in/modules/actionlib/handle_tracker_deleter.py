@@ -1,4 +1,4 @@
-"""What happens when the last handle of a goal goes."""
+"""Handles the deletion of the last handle of a goal."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import rospy
 
 
 class HandleTrackerDeleter:
-    """Called when a goal has no handle any more: from then on it stays in the status list for a while only.
+    """Called when a goal has no more handles: after that, it remains in the status list only for a while.
 
     Args:
         action_server: the ActionServer.
@@ -20,7 +20,7 @@ class HandleTrackerDeleter:
         self.status_tracker = status_tracker
 
     def __call__(self, ptr: Any) -> None:
-        """Note the time."""
+        """Record the time."""
         if self.action_server:
             with self.action_server.lock:
                 self.status_tracker.handle_destruction_time = rospy.Time.now()

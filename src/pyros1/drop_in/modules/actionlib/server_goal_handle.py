@@ -1,4 +1,4 @@
-"""A goal as the program of its server holds it."""
+"""The handle of a goal for the server's program."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ _ENDS = {
 
 
 class ServerGoalHandle:
-    """A goal that a client has sent. Handles of the same goal are equal.
+    """A handle of a goal that was received. Handles of the same goal are equal.
 
-    A handle without a goal equals nothing, and answers with errors in the log.
+    A handle without a goal is equal to no other one, and its methods log errors.
 
     Args:
         status_tracker: the goal's `StatusTracker`.
-        action_server: the `ActionServer` that got it.
+        action_server: the `ActionServer` that received it.
         handle_tracker: the `HandleTrackerDeleter` of the goal's handles.
     """
 
@@ -59,7 +59,7 @@ class ServerGoalHandle:
         return self.action_server.ActionResultType()
 
     def get_goal(self) -> Any:
-        """Return what the client wants: the action's goal message, as TestGoal; None without a goal."""
+        """Return the action's goal message, such as TestGoal; None without a goal."""
         return self.goal.goal if self.goal else None
 
     def get_goal_id(self) -> Any:
@@ -79,7 +79,7 @@ class ServerGoalHandle:
             return self.status_tracker.status
 
     def publish_feedback(self, feedback: Any) -> None:
-        """Send the action's feedback message, as TestFeedback."""
+        """Send the action's feedback message, such as TestFeedback."""
         self._log("Publishing feedback for goal, id: %s, stamp: %.2f")
         if not self.goal:
             rospy.logerr("Attempt to publish feedback on an uninitialized ServerGoalHandle")
@@ -88,35 +88,35 @@ class ServerGoalHandle:
             self.action_server.publish_feedback(self.status_tracker.status, feedback)
 
     def set_accepted(self, text: str = "") -> None:
-        """Begin. A goal that is not in a state for it stays as it is, as in all these, with an error in the log."""
+        """Accept the goal. If its state does not allow that, an error is logged, like in the following methods."""
         self._log("Accepting goal, id: %s, stamp: %.2f")
         if self._move(Move.ACCEPT, text, "an active", "pending or recalling"):
             with self.action_server.lock:
                 self.action_server.publish_status()
 
     def set_canceled(self, result: Any = None, text: str = "") -> None:
-        """End the goal: it was stopped.
+        """Finish the goal as canceled.
 
         Args:
-            result: the action's result message, as TestResult; None for one with default values.
-            text: for people.
+            result: the action's result message, such as TestResult; None for one with default values.
+            text: a human-readable text.
         """
         self._end(Move.CANCEL, result, text)
 
     def set_rejected(self, result: Any = None, text: str = "") -> None:
-        """Refuse the goal, before `set_accepted`."""
+        """Reject the goal, before `set_accepted`."""
         self._end(Move.REJECT, result, text)
 
     def set_aborted(self, result: Any = None, text: str = "") -> None:
-        """End the goal: it could not be reached."""
+        """Finish the goal as aborted."""
         self._end(Move.ABORT, result, text)
 
     def set_succeeded(self, result: Any = None, text: str = "") -> None:
-        """End the goal: it was reached."""
+        """Finish the goal as succeeded."""
         self._end(Move.SUCCEED, result, text)
 
     def set_cancel_requested(self) -> bool:
-        """Note that a client asks to stop the goal; return whether it can still be stopped."""
+        """Record that a client requests to cancel the goal; return whether it can still be canceled."""
         self._log("Transisitoning to a cancel requested state on goal id: %s, stamp: %.2f")
         if not self.goal:
             return False

@@ -26,12 +26,12 @@ __all__ = [
 __getattr__ = missing("actionlib.simple_action_client")
 
 _POLL = 0.1
-"""Maximum seconds between checks of the time, which may be simulated, and of whether the node has ended."""
+"""Maximum number of seconds between checks of the time, which may be simulated, and whether the node has shut down."""
 _SIMPLER = {GoalStatus.RECALLING: GoalStatus.PENDING, GoalStatus.PREEMPTING: GoalStatus.ACTIVE}
 
 
 class SimpleGoalState:
-    """Where the goal of a `SimpleActionClient` is."""
+    """The state of the goal of a `SimpleActionClient`."""
 
     PENDING = 0
     ACTIVE = 1
@@ -48,18 +48,18 @@ _ALLOWED = {
     CommState.ACTIVE: {SimpleGoalState.PENDING, SimpleGoalState.ACTIVE},
     CommState.PREEMPTING: {SimpleGoalState.PENDING, SimpleGoalState.ACTIVE},
 }
-"""The simple states in which a goal may change to a CommState; to all others it may always change."""
+"""The simple states in which a goal may change to a CommState; changes to other CommStates are always possible."""
 
 
 class SimpleActionClient:
-    """Sends one goal at a time to an action's server; a new one takes the place of the one before.
+    """Sends one goal at a time to an action's server; a new one replaces the previous one.
 
     Args:
         ns: name of the action.
-        ActionSpec: its class, as TestAction.
+        ActionSpec: class of the action, such as TestAction.
 
     Raises:
-        ActionException: it is not an action.
+        ActionException: ``ActionSpec`` is not an action.
     """
 
     def __init__(self, ns: str, ActionSpec: Any) -> None:
@@ -81,12 +81,12 @@ class SimpleActionClient:
         active_cb: Callable[[], object] | None = None,
         feedback_cb: Callable[[Any], object] | None = None,
     ) -> None:
-        """Send a goal; one that was sent before is followed no more, but not cancelled.
+        """Send a goal. The previous one is no longer tracked, but not cancelled.
 
         Args:
-            goal: the action's goal message, as TestGoal.
-            done_cb: called with a status, of GoalStatus, and the result message at the end of the goal.
-            active_cb: called when the server has begun.
+            goal: the action's goal message, such as TestGoal.
+            done_cb: called with a status of GoalStatus and the result message when the goal has finished.
+            active_cb: called when the server has started.
             feedback_cb: called with each feedback message.
         """
         self.stop_tracking_goal()
@@ -101,15 +101,15 @@ class SimpleActionClient:
         execute_timeout: Any = rospy.Duration(),  # noqa: B008
         preempt_timeout: Any = rospy.Duration(),  # noqa: B008
     ) -> int:
-        """Send a goal, and wait for its end; cancel it if that takes too long.
+        """Send a goal, and wait until it has finished; cancel it if that takes too long.
 
         Args:
             goal: the action's goal message.
-            execute_timeout: rospy.Duration that the goal may take; zero: no limit.
-            preempt_timeout: rospy.Duration that the server may take for cancelling it; zero: no limit.
+            execute_timeout: maximum rospy.Duration of the goal; zero for no limit.
+            preempt_timeout: maximum rospy.Duration for cancelling it; zero for no limit.
 
         Returns:
-            The goal's state, as `get_state`.
+            The goal's state, see `get_state`.
         """
         self.send_goal(goal)
         if not self.wait_for_result(execute_timeout):
@@ -120,13 +120,13 @@ class SimpleActionClient:
         return self.get_state()
 
     def wait_for_result(self, timeout: Any = rospy.Duration()) -> bool:  # noqa: B008
-        """Wait until the goal has ended.
+        """Wait until the goal has finished.
 
         Args:
-            timeout: rospy.Duration; zero: no limit.
+            timeout: rospy.Duration; zero for no limit.
 
         Returns:
-            Whether it has ended; False if there is no goal, or if the node ends before that.
+            Whether it has finished; False if there is no goal, or if the node shuts down before that.
         """
         if not self.gh:
             rospy.logerr("Called wait_for_result when no goal exists")
@@ -145,32 +145,32 @@ class SimpleActionClient:
         return self.simple_state == SimpleGoalState.DONE or goal == self._ended
 
     def get_result(self) -> Any:
-        """Return the goal's result message; None if none has come."""
+        """Return the goal's result message; None if there is none yet."""
         if not self.gh:
             rospy.logerr("Called get_result when no goal is running")
             return None
         return self.gh.get_result()
 
     def get_state(self) -> int:
-        """Return the goal's status, of GoalStatus: RECALLING counts as PENDING, PREEMPTING as ACTIVE; LOST: no goal."""
+        """Return the goal's status, of GoalStatus: PENDING for RECALLING, ACTIVE for PREEMPTING, LOST without goal."""
         if not self.gh:
             return int(GoalStatus.LOST)
         status = self.gh.get_goal_status()
         return int(_SIMPLER.get(status, status))
 
     def get_goal_status_text(self) -> str:
-        """Return what the server said with its latest status of the goal."""
+        """Return the text of the server's latest status of the goal."""
         if not self.gh:
             rospy.logerr("Called get_goal_status_text when no goal is running")
             return "ERROR: Called get_goal_status_text when no goal is running"
         return str(self.gh.get_goal_status_text())
 
     def cancel_all_goals(self) -> None:
-        """Ask the server to cancel all goals, those of other clients too."""
+        """Ask the server to cancel all goals, including those of other clients."""
         self.action_client.cancel_all_goals()
 
     def cancel_goals_at_and_before_time(self, time: Any) -> None:
-        """Ask the server to cancel all goals, those of other clients too, that were sent at or before a rospy.Time."""
+        """Ask the server to cancel all goals sent at or before a rospy.Time, including those of other clients."""
         self.action_client.cancel_goals_at_and_before_time(time)
 
     def cancel_goal(self) -> None:
@@ -179,7 +179,7 @@ class SimpleActionClient:
             self.gh.cancel()
 
     def stop_tracking_goal(self) -> None:
-        """Follow the goal no more; it is not cancelled."""
+        """Stop tracking the goal, without cancelling it."""
         self.gh = None
 
     def _handle_transition(self, gh: Any) -> None:

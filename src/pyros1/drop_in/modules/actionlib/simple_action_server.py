@@ -1,4 +1,4 @@
-"""Server of an action that works on one goal at a time, the newest one (https://wiki.ros.org/actionlib)."""
+"""Server of an action that executes one goal at a time, the newest one (https://wiki.ros.org/actionlib)."""
 
 from __future__ import annotations
 
@@ -29,22 +29,22 @@ __all__ = [
 __getattr__ = missing("actionlib.simple_action_server")
 
 _POLL = 0.1
-"""Seconds between checks of whether the node has ended."""
+"""Seconds between checks of whether the node has shut down."""
 _END = 5.0
-"""Maximum seconds to wait for the thread that executes goals to end."""
+"""Maximum number of seconds to wait for the thread that executes goals to exit."""
 
 
 class SimpleActionServer:
-    """Works on one goal at a time: a new goal asks the present one to stop, and takes the place of one that waits.
+    """Executes one goal at a time: a new goal preempts the current one, and replaces one that is waiting.
 
-    A program gives ``execute_cb``, or it calls `accept_new_goal` when its goal callback says that there is one.
+    A program passes ``execute_cb``, or calls `accept_new_goal` when its goal callback reports a new goal.
 
     Args:
         name: name of the action.
-        ActionSpec: its class, as TestAction.
-        execute_cb: called with each goal message, as TestGoal, in a thread of its own; it ends the goal with
-            `set_succeeded`, `set_aborted` or `set_preempted`. Otherwise the goal is aborted.
-        auto_start: whether to `start` at once; then goals may come before the constructor returns.
+        ActionSpec: class of the action, such as TestAction.
+        execute_cb: called with each goal message, such as TestGoal, in a separate thread. It must finish the goal with
+            `set_succeeded`, `set_aborted` or `set_preempted`; otherwise the goal is aborted.
+        auto_start: whether to `start` immediately; then goals may arrive before the constructor returns.
 
     Raises:
         ActionException: ``ActionSpec`` is not an action.
@@ -83,11 +83,11 @@ class SimpleActionServer:
             thread.join(_END)
 
     def start(self) -> None:
-        """Make the topics; from now on goals come."""
+        """Create the topics, so that goals can be received."""
         self.action_server.start()
 
     def register_goal_callback(self, cb: Callable[[], object] | None) -> None:
-        """Set what is called, without arguments, when a goal has come; not for a server with ``execute_cb``."""
+        """Set a function to call, without arguments, when a goal was received; not for a server with ``execute_cb``."""
         if self.execute_callback:
             rospy.logwarn(
                 "Cannot call SimpleActionServer.register_goal_callback() because an executeCallback exists. Not going "
@@ -97,16 +97,16 @@ class SimpleActionServer:
             self.goal_callback = cb
 
     def register_preempt_callback(self, cb: Callable[[], object] | None) -> None:
-        """Set what is called, without arguments, when the present goal is asked to stop."""
+        """Set a function to call, without arguments, when the current goal is preempted."""
         self.preempt_callback = cb
 
-    # The present goal -------------------------------------------------------------------------------------------------
+    # The current goal -------------------------------------------------------------------------------------------------
 
     def accept_new_goal(self) -> Any:
-        """Begin with the goal that waits; the present one, if it has not ended, is cancelled.
+        """Start the goal that is waiting; the current one is cancelled if it has not finished.
 
         Returns:
-            The goal message, as TestGoal; None, with an error in the log, if no goal waits.
+            The goal message, such as TestGoal; None, with an error in the log, if no goal is waiting.
         """
         with self.action_server.lock, self.lock:
             if not self.new_goal or not self.next_goal.get_goal():
@@ -122,15 +122,15 @@ class SimpleActionServer:
             return self.current_goal.get_goal()
 
     def is_new_goal_available(self) -> bool:
-        """Return whether a goal waits."""
+        """Return whether a goal is waiting."""
         return self.new_goal
 
     def is_preempt_requested(self) -> bool:
-        """Return whether a client, or a newer goal, asks the present goal to stop."""
+        """Return whether the current goal is preempted, by a client or a newer goal."""
         return self.preempt_request
 
     def is_active(self) -> bool:
-        """Return whether there is a present goal that has not ended."""
+        """Return whether there is a current goal that has not finished."""
         if not self.current_goal.get_goal():
             return False
         return self.current_goal.get_goal_status().status in (GoalStatus.ACTIVE, GoalStatus.PREEMPTING)
@@ -140,34 +140,34 @@ class SimpleActionServer:
         return self.action_server.ActionResultType()
 
     def publish_feedback(self, feedback: Any) -> None:
-        """Send the action's feedback message, as TestFeedback, for the present goal."""
+        """Send the action's feedback message, such as TestFeedback, for the current goal."""
         self.current_goal.publish_feedback(feedback)
 
     def set_succeeded(self, result: Any = None, text: str = "") -> None:
-        """End the present goal: it was reached.
+        """Finish the current goal as succeeded.
 
         Args:
-            result: the action's result message, as TestResult; None for one with default values.
-            text: for people.
+            result: the action's result message, such as TestResult; None for one with default values.
+            text: a human-readable text.
         """
         with self.action_server.lock, self.lock:
             self.current_goal.set_succeeded(result or self.get_default_result(), text)
 
     def set_aborted(self, result: Any = None, text: str = "") -> None:
-        """End the present goal: it could not be reached."""
+        """Finish the current goal as aborted."""
         with self.action_server.lock, self.lock:
             self.current_goal.set_aborted(result or self.get_default_result(), text)
 
     def set_preempted(self, result: Any = None, text: str = "") -> None:
-        """End the present goal: it was stopped."""
+        """Finish the current goal as preempted."""
         with self.action_server.lock, self.lock:
             rospy.logdebug("Setting the current goal as canceled")
             self.current_goal.set_canceled(result or self.get_default_result(), text)
 
-    # What the server below says ---------------------------------------------------------------------------------------
+    # Called by the underlying server ----------------------------------------------------------------------------------
 
     def internal_goal_callback(self, goal: Any) -> None:
-        """Take a new goal: it waits, unless it is older than one that has come before."""
+        """Handle a new goal: let it wait, unless it is older than one that was received before."""
         with self.action_server.lock, self.lock:
             try:
                 self._take(goal)
@@ -194,7 +194,7 @@ class SimpleActionServer:
         self.execute_condition.notify()
 
     def internal_preempt_callback(self, preempt: Any) -> None:
-        """Note that a client asks to cancel the present goal, or the one that waits."""
+        """Handle a request to cancel the current goal, or the one that is waiting."""
         with self.action_server.lock, self.lock:
             rospy.logdebug("A preempt has been received by the SimpleActionServer")
             if preempt == self.current_goal:
@@ -209,7 +209,7 @@ class SimpleActionServer:
     # Executing --------------------------------------------------------------------------------------------------------
 
     def executeLoop(self) -> None:
-        """Call ``execute_cb`` for one goal after the other, until the node ends: the work of ``execute_thread``."""
+        """Call ``execute_cb`` for one goal after the other, until the node shuts down, in ``execute_thread``."""
         while not rospy.is_shutdown():
             with self.terminate_mutex:
                 if self.need_to_terminate:

@@ -1,4 +1,4 @@
-"""What a server knows of one goal."""
+"""A server's information about a goal."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ __getattr__ = missing("actionlib.status_tracker")
 
 
 class StatusTracker(Tracked):
-    """A goal that has come, or only a request to cancel it.
+    """A goal that was received, or only a request to cancel it.
 
     Attributes:
-        status: its actionlib_msgs/GoalStatus. goal: the message of the action's goal topic, or None.
-        handle_tracker: the `HandleTrackerDeleter` of its handles; None if it has none.
-        handle_destruction_time: rospy.Time since when it only stays in the status list for a while; zero: not yet.
+        status: the actionlib_msgs/GoalStatus. goal: the message on the action's goal topic, or None.
+        handle_tracker: the `HandleTrackerDeleter` of the handles; None if there are none.
+        handle_destruction_time: rospy.Time of the deletion of the last handle; zero if there still are handles.
 
     Args:
-        goal_id, status: for a request to cancel: its GoalID, and a status of GoalStatus.
-        goal: else, the goal's message. If its id is empty, the goal gets a name; if its stamp is zero, the time.
+        goal_id, status: for a request to cancel, its GoalID, and a status of GoalStatus.
+        goal: otherwise, the goal's message. An empty id is replaced with a generated name, a zero stamp with the time.
     """
 
     def __init__(self, goal_id: Any = None, status: int | None = None, goal: Any = None) -> None:

@@ -1,4 +1,4 @@
-"""A camera's calibration: from a file, from the service ``set_camera_info``, and back to the file.
+"""A camera's calibration, which is loaded from a file, or set by the service ``set_camera_info`` and saved.
 
 The file is YAML in the form of camera_calibration_parsers.
 """
@@ -25,7 +25,7 @@ URL_empty, URL_file, URL_package, URL_invalid = 0, 1, 2, 3
 
 _MATRICES = (("camera_matrix", "K", 3), ("rectification_matrix", "R", 3), ("projection_matrix", "P", 4))
 _MOST = 1 << 20
-"""Maximum number of characters that are read from a file."""
+"""Maximum number of characters to read from a file."""
 
 __getattr__ = missing(__name__)
 
@@ -43,8 +43,8 @@ class CameraInfoManager:
 
     Args:
         cname: the camera's name.
-        url: place of the calibration: ``file://...`` or ``package://NAME/...``; empty: in ROS_HOME. ``${NAME}`` is the
-            camera's name, and ``${ROS_HOME}`` the folder.
+        url: URL of the calibration: ``file://...`` or ``package://NAME/...``; empty for a file in ROS_HOME. ``${NAME}``
+            is the camera's name, and ``${ROS_HOME}`` the folder.
         namespace: namespace of the service.
     """
 
@@ -68,7 +68,7 @@ class CameraInfoManager:
         return self.cname
 
     def getURL(self) -> str:
-        """Return the place of the calibration."""
+        """Return the URL of the calibration."""
         return self.url
 
     def isCalibrated(self) -> bool:
@@ -76,12 +76,12 @@ class CameraInfoManager:
         return self.getCameraInfo().K[0] != 0.0  # type: ignore[no-any-return, unused-ignore]
 
     def loadCameraInfo(self) -> None:
-        """Load the calibration; without a file it is empty."""
+        """Load the calibration, which is empty if there is no file."""
         with self._lock:
             self.camera_info = loadCalibration(self.url, self.cname)
 
     def setCameraInfo(self, req: Any) -> Any:
-        """Take a calibration, and save it: the service's function."""
+        """Set a calibration, and save it; the service's handler."""
         with self._lock:
             self.camera_info = req.camera_info
         response = SetCameraInfoResponse()
@@ -99,7 +99,7 @@ class CameraInfoManager:
         return True
 
     def setURL(self, url: str) -> bool:
-        """Change the place of the calibration; return whether it is legal. The calibration must be loaded again."""
+        """Change the URL of the calibration; return whether it is legal. The calibration must be loaded again."""
         if parseURL(resolveURL(url, self.cname)) >= URL_invalid:
             return False
         with self._lock:
@@ -108,17 +108,17 @@ class CameraInfoManager:
 
 
 def genCameraName(from_string: str) -> str:
-    """Return a text as a legal name of a camera."""
+    """Convert a string to a legal name of a camera."""
     return re.sub(r"\W", "_", from_string, flags=re.ASCII)
 
 
 def resolveURL(url: str, cname: str) -> str:
-    """Return a place with ``${NAME}`` and ``${ROS_HOME}`` replaced."""
+    """Return a URL with ``${NAME}`` and ``${ROS_HOME}`` replaced."""
     return url.replace("${NAME}", cname).replace("${ROS_HOME}", rospkg.get_ros_home())
 
 
 def parseURL(url: str) -> int:
-    """Return the kind of a place: URL_empty, URL_file, URL_package or URL_invalid."""
+    """Return the kind of a URL: URL_empty, URL_file, URL_package or URL_invalid."""
     if not url:
         return URL_empty
     if url.lower().startswith("file:///"):
@@ -148,7 +148,7 @@ def _path(url: str, cname: str) -> str:
 
 
 def loadCalibration(url: str, cname: str) -> Any:
-    """Return the calibration of a place; empty if there is none."""
+    """Load the calibration from a URL; empty if there is none."""
     path = _path(url, cname)
     if not path:
         rospy.logerr("Invalid camera calibration URL: %s", url)
@@ -157,7 +157,7 @@ def loadCalibration(url: str, cname: str) -> Any:
 
 
 def loadCalibrationFile(filename: str, cname: str) -> Any:
-    """Return the calibration in a file; empty if it cannot be read, which is logged."""
+    """Load the calibration from a file; empty if it cannot be read, which is logged."""
     message = CameraInfo()
     try:
         with open(filename, encoding="utf-8") as file:
@@ -178,7 +178,7 @@ def loadCalibrationFile(filename: str, cname: str) -> Any:
 
 
 def saveCalibration(new_info: Any, url: str, cname: str) -> bool:
-    """Save a calibration at a place; return whether that could be done."""
+    """Save a calibration at a URL; return whether that was possible."""
     path = _path(url, cname)
     if not path:
         rospy.logerr("Invalid camera calibration URL: %s", url)
@@ -187,7 +187,7 @@ def saveCalibration(new_info: Any, url: str, cname: str) -> bool:
 
 
 def saveCalibrationFile(ci: Any, filename: str, cname: str) -> bool:
-    """Save a calibration in a file; return whether that could be done."""
+    """Save a calibration in a file; return whether that was possible."""
     values = {
         "image_width": ci.width,
         "image_height": ci.height,

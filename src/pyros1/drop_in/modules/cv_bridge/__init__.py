@@ -1,6 +1,6 @@
-"""cv_bridge, by pyros1: images as numpy arrays, as OpenCV wants them (https://wiki.ros.org/cv_bridge).
+"""cv_bridge, by pyros1: converts images to numpy arrays, as used by OpenCV (https://wiki.ros.org/cv_bridge).
 
-Only compressed images, and those of Bayer and YUV formats, need more: OpenCV, or for compressed ones Pillow.
+Only compressed images, and those in Bayer and YUV formats, need OpenCV, or Pillow for compressed ones.
 """
 
 from cv_bridge.core import CvBridge, CvBridgeError

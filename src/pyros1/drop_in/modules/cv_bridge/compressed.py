@@ -1,4 +1,4 @@
-"""Compressed images as arrays in the order BGR, and back: with OpenCV, as stock's, or else with Pillow."""
+"""Converts compressed images to arrays in the order BGR, and back, with OpenCV like stock, or else with Pillow."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ _OR_OPENCV = ", or install OpenCV: pip install opencv-python-headless"
 
 
 def decode(data: bytes) -> Any:
-    """Return the image in a file, with its depth and channels; None if it cannot be read.
+    """Decode the image in a file, with its depth and channels; return None if it cannot be read.
 
     Raises:
-        CvBridgeError: there are no data, Pillow cannot read such files, or neither Pillow nor OpenCV is installed.
+        CvBridgeError: there are no data, Pillow does not support the format, or neither Pillow nor OpenCV is installed.
     """
     if not data:
         raise CvBridgeError("the compressed image has no data")
@@ -42,7 +42,7 @@ def decode(data: bytes) -> Any:
 
 
 def encode(image: Any, form: str) -> bytes:
-    """Return an image as a file; raises CvBridgeError if it cannot be written in that format."""
+    """Encode an image as a file; raises CvBridgeError if it cannot be written in that format."""
     cv2 = _cv2()
     if cv2 is not None:
         try:
@@ -66,8 +66,8 @@ def encode(image: Any, form: str) -> bytes:
 def convert(image: Any, target: Encoding) -> Any:
     """Return the image of a file in another encoding than "bgr8".
 
-    As in stock, the file's encoding counts as "bgr8", whatever its depth and channels are. But an image of 16 bits
-    stays one in encodings with 16 bits, in which stock's overflows, and grey may become grey.
+    Like in stock, the file's encoding is considered to be "bgr8", whatever its depth and channels are. However, an
+    image with 16 bits keeps them in encodings with 16 bits, where stock's would overflow, and grey may remain grey.
 
     Raises:
         CvBridgeError: there is no such conversion.
@@ -84,7 +84,7 @@ def convert(image: Any, target: Encoding) -> Any:
 
 
 def _turned(image: Any) -> Any:
-    """Return an image with red and blue swapped, if it has colours."""
+    """Swap red and blue in an image, if it has colours."""
     if image.ndim < 3 or image.shape[2] not in (3, 4):
         return image
     return np.ascontiguousarray(image[:, :, [2, 1, 0, 3][: image.shape[2]]])

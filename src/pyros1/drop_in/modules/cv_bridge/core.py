@@ -1,4 +1,4 @@
-"""Images as messages and as arrays."""
+"""Converts images between messages and arrays."""
 
 from __future__ import annotations
 
@@ -51,15 +51,15 @@ class CvBridge:
         return found.dtype, found.channels
 
     def imgmsg_to_cv2(self, img_msg: Any, desired_encoding: str = "passthrough") -> Any:
-        """Return the image of a message.
+        """Convert a message to an array.
 
         Args:
             img_msg: a sensor_msgs/Image.
-            desired_encoding: the encoding wanted; "passthrough": as it is.
+            desired_encoding: the encoding of the array; "passthrough" for that of the message.
 
         Returns:
-            Array of shape (height, width), or (height, width, channels) if there are several. As it is, it shows the
-            message's own data and cannot be written to.
+            Array of shape (height, width), or (height, width, channels) if there are several. Without conversion, it
+            refers to the message's data and is read-only.
 
         Raises:
             CvBridgeError: the encoding is unknown, the data are too short, or there is no such conversion.
@@ -83,16 +83,16 @@ class CvBridge:
         return convert(image, source, _encoding(desired_encoding))
 
     def cv2_to_imgmsg(self, cvim: Any, encoding: str = "passthrough", header: Any = None) -> Image:
-        """Return the message of an image.
+        """Convert an array to a message.
 
         Args:
             cvim: array of shape (height, width), or (height, width, channels).
-            encoding: its encoding; "passthrough": OpenCV's name of its type.
-            header: the header; None: an empty one.
+            encoding: the encoding of the array; "passthrough" for OpenCV's name of its type.
+            header: the header; None for an empty one.
 
         Raises:
-            TypeError: ``cvim`` is no array.
-            CvBridgeError: it does not have the type of the encoding.
+            TypeError: ``cvim`` is not an array.
+            CvBridgeError: the array does not have the type of the encoding.
         """
         if not isinstance(cvim, np.ndarray):
             raise TypeError("Your input type is not a numpy array")
@@ -119,15 +119,15 @@ class CvBridge:
         return message
 
     def compressed_imgmsg_to_cv2(self, cmprs_img_msg: Any, desired_encoding: str = "passthrough") -> Any:
-        """Return the image of a sensor_msgs/CompressedImage; colours are in the order BGR.
+        """Convert a sensor_msgs/CompressedImage to an array; colours are in the order BGR.
 
         Args:
             cmprs_img_msg: the message.
-            desired_encoding: the encoding wanted. "passthrough" and, as in stock, "bgr8": the image with the channels
-                and depth of the file; other encodings of colours with 8 bits leave the depth as it is, too.
+            desired_encoding: the encoding of the array. For "passthrough" and, like in stock, "bgr8", the array has the
+                channels and depth of the file; other encodings for colours with 8 bits keep the depth as well.
 
         Returns:
-            The array; None, as in stock, if the data cannot be read and the order of channels would stay as it is.
+            The array; None, like in stock, if the data cannot be read and the order of channels would not change.
 
         Raises:
             CvBridgeError: there are no data, they cannot be converted, or Pillow cannot read such files and OpenCV,
@@ -144,16 +144,16 @@ class CvBridge:
         return compressed.convert(image, target)
 
     def cv2_to_compressed_imgmsg(self, cvim: Any, dst_format: str = "jpg") -> CompressedImage:
-        """Return the compressed message of an image.
+        """Convert an array to a compressed message.
 
         Args:
             cvim: array of shape (height, width), or (height, width, channels) in the order BGR.
-            dst_format: "jpg", "png" or another format that OpenCV or Pillow has. Numbers that it does not have become
-                the nearest from 0 to 255.
+            dst_format: "jpg", "png" or another format supported by OpenCV or Pillow. Numbers that it cannot represent
+                are replaced with the nearest ones from 0 to 255.
 
         Raises:
-            TypeError: ``cvim`` is no array.
-            CvBridgeError: it cannot be written in that format.
+            TypeError: ``cvim`` is not an array.
+            CvBridgeError: the image cannot be written in that format.
         """
         if not isinstance(cvim, np.ndarray):
             raise TypeError("Your input type is not a numpy array")

@@ -1,4 +1,4 @@
-"""Images of any encoding as colours or grey, to be looked at (https://wiki.ros.org/cv_bridge)."""
+"""Converts images in any encoding to colours or grey, for display (https://wiki.ros.org/cv_bridge)."""
 
 from __future__ import annotations
 
@@ -22,21 +22,21 @@ def cvtColorForDisplay(
     min_image_value: float = 0.0,
     max_image_value: float = 0.0,
 ) -> Any:
-    """Return an image to be shown.
+    """Convert an image for display.
 
     Args:
         source: array of shape (rows, columns), or (rows, columns, channels).
-        encoding_in: its encoding.
-        encoding_out: "bgr8", "mono8" or another one of colours with 8 bits; "" for "bgr8".
-        do_dynamic_scaling: show the smallest value as black and the largest as white; for one channel only.
-        min_image_value, max_image_value: the values shown as black and as white, without dynamic scaling; equal: values
-            stay.
+        encoding_in: the encoding of the array.
+        encoding_out: "bgr8", "mono8" or another encoding for colours with 8 bits; "" for "bgr8".
+        do_dynamic_scaling: whether to map the minimum to black and the maximum to white; only for one channel.
+        min_image_value, max_image_value: without dynamic scaling, the values to map to black and white; if they are
+            equal, values are not scaled.
 
     Returns:
-        Array of uint8.
+        An array of uint8.
 
     Raises:
-        RuntimeError: it is not possible.
+        RuntimeError: the image cannot be converted.
     """
     if not encoding_out:
         if not (_is_color(encoding_in) or _GUESSED.match(encoding_in)):

@@ -43,11 +43,11 @@ _MAX_CHANNELS = 512
 
 
 _WHOLE = 1 << 31
-"""The first number that is too large for OpenCV's rounding."""
+"""The smallest number that is too large for OpenCV's rounding."""
 
 
 def encoding(name: str) -> Encoding:
-    """Return an encoding; raises CvBridgeError if there is no such one."""
+    """Return an encoding; raises CvBridgeError if it does not exist."""
     match = _COLOR.match(name)
     if match:
         order = _ORDERS[match[1]]
@@ -83,12 +83,12 @@ def depth_of(cvtype: int) -> str:
 
 
 def convert(image: Any, source: Encoding, target: Encoding) -> Any:
-    """Return an image in another encoding.
+    """Convert an image to another encoding.
 
     Args:
         image: array of shape (rows, columns), or (rows, columns, channels).
-        source: its encoding.
-        target: the encoding wanted.
+        source: the encoding of the array.
+        target: the encoding of the result.
 
     Raises:
         CvBridgeError: there is no such conversion.
@@ -116,10 +116,10 @@ def convert(image: Any, source: Encoding, target: Encoding) -> Any:
 
 
 def scaled(image: Any, dtype: str) -> Any:
-    """Return an image with another type of numbers, as OpenCV's ``convertTo`` makes them.
+    """Convert an image to another type of numbers, like OpenCV's ``convertTo``.
 
-    8 and 16 bits stand for the same range, with and without a sign; other numbers stay, or become the nearest. Real
-    numbers that have more than 32 bits, or are no numbers, become the smallest.
+    Integers with 8 and 16 bits represent the same range, signed and unsigned; other numbers are kept, or replaced with
+    the nearest ones. Floats that need more than 32 bits, and NaN, become the minimum.
     """
     if image.dtype == dtype:
         return image.copy()
@@ -139,7 +139,7 @@ def scaled(image: Any, dtype: str) -> Any:
 
 
 def reordered(image: Any, source: str, target: str) -> Any:
-    """Return an image with its colours in another order."""
+    """Change the order of an image's colours."""
     if source == target:
         return image
     if target == "m":
@@ -158,7 +158,7 @@ def reordered(image: Any, source: str, target: str) -> Any:
 
 
 def _decoded(image: Any, source: Encoding, target: Encoding) -> tuple[Any, Encoding]:
-    """Return an image of a Bayer or YUV format in BGR, or in grey."""
+    """Convert an image in a Bayer or YUV format to BGR or grey."""
     grey_place = {"yuv422": 1, "yuv422_yuy2": 0}.get(source.name)
     if grey_place is not None and target.order == "m":
         return image[..., grey_place], encoding("mono8")

@@ -1,4 +1,4 @@
-"""Diagnostics of a node (https://wiki.ros.org/diagnostic_updater), as stock's module for Python has them."""
+"""Diagnostics of a node, like stock's Python module (https://wiki.ros.org/diagnostic_updater)."""
 
 import threading
 

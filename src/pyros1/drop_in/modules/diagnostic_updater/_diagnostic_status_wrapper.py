@@ -1,4 +1,4 @@
-"""The status that tasks fill."""
+"""The status message that tasks fill in."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ ERROR = DiagnosticStatus.ERROR
 
 
 class DiagnosticStatusWrapper(Status):
-    """A diagnostic_msgs/DiagnosticStatus with what tasks need to fill it; made as such a message is.
+    """A diagnostic_msgs/DiagnosticStatus with methods to fill it in; it has the constructor of such a message.
 
-    `summary` and `mergeSummary` take a level and a message, or another status.
+    The arguments of `summary` and `mergeSummary` are a level and a message, or another status.
     """
 
     def __init__(self, *args: Any, **kwds: Any) -> None:
@@ -33,12 +33,12 @@ class DiagnosticStatusWrapper(Status):
         super().summary(OK, "")
 
     def mergeSummary(self, *args: Any) -> None:
-        """Add a level and message: the worse level counts, and the messages of problems remain."""
+        """Merge a level and message: the worse level is used, and the messages of problems are kept."""
         level, message = _level_and_message(args)
         self.merge(level, str(message))
 
     def add(self, key: Any, val: Any) -> None:
-        """Add a value, as text, under a name."""
+        """Add a named value, converted to a string."""
         super().add(key, val)
 
 

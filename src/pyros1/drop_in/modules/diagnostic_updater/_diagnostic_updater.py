@@ -1,4 +1,4 @@
-"""Tasks, lists of them, and the updater that publishes what they say."""
+"""Tasks, lists of tasks, and the updater that publishes their results."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray
 __getattr__ = missing("diagnostic_updater._diagnostic_updater")
 
 _RECHECK = 0.1
-"""Seconds after which the period is read again."""
+"""Seconds between reads of the period."""
 
 
 class DiagnosticTask:
-    """Something that fills a status; subclasses say what.
+    """A task that fills in a status; implemented by subclasses.
 
     Args:
-        name: of what the task looks at.
+        name: name of the subject of the task.
     """
 
     def __init__(self, name: str) -> None:
@@ -35,16 +35,16 @@ class DiagnosticTask:
         return self.name
 
     def run(self, stat: Any) -> Any:
-        """Fill a `DiagnosticStatusWrapper`, and return it."""
+        """Fill in a `DiagnosticStatusWrapper` and return it."""
         return stat
 
 
 class FunctionDiagnosticTask(DiagnosticTask):
-    """A function as a task.
+    """A task that calls a function.
 
     Args:
-        name: of what it looks at.
-        fn: called with a `DiagnosticStatusWrapper`; returns it.
+        name: name of the subject of the task.
+        fn: called with a `DiagnosticStatusWrapper`, which it returns.
     """
 
     def __init__(self, name: str, fn: Callable[[Any], Any]) -> None:
@@ -57,10 +57,10 @@ class FunctionDiagnosticTask(DiagnosticTask):
 
 
 class CompositeDiagnosticTask(DiagnosticTask):
-    """Several tasks that fill one status: their values one after the other, their summaries merged.
+    """Several tasks that fill in one status: their values are added one after the other, their summaries merged.
 
     Args:
-        name: of what they look at.
+        name: name of the subject of the tasks.
     """
 
     def __init__(self, name: str) -> None:
@@ -88,7 +88,7 @@ class DiagnosticTaskVector:
             self.fn = fn
 
         def run(self, stat: Any) -> Any:
-            """Fill a status, whose name is the task's, and return it."""
+            """Fill in a status, which has the name of the task, and return it."""
             stat.name = self.name
             return self.fn(stat)
 
@@ -97,7 +97,7 @@ class DiagnosticTaskVector:
         self.lock = threading.RLock()
 
     def addedTaskCallback(self, task: Any) -> None:
-        """Do what is to be done with a new `DiagnosticTaskInternal`; for subclasses."""
+        """Handle a new `DiagnosticTaskInternal`; may be overridden by subclasses."""
 
     def add(self, *args: Any) -> None:
         """Add a `DiagnosticTask`, or a name and a function as for `FunctionDiagnosticTask`."""
@@ -111,7 +111,7 @@ class DiagnosticTaskVector:
             self.addedTaskCallback(task)
 
     def removeByName(self, name: str) -> bool:
-        """Remove the first task of a name; return whether there was one."""
+        """Remove the first task with a name; return whether there was one."""
         with self.lock:
             found = next((task for task in self.tasks if task.name == name), None)
             if found is not None:
@@ -120,13 +120,13 @@ class DiagnosticTaskVector:
 
 
 class Updater(DiagnosticTaskVector):
-    """Publishes what its tasks say on /diagnostics, when the program calls `update`.
+    """Publishes the results of its tasks on /diagnostics, when the program calls `update`.
 
-    The parameter ``~diagnostic_period`` has the seconds from one time to the next (1).
+    The parameter ``~diagnostic_period`` is the period in seconds (default 1).
 
     Attributes:
-        verbose: whether to log what is not OK. hwid: the hardware's name. period: in seconds.
-        last_time: rospy.Time of the last time. publisher: the rospy.Publisher.
+        verbose: whether to log everything that is not OK. hwid: the hardware's name. period: the period in seconds.
+        last_time: rospy.Time of the last publication. publisher: the rospy.Publisher.
     """
 
     def __init__(self) -> None:
@@ -143,17 +143,17 @@ class Updater(DiagnosticTaskVector):
         self.publish(DiagnosticStatusWrapper(name=task.name, level=OK, message="Node starting up"))
 
     def setHardwareID(self, hwid: str) -> None:
-        """Set what tells this piece of hardware from others; "none" if there is nothing."""
+        """Set the identifier of this piece of hardware; "none" if there is none."""
         self.hwid = hwid
 
     def update(self) -> None:
-        """Run the tasks and publish, if it is time; to be called often."""
+        """Run the tasks and publish the results if the period has passed; must be called frequently."""
         self._check_diagnostic_period()
         if not self.last_time <= rospy.Time.now() < self.last_time + rospy.Duration(self.period):  # time may jump back
             self.force_update()
 
     def force_update(self) -> None:
-        """Run the tasks and publish now. What a task raises comes from here."""
+        """Run the tasks and publish the results now. An exception of a task is raised here."""
         self.last_time = rospy.Time.now()
         with self.lock:
             tasks = list(self.tasks)
@@ -180,13 +180,13 @@ class Updater(DiagnosticTaskVector):
         self.publish(found)
 
     def broadcast(self, lvl: int, msg: str) -> None:
-        """Publish the same level and message for all tasks, for example before the node ends."""
+        """Publish the same level and message for all tasks, for example before the node shuts down."""
         with self.lock:
             names = [task.name for task in self.tasks]
         self.publish([DiagnosticStatusWrapper(name=name, level=lvl, message=msg) for name in names])
 
     def publish(self, msg: Any) -> None:
-        """Publish a DiagnosticStatus, or a list of them; their names get the node's name in front."""
+        """Publish a DiagnosticStatus, or a list of them; the node's name is prepended to their names."""
         found = msg if isinstance(msg, list) else [msg]
         for status in found:
             status.name = f"{rospy.get_name()[1:]}: {status.name}"

@@ -1,4 +1,4 @@
-"""Tasks that watch a topic."""
+"""Tasks that monitor a topic."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ __getattr__ = missing("diagnostic_updater._publisher")
 
 
 class HeaderlessTopicDiagnostic(CompositeDiagnosticTask):
-    """Watches how often a topic has messages.
+    """Monitors the rate of messages on a topic.
 
     Args:
         name: the topic's name.
-        diag: the `Updater` that is to run the task.
+        diag: the `Updater` that runs the task.
         freq: a `FrequencyStatusParam`.
     """
 
@@ -32,15 +32,15 @@ class HeaderlessTopicDiagnostic(CompositeDiagnosticTask):
         self.freq.tick()
 
     def clear_window(self) -> None:
-        """Begin to count anew."""
+        """Restart counting."""
         self.freq.clear()
 
 
 class TopicDiagnostic(HeaderlessTopicDiagnostic):
-    """Watches how often a topic has messages, and their time stamps.
+    """Monitors the rate of messages on a topic, and their time stamps.
 
     Args:
-        name, diag, freq: as for `HeaderlessTopicDiagnostic`.
+        name, diag, freq: see `HeaderlessTopicDiagnostic`.
         stamp: a `TimeStampStatusParam`.
     """
 
@@ -56,11 +56,11 @@ class TopicDiagnostic(HeaderlessTopicDiagnostic):
 
 
 class DiagnosedPublisher(TopicDiagnostic):
-    """A publisher whose messages are watched.
+    """A publisher whose messages are monitored.
 
     Args:
         pub: a rospy.Publisher of messages with a header.
-        diag, freq, stamp: as for `TopicDiagnostic`.
+        diag, freq, stamp: see `TopicDiagnostic`.
     """
 
     def __init__(self, pub: Any, diag: Any, freq: Any, stamp: Any) -> None:

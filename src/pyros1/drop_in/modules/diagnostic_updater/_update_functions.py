@@ -15,12 +15,12 @@ __getattr__ = missing("diagnostic_updater._update_functions")
 
 
 class FrequencyStatusParam:
-    """How often something should happen.
+    """The expected frequency of an event.
 
     Args:
-        freq_bound: the frequencies "min" and "max" in Hz, in a dictionary that may change later; "max" may lack.
-        tolerance: share by which the frequency may be outside of them: 0.1 is 10 %.
-        window_size: number of updates over which is counted.
+        freq_bound: the frequencies "min" and "max" in Hz, in a dictionary that may change later; "max" is optional.
+        tolerance: fraction by which the frequency may be outside this range: 0.1 is 10 %.
+        window_size: number of updates over which events are counted.
     """
 
     def __init__(self, freq_bound: Mapping[str, float], tolerance: float = 0.1, window_size: int = 5) -> None:
@@ -30,7 +30,7 @@ class FrequencyStatusParam:
 
 
 class FrequencyStatus(DiagnosticTask):
-    """Tells whether something happens as often as it should.
+    """Monitors whether an event has the expected frequency.
 
     Args:
         params: a `FrequencyStatusParam`.
@@ -43,7 +43,7 @@ class FrequencyStatus(DiagnosticTask):
         self._frequency = Frequency(rospy.Time.now, window=params.window_size)
 
     def clear(self) -> None:
-        """Begin to count anew."""
+        """Restart counting."""
         self._frequency.clear()
 
     def tick(self) -> None:
@@ -51,7 +51,7 @@ class FrequencyStatus(DiagnosticTask):
         self._frequency.tick()
 
     def run(self, stat: Any) -> Any:
-        """Fill a `DiagnosticStatusWrapper`, and return it."""
+        """Fill in a `DiagnosticStatusWrapper` and return it."""
         bounds = self.params.freq_bound
         self._frequency.minimum, self._frequency.maximum = bounds["min"], bounds.get("max")
         self._frequency.tolerance = self.params.tolerance
@@ -60,10 +60,10 @@ class FrequencyStatus(DiagnosticTask):
 
 
 class TimeStampStatusParam:
-    """How old time stamps may be.
+    """The acceptable age of time stamps.
 
     Args:
-        min_acceptable, max_acceptable: in seconds; a negative number is in the future.
+        min_acceptable, max_acceptable: the age in seconds; negative for times in the future.
     """
 
     def __init__(self, min_acceptable: float = -1, max_acceptable: float = 5) -> None:
@@ -72,7 +72,7 @@ class TimeStampStatusParam:
 
 
 class TimeStampStatus(DiagnosticTask):
-    """Tells whether time stamps are near the time at which their messages come.
+    """Monitors whether time stamps are close to the time at which their messages arrive.
 
     Args:
         params: a `TimeStampStatusParam`.
@@ -85,23 +85,23 @@ class TimeStampStatus(DiagnosticTask):
         self._stamps = TimeStamps(rospy.Time.now)
 
     def tick(self, stamp: Any) -> None:
-        """Take a time stamp, as rospy.Time or in seconds."""
+        """Record a time stamp, as rospy.Time or in seconds."""
         self._stamps.tick(stamp)
 
     def run(self, stat: Any) -> Any:
-        """Fill a `DiagnosticStatusWrapper`, and return it."""
+        """Fill in a `DiagnosticStatusWrapper` and return it."""
         self._stamps.earliest, self._stamps.latest = self.params.min_acceptable, self.params.max_acceptable
         self._stamps.run(stat)
         return stat
 
 
 class Heartbeat(DiagnosticTask):
-    """Says that the node is alive."""
+    """Reports that the node is alive."""
 
     def __init__(self) -> None:
         super().__init__("Heartbeat")
 
     def run(self, stat: Any) -> Any:
-        """Fill a `DiagnosticStatusWrapper`, and return it."""
+        """Fill in a `DiagnosticStatusWrapper` and return it."""
         alive(stat)
         return stat

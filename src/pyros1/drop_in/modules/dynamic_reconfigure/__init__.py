@@ -1,4 +1,4 @@
-"""Parameters that change while a node runs (https://wiki.ros.org/dynamic_reconfigure)."""
+"""Parameters that can be changed while a node is running (https://wiki.ros.org/dynamic_reconfigure)."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ __getattr__ = missing(__name__)
 
 
 class DynamicReconfigureException(Exception):
-    """Base of the exceptions here."""
+    """Base class of the exceptions."""
 
 
 class DynamicReconfigureParameterException(DynamicReconfigureException):
-    """There is no such parameter, or it cannot have the value."""
+    """A parameter does not exist, or the value is not valid for it."""
 
 
 class DynamicReconfigureCallbackException(DynamicReconfigureException):
@@ -23,7 +23,7 @@ class DynamicReconfigureCallbackException(DynamicReconfigureException):
 
 
 def find_reconfigure_services() -> list[str]:
-    """Return the names of the servers that the master knows, without ``/set_parameters``, sorted."""
+    """Return the names of the servers registered with the master, without ``/set_parameters``, sorted."""
     import os
 
     from pyros1.net.hosts import master_uri
@@ -35,6 +35,6 @@ def find_reconfigure_services() -> list[str]:
 
 
 def get_parameter_names(descr: Any) -> KeysView[str]:
-    """Return the names of the parameters of a module that a ``.cfg`` file has become."""
+    """Return the names of the parameters in a module that was created from a ``.cfg`` file."""
     names: KeysView[str] = descr.defaults.keys()
     return names

@@ -1,4 +1,4 @@
-"""Client: sees and changes parameters of other nodes."""
+"""Client: reads and changes parameters of other nodes."""
 
 from __future__ import annotations
 
@@ -26,16 +26,16 @@ _Callback = Callable[[Any], object]
 
 
 class Client:
-    """A node's parameters as another node sees them.
+    """Access to the parameters of another node.
 
     Args:
         name: the other node's name, or the namespace of its parameters.
-        timeout: seconds to wait for it; None: no limit.
+        timeout: seconds to wait for it; None for no limit.
         config_callback: called with each new configuration.
         description_callback: called with the list of parameters.
 
     Raises:
-        ROSException: the other node does not answer in time.
+        ROSException: the other node does not respond in time.
     """
 
     def __init__(
@@ -58,30 +58,30 @@ class Client:
             raise ROSInterruptException("rospy shutdown") from None
 
     def _known(self, ask: Callable[[float | None], Any], timeout: float | None) -> Any:
-        """Return what the other node has published; None if it has not published in time, or this node ends."""
+        """Return what the other node has published; None if that was not in time, or this node shuts down."""
         try:
             return ask(timeout)
         except (WaitTimeoutError, NodeShutdownError):
             return None
 
     def get_configuration(self, timeout: float | None = None) -> Any:
-        """Return the latest configuration; None if there is none within ``timeout`` seconds (None: no limit)."""
+        """Return the latest configuration; None if there is none within ``timeout`` seconds (None for no limit)."""
         return self._known(self._client.config, timeout)
 
     def get_parameter_descriptions(self, timeout: float | None = None) -> Any:
-        """Return all parameters as dictionaries; None as for `get_configuration`."""
+        """Return all parameters as dictionaries, or None; see `get_configuration`."""
         return self._known(self._client.description, timeout)
 
     def get_group_descriptions(self, timeout: float | None = None) -> Any:
-        """Return the tree of groups; None as for `get_configuration`."""
+        """Return the tree of groups, or None; see `get_configuration`."""
         return self._known(self._client.groups, timeout)
 
     def update_configuration(self, changes: dict[str, Any]) -> Any:
         """Change parameters; return the new configuration.
 
         Raises:
-            DynamicReconfigureParameterException: there is no such parameter, or it cannot have the value.
-            DynamicReconfigureCallbackException: the other node refuses, or has gone.
+            DynamicReconfigureParameterException: a parameter does not exist, or the value is not valid for it.
+            DynamicReconfigureCallbackException: the other node refuses the change, or has exited.
         """
         try:
             return self._client.update(changes)
@@ -95,7 +95,7 @@ class Client:
     def update_groups(self, changes: dict[str, bool]) -> Any:
         """Set the states of groups in this client's description, and return it.
 
-        As with stock nothing is sent: ``update_configuration({"groups": changes})`` switches groups on and off.
+        Like in stock, nothing is sent: use ``update_configuration({"groups": changes})`` to switch groups on and off.
 
         Args:
             changes: name of a group below the first -> whether it is on.
@@ -111,11 +111,11 @@ class Client:
         self._client.close()
 
     def get_config_callback(self) -> _Callback | None:
-        """Return what is called with each new configuration."""
+        """Return the function that is called with each new configuration."""
         return self._client.on_config
 
     def set_config_callback(self, value: _Callback | None) -> None:
-        """Call a function with each new configuration, and now with the latest."""
+        """Call a function with each new configuration, and now with the latest one."""
         self._client.on_config = value
         config = self._known(self._client.config, 0)
         if value is not None and config is not None:
@@ -124,7 +124,7 @@ class Client:
     config_callback = property(get_config_callback, set_config_callback)
 
     def get_description_callback(self) -> _Callback | None:
-        """Return what is called with the list of parameters."""
+        """Return the function that is called with the list of parameters."""
         return self._client.on_description
 
     def set_description_callback(self, value: _Callback | None) -> None:

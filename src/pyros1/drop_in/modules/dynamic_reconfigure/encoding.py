@@ -1,4 +1,4 @@
-"""Configurations and their descriptions as messages, and back."""
+"""Converts configurations and their descriptions to messages, and back."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ class Config(pyros1.reconfigure.config.Config):
 
 
 def encode_description(descr: Any) -> Any:
-    """Return the description in a module that a ``.cfg`` file has become, as a message."""
+    """Convert the description in a module, which was created from a ``.cfg`` file, to a message."""
     return _encoding.describe(descr.config_description, descr.max, descr.min, descr.defaults)
 
 
 def encode_groups(parent: Any, group: Any) -> list[Any]:
-    """Return a group and all below it as messages."""
+    """Convert a group and all groups below it to messages."""
     return [_encoding.group_message(each) for each in _encoding.groups_of(group)]
 
 
 def encode_config(config: Any, flat: bool = True) -> Any:
-    """Return a configuration as a message.
+    """Convert a configuration to a message.
 
     Args:
-        config: parameter -> value, and under ``groups`` a tree of groups, or with ``flat=False`` a list of them.
+        config: parameter -> value; ``groups`` is a tree of groups, or with ``flat=False`` a list of groups.
         flat: whether the groups are a tree.
     """
     if flat or "groups" not in config:
@@ -54,13 +54,13 @@ def encode_config(config: Any, flat: bool = True) -> Any:
 
 
 def group_dict(group: Any) -> Config:
-    """Return a group in a message as a dictionary, without parameters or groups below it."""
+    """Convert a group in a message to a dictionary, without its parameters and the groups below it."""
     alone = {"id": group.id, "parent": group.parent, "name": group.name, "type": getattr(group, "type", "")}
     return Config(alone, state=getattr(group, "state", True), groups=Config(), parameters=Config())
 
 
 def decode_description(msg: Any) -> Any:
-    """Return a ConfigDescription as a tree of groups, whose parameters are a list of dictionaries."""
+    """Convert a ConfigDescription to a tree of groups, whose parameters are a list of dictionaries."""
     return _encoding.decode_description(msg, Config)
 
 
@@ -73,7 +73,7 @@ def get_tree(m: Any, group: Any = None) -> Any:
 
 
 def initial_config(msg: Any, description: Any = None) -> Any:
-    """Return the values in a Config; with the description of a module from a ``.cfg`` file, its groups, if it has any.
+    """Return the values in a Config; with a description from a ``.cfg`` file, including its groups, if there are any.
 
     The states of the groups are those of the description.
     """
@@ -84,7 +84,7 @@ def initial_config(msg: Any, description: Any = None) -> Any:
 
 
 def decode_config(msg: Any, description: Any = None) -> Any:
-    """Return the values in a Config; with a description, from `decode_description`, also the groups in it."""
+    """Return the values in a Config; with a description from `decode_description`, including its groups."""
     values = _encoding.decode(msg, Config)
     if description is None:
         return values
@@ -94,7 +94,7 @@ def decode_config(msg: Any, description: Any = None) -> Any:
 
 
 def extract_params(group: Any) -> list[Any]:
-    """Return the parameters of a group and of all below it."""
+    """Return the parameters of a group and of all groups below it."""
     return _encoding.parameters_of(group)
 
 

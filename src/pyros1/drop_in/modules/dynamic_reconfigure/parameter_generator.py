@@ -1,4 +1,4 @@
-"""ParameterGenerator under the name of rosbuild's times; see `dynamic_reconfigure.parameter_generator_catkin`."""
+"""ParameterGenerator under its name in rosbuild; see `dynamic_reconfigure.parameter_generator_catkin`."""
 
 from dynamic_reconfigure.parameter_generator_catkin import (
     LINEDEBUG,

@@ -32,7 +32,7 @@ _PYTHON = {"str": str, "int": int, "double": float, "bool": bool}
 
 
 def check_description(description: Any) -> None:
-    """Raise an error if a description has quotes, which stock's C++ could not have."""
+    """Raise an error if a description contains quotes, which are not allowed in stock's C++ code."""
     if '"' in description:
         raise ValueError(f"quotes not allowed in description string `{description}`")
 
@@ -86,11 +86,11 @@ class ParameterGenerator:
             """Add a parameter.
 
             Args:
-                name: of the parameter.
+                name: name of the parameter.
                 paramtype: str_t, int_t, double_t or bool_t.
-                level: bits that the callback gets when it changes.
-                description: for people.
-                default, min, max: of its type.
+                level: bits to pass to the callback when the parameter changes.
+                description: a human-readable description.
+                default, min, max: values of that type.
                 edit_method: an `enum`.
             """
             self.gen.pytype(paramtype)
@@ -117,7 +117,7 @@ class ParameterGenerator:
             return self.id
 
         def get_parameters(self) -> list[dict[str, Any]]:
-            """Return the parameters of this group and all below it."""
+            """Return the parameters of this group and of all groups below it."""
             return [each for group in self._group.all_groups() for each in group.parameters]
 
         def to_dict(self) -> dict[str, Any]:
@@ -142,14 +142,14 @@ class ParameterGenerator:
         param.update(_C_TYPES[param["type"]])
 
     def check_type_fill_default(self, param: dict[str, Any], field: str, default: Any) -> None:
-        """Put a default, unchecked, in the place of None, or check the value."""
+        """Return a default (unchecked) instead of None, or validate the value."""
         if param[field] is None:
             param[field] = default
         else:
             self.check_type(param, field)
 
     def const(self, name: str, type: str, value: Any, descr: str) -> dict[str, Any]:
-        """Return a constant, for `enum`; the module gets it, too."""
+        """Return a constant, for `enum`; it is added to the module as well."""
         self.pytype(type)
         constant = {"name": name, "type": type, "value": checked(name, type, "value", value), **_place()}
         constant.update(description=descr, **_C_TYPES[type])
@@ -182,16 +182,16 @@ class ParameterGenerator:
         return self.group.add_group(name, type=type, state=state)
 
     def generate(self, pkgname: str, nodename: str, name: str) -> int:
-        """End the description: the module that imports it gets it.
+        """Finish the description, which is passed to the module that is being imported.
 
         Raises:
-            NotImplementedError: this is a program of its own: pyros1 writes no files, and none are needed.
+            NotImplementedError: the file is run as a program; pyros1 does not generate files, and does not need them.
         """
         configs.add_description(self.contents(name))
         return 0
 
     def contents(self, name: str) -> dict[str, Any]:
-        """Return what the module ``NAMEConfig`` has."""
+        """Return the contents of the module ``NAMEConfig``."""
         parameters = self.group.get_parameters()
         found: dict[str, Any] = {
             "inf": _INFINITY,

@@ -1,4 +1,4 @@
-"""Server: lets others change parameters of this node."""
+"""Server: lets other nodes change parameters of this node."""
 
 from __future__ import annotations
 
@@ -29,14 +29,15 @@ from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure as ReconfigureSrv
 
 
 class SetService:
-    """The service of a server, with what programs use of a `rospy.Service`.
+    """The service of a server, with the members of a `rospy.Service` that programs use.
 
     Args:
-        service: pyros1's.
+        service: the service of pyros1.
 
     Attributes:
-        resolved_name: full name. service_class, request_class, response_class: of dynamic_reconfigure/Reconfigure.
-        uri: its address.
+        resolved_name: full name.
+        service_class, request_class, response_class: those of dynamic_reconfigure/Reconfigure.
+        uri: the service's URI.
     """
 
     def __init__(self, service: Any) -> None:
@@ -48,15 +49,15 @@ class SetService:
         self.response_class = ReconfigureSrv._response_class
 
     def shutdown(self, reason: str = "") -> None:
-        """End the service, and wake who waits for it.
+        """Shut down the service, and wake threads that wait for that.
 
         Args:
-            reason: for the log.
+            reason: the reason to log.
         """
         self._service.shutdown(reason)
 
     def spin(self) -> None:
-        """Wait until the node ends."""
+        """Wait until the node shuts down."""
         rospy.spin()
 
 
@@ -64,17 +65,18 @@ class Server:
     """Offers parameters to tools and other nodes.
 
     Args:
-        type: the module that a ``.cfg`` file has become, such as ``my_package.cfg.TutorialsConfig``.
-        callback: called at first and with each change, as ``callback(config, level)``; returns the configuration.
-        namespace: of the parameters, topics and service: within the node's private one, unless it begins with ``/``.
+        type: the module created from a ``.cfg`` file, such as ``my_package.cfg.TutorialsConfig``.
+        callback: called as ``callback(config, level)`` initially and for each change; returns the configuration.
+        namespace: namespace of parameters, topics and service, below the node's private one unless it starts with
+            ``/``.
 
     Attributes:
         config: the current configuration. description: the description as a message.
 
     Raises:
         DynamicReconfigureCallbackException: the callback has not returned a configuration.
-        ROSInitException: there is no node yet.
-        ServiceException: the node has a server in this namespace already.
+        ROSInitException: the node has not been started.
+        ServiceException: the node already has a server in this namespace.
     """
 
     def __init__(self, type: Any, callback: Callable[[Any, int], Any], namespace: str = "") -> None:

@@ -21,7 +21,7 @@ __getattr__ = missing(__name__)
 
 
 class InvalidMsgSpec(Exception):
-    """A definition is wrong."""
+    """A definition is invalid."""
 
 
 class MsgGenerationException(Exception):
@@ -34,7 +34,7 @@ def log(*args: Any) -> None:
 
 
 def log_verbose(value: bool) -> None:
-    """Tell whether :func:`plog` writes anything; pyros1 does not say more in either case."""
+    """Return whether :func:`plog` writes anything; pyros1 does not say more in either case."""
 
 
 def plog(msg: str, obj: Any) -> None:

@@ -135,7 +135,7 @@ def load_msg_from_string(msg_context: MsgContext, text: str, full_name: str) -> 
         full_name: ``package/Type``.
 
     Raises:
-        InvalidMsgSpec: it is wrong.
+        InvalidMsgSpec: it is invalid.
     """
     try:
         spec = message_spec(_spec.parse_message(full_name, text))

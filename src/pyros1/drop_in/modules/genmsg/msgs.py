@@ -38,7 +38,7 @@ def resolve_type(msg_type: str, package_context: str) -> str:
 
 
 def parse_type(msg_type: str) -> tuple[str, bool, int | None]:
-    """Return a type without brackets, whether it is an array, and the array's length; None: of any length.
+    """Return a type without brackets, whether it is an array, and the array's length; None for any length.
 
     Raises:
         ValueError: the type is not legal.
@@ -127,7 +127,7 @@ class Field:
 
     Attributes:
         base_type: the type without brackets.
-        is_array, array_len: whether it is an array, and its length; None: of any length.
+        is_array, array_len: whether it is an array, and its length; None for any length.
         is_header: whether it is a header.
         is_builtin: whether the type, without brackets, is built in.
     """

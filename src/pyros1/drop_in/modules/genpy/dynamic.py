@@ -32,7 +32,7 @@ def generate_dynamic(core_type: str, msg_cat: str) -> dict[str, type[Any]]:
         Full type name -> class.
 
     Raises:
-        InvalidMsgSpec: a definition in it is wrong.
+        InvalidMsgSpec: a definition in it is invalid.
         MsgGenerationException: it lacks the definition of a type; or no classes can be made of it.
     """
     found: dict[str, type[Any]] = {}

@@ -63,7 +63,7 @@ def strify_message(
         indent: what is in front of each line.
         time_offset: times are shown as differences to this one.
         current_time: has no effect.
-        field_filter: is called with each message, and returns the names of the fields to show; None: all.
+        field_filter: is called with each message, and returns the names of the fields to show; None for all.
         fixed_numeric_width: number of characters of each number; None: as they need.
     """
     from pyros1.msgs.text import format_message

@@ -129,7 +129,7 @@ class InteractiveMarkerServer:
             header: of the pose; without a frame_id, the marker's own remains.
 
         Returns:
-            Whether clients know the marker, and it is not to be inserted once more.
+            Whether clients know the marker, and it is not to be inserted again.
         """
         with self.mutex:
             context, update = self.marker_contexts.get(name), self.pending_updates.get(name)
@@ -242,7 +242,7 @@ class InteractiveMarkerServer:
     # Topics -----------------------------------------------------------------------------------------------------------
 
     def processFeedback(self, feedback: Any) -> None:
-        """Take a message of the feedback topic: move the marker, and call what is set for it."""
+        """Handle a message on the feedback topic: move the marker, and call what is set for it."""
         with self.mutex:
             name = feedback.marker_name
             context = self.marker_contexts.get(name)

@@ -1,4 +1,4 @@
-"""Filters of messages in a chain (https://wiki.ros.org/message_filters), as stock's module for Python has them."""
+"""Filters for messages, which can be chained, like stock's Python module (https://wiki.ros.org/message_filters)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _NO_HEADER = (
 
 
 class SimpleFilter:
-    """Base of all filters.
+    """Base class of all filters.
 
     Attributes:
         callbacks: number -> (function, further arguments).
@@ -27,22 +27,22 @@ class SimpleFilter:
         self.callbacks: dict[int, tuple[Callable[..., object], tuple[Any, ...]]] = {}
 
     def registerCallback(self, cb: Callable[..., object], *args: Any) -> int:
-        """Call a function with what the filter puts out, followed by ``args``; return the callback's number."""
+        """Call a function with the output of the filter, followed by ``args``; return the number of the callback."""
         number = len(self.callbacks)
         self.callbacks[number] = (cb, args)
         return number
 
     def signalMessage(self, *msg: Any) -> None:
-        """Put out messages."""
+        """Pass messages to the callbacks."""
         for callback, further in list(self.callbacks.values()):
             callback(*msg, *further)
 
 
 class Subscriber(SimpleFilter):
-    """Puts out the messages of a topic.
+    """A filter that outputs the messages on a topic.
 
     Args:
-        args, kwargs: those of `rospy.Subscriber`, whose attributes this has, too.
+        args, kwargs: the arguments of `rospy.Subscriber`, whose attributes this object has as well.
     """
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
@@ -51,11 +51,11 @@ class Subscriber(SimpleFilter):
         self.sub = rospy.Subscriber(*args, **{**kwargs, "callback": self.callback})
 
     def callback(self, msg: Any) -> None:
-        """Put out a message."""
+        """Pass a message to the callbacks."""
         self.signalMessage(msg)
 
     def getTopic(self) -> str:
-        """Return the topic's name as it was given."""
+        """Return the topic's name, unresolved."""
         return self.topic
 
     def __getattr__(self, key: str) -> Any:
@@ -65,7 +65,7 @@ class Subscriber(SimpleFilter):
 
 
 def _stamp(message: Any, headerless: bool) -> Any:
-    """Return the stamp of a message; None, with a warning, if it has none and may not be stamped here."""
+    """Return the stamp of a message; None, with a warning, if it has none and headerless messages are not allowed."""
     stamp = getattr(getattr(message, "header", None), "stamp", None)
     if stamp is None and not headerless:
         rospy.logwarn(_NO_HEADER)
@@ -73,14 +73,14 @@ def _stamp(message: Any, headerless: bool) -> Any:
 
 
 class Cache(SimpleFilter):
-    """Keeps the newest messages of a filter, in the order of their arrival, and passes them on.
+    """Stores the newest messages of a filter in the order of their arrival, and passes them on.
 
-    Unlike `pyros1.filters.Cache` it does not sort by stamps, as stock's does not.
+    Like stock's, and unlike `pyros1.filters.Cache`, it does not sort by stamps.
 
     Args:
         f: the filter.
-        cache_size: most messages.
-        allow_headerless: whether messages without a header have the time of their arrival as a stamp.
+        cache_size: maximum number of messages.
+        allow_headerless: whether to use the time of arrival as the stamp of messages without a header.
     """
 
     def __init__(self, f: SimpleFilter, cache_size: int = 1, allow_headerless: bool = False) -> None:
@@ -92,7 +92,7 @@ class Cache(SimpleFilter):
         self.connectInput(f)
 
     def connectInput(self, f: SimpleFilter) -> None:
-        """Take the messages of a filter."""
+        """Connect to a filter."""
         self.incoming_connection = f.registerCallback(self.add)
 
     def add(self, msg: Any) -> None:
@@ -110,48 +110,48 @@ class Cache(SimpleFilter):
         return [msg for msg, stamp in zip(self.cache_msgs, self.cache_times, strict=False) if wanted(stamp)]
 
     def getInterval(self, from_stamp: Any, to_stamp: Any) -> list[Any]:
-        """Return the messages with stamps in an interval, both ends included."""
+        """Return the messages with stamps in a closed interval."""
         if from_stamp > to_stamp:
             raise AssertionError
         return self._where(lambda stamp: from_stamp <= stamp <= to_stamp)
 
     def getElemAfterTime(self, stamp: Any) -> Any:
-        """Return the first message with this stamp or a later one; None if there is none."""
+        """Return the first message with this or a later stamp; None if there is none."""
         return next(iter(self._where(lambda each: each >= stamp)), None)
 
     def getElemBeforeTime(self, stamp: Any) -> Any:
-        """Return the last message with this stamp or an earlier one; None if there is none."""
+        """Return the last message with this or an earlier stamp; None if there is none."""
         return next(reversed(self._where(lambda each: each <= stamp)), None)
 
     def getLatestTime(self) -> Any:
-        """Return the stamp of the last message; None without one."""
+        """Return the stamp of the last message; None if there is none."""
         return self.cache_times[-1] if self.cache_times else None
 
     def getLastestTime(self) -> Any:
-        """The same as `getLatestTime`, under its older name."""
+        """Return the stamp of the last message; the old name of `getLatestTime`."""
         return self.getLatestTime()
 
     def getOldestTime(self) -> Any:
-        """Return the stamp of the first message; None without one."""
+        """Return the stamp of the first message; None if there is none."""
         return self.cache_times[0] if self.cache_times else None
 
     def getLast(self) -> Any:
-        """Return the last message; None without one."""
+        """Return the last message; None if there is none."""
         latest = self.getLatestTime()
         return None if latest is None else self.getElemAfterTime(latest)
 
 
 class TimeSynchronizer(SimpleFilter):
-    """Puts out messages of several filters that have the same stamp: one of each.
+    """Outputs sets of messages with the same stamp, one from each of several filters.
 
     Args:
         fs: the filters.
-        queue_size: messages of each that wait for the others.
-        reset: whether to forget the messages of a filter when simulated time jumps back.
+        queue_size: maximum number of messages of each filter that wait for the others.
+        reset: whether to drop the messages of a filter when simulated time jumps back.
 
     Attributes:
         queues: for each filter, stamp -> message.
-        latest_stamps: when the last message of each filter came, with ``reset``.
+        latest_stamps: with ``reset``, when the last message of each filter arrived.
     """
 
     def __init__(self, fs: Sequence[SimpleFilter], queue_size: int, reset: bool = False) -> None:
@@ -165,7 +165,7 @@ class TimeSynchronizer(SimpleFilter):
         return ExactTime(count, self.queue_size)
 
     def connectInput(self, fs: Sequence[SimpleFilter]) -> None:
-        """Take the messages of these filters, with empty queues."""
+        """Connect to filters, with empty queues."""
         self._match = self._matcher(len(fs))
         self.queues = self._match.queues
         self.latest_stamps = [rospy.Time(0) for _ in fs]
@@ -175,12 +175,12 @@ class TimeSynchronizer(SimpleFilter):
         ]
 
     def add(self, msg: Any, my_queue: dict[Any, Any], my_queue_index: int | None = None) -> None:
-        """Take a message.
+        """Add a message.
 
         Args:
             msg: the message.
-            my_queue: its filter's queue, one of ``queues``.
-            my_queue_index: which one that is.
+            my_queue: the queue of its filter, one of ``queues``.
+            my_queue_index: the index of that queue.
         """
         self._add(msg.header.stamp, msg, my_queue, my_queue_index)
 
@@ -197,7 +197,7 @@ class TimeSynchronizer(SimpleFilter):
                     self.signalMessage(*messages)
 
     def _in_order(self, now: Any, queue: dict[Any, Any], index: int | None) -> bool:
-        """Record a message's arrival; return whether to match sets: not while other messages are from before a jump."""
+        """Record when a message arrived; return False if old messages from before a jump forbid matching sets yet."""
         if not self.enable_reset or rospy.rostime.is_wallclock():
             return True
         if index is not None:
@@ -212,12 +212,12 @@ class TimeSynchronizer(SimpleFilter):
 
 
 class ApproximateTimeSynchronizer(TimeSynchronizer):
-    """Puts out messages of several filters whose stamps are less than ``slop`` apart: one of each.
+    """Outputs sets of messages whose stamps differ by less than ``slop``, one from each of several filters.
 
     Args:
-        fs, queue_size, reset: as for `TimeSynchronizer`.
-        slop: seconds.
-        allow_headerless: whether messages without a header have the time of their arrival as a stamp.
+        fs, queue_size, reset: see `TimeSynchronizer`.
+        slop: maximum difference in seconds.
+        allow_headerless: whether to use the time of arrival as the stamp of messages without a header.
     """
 
     def __init__(
@@ -237,7 +237,7 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
         return ApproximateTime(count, self.queue_size, self.slop.to_sec())
 
     def add(self, msg: Any, my_queue: dict[Any, Any], my_queue_index: int | None = None) -> None:
-        """Take a message; see `TimeSynchronizer.add`."""
+        """Add a message; see `TimeSynchronizer.add`."""
         stamp = _stamp(msg, self.allow_headerless)
         if stamp is not None:
             self._add(stamp, msg, my_queue, my_queue_index)

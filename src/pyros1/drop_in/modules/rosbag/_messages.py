@@ -23,7 +23,7 @@ def result(info: Any, message: Any, stamp: Any, headers: bool) -> Any:
 
 
 def limit(time: Any) -> int | None:
-    """Return a time in nanoseconds; raises TypeError for what is no time, as comparisons do."""
+    """Return a time in nanoseconds; raises TypeError for what is not a time, as comparisons do."""
     if time is None:
         return None
     if not isinstance(time, AnyTime):
@@ -67,7 +67,7 @@ def header_fields(topic: str, kind: str, md5sum: str, cls: Any) -> dict[str, str
 
 
 def version_of(file: Any) -> int:
-    """Return the version from a bag's first line; raises ROSBagException if it is no bag."""
+    """Return the version from a bag's first line; raises ROSBagException if it is not a bag."""
     file.seek(0)
     line = file.read(64)
     file.seek(0)

@@ -119,7 +119,7 @@ def _get_message_type(info: Any) -> Any:
     Classes that a program has put into `_message_types`, by their md5 sums, are used if they have that type.
 
     Raises:
-        ROSBagException: the definition is wrong.
+        ROSBagException: the definition is invalid.
     """
     cls = _message_types.get(info.md5sum)
     if cls is None or cls._type != info.datatype:

@@ -12,7 +12,7 @@ from rosbag._parts import ROSBagException
 
 
 def repaired(path: str | None, writer: BagWriter | None, compression: str, threshold: int) -> BagWriter:
-    """Replace a file by one with all of its messages and a new index; return the writer that goes on with it.
+    """Replace a file by one with all of its messages and a new index; return the writer that continues with it.
 
     Args:
         path: of the file.

@@ -32,7 +32,7 @@ class Writing:
         mode, compression, chunk_threshold: as for the bag.
 
     Raises:
-        ValueError: an argument is wrong.
+        ValueError: an argument is invalid.
     """
 
     _file: Any
@@ -104,7 +104,7 @@ class Writing:
             connection_header: header of the topic's connection, for its first message.
 
         Raises:
-            ValueError: an argument is wrong, or the bag is closed.
+            ValueError: an argument is invalid, or the bag is closed.
             SerializationError: a value does not fit its field.
             OSError: the disk is full, ...
         """

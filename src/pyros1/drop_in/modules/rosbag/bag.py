@@ -61,11 +61,11 @@ class Bag(Writing, Facts):
         chunk_threshold: size in bytes, uncompressed, beyond which a chunk is closed.
         allow_unindexed: whether to open a bag that was not closed; it has no messages until `reindex`.
         options: a mapping with ``compression`` and ``chunk_threshold``, which then replace the arguments.
-        skip_index: accepted for stock's sake; the index is always read when it is first needed.
+        skip_index: accepted for compatibility; the index is always read when it is first needed.
 
     Raises:
-        ValueError: an argument is wrong.
-        ROSBagException: it is no bag.
+        ValueError: an argument is invalid.
+        ROSBagException: it is not a bag.
         ROSBagFormatException: the bag cannot be read.
         ROSBagUnindexedException: the bag was not closed.
         OSError: the file cannot be opened.

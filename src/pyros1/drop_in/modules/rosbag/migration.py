@@ -47,7 +47,7 @@ class MessageMigrator(Migrator):
 
     Args:
         input_rule_files: paths of rule files (.bmr).
-        plugins: accepted for stock's sake; rules of packages are named by the caller.
+        plugins: accepted for compatibility; rules of packages are named by the caller.
     """
 
     def __init__(self, input_rule_files: Sequence[str] = [], plugins: bool = True) -> None:
@@ -205,7 +205,7 @@ def constants_from_def(core_type: str, msg_def: str) -> set[tuple[str, Any, str]
         core_type: the message's type. msg_def: its definition, without those of nested types.
 
     Raises:
-        genmsg.InvalidMsgSpec: it is wrong.
+        genmsg.InvalidMsgSpec: it is invalid.
     """
     from genmsg import MsgContext
     from genmsg.msg_loader import load_msg_from_string

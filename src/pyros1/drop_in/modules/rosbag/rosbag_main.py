@@ -47,7 +47,7 @@ def filter_cmd(argv: list[str]) -> None:
 
 
 def check_cmd(argv: list[str]) -> None:
-    """Tell whether a bag's messages are of this system's definitions."""
+    """Return whether a bag's messages are of this system's definitions."""
     _verb("check", argv)
 
 
@@ -82,5 +82,5 @@ def decrypt_cmd(argv: list[str]) -> None:
 
 
 def rosbagmain(argv: list[str] | None = None) -> None:
-    """Run the tool with a command line; None: that of the process."""
+    """Run the tool with a command line; None for that of the process."""
     main("rosbag", argv)

@@ -40,9 +40,9 @@ class Master:
         master_uri: address; None: from the environment.
 
     Raises:
-        ValueError: the address is wrong.
+        ValueError: the address is invalid.
         MasterFailure, MasterError: from all methods, the master refuses the call.
-        OSError: from all methods, it does not answer.
+        OSError: from all methods, it does not respond.
         TypeError, OverflowError: XML-RPC has no such value.
     """
 
@@ -159,7 +159,7 @@ class Master:
 
 
 def _os_error(error: Exception) -> OSError:
-    """Return the error that stock raises if the master does not answer: the system's error, with our text."""
+    """Return the error that stock raises if the master does not respond: the system's error, with our text."""
     cause: BaseException | None = error
     while cause is not None and (not isinstance(cause, OSError) or cause.errno is None):
         cause = cause.__cause__ or cause.__context__

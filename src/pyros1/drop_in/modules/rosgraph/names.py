@@ -62,7 +62,7 @@ def namespace(name: Any) -> str:
 
     Raises:
         ValueError: ``name`` is None.
-        TypeError: it is no text.
+        TypeError: it is not a string.
     """
     if name is None:
         raise ValueError("name")

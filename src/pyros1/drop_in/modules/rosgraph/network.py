@@ -24,14 +24,14 @@ __getattr__ = missing(__name__)
 
 
 class ROSHandshakeException(Exception):
-    """A connection header is wrong, or did not come."""
+    """A connection header is invalid, or did not come."""
 
 
 def parse_http_host_and_port(url: str) -> tuple[str, int]:
     """Return host and port of an address; without a port it is 80.
 
     Raises:
-        ValueError: it is no address.
+        ValueError: it is not an address.
     """
     if not url:
         raise ValueError("not a valid URL")
@@ -130,7 +130,7 @@ def decode_ros_handshake_header(header_str: bytes) -> dict[str, str]:
         header_str: its bytes, with their number in front; what comes behind is ignored.
 
     Raises:
-        ROSHandshakeException: it is wrong, or bytes are missing.
+        ROSHandshakeException: it is invalid, or bytes are missing.
     """
     (size,) = struct.unpack("<I", header_str[:4])
     if size > len(header_str) - 4:
@@ -154,7 +154,7 @@ def read_ros_handshake_header(sock: Any, b: Any, buff_size: int) -> dict[str, st
         The fields.
 
     Raises:
-        ROSHandshakeException: the header is wrong, or the connection ended before it was complete.
+        ROSHandshakeException: the header is invalid, or the connection ended before it was complete.
     """
     header = None
     data = b.getvalue()

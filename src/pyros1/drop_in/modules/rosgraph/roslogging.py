@@ -63,7 +63,7 @@ def configure_logging(
         logname: name of the program; empty: "unknown".
         level: level of logging.
         filename: name of the file in the folder of logs; None: from ``logname`` and the process's number.
-        env: environment variables for the folder; None: this process's.
+        env: environment variables for the folder; None for this process's.
 
     Returns:
         The path of the file; None if the folder cannot be made, with a word on stderr.
@@ -128,7 +128,7 @@ class RosStreamHandler(logging.Handler):
 
     Args:
         colorize: whether lines are coloured on a terminal.
-        stdout, stderr: text files; None: the process's.
+        stdout, stderr: text files; None for the process's.
     """
 
     def __init__(self, colorize: bool = True, stdout: Any = None, stderr: Any = None) -> None:

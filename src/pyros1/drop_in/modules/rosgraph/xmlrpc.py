@@ -79,7 +79,7 @@ class XmlRpcNode:
     """An XML-RPC server in a thread.
 
     Args:
-        port: port to listen on; 0: any.
+        port: port to listen on; 0 for any.
         rpc_handler: its public methods can be called.
         on_run_error: is called with the exception that ended the server; None: it is logged.
 

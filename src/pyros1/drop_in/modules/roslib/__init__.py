@@ -12,7 +12,7 @@ __getattr__, __dir__ = _names(__name__, {name: f"{__name__}.{name}." for name in
 
 
 def set_interactive(interactive: bool) -> None:
-    """Tell whether the program is an interactive shell."""
+    """Return whether the program is an interactive shell."""
     global _is_interactive  # noqa: PLW0603
     _is_interactive = interactive
 

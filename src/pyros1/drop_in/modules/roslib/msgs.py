@@ -76,7 +76,7 @@ def load_from_file(file_path: str, package_context: str = "") -> tuple[str, MsgS
 
 
 def load_by_type(msgtype: str, package_context: str = "") -> tuple[str, MsgSpec]:
-    """Return name and definition of a message; raises MsgSpecException if there is none, or it is wrong."""
+    """Return name and definition of a message; raises MsgSpecException if there is none, or it is invalid."""
     name = msgtype if SEP in msgtype else f"{package_context}/{msgtype}"
     try:
         text = finder().library.message(name).text

@@ -18,7 +18,7 @@ __getattr__ = missing(__name__, list_pkgs_by_path=_WHY, list_pkgs=_WHY)
 
 
 class ROSPkgException(Exception):
-    """Something failed with a package."""
+    """An operation on a package failed."""
 
 
 class InvalidROSPkgException(ROSPkgException):
@@ -31,9 +31,9 @@ def get_pkg_dir(
     """Return the folder of a package.
 
     Args:
-        package: its name.
-        required: whether it is an error if there is none; else None is returned.
-        ros_root, ros_package_path: where to search; None: as the environment says.
+        package: the name of the package.
+        required: whether to raise an error if it does not exist; else None is returned.
+        ros_root, ros_package_path: where to search; None for the values in the environment.
 
     Raises:
         InvalidROSPkgException: there is no such package.
@@ -54,7 +54,7 @@ def get_pkg_dir(
 
 
 def get_dir_pkg(d: str) -> tuple[str | None, str | None]:
-    """Return folder and name of the package that a folder is in; (None, None) if it is in none."""
+    """Return folder and name of the package that contains a folder; (None, None) if it is in no package."""
     folder = os.path.realpath(d)
     while True:
         if any(os.path.isfile(os.path.join(folder, name)) for name in (PACKAGE_FILE, MANIFEST_FILE)):
@@ -67,7 +67,7 @@ def get_dir_pkg(d: str) -> tuple[str | None, str | None]:
 def get_pkg_subdir(
     package: str, subdir: str, required: bool = True, env: Mapping[str, str] | None = None
 ) -> str | None:
-    """Return a folder in a package, which is made if it must be there; raises InvalidROSPkgException."""
+    """Return a folder in a package, which is created if it is required; raises InvalidROSPkgException."""
     folder = get_pkg_dir(package, required)
     if folder is None:
         return None
@@ -89,12 +89,12 @@ def resource_file(package: str, subdir: str, resource_name: str) -> str:
 
 
 def find_node(pkg: str, node_type: str, rospack: Any = None) -> list[str]:
-    """Return the paths of a package's executables of a name.
+    """Return the paths of the executables in a package that have a name.
 
     Args:
         pkg: the package.
         node_type: the name.
-        rospack: knows the packages; None: those of the environment.
+        rospack: finds the packages; None for those of the environment.
 
     Raises:
         rospkg.ResourceNotFound: there is no such package.
@@ -112,13 +112,13 @@ def find_node(pkg: str, node_type: str, rospack: Any = None) -> list[str]:
 def find_resource(
     pkg: str, resource_name: str, filter_fn: Callable[[str], bool] | None = None, rospack: Any = None
 ) -> list[str]:
-    """Return the paths of a package's files of a name.
+    """Return the paths of the files in a package that have a name.
 
     Args:
         pkg: the package.
         resource_name: the file's name, or a path relative to the package.
-        filter_fn: tells whether a path counts; None: all do.
-        rospack: knows the packages; None: those of the environment.
+        filter_fn: returns whether to include a path; None for all paths.
+        rospack: finds the packages; None for those of the environment.
 
     Raises:
         rospkg.ResourceNotFound: there is no such package.

@@ -32,7 +32,7 @@ class ROSNodeException(Exception):
 
 
 class ROSNodeIOException(ROSNodeException):
-    """The master does not answer."""
+    """The master does not respond."""
 
 
 def _succeed(args: tuple[int, str, Any]) -> Any:
@@ -121,7 +121,7 @@ def kill_nodes(node_names: Iterable[str]) -> tuple[list[str], list[str]]:
     """Tell nodes to end.
 
     Returns:
-        The names of those that were told, and of those that are not known or do not answer.
+        The names of those that were told, and of those that are not known or do not respond.
     """
     master = rosgraph.Master(ID)
     success, fail = [], []
@@ -139,7 +139,7 @@ def kill_nodes(node_names: Iterable[str]) -> tuple[list[str], list[str]]:
         except (DeadlineError, ROSNodeException):
             fail.append(name)
         except (Error, OSError):
-            success.append(name)  # a node may end before it has answered
+            success.append(name)  # a node may end before it has responded
     return success, fail
 
 
@@ -245,7 +245,7 @@ def cleanup_master_whitelist(master: Any, whitelist: Iterable[str]) -> None:
 
 
 def rosnode_cleanup() -> None:
-    """Ask on the terminal whether to remove registrations of nodes that do not answer, and do it."""
+    """Ask on the terminal whether to remove registrations of nodes that do not respond, and do it."""
     _run(NAME, "cleanup")
 
 
@@ -271,7 +271,7 @@ def get_node_connection_info_description(node_api: str, master: Any) -> str:
     """Return a node's process id and connections, as text.
 
     Raises:
-        ROSNodeIOException: the node does not answer.
+        ROSNodeIOException: the node does not respond.
     """
     state = _state(master)
     api = NodeApi(ID, node_api, _TIMEOUT)
@@ -298,7 +298,7 @@ def rosnode_info(node_name: str, quiet: bool = False) -> None:
     """Print what the master and the node itself tell about it; with `quiet` only what the master does.
 
     Raises:
-        ROSNodeIOException: the node does not answer.
+        ROSNodeIOException: the node does not respond.
     """
     name = script_resolve_name(NAME, node_name)
     master = rosgraph.Master(ID)
@@ -318,6 +318,6 @@ def rosnode_debugnode(node_name: str, quiet: bool = False) -> None:
 
 
 def rosnodemain(argv: list[str] | None = None) -> None:
-    """Run the tool with a command line; None: that of the process. Then exit."""
+    """Run the tool with a command line; None for that of the process. Then exit."""
     _main(NAME, argv)
     sys.exit(0)

@@ -34,7 +34,7 @@ class RosParamException(Exception):
 
 
 class RosParamIOException(RosParamException):
-    """The master does not answer."""
+    """The master does not respond."""
 
 
 def _get_caller_id() -> str:
@@ -116,7 +116,7 @@ def load_file(filename: str, default_namespace: str | None = None, verbose: bool
 
     Args:
         filename: path of the file; ``-`` is the standard input.
-        default_namespace: namespace of documents that do not name one by ``_ns``; None: that of the environment.
+        default_namespace: namespace of documents that do not name one by ``_ns``; None for that of the environment.
 
     Raises:
         RosParamException: there is no such file.
@@ -150,7 +150,7 @@ def load_str(
 
 
 def dump_params(filename: str | None, param: str, verbose: bool = False) -> None:
-    """Write a parameter, or all of a namespace, into a YAML file; None: the standard output."""
+    """Write a parameter, or all of a namespace, into a YAML file; None for the standard output."""
     tree = get_param(param)
     if verbose:
         print_params(tree, param)
@@ -250,5 +250,5 @@ def print_params(params: Any, ns: str) -> None:
 
 
 def yamlmain(argv: list[str] | None = None) -> None:
-    """Run the tool with a command line; None: that of the process."""
+    """Run the tool with a command line; None for that of the process."""
     _main(NAME, argv)

@@ -1,4 +1,4 @@
-"""File names, and what is raised for packages that are not there."""
+"""File names, and the exception for packages that do not exist."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Folders that environment variables name (https://wiki.ros.org/ROS/EnvironmentVariables)."""
+"""Folders that are specified by environment variables (https://wiki.ros.org/ROS/EnvironmentVariables)."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ def get_ros_package_path(env: _Environ = None) -> str | None:
 
 
 def get_ros_paths(env: _Environ = None) -> list[str]:
-    """Return the folders in which packages are searched."""
+    """Return the folders that are searched for packages."""
     environ = os.environ if env is None else env
     named = [get_ros_root(environ), *(get_ros_package_path(environ) or "").split(os.pathsep)]
     return [path for path in (*named, *share_folders(environ)) if path]
 
 
 def get_ros_home(env: _Environ = None) -> str:
-    """Return the folder of ROS's files of this user."""
+    """Return the folder of this user's ROS files."""
     return _get(env, ROS_HOME) or os.path.join(os.path.expanduser("~"), ".ros")
 
 
@@ -62,7 +62,7 @@ def get_etc_ros_dir(env: _Environ = None) -> str:
 
 
 def on_ros_path(p: str, env: _Environ = None) -> bool:
-    """Return whether a path is in a folder in which packages are searched."""
+    """Return whether a path is in a folder that is searched for packages."""
     path = os.path.realpath(p)
     roots = [os.path.realpath(root) for root in get_ros_paths(env)]
     return any(path == root or path.startswith(root.rstrip(os.sep) + os.sep) for root in roots)

@@ -16,7 +16,7 @@ __getattr__ = missing(__name__, parse_manifest=_WHY, Platform=_WHY)
 
 
 class InvalidManifest(Exception):
-    """A manifest is wrong."""
+    """A manifest is invalid."""
 
 
 class Depend:
@@ -128,11 +128,11 @@ def parse_manifest_file(dirpath: str, manifest_name: str, rospack: Any = None) -
     Args:
         dirpath: the package's folder.
         manifest_name: manifest.xml or stack.xml; without such a file, the folder's package.xml is read.
-        rospack: sorts the dependencies of a package.xml into ROS packages and system packages. None: all are ROS
+        rospack: sorts the dependencies of a package.xml into ROS packages and system packages. None if all are ROS
             packages.
 
     Raises:
-        InvalidManifest: the file is wrong.
+        InvalidManifest: the file is invalid.
         OSError: there is no such file.
     """
     from defusedxml.common import DefusedXmlException  # type: ignore[import-untyped]

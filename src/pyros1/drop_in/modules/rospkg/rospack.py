@@ -19,11 +19,11 @@ __getattr__ = missing(__name__, expand_to_packages=_WHY, get_stack_version_by_di
 
 
 class ManifestManager:
-    """Packages or stacks in some folders.
+    """The packages or stacks in some folders.
 
     Args:
         manifest_name: file name of the manifests.
-        ros_paths: the folders; None: those of the environment, and what pyros1 finds besides.
+        ros_paths: the folders; None for those of the environment and others in which pyros1 searches.
     """
 
     _instances: dict[Any, Any] = {}
@@ -39,7 +39,7 @@ class ManifestManager:
 
     @classmethod
     def get_instance(cls, ros_paths: Sequence[str] | None = None) -> Any:
-        """Return the one manager of these folders."""
+        """Return the only instance for these folders."""
         key = (cls, tuple(get_ros_paths() if ros_paths is None else ros_paths))
         found = ManifestManager._instances.get(key)
         if found is None:
@@ -47,7 +47,7 @@ class ManifestManager:
         return found
 
     def get_ros_paths(self) -> list[str]:
-        """Return the folders in which is searched."""
+        """Return the folders that are searched."""
         return list(self._ros_paths)
 
     ros_paths = property(get_ros_paths)
@@ -61,31 +61,31 @@ class ManifestManager:
         raise NotImplementedError
 
     def list(self) -> Any:
-        """Return the names of all."""
+        """Return the names of all packages or stacks."""
         return self._found().keys()
 
     def get_path(self, name: str) -> str:
-        """Return the folder of one; raises ResourceNotFound."""
+        """Return the folder of a package or stack; raises ResourceNotFound."""
         folder = self._found().get(name)
         if folder is None:
             raise ResourceNotFound(name, ros_paths=self._ros_paths)
         return folder
 
     def get_manifest(self, name: str) -> Manifest:
-        """Return the manifest of one; raises ResourceNotFound, and InvalidManifest if it is wrong."""
+        """Return the manifest of a package or stack; raises ResourceNotFound, and InvalidManifest if it is invalid."""
         if name not in self._manifests:
             self._manifests[name] = parse_manifest_file(self.get_path(name), self._manifest_name, self)
         return self._manifests[name]
 
     def get_depends(self, name: str, implicit: bool = True) -> Any:
-        """Return the names of what one needs.
+        """Return the names of the dependencies of a package or stack.
 
         Args:
-            name: its name.
-            implicit: whether what those need counts, too.
+            name: the name of the package or stack.
+            implicit: whether to include indirect dependencies.
 
         Raises:
-            ResourceNotFound: it, or one that it needs, is not there.
+            ResourceNotFound: the package or stack, or one of its dependencies, does not exist.
         """
         direct = [each.name for each in self.get_manifest(name).depends]
         if not implicit:
@@ -102,7 +102,7 @@ class ManifestManager:
         return self._needs[name]
 
     def get_depends_on(self, name: str, implicit: bool = True) -> Any:
-        """Return the names of those that need one; arguments as for :meth:`get_depends`. Broken ones are left out."""
+        """Return the names of those that depend on a package or stack, except broken ones; see :meth:`get_depends`."""
         result = []
         for each in self.list():
             try:
@@ -113,16 +113,16 @@ class ManifestManager:
         return result
 
     def get_custom_cache(self, key: Any, default: Any = None) -> Any:
-        """Return what a program has kept here."""
+        """Return data that a program has stored here."""
         return self._custom.get(key, default)
 
     def set_custom_cache(self, key: Any, value: Any) -> None:
-        """Keep something for a program."""
+        """Store data for a program."""
         self._custom[key] = value
 
 
 class RosPack(ManifestManager):
-    """The packages in some folders; None: all that pyros1 finds."""
+    """The packages in some folders; None for all that pyros1 finds."""
 
     def __init__(self, ros_paths: Sequence[str] | None = None) -> None:
         super().__init__(MANIFEST_FILE, ros_paths)
@@ -143,17 +143,17 @@ class RosPack(ManifestManager):
         return folder
 
     def get_rosdeps(self, package: str, implicit: bool = True) -> Any:
-        """Return the names of the system packages that a package needs; arguments as for :meth:`get_depends`."""
+        """Return the names of the system packages on which a package depends; see :meth:`get_depends`."""
         names = [package, *(self.get_depends(package) if implicit else ())]
         return list(dict.fromkeys(each.name for name in names for each in self.get_manifest(name).rosdeps))
 
     def stack_of(self, package: str) -> None:
-        """Return None: a package is in no stack, which were rosbuild's. Raises ResourceNotFound."""
+        """Return None, since packages are not in stacks, which were part of rosbuild. Raises ResourceNotFound."""
         self.get_path(package)
 
 
 class RosStack(ManifestManager):
-    """The metapackages in some folders; None: all that pyros1 finds."""
+    """The metapackages in some folders; None for all that pyros1 finds."""
 
     def __init__(self, ros_paths: Sequence[str] | None = None) -> None:
         super().__init__(STACK_FILE, ros_paths)
@@ -165,13 +165,13 @@ class RosStack(ManifestManager):
         return {name: str(path) for name, path in paths.items() if is_metapackage(str(path))}
 
     def packages_of(self, stack: str) -> list[str]:
-        """Return no packages: those of a metapackage are its dependencies. Raises ResourceNotFound."""
+        """Return an empty list: the packages of a metapackage are its dependencies. Raises ResourceNotFound."""
         self.get_path(stack)
         return []
 
 
 def package_index(paths: Sequence[str] | None) -> PackageIndex:
-    """Return what finds the packages in some folders; None: all that pyros1 finds."""
+    """Return an index of the packages in some folders; None for all that pyros1 finds."""
     if paths is None:
         return PackageIndex(os.environ)
     return PackageIndex({"ROS_PACKAGE_PATH": os.pathsep.join(paths)}, installs=[], own=os.devnull)
@@ -180,7 +180,7 @@ def package_index(paths: Sequence[str] | None) -> PackageIndex:
 def list_by_path(manifest_name: str, path: str, cache: dict[str, str]) -> Any:
     """Return the names of the packages or stacks below a folder, and add their folders to ``cache``.
 
-    Packages that have a package.xml count for every name of a manifest: as stacks, if they are metapackages.
+    Packages with a package.xml are found whatever the name of the manifest; metapackages are found as stacks.
     """
     names = []
     for folder, below, files in os.walk(os.path.abspath(path), followlinks=False):
@@ -225,7 +225,7 @@ def get_package_name(path: str) -> str | None:
 
 
 def is_metapackage(folder: str) -> bool:
-    """Return whether a folder has the package.xml of a metapackage, which counts as a stack."""
+    """Return whether a folder contains the package.xml of a metapackage, which is considered a stack."""
     try:
         with open(os.path.join(folder, PACKAGE_FILE), encoding="utf-8", errors="replace") as file:
             return re.search(r"<metapackage\s*/?>", file.read(1 << 20)) is not None

@@ -1,4 +1,4 @@
-"""The functions of rospy: node, parameters, waiting (https://wiki.ros.org/rospy/Overview)."""
+"""The functions of rospy for the node, parameters and waiting (https://wiki.ros.org/rospy/Overview)."""
 
 from __future__ import annotations
 
@@ -31,14 +31,14 @@ from rospy.names import as_text, get_caller_id, resolve_name
 DEBUG, INFO, WARN, ERROR, FATAL = 1, 2, 4, 8, 16
 TIMEOUT_READY = 15.0
 _SOCKETS = 1 << 20
-"""Bytes that stock's sockets buffer, even within a process: bursts beyond `queue_size` arrive."""
+"""Number of bytes that stock's sockets buffer, even within a process, so that bursts beyond `queue_size` arrive."""
 
 
 _NAMESPACE = "__ns:="
 
 
 class _Unspecified:
-    """Stands for an argument that was not given."""
+    """Marks an argument that was not passed."""
 
 
 _unspecified = _Unspecified()
@@ -55,10 +55,10 @@ def myargv(argv: list[str] | None = None) -> list[str]:
 
 
 def load_command_line_node_params(argv: list[str]) -> dict[str, Any]:
-    """Return the private parameters of a command line. Their values are YAML, without the angles of launch files.
+    """Return the private parameters on a command line. Their values are YAML, without the angles of launch files.
 
     Raises:
-        ROSInitException: a value is not YAML; or an argument has ``:=`` twice.
+        ROSInitException: a value is not YAML, or an argument contains ``:=`` twice.
     """
     given = names.parse_arguments([word for word in argv if "\n" not in word])  # stock ignores those with a newline
     try:
@@ -91,20 +91,20 @@ def init_node(
     xmlrpc_port: int = 0,
     tcpros_port: int = 0,
 ) -> None:
-    """Start the program's node; returns when the master knows it. The same call again does nothing.
+    """Start the program's node, and return when it is registered with the master. Repeating the call has no effect.
 
     Args:
         name: base name. ``__name:=`` on the command line replaces it.
-        argv: command line with remappings; None: ``sys.argv``.
-        anonymous: make the name unique.
-        log_level: rospy.DEBUG to rospy.FATAL; None: INFO.
-        disable_rostime: use wall time, whatever /use_sim_time says.
-        disable_rosout: do not publish the log.
-        disable_signals: leave SIGINT and SIGTERM alone.
-        xmlrpc_port, tcpros_port: 0: any.
+        argv: command line with remappings; None for ``sys.argv``.
+        anonymous: whether to make the name unique.
+        log_level: rospy.DEBUG to rospy.FATAL; None for INFO.
+        disable_rostime: whether to use wall time and ignore /use_sim_time.
+        disable_rosout: whether not to publish the log.
+        disable_signals: whether not to handle SIGINT and SIGTERM.
+        xmlrpc_port, tcpros_port: the ports; 0 for any.
 
     Raises:
-        ROSException: there is a node already, started with other arguments.
+        ROSException: the node has already been started with other arguments.
         ROSInitException: the node could not be started; or a private parameter on the command line is not YAML.
         TypeError, OverflowError: XML-RPC has no such value for a private parameter.
         ValueError: the name is not legal; or this is not the main thread, and signals are not disabled.
@@ -181,7 +181,7 @@ _LEVELS = {DEBUG: "debug", INFO: "info", WARN: "warn", ERROR: "error", FATAL: "f
 
 
 def spin() -> None:
-    """Wait until the node ends.
+    """Wait until the node shuts down.
 
     Raises:
         ROSInitException: there is no node.
@@ -195,7 +195,9 @@ def spin() -> None:
 
 
 def on_shutdown(h: Callable[[], object]) -> None:
-    """Call a function when the node is about to end: topics, services and sleeps still work. At once, if it has ended.
+    """Call a function when the node is about to shut down, while topics, services and sleeps still work.
+
+    It is called immediately if the node has already shut down.
 
     Raises:
         TypeError: it cannot be called.
@@ -209,10 +211,10 @@ def get_master(env: Mapping[str, str] | None = None) -> MasterProxy:
 
 
 def get_published_topics(namespace: str = "/") -> list[list[str]]:
-    """Return the topics that are published, with their types: ``[[name, type], ...]``.
+    """Return the published topics and their types: ``[[name, type], ...]``.
 
     Raises:
-        ROSException: the master does not answer.
+        ROSException: the master does not respond.
     """
     code, message, value = get_master().getPublishedTopics(resolve_name(namespace))
     if code != 1:
@@ -224,12 +226,12 @@ def wait_for_message(topic: str, topic_type: Any, timeout: Any = None) -> Any:
     """Wait for one message.
 
     Args:
-        topic: its name.
+        topic: name of the topic.
         topic_type: message class.
-        timeout: seconds of wall time, or a Duration; None: no limit.
+        timeout: seconds of wall time, or a Duration; None for no limit.
 
     Raises:
-        ROSException: none came in time; or the master refuses the topic.
+        ROSException: no message arrived in time, or the master refuses the topic.
         ROSInterruptException: the node is shutting down.
     """
     from rospy.topics import Subscriber
@@ -277,8 +279,8 @@ def get_param(param_name: str, default: Any = _unspecified) -> Any:
     """Return a parameter's value; a dict for a namespace.
 
     Args:
-        param_name: its name.
-        default: returned if it is not set.
+        param_name: name of the parameter.
+        default: the value to return if it is not set.
 
     Raises:
         KeyError: it is not set, and there is no default.
@@ -292,11 +294,11 @@ def get_param(param_name: str, default: Any = _unspecified) -> Any:
 
 
 def get_param_cached(param_name: str, default: Any = _unspecified) -> Any:
-    """Return a parameter's value from a copy that the master keeps up to date.
+    """Return a parameter's value from a local copy that the master keeps up to date.
 
     Args:
-        param_name: its name.
-        default: returned if it is not set.
+        param_name: name of the parameter.
+        default: the value to return if it is not set.
 
     Raises:
         KeyError: it is not set, and there is no default.
@@ -321,7 +323,7 @@ def set_param(param_name: str, param_value: Any) -> None:
     """Set a parameter.
 
     Raises:
-        TypeError: it is not a bool, number, str, bytes, or a list or dict of these.
+        TypeError: the value is not a bool, number, str, bytes, or a list or dict of these.
         OverflowError: a number has more than 32 bits.
     """
     try:
@@ -341,7 +343,7 @@ def _carried() -> Iterator[None]:
 
 
 def search_param(param_name: str) -> str | None:
-    """Return the full name of the nearest parameter of that name, from the node's own namespace upwards; or None.
+    """Search for a parameter from the node's own namespace upwards; return its full name, or None.
 
     Raises:
         ROSException: the name is private.

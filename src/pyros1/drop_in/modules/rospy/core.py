@@ -1,4 +1,4 @@
-"""The node's life and its log (https://wiki.ros.org/rospy/Overview/Initialization%20and%20Shutdown)."""
+"""The node's initialization, shutdown and log (https://wiki.ros.org/rospy/Overview/Initialization%20and%20Shutdown)."""
 
 from __future__ import annotations
 
@@ -21,38 +21,38 @@ from rospy.names import LATE, SEP, valid_name
 ROSRPC = "rosrpc://"
 MASTER_NAME = "master"
 _said: dict[str, Any] = {}
-"""Values that the program has set in place of the node's: ``initialized``, ``uri``."""
+"""Values that the program has set, which replace those of the node: ``initialized``, ``uri``."""
 
 
 # Life -----------------------------------------------------------------------------------------------------------------
 
 
 def is_initialized() -> bool:
-    """Return whether there is a node, or what `set_initialized` says."""
+    """Return whether the node has been started, or the value set with `set_initialized`."""
     return _said.get("initialized", PROCESS.node is not None)
 
 
 def set_initialized(initialized: bool) -> None:
-    """Let `is_initialized` say this, until the node starts. It starts no node."""
+    """Set the result of `is_initialized` until the node is started. This does not start the node."""
     _said["initialized"] = initialized
     PROCESS.when_started(lambda _: _said.pop("initialized", None))
 
 
 def is_shutdown() -> bool:
-    """Return whether the node has ended. While the functions given to `on_shutdown` run, it has not."""
+    """Return whether the node has shut down; False while the functions passed to `on_shutdown` are running."""
     return PROCESS.is_shutdown
 
 
 def is_shutdown_requested() -> bool:
-    """Return whether the node is about to end, or has ended."""
+    """Return whether the node is about to shut down, or has shut down."""
     return PROCESS.ending
 
 
 def signal_shutdown(reason: str) -> None:
-    """End the node.
+    """Shut down the node.
 
     Args:
-        reason: for the log.
+        reason: the reason to log.
     """
     PROCESS.shutdown(reason)
 
@@ -63,7 +63,9 @@ def _check(hook: object) -> None:
 
 
 def add_client_shutdown_hook(h: Callable[[], object]) -> None:
-    """Call a function when the node is about to end: topics, services and sleeps still work. At once, if it has ended.
+    """Call a function when the node is about to shut down, while topics, services and sleeps still work.
+
+    It is called immediately if the node has already shut down.
 
     Raises:
         TypeError: it cannot be called.
@@ -73,7 +75,7 @@ def add_client_shutdown_hook(h: Callable[[], object]) -> None:
 
 
 def add_preshutdown_hook(h: Callable[[str], object]) -> None:
-    """Call a function with the reason when the node is about to end, after those of `add_client_shutdown_hook`.
+    """Call a function with the reason when the node is about to shut down, after those of `add_client_shutdown_hook`.
 
     Raises:
         TypeError: it cannot be called.
@@ -97,7 +99,7 @@ _interrupts = InterruptCounter()
 
 
 def _ros_signal(sig: int, stackframe: FrameType | None) -> None:
-    """End the node in the main thread, so that the program is paused until then; then call the former handler."""
+    """Shut down the node in the main thread, which pauses the program meanwhile; then call the previous handler."""
     counts = _interrupts.count_signal()
     if PROCESS.starting and signal.getsignal(sig) is not _ros_signal:
         return  # the node's own handler, which is already installed, ends it
@@ -112,12 +114,12 @@ def _ros_signal(sig: int, stackframe: FrameType | None) -> None:
     if _signalChain.get(sig) != signal.SIG_DFL:
         with contextlib.suppress(
             KeyboardInterrupt
-        ):  # of Python's own handler: the program sees that the node has ended
+        ):  # of Python's own handler: the program sees that the node has shut down
             _former(sig, stackframe)
 
 
 def _former(sig: int, stackframe: FrameType | None) -> None:
-    """Call the former handler of a signal."""
+    """Call the previous handler of a signal."""
     former = _signalChain.get(sig)
     if callable(former):
         former(sig, stackframe)
@@ -126,7 +128,7 @@ def _former(sig: int, stackframe: FrameType | None) -> None:
 
 
 def register_signals() -> None:
-    """Let SIGINT and SIGTERM end the node.
+    """Let SIGINT and SIGTERM shut down the node.
 
     Raises:
         ValueError: this is not the main thread.
@@ -141,12 +143,12 @@ def register_signals() -> None:
 
 
 def get_node_uri() -> str | None:
-    """Return the address of the node's API, or what `set_node_uri` says; None without a node."""
+    """Return the URI of the node's API, or the value set with `set_node_uri`; None without a node."""
     return _said.get("uri", PROCESS.node.uri if PROCESS.node is not None else None)
 
 
 def set_node_uri(uri: str | None) -> None:
-    """Let `get_node_uri` say this, until the node starts. The node's address stays."""
+    """Set the result of `get_node_uri` until the node is started. This does not change the node's URI."""
     _said["uri"] = uri
     PROCESS.when_started(lambda _: _said.pop("uri", None))
 
@@ -164,10 +166,10 @@ def get_ros_root(required: bool = False, env: Mapping[str, str] | None = None) -
 
 
 def parse_rosrpc_uri(uri: str) -> tuple[str, int]:
-    """Return host and port of a service's address.
+    """Return host and port of a service's URI.
 
     Raises:
-        ParameterInvalid: it is not one.
+        ParameterInvalid: it is not a valid URI.
     """
     from urllib.parse import urlparse
 
@@ -183,7 +185,7 @@ def parse_rosrpc_uri(uri: str) -> tuple[str, int]:
 
 
 def xmlrpcapi(uri: str | None, cache: bool = True) -> Any:
-    """Return a proxy of the API at an address, from Python's xmlrpc.client; None if the address is not one."""
+    """Return an `xmlrpc.client` proxy for the API at a URI; None if it is not a valid URI."""
     from urllib.parse import urlparse
     from xmlrpc.client import ServerProxy
 

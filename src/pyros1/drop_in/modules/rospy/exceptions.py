@@ -2,7 +2,7 @@
 
 
 class ROSException(Exception):
-    """Base of exceptions for programs."""
+    """Base class of exceptions for programs."""
 
 
 class ROSSerializationException(ROSException):
@@ -14,7 +14,7 @@ class ROSInitException(ROSException):
 
 
 class ROSInterruptException(ROSException, KeyboardInterrupt):
-    """A wait ended because the node is shutting down."""
+    """A wait was interrupted because the node is shutting down."""
 
 
 class ROSTimeMovedBackwardsException(ROSInterruptException):
@@ -30,16 +30,16 @@ class ROSTimeMovedBackwardsException(ROSInterruptException):
 
 
 class ROSInternalException(Exception):
-    """Base of exceptions inside rospy."""
+    """Base class of internal exceptions of rospy."""
 
 
 class TransportException(ROSInternalException):
-    """Base of transport errors."""
+    """Base class of transport errors."""
 
 
 class TransportTerminated(TransportException):
-    """A connection has ended."""
+    """A connection was closed."""
 
 
 class TransportInitError(TransportException):
-    """A connection cannot be made."""
+    """A connection cannot be established."""

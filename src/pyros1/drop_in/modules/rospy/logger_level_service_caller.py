@@ -6,7 +6,7 @@ from typing import Any
 
 
 class ROSConsoleException(Exception):
-    """Levels cannot be listed or set."""
+    """Log levels cannot be listed or set."""
 
 
 class LoggerLevelServiceCaller:
@@ -20,10 +20,10 @@ class LoggerLevelServiceCaller:
         return ["debug", "info", "warn", "error", "fatal"]
 
     def get_loggers(self, node: str) -> list[str]:
-        """Return the names of a node's loggers; their levels are remembered.
+        """Return the names of a node's loggers, and remember their levels.
 
         Raises:
-            ROSConsoleException: the node does not answer.
+            ROSConsoleException: the node does not respond.
         """
         import rospy
         from pyros1.msgs.roscpp.srv import GetLoggers
@@ -40,7 +40,7 @@ class LoggerLevelServiceCaller:
         """Return the names of the nodes that have log levels.
 
         Raises:
-            ROSConsoleException: the master does not answer.
+            ROSConsoleException: the master does not respond.
         """
         import rospy
 
@@ -55,10 +55,10 @@ class LoggerLevelServiceCaller:
         return sorted(name[: -len(end)] for name, _ in services if name.endswith(end))
 
     def send_logger_change_message(self, node: str, logger: str, level: str) -> bool:
-        """Set a level; return whether it changed.
+        """Set a logger's level; return whether it has changed.
 
         Raises:
-            ROSConsoleException: the node does not answer.
+            ROSConsoleException: the node does not respond.
         """
         import rospy
         from pyros1.msgs.roscpp.srv import SetLoggerLevel

@@ -1,4 +1,4 @@
-"""Messages of any type, and what makes messages of arguments."""
+"""Messages of any type, and functions that create messages from arguments."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ __all__ = ["AnyMsg", "Message", "args_kwds_to_message", "deserialize_messages", 
 
 
 def args_kwds_to_message(data_class: type[Any], args: tuple[Any, ...], kwds: dict[str, Any]) -> Any:
-    """Return the message that the arguments of ``publish`` stand for.
+    """Create a message from the arguments of ``publish``.
 
     Args:
-        data_class: its class.
+        data_class: the message class.
         args: a message, or the values of all fields.
         kwds: the values of some fields by name.
 
@@ -53,11 +53,11 @@ class _Part:
 
 
 def serialize_message(b: Any, seq: int, msg: Any) -> None:
-    """Write a message with its length in front.
+    """Write a message, preceded by its length.
 
     Args:
-        b: a writable binary file, at its end.
-        seq: put into the header, if the message has one.
+        b: a writable binary file, positioned at its end.
+        seq: sequence number for the header, if the message has one.
         msg: the message.
     """
     if getattr(msg.__class__, "_has_header", False):
@@ -77,15 +77,15 @@ def deserialize_messages(
     max_msgs: int | None = None,
     start: int = 0,
 ) -> None:
-    """Read messages with their lengths in front, and keep the rest in the buffer.
+    """Read messages that are preceded by their lengths, and keep the remaining bytes in the buffer.
 
     Args:
-        b: a readable and writable binary file, which has bytes up to its position.
-        msg_queue: gets the messages.
-        data_class: their class.
-        queue_size: only so many of the last messages are kept.
-        max_msgs: at most so many are read.
-        start: where to begin.
+        b: a readable and writable binary file, which contains bytes up to its position.
+        msg_queue: a list to which the messages are added.
+        data_class: the message class.
+        queue_size: maximum number of messages to keep, which are the last ones.
+        max_msgs: maximum number of messages to read.
+        start: position of the first message.
 
     Raises:
         DeserializationError: a message cannot be read, or there is no buffer, queue or class.

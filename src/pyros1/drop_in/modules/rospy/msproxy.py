@@ -1,4 +1,4 @@
-"""The master's API, with the program's name as caller."""
+"""The master's API, called with the program's name."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _RESOLVED = {
 
 @contextmanager
 def reaching() -> Iterator[None]:
-    """Raise ConnectionRefusedError, as stock, if the master does not answer."""
+    """Raise ConnectionRefusedError, like stock, if the master does not respond."""
     try:
         yield
     except MasterUnreachableError as error:
@@ -42,7 +42,7 @@ class MasterProxy:
     """The master's methods: ``proxy.getSystemState()`` returns ``[code, message, value]``. Parameters are items.
 
     Args:
-        uri: the master's address; None: of the node, or of the environment.
+        uri: the master's URI; None for that of the node or the environment.
 
     Attributes:
         client: pyros1's client of the master. parameters: the parameters.
@@ -67,16 +67,16 @@ class MasterProxy:
 
     @property
     def target(self) -> Any:
-        """A ServerProxy of the master, whose methods want the caller's name first."""
-        from xmlrpc.client import ServerProxy  # its import takes long
+        """A ServerProxy of the master, whose methods expect the caller's name as first argument."""
+        from xmlrpc.client import ServerProxy  # slow to import
 
         return ServerProxy(self.client.uri)
 
     def do(self, action: Callable[[], _T]) -> _T:
-        """Return what a function returns that asks the master; it is called again if the node ends meanwhile.
+        """Return the result of a function that calls the master; it is called again if the node shuts down meanwhile.
 
         Raises:
-            ConnectionRefusedError: the master does not answer.
+            ConnectionRefusedError: the master does not respond.
         """
         client, node = self.client, PROCESS.node
         try:
@@ -97,7 +97,7 @@ class MasterProxy:
             """Call the method.
 
             Raises:
-                ConnectionRefusedError: the master does not answer.
+                ConnectionRefusedError: the master does not respond.
                 Fault: it has no such method.
             """
             words = list(args)
@@ -107,7 +107,7 @@ class MasterProxy:
             try:
                 answer = self.do(lambda: self.client.call_unchecked(key, *words))
             except MasterMethodError as error:
-                from xmlrpc.client import Fault  # its import takes long
+                from xmlrpc.client import Fault  # slow to import
 
                 raise Fault(1, str(error)) from error
             return as_stock(answer) if key == "getParam" else answer
@@ -138,7 +138,7 @@ class MasterProxy:
         return iter(self.do(lambda: list(self.parameters.names())))
 
     def search_param(self, key: str) -> str | None:
-        """Return the full name of the nearest parameter of that name, or None.
+        """Search for a parameter; return its full name, or None.
 
         Raises:
             ROSException: the name is private.
@@ -152,7 +152,7 @@ class MasterProxy:
             raise ROSException(f"cannot search for parameter: {error}") from None
 
     def get_param_cached(self, key: str) -> Any:
-        """Return a parameter from a copy that the master keeps up to date; raises KeyError if it is not set."""
+        """Return a parameter from a local copy that the master keeps up to date; raises KeyError if it is not set."""
         missing = object()
         value = self.do(lambda: self.parameters.cached(as_text(key), missing))
         if value is missing:

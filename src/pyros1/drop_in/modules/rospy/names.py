@@ -1,4 +1,4 @@
-"""Names, and the node's own (https://wiki.ros.org/Names)."""
+"""Resolves names, and provides the node's own name (https://wiki.ros.org/Names)."""
 
 from __future__ import annotations
 
@@ -25,28 +25,28 @@ def isstring(s: object) -> bool:
 
 
 def as_text(name: Any) -> str:
-    """Return a name as text, as stock's functions take it: None is the empty name, and ``~/x`` is ``/x``."""
+    """Convert a name like stock's functions: None to the empty name, and ``~/x`` to ``/x``."""
     text = "" if name is None else str(name)
     return text[1:] if text[:2] == "~/" and text.strip("~/") else text
 
 
 def is_global(name: str) -> Any:
-    """Return whether a name begins at the root; an empty one is returned as it is."""
+    """Return whether a name is global; an empty name is returned unchanged."""
     return name and name[0] == SEP
 
 
 def is_private(name: str) -> Any:
-    """Return whether a name is below the node's own; an empty one is returned as it is."""
+    """Return whether a name is private; an empty name is returned unchanged."""
     return name and name[0] == "~"
 
 
 def ns_join(ns: str, name: str) -> str:
-    """Put a name into a namespace; a global or private one is returned as it is."""
+    """Join a namespace and a name; a global or private name is returned unchanged."""
     return names.ns_join(ns, name)
 
 
 def namespace(name: str) -> str:
-    """Return the namespace of a name, with a slash at its end.
+    """Return the namespace of a name, with a trailing slash.
 
     Raises:
         ValueError: the name is None.
@@ -60,11 +60,11 @@ def namespace(name: str) -> str:
 
 
 _given: dict[str, list[str]] = {}
-"""The command line that `reload_mappings` has set in place of the process's."""
+"""The command line set by `reload_mappings`, which replaces that of the process."""
 
 
 _early: dict[str, str] = {}
-"""The remappings of `initialize_mappings`."""
+"""The remappings set by `initialize_mappings`."""
 
 
 _caller: dict[str, str] = {}
@@ -72,7 +72,7 @@ _caller: dict[str, str] = {}
 
 
 def _set_caller_id(caller_id: str) -> None:
-    """Set the program's full name until a node starts.
+    """Set the program's full name until a node is started.
 
     Raises:
         ValueError: it is None.
@@ -91,24 +91,24 @@ def _arguments() -> names.Arguments:
 
 
 def reload_mappings(argv: list[str]) -> None:
-    """Take the remappings from a command line, until the node starts: it has those of `rospy.init_node`."""
+    """Use the remappings on a command line until the node is started, which uses those of `rospy.init_node`."""
     _given["argv"] = list(argv)
 
 
 def get_caller_id() -> str:
-    """Return the node's full name; before there is a node, ``unnamed`` in its namespace."""
+    """Return the node's full name; before it is started, ``unnamed`` in its namespace."""
     if PROCESS.node is not None:
         return PROCESS.node.name
     return _caller["id"] if "id" in _caller else get_namespace() + "unnamed"
 
 
 def get_name() -> str:
-    """Return the node's full name; before there is a node, ``unnamed`` in its namespace."""
+    """Return the node's full name; before it is started, ``unnamed`` in its namespace."""
     return get_caller_id()
 
 
 def get_namespace() -> str:
-    """Return the node's namespace, with a slash at its end."""
+    """Return the node's namespace, with a trailing slash."""
     if PROCESS.node is not None:
         return names.namespace(PROCESS.node.name)
     if "id" in _caller:
@@ -118,15 +118,15 @@ def get_namespace() -> str:
 
 
 def get_mappings() -> dict[str, str]:
-    """Return the name remappings of the command line, and those like ``__ns``, as they were given."""
+    """Return the remappings on the command line, including those like ``__ns``, without resolving them."""
     arguments = _arguments()
     return {**arguments.special, **{old: new for old, new in arguments.remappings.items() if new}}
 
 
 def get_resolved_mappings() -> dict[str, str]:
-    """Return the name remappings of the command line, with full names.
+    """Return the name remappings on the command line, with full names.
 
-    There are none before there is a node, or what `initialize_mappings` has made.
+    There are none before the node is started or `initialize_mappings` is called.
     """
     if PROCESS.node is None:
         return dict(_early)
@@ -138,7 +138,7 @@ def _resolved(caller: str) -> dict[str, str]:
 
 
 def _full(name: str, caller_id: str) -> str:
-    """Return a full name, without remappings. Like stock's function, accept illegal names as well."""
+    """Return the full name without applying remappings. Like in stock, illegal names are accepted."""
     if not name:
         return namespace(caller_id)
     name = canonicalize_name(str(name))
@@ -150,11 +150,11 @@ def _full(name: str, caller_id: str) -> str:
 
 
 def resolve_name(name: str, caller_id: str | None = None) -> str:
-    """Return the full name that a name stands for in a node, remappings applied.
+    """Resolve a name in a node, apply remappings, and return the full name.
 
     Args:
-        name: any name; it may break the rules of names.
-        caller_id: full name of the node; None: the program's own.
+        name: any name; it may be illegal.
+        caller_id: full name of the node; None for the program's own.
     """
     full = _full(name, caller_id or get_caller_id())
     if not name:
@@ -167,11 +167,11 @@ def resolve_name(name: str, caller_id: str | None = None) -> str:
 
 
 def warn_of_name(name: str, depth: int) -> None:
-    """Warn of a name that breaks the rules of names.
+    """Warn about an illegal name.
 
     Args:
         name: any name.
-        depth: number of calls between the program and the warning.
+        depth: number of stack frames between the program and the warning.
     """
     if not names.is_legal_name(canonicalize_name(name)):
         text = f"'{name}' is not a legal ROS graph resource name. This may cause problems with other ROS tools"
@@ -179,10 +179,10 @@ def warn_of_name(name: str, depth: int) -> None:
 
 
 def resolve_name_without_node_name(name: str) -> str:
-    """Return the full name that a name stands for before there is a node, remappings applied.
+    """Resolve a name before the node is started, apply remappings, and return the full name.
 
     Raises:
-        ValueError: it is private.
+        ValueError: the name is private.
     """
     if is_private(name):
         raise ValueError("~name topics cannot be created before init_node() has been called")
@@ -194,23 +194,23 @@ def resolve_name_without_node_name(name: str) -> str:
 def remap_name(name: str, caller_id: str | None = None, resolved: bool = True) -> str:
     """Return the full name that a name is remapped to, or the name itself.
 
-    Only a remapping that is written exactly as the name counts: ``a:=b`` does not apply to ``/a``. `resolve_name`
-    compares full names.
+    A remapping applies only if it is for exactly this name: ``a:=b`` does not apply to ``/a``. `resolve_name` compares
+    full names.
 
     Args:
         name: any name.
-        caller_id: full name of the node in which the new name is resolved; None: the program's own.
-        resolved: not used, as in stock's function.
+        caller_id: full name of the node in which the new name is resolved; None for the program's own.
+        resolved: not used, like in stock.
     """
     found = get_mappings().get(name)
     return name if found is None else _full(found, caller_id or get_caller_id())
 
 
 def scoped_name(caller_id: str, name: str) -> str:
-    """Return a name relative to a node's namespace, if it is in there.
+    """Return a name relative to a node's namespace if it is in that namespace.
 
     Raises:
-        ROSException: one of both is not global.
+        ROSException: one of the names is not global.
     """
     if not is_global(caller_id):
         raise ROSException("caller_id must be global")
@@ -221,10 +221,10 @@ def scoped_name(caller_id: str, name: str) -> str:
 
 
 def initialize_mappings(node_name: str) -> None:
-    """Resolve the remappings of the command line for a node that has not started; its start does so, too.
+    """Resolve the remappings on the command line for a node that has not been started; starting it does so as well.
 
     Args:
-        node_name: the full name that it will have.
+        node_name: the full name of the node.
     """
     arguments = _arguments()
     _early.clear()
@@ -245,7 +245,7 @@ def valid_name_validator_resolved(param_name: str, param_value: Any, caller_id: 
 
 
 def valid_name_validator_unresolved(param_name: str, param_value: Any, caller_id: str) -> str:
-    """Return a name as it is.
+    """Validate a name and return it unchanged.
 
     Raises:
         ParameterInvalid: it is not a name.
@@ -260,13 +260,13 @@ def valid_name_validator_unresolved(param_name: str, param_value: Any, caller_id
 
 
 def valid_name(param_name: str, resolve: bool = True) -> Callable[[Any, str], str]:
-    """Return a check of names, called with (value, caller id)."""
+    """Return a validator of names, which is called with (value, caller id)."""
     check = valid_name_validator_resolved if resolve else valid_name_validator_unresolved
     return lambda value, caller_id: check(param_name, value, caller_id)
 
 
 def global_name(param_name: str) -> Callable[[Any, str], str]:
-    """Return a check of full names, called with (value, caller id)."""
+    """Return a validator of full names, which is called with (value, caller id)."""
 
     def check(value: Any, caller_id: str) -> str:
         from rospy.impl.validators import ParameterInvalid
@@ -286,7 +286,7 @@ LATE = {
     "load_mappings": "rosgraph.names",
     "make_global_ns": "rosgraph.names",
 }
-"""Names that this module has from others, like stock's, and modules that have all names of this one."""
+"""Names that this module imports from others, like stock's, and modules that have all names of this one."""
 __getattr__, __dir__ = _names(
     __name__,
     LATE,

@@ -1,4 +1,4 @@
-"""Time of the node, and sleeping (https://wiki.ros.org/rospy/Overview/Time)."""
+"""The node's time, and sleeping (https://wiki.ros.org/rospy/Overview/Time)."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from rospy.exceptions import ROSInitException, ROSInterruptException, ROSTimeMov
 
 _rostime_cond = threading.Condition()
 _ticking: list[bool] = []
-"""Whether a callback to notify exists."""
+"""Whether there is a callback to notify."""
 _given_at: list[Any] = []
-"""The time that the program has set, and the time of /clock at that moment."""
+"""The time set by the program, and the time on /clock at that moment."""
 
 
 def _own(value: Any) -> Any:
@@ -28,7 +28,7 @@ def _own(value: Any) -> Any:
 
 
 class Duration(pyros1.ground.timing.Duration):
-    """A length of time.
+    """A duration.
 
     Args:
         secs: seconds; a float is allowed if nsecs is 0.
@@ -39,7 +39,7 @@ class Duration(pyros1.ground.timing.Duration):
 
     @classmethod
     def from_sec(cls, float_secs: float) -> Duration:
-        """Return a length of so many seconds."""
+        """Return the duration of a number of seconds."""
         return super().from_sec(float_secs)
 
     def __add__(self, other: object) -> Any:
@@ -77,7 +77,7 @@ class Time(pyros1.ground.timing.Time):
         nsecs: nanoseconds.
 
     Raises:
-        TypeError: it is negative.
+        TypeError: the time is negative.
     """
 
     __slots__ = ()
@@ -105,23 +105,23 @@ class Time(pyros1.ground.timing.Time):
 
     @classmethod
     def from_sec(cls, float_secs: float) -> Time:
-        """Return the time of so many seconds."""
+        """Return the time for a number of seconds since the epoch."""
         return super().from_sec(float_secs)
 
     @classmethod
     def from_seconds(cls, float_secs: float) -> Time:
-        """Return the time of so many seconds; `from_sec` is the newer name."""
+        """Return the time for a number of seconds since the epoch; `from_sec` is the newer name."""
         return super().from_sec(float_secs)
 
 
 def _set_rostime(t: Any) -> None:
-    """Set the time, for tests of programs. It then stands still until `switch_to_wallclock` or a message on /clock.
+    """Set the time, for tests. It then stands still until `switch_to_wallclock` or a message on /clock.
 
     Args:
-        t: a time of genpy or rospy.
+        t: a Time of genpy or rospy.
 
     Raises:
-        ValueError: it is not a time.
+        ValueError: ``t`` is not a Time.
     """
     if not isinstance(t, pyros1.ground.timing.Time):
         raise ValueError(f"must be Time instance: {t.__class__}")
@@ -135,7 +135,7 @@ def _give(value: Time | None) -> None:
 
 
 def set_time() -> Time | None:
-    """Return the time that the program has set; None if it has not, or /clock has set another one since."""
+    """Return the time set by the program; None if it has not set one, or /clock has changed since."""
     given: Time | None = globals().get("_rostime_current")
     node = PROCESS.node
     if given is None or node is None or not node.simulated_time:
@@ -151,11 +151,11 @@ def set_time() -> Time | None:
 
 
 def sleep_in_set_time(seconds: float) -> None:
-    """Sleep until the time that the program sets has gone on.
+    """Sleep until the time set by the program has advanced.
 
     Raises:
         ROSInterruptException: the node is shutting down.
-        ROSTimeMovedBackwardsException: the time was set back.
+        ROSTimeMovedBackwardsException: the program has set the time back.
     """
     start = get_rostime()
     while not (start.to_nsec() or PROCESS.is_shutdown):
@@ -177,7 +177,7 @@ def _next_time() -> Time:
 
 
 def get_rostime() -> Time:
-    """Return the node's time: wall time, or that of /clock.
+    """Return the node's time: wall time, or that on /clock.
 
     Raises:
         ROSInitException: the node has not been started.
@@ -210,17 +210,17 @@ def is_wallclock() -> bool:
 
 
 def is_rostime_initialized() -> bool:
-    """Return whether there is a clock."""
+    """Return whether a clock is available."""
     return PROCESS.wall_time or PROCESS.node is not None
 
 
 def set_rostime_initialized(val: bool) -> None:
-    """Say whether there is a clock, wall time, without a node."""
+    """Set whether a clock, which is wall time, is available without a node."""
     PROCESS.wall_time = val
 
 
 def switch_to_wallclock() -> None:
-    """Use wall time without a node, and in place of a time that the program has set.
+    """Use wall time without a node, and instead of a time set by the program.
 
     Raises:
         NotImplementedError: the node uses simulated time, which cannot be changed.
@@ -232,7 +232,7 @@ def switch_to_wallclock() -> None:
 
 
 def get_rostime_cond() -> threading.Condition:
-    """Return the condition that is notified of each new simulated time, and of the end of the node."""
+    """Return a condition that is notified of each change of simulated time, and of the node's shutdown."""
     with _rostime_cond:
         if not _ticking:
             _ticking.append(True)

@@ -1,4 +1,4 @@
-"""What services and their callers share (https://wiki.ros.org/rospy/Overview/Services)."""
+"""The common part of services and service proxies (https://wiki.ros.org/rospy/Overview/Services)."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ class ServiceException(Exception):
 
 
 class _Service:
-    """Base of Service and ServiceProxy.
+    """Base class of Service and ServiceProxy.
 
     Attributes:
-        resolved_name: full name. service_class, request_class, response_class: as given, or in it.
+        resolved_name: the full name. service_class: the service class. request_class, response_class: its messages.
 
     Raises:
         AttributeError: the class is not a service class.
@@ -40,7 +40,7 @@ class _Service:
 
 
 class ServiceManager:
-    """Lists the program's services."""
+    """A list of the program's services."""
 
     def __init__(self, registration_listeners: None = None) -> None:
         self.map: dict[str, Any] = {}
@@ -58,7 +58,7 @@ class ServiceManager:
         """Add a service.
 
         Raises:
-            ServiceException: there is one of that name.
+            ServiceException: there is already a service of that name.
         """
         with self.lock:
             if resolved_service_name in self.map:
@@ -66,13 +66,13 @@ class ServiceManager:
             self.map[resolved_service_name] = service
 
     def unregister(self, resolved_service_name: str, service: Any) -> None:
-        """Remove a service, if it is there."""
+        """Remove a service if it exists."""
         with self.lock:
             if self.map.get(resolved_service_name) is service:
                 del self.map[resolved_service_name]
 
     def unregister_all(self) -> None:
-        """End all services."""
+        """Shut down all services."""
         for service in list(self.map.values()):
             service.shutdown("unregister_all")
 

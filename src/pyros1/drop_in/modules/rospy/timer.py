@@ -20,9 +20,9 @@ class TimerEvent:
     """The argument of a timer's callback.
 
     Args:
-        last_expected, last_real: when the previous call should have happened, and did; None at the first.
-        current_expected, current_real: when this call should have happened, and did.
-        last_duration: seconds that the previous callback took; None at the first.
+        last_expected, last_real: when the previous call was due, and when it was made; None for the first call.
+        current_expected, current_real: when this call was due, and when it was made.
+        last_duration: duration of the previous callback in seconds; None for the first call.
     """
 
     def __init__(
@@ -45,13 +45,13 @@ __all__ = ["Rate", "Timer", "TimerEvent", "sleep"]
 
 
 def _now() -> int:
-    """Return the node's time in nanoseconds; wall time without creating an object, for the sake of loops of 1 kHz."""
+    """Return the node's time in nanoseconds. For wall time no object is created, which matters in loops of 1 kHz."""
     node = PROCESS.node
     return get_rostime().to_nsec() if node is None or node.simulated_time or set_time() else time.time_ns()
 
 
 def sleep(duration: float | _Duration) -> None:
-    """Sleep in the node's time. A sleep in wall time ends early, without an exception, when the node begins to end.
+    """Sleep in the node's time. In wall time, the sleep returns early, without an exception, when the node shuts down.
 
     Args:
         duration: seconds, or a Duration.
@@ -85,14 +85,14 @@ def sleep(duration: float | _Duration) -> None:
 
 
 class Rate:
-    """Rate of a loop.
+    """Keeps a loop at a fixed rate.
 
     Args:
-        hz: frequency.
-        reset: go on after simulated time has jumped back, in place of an exception.
+        hz: the rate in Hz.
+        reset: whether to continue after simulated time has jumped back, instead of raising an exception.
 
     Attributes:
-        last_time: when the current cycle began.
+        last_time: when the current cycle started.
         sleep_dur: length of a cycle.
     """
 
@@ -120,7 +120,7 @@ class Rate:
         self._cycle = duration.to_nsec()
 
     def remaining(self) -> Duration:
-        """Return the time left in the current cycle."""
+        """Return the remaining time of the current cycle."""
         return Duration(*divmod(self._left(get_rostime().to_nsec()), _NS))
 
     def _left(self, now: int) -> int:
@@ -128,10 +128,10 @@ class Rate:
         return self._cycle - (now - self._last)
 
     def sleep(self) -> None:
-        """Sleep until the end of the current cycle. More than two cycles late, the next one begins now.
+        """Sleep until the end of the current cycle. If it is overdue by more than two cycles, the next one starts now.
 
         Raises:
-            ROSInterruptException, ROSTimeMovedBackwardsException: as `sleep`.
+            ROSInterruptException, ROSTimeMovedBackwardsException: see `sleep`.
         """
         now = _now()  # a jump of simulated time during a sleep affects the next one, like in stock
         try:
@@ -147,14 +147,14 @@ class Rate:
 
 
 class Timer(threading.Thread):
-    """Calls a function periodically, in a thread of its own.
+    """Calls a function periodically, in a separate thread.
 
     Args:
         period: a Duration.
-        callback: called with a TimerEvent. If it raises, the timer ends.
-        oneshot: call only once.
-        reset: begin a new cycle without a word when simulated time jumps back. Without it the timer goes on as well, as
-            in the last release of ROS Noetic; before, it ended.
+        callback: called with a TimerEvent. If it raises an exception, the timer stops.
+        oneshot: whether to call only once.
+        reset: whether to silently start a new cycle when simulated time jumps back. Otherwise the timer continues as
+            well, like in the last release of ROS Noetic; in earlier ones, it stopped.
     """
 
     def __init__(
@@ -169,7 +169,7 @@ class Timer(threading.Thread):
         self.start()
 
     def shutdown(self) -> None:
-        """End the timer: no call begins any more."""
+        """Stop the timer: no more calls are made."""
         self._ended = True
 
     def run(self) -> None:

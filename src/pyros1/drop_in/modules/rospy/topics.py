@@ -36,40 +36,40 @@ _NO_NODE = "ROS node has not been initialized yet. Please call init_node() first
 
 
 class SubscribeListener:
-    """Is told when subscribers of a publisher come and go. Made by programs, which override its methods."""
+    """Is notified when subscribers of a publisher connect and disconnect. Programs override its methods."""
 
     def peer_subscribe(
         self, topic_name: str, topic_publish: Callable[..., None], peer_publish: Callable[[Any], None]
     ) -> None:
-        """A subscriber has come.
+        """Handle a new subscriber.
 
         Args:
             topic_name: full name of the topic.
             topic_publish: publishes to all subscribers.
-            peer_publish: publishes to the new one only.
+            peer_publish: publishes only to the new one.
         """
 
     def peer_unsubscribe(self, topic_name: str, num_peers: int) -> None:
-        """A subscriber has gone; ``num_peers`` are left."""
+        """Handle the disconnection of a subscriber; ``num_peers`` remain."""
 
 
 class Topic:
-    """Base of Publisher and Subscriber.
+    """Base class of Publisher and Subscriber.
 
     Args:
-        name: name of the topic, remapped.
-        data_class: class of its messages.
+        name: name of the topic; remappings apply to it.
+        data_class: class of the messages.
         reg_type: "pub" or "sub".
 
     Attributes:
         name, resolved_name: full name.
         type, data_class, md5sum: name of the message type, its class, and md5 sum.
-        reg_type: as given.
+        reg_type: "pub" or "sub".
         impl: the topic's connections, shared by all publishers or subscribers of the topic; None after `unregister`.
 
     Raises:
-        ValueError: an argument is not what it should be.
-        TypeError: ``reg_type`` is not.
+        ValueError: an argument is invalid.
+        TypeError: ``reg_type`` is invalid.
     """
 
     impl: Any
@@ -97,7 +97,7 @@ class Topic:
         self._handle: Any = None
 
     def _begin(self, node: pyros1.Node) -> None:
-        """Start with the node. Objects created after its end stay silent, like stock's."""
+        """Start together with the node. Objects created after its shutdown do nothing, like in stock."""
         impl, reason = self.impl, None
         if impl is None or not node.ok():
             return
@@ -127,7 +127,7 @@ class Topic:
         return self.impl.get_num_connections()
 
     def unregister(self) -> None:
-        """End this publisher or subscriber; the topic is unregistered with the last one of the program."""
+        """Close this publisher or subscriber; the topic is unregistered with the last one in the program."""
         PROCESS.forget(self._begin)
         with TOPICS.lock:
             impl, self.impl = self.impl, None
@@ -148,13 +148,13 @@ class Publisher(Topic):
     """A published topic.
 
     Args:
-        name: topic.
+        name: name of the topic.
         data_class: message class.
         subscriber_listener: a `SubscribeListener`.
-        tcp_nodelay: accepted as in rospy; links never gather messages of a calm topic.
-        latch: whether later subscribers get the last message.
-        headers: further fields of the connection header.
-        queue_size: messages that wait for each slow subscriber; 0: no limit. None: `publish` waits.
+        tcp_nodelay: accepted for compatibility; single messages are never delayed.
+        latch: whether later subscribers receive the last message.
+        headers: additional fields of the connection header.
+        queue_size: maximum number of messages queued for each slow subscriber; 0 for no limit. None: `publish` waits.
     """
 
     def __init__(
@@ -203,10 +203,10 @@ class Publisher(Topic):
             kwds: the values of some fields by name.
 
         Raises:
-            ROSException: there is no node yet; or the publisher was unregistered.
+            ROSException: the node has not been started, or the publisher was unregistered.
             ROSSerializationException: a value does not fit its field.
-            AttributeError, UnicodeEncodeError: it is not even such a thing, see `rospy.impl.wrong_values`.
-            TypeError: the message is of another type; or positional and named values are mixed.
+            AttributeError, UnicodeEncodeError: a value has a completely different type, see `rospy.impl.wrong_values`.
+            TypeError: the message is of another type, or positional and named values are mixed.
         """
         handle = self._handle or self._begun()
         if handle is None:
@@ -225,10 +225,10 @@ class Publisher(Topic):
             raise ROSException(_UNREGISTERED) from None
 
     def _begun(self) -> Any:
-        """Return pyros1's publisher once it has started; None after the end of the node.
+        """Return pyros1's publisher as soon as it has been started; None after the node's shutdown.
 
         Raises:
-            ROSException: there is no node yet; or the publisher was unregistered.
+            ROSException: the node has not been started, or the publisher was unregistered.
         """
         if self.impl is None:
             raise ROSException(_UNREGISTERED)
@@ -242,14 +242,14 @@ class Subscriber(Topic):
     """A subscription.
 
     Args:
-        name: topic.
+        name: name of the topic.
         data_class: message class, numpy_msg(class), or AnyMsg.
-        callback: called with each message, and ``callback_args`` if that is not None. Calls of one topic never overlap.
-        queue_size: messages of each publisher that wait for a slow callback; None: no limit.
-        buff_size, tcp_nodelay: as in rospy.
+        callback: called with each message, and ``callback_args`` if not None. Calls for one topic never overlap.
+        queue_size: maximum number of messages of each publisher queued for a slow callback; None for no limit.
+        buff_size, tcp_nodelay: like in stock.
 
     Raises:
-        ROSException: ``queue_size`` or ``buff_size`` is wrong.
+        ROSException: ``queue_size`` or ``buff_size`` is invalid.
     """
 
     def __init__(

@@ -30,7 +30,7 @@ class ROSServiceException(Exception):
 
 
 class ROSServiceIOException(ROSServiceException):
-    """The master, or a service's node, does not answer."""
+    """The master, or a service's node, does not respond."""
 
 
 def _succeed(args: tuple[int, str, Any]) -> Any:
@@ -57,8 +57,8 @@ def get_service_headers(service_name: str, service_uri: str) -> dict[str, str]:
     """Return the connection header of a service's node.
 
     Raises:
-        ROSServiceIOException: it does not answer.
-        ROSServiceException: the address is wrong.
+        ROSServiceIOException: it does not respond.
+        ROSServiceException: the address is invalid.
     """
     if urlparse(service_uri).scheme != "rosrpc":
         raise ROSServiceException(f"invalid service URI: {service_uri}")
@@ -84,7 +84,7 @@ def get_service_type(service_name: str) -> str | None:
     """Return the type of a service, None if it is not known.
 
     Raises:
-        ROSServiceIOException: the master or the service's node does not answer.
+        ROSServiceIOException: the master or the service's node does not respond.
     """
     uri = get_service_uri(service_name) if service_name.startswith("/") else None
     return get_service_headers(service_name, uri).get("type") if uri else None
@@ -112,7 +112,7 @@ def get_service_list(node: str | None = None, namespace: str | None = None, incl
 
 
 def rosservice_find(service_type: str) -> list[str]:
-    """Return the names of the services of a type; those whose nodes do not answer are left out."""
+    """Return the names of the services of a type; those whose nodes do not respond are left out."""
     found = []
     for name, _ in _services():
         try:
@@ -157,14 +157,14 @@ def call_service(service_name: str, service_args: Any, service_class: Any = None
     Args:
         service_name: name of the service.
         service_args: list of the request's values, or of one mapping.
-        service_class: class of the service; None: that of its type.
+        service_class: class of the service; None for that of its type.
 
     Returns:
         Request and response.
 
     Raises:
         ROSServiceException: the arguments do not fit, or the call failed.
-        ROSServiceIOException: the service does not answer.
+        ROSServiceIOException: the service does not respond.
     """
     cls = service_class or get_service_class_by_name(service_name)
     request = cls._request_class()
@@ -236,5 +236,5 @@ def _rosservice_call(service_name: str, service_args: Any, verbose: bool = False
 
 
 def rosservicemain(argv: list[str] | None = None) -> None:
-    """Run the tool with a command line; None: that of the process."""
+    """Run the tool with a command line; None for that of the process."""
     _main(NAME, argv)

@@ -46,7 +46,7 @@ def is_publisher(topic: str, publisher_id: str) -> bool:
     """Return whether a node publishes a topic, as the master knows; both names are full ones.
 
     Raises:
-        IOError: the master does not answer.
+        IOError: the master does not respond.
     """
     return _registered(0, topic, publisher_id)
 
@@ -93,7 +93,7 @@ def unitrun(
     sysargs: list[str] | None = None,
     coverage_packages: list[str] | None = None,
 ) -> None:
-    """Old name of `rosunit.unitrun`."""
+    """The old name of `rosunit.unitrun`."""
     rosunit.unitrun(package, test_name, test, sysargs=sysargs, coverage_packages=coverage_packages)
 
 

@@ -45,7 +45,7 @@ def invalid_char_replacer(m: re.Match[str]) -> str:
 
 
 def filter_nonprintable_text(text: str) -> str:
-    """Return a text with references in the place of what XML cannot hold."""
+    """Return a text with references instead of what XML cannot hold."""
     return invalid_chars.sub(invalid_char_replacer, text)
 
 
@@ -69,7 +69,7 @@ class TestInfo:
 
     Args:
         type_: name of the kind, for example of an exception.
-        text: for people.
+        text: human-readable.
     """
 
     __test__ = False  # not a test class for pytest
@@ -126,7 +126,7 @@ class TestCaseResult:
 
     @property
     def description(self) -> str:
-        """The result as text, for people."""
+        """The result as text, human-readable."""
         if self.passed:
             return f"[{self.name}][passed]\n"
         parts = [("[FAILURE]", each.text) for each in self.failures] + [("[ERROR]", each.text) for each in self.errors]
@@ -256,7 +256,7 @@ def read(test_file: str, test_name: str) -> Result:
         test_name: what the result is named, and what the classes of its tests get in front.
 
     Raises:
-        ValueError: a count in the file is no number.
+        ValueError: a count in the file is not a number.
     """
     result = Result(test_name)
     if not os.path.isfile(test_file):

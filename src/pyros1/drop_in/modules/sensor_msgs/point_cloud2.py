@@ -35,12 +35,12 @@ def read_points(
 
     Args:
         cloud: the message.
-        field_names: fields to read; None: all. The values come in the order of the fields in memory.
+        field_names: fields to read; None for all. The values come in the order of the fields in memory.
         skip_nans: leave out points with a NaN in one of these fields.
-        uvs: (column, row) of the points to read; empty: all.
+        uvs: (column, row) of the points to read; empty for all.
 
     Raises:
-        AssertionError: ``cloud`` is no such message.
+        AssertionError: ``cloud`` is not such a message.
         struct.error: there are fewer data than the cloud's size needs.
     """
     assert getattr(cloud, "_type", "") == "sensor_msgs/PointCloud2", "cloud is not a sensor_msgs.msg.PointCloud2"

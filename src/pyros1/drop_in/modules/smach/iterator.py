@@ -60,7 +60,7 @@ class Iterator(Container):
         Args:
             label: name of the state.
             state: the state.
-            loop_outcomes: outcomes after which the next item comes; all others end the iterator. None: all go on.
+            loop_outcomes: outcomes after which the next item comes; all others end the iterator. None for all continue.
             break_outcomes: outcomes that end the iterator.
             final_outcome_map: last outcome -> outcome of the iterator, where they differ.
         """
@@ -70,7 +70,7 @@ class Iterator(Container):
         self._final_outcome_map = final_outcome_map or {}
 
     def execute(self, parent_ud: Any = None) -> Any:
-        """Run the state for each item, and return the outcome; None if the program ended before there was one."""
+        """Run the state for each item, and return the outcome; None if the program exited before there was one."""
         if not self._is_consistent() or self._state is None:
             return None
         self._is_running = True

@@ -134,7 +134,7 @@ class StateMachine(Container):
             parent_ud: userdata of the parent.
 
         Returns:
-            The machine's outcome. None if the program ended before there was one, or if the machine is inconsistent,
+            The machine's outcome. None if the program exited before there was one, or if the machine is inconsistent,
             which is logged as an error.
 
         Raises:

@@ -9,7 +9,7 @@ _CHECKS: list[Callable[[], bool]] = [lambda: False]
 
 
 def is_shutdown() -> bool:
-    """Return whether the program ends, so that containers stop after the current state."""
+    """Return whether the program exits, so that containers stop after the current state."""
     return _CHECKS[0]()
 
 

@@ -21,8 +21,8 @@ class ConditionState(State):
             `smach.cb_interface`.
         input_keys: userdata that it reads.
         poll_rate: rospy.Duration between two calls.
-        timeout: rospy.Duration after which the outcome is "false"; None: no limit.
-        max_checks: calls after which the outcome is "false"; -1: no limit.
+        timeout: rospy.Duration after which the outcome is "false"; None for no limit.
+        max_checks: calls after which the outcome is "false"; -1 for no limit.
     """
 
     def __init__(

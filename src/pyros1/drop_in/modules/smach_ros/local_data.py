@@ -73,7 +73,7 @@ def _check(data: bytes) -> None:
     The memo uses memory up to its highest index. Keys are hashed: with a tuple of a tuple of a tuple ... Python
     crashes, and tuples that contain the same tuple twice take twice as long with each level.
     """
-    stack: list[tuple[int, int] | None] = []  # depth and size of each value; None: a mark
+    stack: list[tuple[int, int] | None] = []  # depth and size of each value; None for a mark
     memo: dict[int, tuple[int, int] | None] = {}
     for op, arg, _ in pickletools.genops(data):
         if "PUT" in op.name or op.name == "MEMOIZE":

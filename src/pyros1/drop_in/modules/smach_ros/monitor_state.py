@@ -19,7 +19,7 @@ class MonitorState(State):
         msg_type: message class.
         cond_cb: called with the userdata and each message; false ends the state with "invalid". It may be declared with
             `smach.cb_interface`.
-        max_checks: messages after which the outcome is "valid"; -1: no limit.
+        max_checks: messages after which the outcome is "valid"; -1 for no limit.
         input_keys, output_keys: userdata that it reads and writes.
     """
 

@@ -15,7 +15,7 @@ class ServiceState(CallState):
 
     Args:
         service_name: the service. service_spec: its class.
-        request: the request, if nothing else makes it; None: an empty one.
+        request: the request, if nothing else makes it; None for an empty one.
         request_cb: called with the userdata and the request, then ``request_cb_args`` and ``request_cb_kwargs``; it
             changes the request, or returns another one.
         request_key: userdata key of a whole request. request_slots: userdata keys that are fields of the request.
@@ -68,7 +68,7 @@ class ServiceState(CallState):
         return self._back_call(ud, response) or "succeeded"
 
     def _wait(self) -> bool:
-        """Wait until the service exists; return False if preempted, or if the node ends."""
+        """Wait until the service exists; return False if preempted, or if the node shuts down."""
         while not self.preempt_requested() and not rospy.is_shutdown():
             try:
                 rospy.wait_for_service(self._service_name, 1.0)

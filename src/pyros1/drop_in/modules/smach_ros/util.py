@@ -1,4 +1,4 @@
-"""Preemption of a container when the node ends."""
+"""Preempts a container when the node shuts down."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ PATIENCE = 60.0
 
 
 def set_preempt_handler(sc: Any) -> None:
-    """Preempt a container when the node ends, and wait until it has ended, at most a minute.
+    """Preempt a container when the node shuts down, and wait until it has ended, at most a minute.
 
     Run the container in a thread of its own, and ``rospy.spin()`` in the main thread: a container in the main thread
-    cannot go on while the main thread handles Ctrl-C. Then there is no wait: the current state still ends as it wants,
-    but no other one begins.
+    cannot continue while the main thread handles Ctrl-C. In that case there is no wait: the current state
+    still finishes, but no other one is started.
 
     Args:
         sc: a `smach.StateMachine`, `smach.Concurrence` or other container.

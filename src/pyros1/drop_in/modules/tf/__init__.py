@@ -1,4 +1,4 @@
-"""tf, by pyros1: the older interface to frames over time (https://wiki.ros.org/tf)."""
+"""tf, by pyros1: the older interface to transforms over time (https://wiki.ros.org/tf)."""
 
 from tf2_ros import ConnectivityException, ExtrapolationException, LookupException
 from tf2_ros import TransformException as Exception

@@ -1,7 +1,7 @@
-"""How a frame moves in another, as a mean over an interval.
+"""The velocity of a frame in another one, as a mean over an interval.
 
-The angular velocity is stock's. The linear one is that of a point which moves with the frame; what stock's Python adds
-up for it is not a velocity.
+The angular velocity is the same as in stock. The linear one is that of a point which moves with the frame; the result
+of stock's Python code is not a velocity.
 """
 
 from __future__ import annotations

@@ -23,14 +23,14 @@ class TransformBroadcaster:
     def sendTransform(
         self, translation: Sequence[float], rotation: Sequence[float], time: Any, child: str, parent: str
     ) -> None:
-        """Publish where a frame is.
+        """Publish the transform of a frame.
 
         Args:
             translation: x, y, z in meters.
             rotation: a quaternion x, y, z, w.
             time: the stamp, a Time.
             child: the frame.
-            parent: the frame in which it is.
+            parent: the parent frame.
         """
         message = geometry_msgs.TransformStamped()
         message.header.frame_id = parent

@@ -1,4 +1,4 @@
-"""Transformer and TransformListener: lookups with results as lists, and messages taken to other frames."""
+"""Transformer and TransformListener: lookups with results as lists, and transformation of messages."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ def strip_leading_slash(s: str) -> str:
 
 
 class Transformer:
-    """Buffer of the transforms of the last seconds. Frames may be named with a leading slash.
+    """A buffer for the transforms of the last seconds. Names of frames may have a leading slash.
 
     Args:
         interpolate: not used; kept for old programs.
-        cache_time: a Duration, for which transforms are kept; None: 10 seconds.
+        cache_time: the Duration for which transforms are kept; None for 10 seconds.
     """
 
     def __init__(self, interpolate: bool = True, cache_time: Any = None) -> None:
@@ -34,17 +34,17 @@ class Transformer:
         self._using_dedicated_thread = False
 
     def allFramesAsDot(self, current_time: Any = None) -> str:
-        """Return the tree as a graph of Graphviz's dot, with ages if a time is given."""
+        """Return the tree in Graphviz's dot language, with ages if a time is passed."""
         if current_time:
             return self._buffer._allFramesAsDot(current_time)
         return self._buffer._allFramesAsDot()
 
     def allFramesAsString(self) -> str:
-        """Return a text with a line for each frame that has a parent."""
+        """Return a string with a line for each frame that has a parent."""
         return self._buffer.all_frames_as_string()
 
     def setTransform(self, transform: Any, authority: str = "default_authority") -> None:
-        """Take a geometry_msgs/TransformStamped from a node of that name."""
+        """Add a geometry_msgs/TransformStamped from a node of that name."""
         self._buffer.set_transform(transform, authority)
 
     def canTransform(self, target_frame: str, source_frame: str, time: Any) -> Any:
@@ -64,11 +64,11 @@ class Transformer:
         """Wait until `lookupTransform` succeeds.
 
         Args:
-            timeout: a Duration.
-            polling_sleep_duration: not used; new transforms end the wait at once.
+            timeout: maximum Duration to wait.
+            polling_sleep_duration: not used; the wait ends as soon as the transform is available.
 
         Raises:
-            tf.Exception: there is no such transform in time; or nothing fills this buffer.
+            tf.Exception: there is no such transform in time, or this buffer is not filled by another thread.
         """
         self._check_listening()
         names = strip_leading_slash(target_frame), strip_leading_slash(source_frame)
@@ -99,7 +99,7 @@ class Transformer:
     def chain(
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
     ) -> list[str]:
-        """Return the names of the frames from source through ``fixed_frame`` to target, both included."""
+        """Return the names of the frames from source through ``fixed_frame`` to target, including both."""
         return self._buffer._chain(target_frame, target_time, source_frame, source_time, fixed_frame)
 
     def clear(self) -> None:
@@ -122,7 +122,7 @@ class Transformer:
         """Return where ``source_frame`` is in ``target_frame``.
 
         Args:
-            time: a Time; 0: the latest that all frames between the two have in common.
+            time: a Time; 0 for the latest time that all frames between the two have in common.
 
         Returns:
             Translation [x, y, z] and rotation [x, y, z, w].
@@ -136,14 +136,14 @@ class Transformer:
     def lookupTransformFull(
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
     ) -> tuple[list[float], list[float]]:
-        """Return where ``source_frame`` was at its time, in ``target_frame`` at its time; ``fixed_frame`` stood still.
+        """Return where ``source_frame`` was at its time, in ``target_frame`` at its time, relative to ``fixed_frame``.
 
         See `lookupTransform`."""
         target, source, fixed = map(strip_leading_slash, (target_frame, source_frame, fixed_frame))
         return _numbers(self._buffer.lookup_transform_full(target, target_time, source, source_time, fixed))
 
     def lookupTwist(self, tracking_frame: str, observation_frame: str, time: Any, averaging_interval: Any) -> Any:
-        """Return how a frame moves in another; see `lookupTwistFull`, with the tracked frame's origin as point."""
+        """Return the velocity of a frame in another one; see `lookupTwistFull`. The point is the frame's origin."""
         return self.lookupTwistFull(
             tracking_frame, observation_frame, observation_frame, (0, 0, 0), tracking_frame, time, averaging_interval
         )
@@ -158,16 +158,16 @@ class Transformer:
         time: Any,
         averaging_interval: Any,
     ) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-        """Return the velocity of a frame in another: its mean over an interval. The linear one differs from stock's.
+        """Return the mean velocity of a frame in another one over an interval. The linear one differs from stock's.
 
         Args:
             tracking_frame: the frame that moves.
-            observation_frame: the frame from which its movement is seen.
-            reference_frame: the frame in which the results are given.
+            observation_frame: the frame relative to which it moves.
+            reference_frame: the frame of the results.
             ref_point: the point (3,) that moves with the tracked frame.
-            reference_point_frame: frame of that point.
+            reference_point_frame: the frame of that point.
             time: a Time; 0 for the latest.
-            averaging_interval: a Duration around it.
+            averaging_interval: a Duration, centred at that time.
 
         Returns:
             Linear velocity in m/s, and angular velocity in rad/s.
@@ -184,11 +184,11 @@ class Transformer:
         )
 
     def setUsingDedicatedThread(self, value: bool) -> None:
-        """Say whether another thread fills this buffer, so that a program can wait for transforms."""
+        """Set whether another thread fills this buffer, so that a program can wait for transforms."""
         self._using_dedicated_thread = value
 
     def getTFPrefix(self) -> str:
-        """Return the prefix of frames; always empty."""
+        """Return the prefix of frames, which is always empty."""
         return ""
 
 
@@ -213,7 +213,7 @@ def xyzw_to_mat44(ori: Any) -> Any:
 
 
 class TransformerROS(Transformer):
-    """Transformer that also takes messages to other frames."""
+    """A Transformer that can also transform messages."""
 
     def asMatrix(self, target_frame: str, hdr: Any) -> Any:
         """Return the matrix (4, 4) from the frame of a header, at its time, to another frame."""
@@ -224,7 +224,7 @@ class TransformerROS(Transformer):
         return numpy.dot(transformations.translation_matrix(translation), transformations.quaternion_matrix(rotation))
 
     def transformPoint(self, target_frame: str, ps: Any) -> Any:
-        """Return a geometry_msgs/PointStamped in another frame."""
+        """Transform a geometry_msgs/PointStamped to another frame."""
         point = ps.point
         moved = numpy.dot(self.asMatrix(target_frame, ps.header), (point.x, point.y, point.z, 1.0))[:3]
         result = geometry_msgs.PointStamped()
@@ -233,7 +233,7 @@ class TransformerROS(Transformer):
         return result
 
     def transformVector3(self, target_frame: str, v3s: Any) -> Any:
-        """Return a geometry_msgs/Vector3Stamped in another frame: only rotated."""
+        """Transform a geometry_msgs/Vector3Stamped to another frame, by rotating it."""
         vector = v3s.vector
         turn = self.asMatrix(target_frame, v3s.header)[:3, :3]
         result = geometry_msgs.Vector3Stamped()
@@ -242,7 +242,7 @@ class TransformerROS(Transformer):
         return result
 
     def transformQuaternion(self, target_frame: str, ps: Any) -> Any:
-        """Return a geometry_msgs/QuaternionStamped in another frame."""
+        """Transform a geometry_msgs/QuaternionStamped to another frame."""
         turned = numpy.dot(self.asMatrix(target_frame, ps.header), xyzw_to_mat44(ps.quaternion))
         result = geometry_msgs.QuaternionStamped()
         _set_header(result, target_frame, ps)
@@ -250,7 +250,7 @@ class TransformerROS(Transformer):
         return result
 
     def transformPose(self, target_frame: str, ps: Any) -> Any:
-        """Return a geometry_msgs/PoseStamped in another frame."""
+        """Transform a geometry_msgs/PoseStamped to another frame."""
         pose = numpy.dot(xyz_to_mat44(ps.pose.position), xyzw_to_mat44(ps.pose.orientation))
         moved = numpy.dot(self.asMatrix(target_frame, ps.header), pose)
         result = geometry_msgs.PoseStamped()
@@ -261,7 +261,7 @@ class TransformerROS(Transformer):
         return result
 
     def transformPointCloud(self, target_frame: str, point_cloud: Any) -> Any:
-        """Return a sensor_msgs/PointCloud in another frame, with the same channels."""
+        """Transform a sensor_msgs/PointCloud to another frame; the channels do not change."""
         matrix = self.asMatrix(target_frame, point_cloud.header)
         points = numpy.array([(p.x, p.y, p.z) for p in point_cloud.points], numpy.float64).reshape(-1, 3)
         moved = points @ matrix[:3, :3].T + matrix[:3, 3]
@@ -273,16 +273,16 @@ class TransformerROS(Transformer):
 
 
 def _set_header(message: Any, frame: str, other: Any) -> None:
-    """Give a message a frame, and the stamp of another."""
+    """Set the frame of a message, and copy the stamp of another one."""
     message.header.stamp = other.header.stamp
     message.header.frame_id = frame
 
 
 class TransformListener(TransformerROS):
-    """TransformerROS that is filled from /tf and /tf_static; arguments are those of `Transformer`.
+    """A TransformerROS that is filled from /tf and /tf_static; for the arguments see `Transformer`.
 
     Raises:
-        ROSInitException: there is no node.
+        ROSInitException: the node has not been started.
     """
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:

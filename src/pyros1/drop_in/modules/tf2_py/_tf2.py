@@ -1,4 +1,4 @@
-"""BufferCore: frames over time, without waiting. In stock ROS 1 this is a C++ extension."""
+"""BufferCore: transforms over time, without waiting. In stock ROS 1, this is a C++ extension."""
 
 from __future__ import annotations
 
@@ -16,32 +16,32 @@ _NO_TIME = "time must have a to_sec method, e.g. rospy.Time or rospy.Duration"
 
 
 class BufferCore:
-    """Buffer of the transforms of the last seconds, with lookups between any two frames.
+    """A buffer for the transforms of the last seconds, with lookups between any two frames.
 
-    Safe for any number of threads. Frames are named without a leading slash, times are `rospy.Time`; time 0 is the
-    latest that all frames between two have in common.
+    Thread-safe. Names of frames have no leading slash, times are `rospy.Time`; time 0 is the latest time that all
+    frames between two frames have in common.
 
     Args:
-        cache_time: a Duration, for which transforms are kept, counted back from the newest of their frame.
+        cache_time: the Duration for which transforms are kept, before the newest one of the same frame.
     """
 
     def __init__(self, cache_time: Any = _TEN_SECONDS) -> None:
         self._core = Buffer(_timed(cache_time), time_class=Time)
 
     def set_transform(self, transform: Any, authority: str, /) -> None:
-        """Take a geometry_msgs/TransformStamped from a node of that name. One that cannot be used is reported."""
+        """Add a geometry_msgs/TransformStamped from a node of that name. An invalid one is reported."""
         self._core.set_transforms((transform,), authority)
 
     def set_transform_static(self, transform: Any, authority: str, /) -> None:
-        """Take a transform that holds at all times."""
+        """Add a static transform."""
         self._core.set_transforms((transform,), authority, static=True)
 
     def set_transforms(self, transforms: Iterable[Any], authority: str, static: bool) -> None:
-        """Take several transforms (pyros1's own: waiting lookups are woken once)."""
+        """Add several transforms (an extension of pyros1: waiting lookups are woken only once)."""
         self._core.set_transforms(transforms, authority, static=static)
 
     def set_rows(self, rows: Iterable[Row], authority: str, static: bool) -> None:
-        """Take several transforms as a listener receives them (pyros1's own)."""
+        """Add several transforms received by a listener (an extension of pyros1)."""
         self._core.set_rows(rows, authority, static=static)
 
     def clear(self, *_: Any) -> None:
@@ -60,9 +60,9 @@ class BufferCore:
     def lookup_transform_full_core(
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
     ) -> Any:
-        """Return where ``source_frame`` was at its time, in ``target_frame`` at its time; ``fixed_frame`` stood still.
+        """Return where ``source_frame`` was at its time, in ``target_frame`` at its time, relative to ``fixed_frame``.
 
-        Raises as `lookup_transform_core`."""
+        For the exceptions, see `lookup_transform_core`."""
         return self._core.lookup_transform_full(
             target_frame, _timed(target_time), source_frame, _timed(source_time), fixed_frame
         )
@@ -88,7 +88,7 @@ class BufferCore:
         return self._core.get_latest_common_time(target_frame, source_frame)
 
     def all_frames_as_string(self) -> str:
-        """Return a text with a line for each frame that has a parent."""
+        """Return a string with a line for each frame that has a parent."""
         return self._core.all_frames_as_string()
 
     def all_frames_as_yaml(self, *_: Any) -> str:
@@ -96,7 +96,7 @@ class BufferCore:
         return self._core.all_frames_as_yaml()
 
     def _allFramesAsDot(self, time: Any = None) -> str:
-        """Return the tree as a graph of Graphviz's dot, with ages if a time is given."""
+        """Return the tree in Graphviz's dot language, with ages if a time is passed."""
         return self._core.all_frames_as_dot(None if time is None else _timed(time).to_sec())
 
     def _frameExists(self, frame: str, /) -> bool:
@@ -112,7 +112,7 @@ class BufferCore:
     def _chain(
         self, target_frame: str, target_time: Any, source_frame: str, source_time: Any, fixed_frame: str
     ) -> list[str]:
-        """Return the names of the frames from source through ``fixed_frame`` to target, both included."""
+        """Return the names of the frames from source through ``fixed_frame`` to target, including both."""
         times = _timed(target_time), _timed(source_time)
         return self._core.chain_full(target_frame, times[0], source_frame, times[1], fixed_frame)
 

@@ -1,4 +1,4 @@
-"""Buffer: lookups that may wait, and the service ~tf2_frames."""
+"""Buffer: lookups that can wait, and the service ~tf2_frames."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ class Buffer(tf2.BufferCore, tf2_ros.buffer_interface.BufferInterface):
     """Buffer of transforms, with lookups that wait.
 
     Args:
-        cache_time: a Duration, for which transforms are kept; None: 10 seconds.
-        debug: whether to offer the service ~tf2_frames, if the node does not have it yet.
+        cache_time: the Duration for which transforms are kept; None for 10 seconds.
+        debug: whether to offer the service ~tf2_frames, unless the node already offers it.
     """
 
     def __init__(self, cache_time: Any = None, debug: bool = True) -> None:
@@ -47,8 +47,10 @@ class Buffer(tf2.BufferCore, tf2_ros.buffer_interface.BufferInterface):
         """Return where ``source_frame`` is in ``target_frame``, as a geometry_msgs/TransformStamped.
 
         Args:
-            time: a Time; 0: the latest that all frames between the two have in common.
-            timeout: a Duration to wait for the transform, in the node's time; the wait ends with the node.
+            target_frame: the target frame.
+            source_frame: the source frame.
+            time: a Time; 0 for the latest time that all frames between the two have in common.
+            timeout: maximum Duration to wait for the transform, in the node's time; shutdown interrupts the wait.
 
         Raises:
             TransformException: one of those of tf2_py.
@@ -107,7 +109,7 @@ class Buffer(tf2.BufferCore, tf2_ros.buffer_interface.BufferInterface):
 
 
 def _wait(timeout: Any, found: Callable[[float], bool]) -> None:
-    """Wait in the node's time; stop if the node ends, or time jumps back, for example when a bag is played again."""
+    """Wait in the node's time; stop if the node shuts down, or time jumps back, as when a bag is replayed."""
     start = now = rospy.Time.now()
     end = start + timeout
     while now < end and now + _LONG_AGO >= start and not rospy.is_shutdown():

@@ -24,8 +24,8 @@ class BufferClient(tf2_ros.buffer_interface.BufferInterface):
 
     Args:
         ns: name of the server's action, such as "tf2_buffer_server".
-        check_frequency: not used any more.
-        timeout_padding: a Duration that an answer may take in addition to the timeout of the lookup.
+        check_frequency: no longer used.
+        timeout_padding: maximum Duration of the communication, in addition to the timeout of the lookup.
     """
 
     def __init__(self, ns: str, check_frequency: Any = None, timeout_padding: Any = _PADDING) -> None:
@@ -38,7 +38,7 @@ class BufferClient(tf2_ros.buffer_interface.BufferInterface):
         self.client = pyros1.tf.BufferClient(PROCESS.node, rospy.remap_name(ns), timeout_padding, remap=False)
 
     def wait_for_server(self, timeout: Any = _NOW) -> bool:
-        """Wait for the server: a Duration, 0 until the node ends; return whether it is there."""
+        """Wait for the server for a Duration (0 for no limit); return whether it is available."""
         try:
             return self.client.wait_for_server(timeout if timeout else None)
         except NodeShutdownError:
@@ -48,7 +48,7 @@ class BufferClient(tf2_ros.buffer_interface.BufferInterface):
         """Return where ``source_frame`` is in ``target_frame``; see `Buffer.lookup_transform`.
 
         Raises:
-            TimeoutException: no answer came.
+            TimeoutException: there was no response.
             TransformException: the server's buffer has no such transform.
         """
         return _asked(lambda: self.client.lookup_transform(target_frame, source_frame, time, timeout))

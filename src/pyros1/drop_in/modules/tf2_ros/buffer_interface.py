@@ -1,4 +1,4 @@
-"""What all buffers have: lookups, `transform` for data of registered types, and conversions between types.
+"""The interface of all buffers: lookups, `transform` for data of registered types, and conversions between types.
 
 Packages such as tf2_geometry_msgs register their types when they are imported.
 """
@@ -20,20 +20,20 @@ class BufferInterface:
     """Base class of buffers.
 
     Attributes:
-        registration: the types that `transform` takes.
+        registration: the types that `transform` supports.
     """
 
     def __init__(self) -> None:
         self.registration = TransformRegistration()
 
     def transform(self, object_stamped: Any, target_frame: str, timeout: Any = _NOW, new_type: Any = None) -> Any:
-        """Return data with a header in another frame, at the time of its header.
+        """Transform data with a header to another frame, at the time of its header.
 
         Args:
             object_stamped: the data, of a registered type.
             target_frame: name of the other frame.
-            timeout: a Duration to wait for the transform.
-            new_type: type to which the result is converted; None: that of the data.
+            timeout: maximum Duration to wait for the transform.
+            new_type: type to which to convert the result; None for that of the data.
 
         Raises:
             TypeException: the type is not registered.
@@ -55,7 +55,7 @@ class BufferInterface:
         timeout: Any = _NOW,
         new_type: Any = None,
     ) -> Any:
-        """Return data in another frame at another time; ``fixed_frame`` stood still. See `transform`."""
+        """Transform data to another frame at another time, assuming that ``fixed_frame`` is fixed. See `transform`."""
         do_transform = self.registration.get(type(object_stamped))
         header = object_stamped.header
         moved = do_transform(
@@ -98,7 +98,7 @@ class BufferInterface:
 
 
 def Stamped(obj: Any, stamp: Any, frame_id: str) -> Any:
-    """Give an object a header with a time and a frame, and return it."""
+    """Add a header with a time and a frame to an object, and return it."""
     obj.header = Header(frame_id=frame_id, stamp=stamp)
     return obj
 
@@ -112,7 +112,7 @@ class TypeException(Exception):
 
 
 class NotImplementedException(Exception):
-    """A buffer lacks a method."""
+    """A buffer does not have a method."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -120,7 +120,7 @@ class NotImplementedException(Exception):
 
 
 class TransformRegistration:
-    """The process's types that can be transformed, with the functions that do it."""
+    """The types that can be transformed in this process, with their functions."""
 
     __type_map: dict[Any, Callable[[Any, Any], Any]] = {}
 
@@ -138,18 +138,18 @@ class TransformRegistration:
 
 
 class ConvertRegistration:
-    """The process's conversions between types: direct ones, and those from and to messages."""
+    """The conversions between types in this process: direct ones, and those from and to messages."""
 
     __to_msg_map: dict[Any, Callable[[Any], Any]] = {}
     __from_msg_map: dict[Any, Callable[[Any], Any]] = {}
     __convert_map: dict[Any, Callable[[Any], Any]] = {}
 
     def add_from_msg(self, key: Any, callback: Callable[[Any], Any]) -> None:
-        """Register a function that makes an object of type ``key`` from a message."""
+        """Register a function that creates an object of type ``key`` from a message."""
         self.__from_msg_map[key] = callback
 
     def add_to_msg(self, key: Any, callback: Callable[[Any], Any]) -> None:
-        """Register a function that makes a message from an object of type ``key``."""
+        """Register a function that creates a message from an object of type ``key``."""
         self.__to_msg_map[key] = callback
 
     def add_convert(self, key: Any, callback: Callable[[Any], Any]) -> None:
@@ -177,7 +177,7 @@ def _found(functions: dict[Any, Callable[..., Any]], key: Any) -> Callable[..., 
 
 
 def convert(a: Any, b_type: Any) -> Any:
-    """Return an object as another type: by a direct conversion, else by way of a message; a copy if it is of that type.
+    """Convert an object to another type, directly or through a message; return a copy if it already has that type.
 
     Raises:
         TypeException: there is no such conversion.

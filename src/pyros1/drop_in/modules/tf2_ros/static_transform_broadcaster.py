@@ -1,4 +1,4 @@
-"""StaticTransformBroadcaster: publishes transforms that hold at all times."""
+"""StaticTransformBroadcaster: publishes transforms that do not change."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ from pyros1.msgs.tf2_msgs.msg import TFMessage
 class StaticTransformBroadcaster:
     """Publishes transforms on /tf_static, latched.
 
-    Later subscribers get only the last message, so each has the earlier transforms, too; a new transform of the same
-    child frame replaces the old one. Stock's loses them.
+    Later subscribers receive only the last message, so each message contains the earlier transforms as well (stock's
+    would lose them). A new transform of the same child frame replaces the old one.
 
     Attributes:
         pub_tf: the publisher.

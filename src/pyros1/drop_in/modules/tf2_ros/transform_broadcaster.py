@@ -1,4 +1,4 @@
-"""TransformBroadcaster: publishes transforms of frames that move."""
+"""TransformBroadcaster: publishes transforms of moving frames."""
 
 from __future__ import annotations
 

@@ -14,9 +14,9 @@ from pyros1.tf.listener import fill
 
 
 class TransformListener:
-    """Puts transforms into a buffer, until the node ends or the listener is deleted.
+    """Adds transforms to a buffer, until the node shuts down or the listener is deleted.
 
-    When time jumps back, the buffer is cleared; static transforms stay.
+    When time jumps back, the buffer is cleared, except for static transforms.
 
     Args:
         buffer: a BufferCore, or another object with its `set_transform`, `set_transform_static` and `clear`.
@@ -27,7 +27,7 @@ class TransformListener:
         last_update: time of the last message.
 
     Raises:
-        ROSInitException: there is no node.
+        ROSInitException: the node has not been started.
     """
 
     def __init__(
@@ -56,7 +56,7 @@ class TransformListener:
         self.unregister()
 
     def unregister(self) -> None:
-        """Stop listening; the buffer keeps what it has."""
+        """Stop listening; the buffer keeps its transforms."""
         for name in ("tf_sub", "tf_static_sub"):
             if name in vars(self):  # not if the constructor failed
                 getattr(self, name).unregister()
@@ -72,11 +72,11 @@ class TransformListener:
             self.last_update = now
 
     def callback(self, data: Any) -> None:
-        """Take a message of /tf."""
+        """Handle a message on /tf."""
         self._take(data, False)
 
     def static_callback(self, data: Any) -> None:
-        """Take a message of /tf_static."""
+        """Handle a message on /tf_static."""
         self._take(data, True)
 
     def _take(self, data: Any, static: bool) -> None:

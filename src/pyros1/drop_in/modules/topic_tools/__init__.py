@@ -11,10 +11,10 @@ _DELAY = 5.0
 
 
 class LazyTransport(rospy.SubscribeListener):
-    """Subscribes when its publishers get subscribers, and unsubscribes when they have none any more.
+    """Subscribes when its publishers have subscribers, and unsubscribes when they have none any more.
 
-    With the parameter ``~lazy`` false it does not unsubscribe. Programs define `subscribe` and `unsubscribe`, and
-    publish what `advertise` returns.
+    If the parameter ``~lazy`` is false, it does not unsubscribe. Programs define `subscribe` and `unsubscribe`, and use
+    the publishers returned by `advertise`.
     """
 
     def __init__(self) -> None:
@@ -39,13 +39,13 @@ class LazyTransport(rospy.SubscribeListener):
         raise NotImplementedError("Please overwrite this method")
 
     def peer_subscribe(self, *args: Any, **kwargs: Any) -> None:
-        """A publisher has a new subscriber."""
+        """Handle a new subscriber of a publisher."""
         if not self._connection_status:
             self._connection_status = True
             self.subscribe()
 
     def peer_unsubscribe(self, *args: Any, **kwargs: Any) -> None:
-        """A publisher has lost a subscriber."""
+        """Handle the disconnection of a subscriber."""
         if not rospy.get_param("~lazy", True):
             return
         if self._connection_status and not any(each.get_num_connections() for each in self._publishers):
@@ -53,10 +53,10 @@ class LazyTransport(rospy.SubscribeListener):
             self.unsubscribe()
 
     def advertise(self, *args: Any, **kwargs: Any) -> rospy.Publisher:
-        """Return a `rospy.Publisher`, which takes the same arguments, whose subscribers count.
+        """Create a `rospy.Publisher` with the same arguments, whose subscribers are monitored.
 
         Raises:
-            AssertionError: with an own ``subscriber_listener``.
+            AssertionError: a ``subscriber_listener`` was passed.
         """
         if len(args) > 2 or kwargs.get("subscriber_listener") is not None:
             raise AssertionError("a LazyTransport is the subscriber_listener itself")

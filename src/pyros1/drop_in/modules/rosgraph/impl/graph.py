@@ -34,11 +34,11 @@ def node_topic(node: str) -> str:
 
 
 class BadNode:
-    """A node that does not answer.
+    """A node that does not respond.
 
     Args:
         name: its name.
-        type: ``DEAD``, or ``WONKY`` if it has answered before.
+        type: ``DEAD``, or ``WONKY`` if it has responded before.
         reason: why.
     """
 
@@ -143,7 +143,7 @@ class Graph:
         nn_nodes: names of the nodes. nt_nodes: vertices of the topics. srvs: names of the services.
         nn_edges: edges between nodes that are connected, with the topic as the label.
         nt_edges: edges between nodes and topics, of connections. nt_all_edges: of all registrations.
-        bad_nodes: nodes that do not answer, by name.
+        bad_nodes: nodes that do not respond, by name.
     """
 
     def __init__(self, node_ns: str = "/", topic_ns: str = "/") -> None:
@@ -184,7 +184,7 @@ class Graph:
         return changed
 
     def bad_update(self) -> bool:
-        """Ask the nodes that did not answer; return whether the graph has changed."""
+        """Ask the nodes that did not respond; return whether the graph has changed."""
         changed = [self._node_refresh(node) for node in sorted(self.bad_nodes)]
         return any(changed)
 
