@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 _MAX_HOSTS = 1000
 
 
-class PublicationView(Protocol):
+class PublicationInterface(Protocol):
     """The interface of a publication for other parts of the node; see `publishing.publication.Publication`."""
 
     topic: str
@@ -47,7 +47,7 @@ class PublicationView(Protocol):
     ) -> Source: ...
 
 
-class SubscriptionView(Protocol):
+class SubscriptionInterface(Protocol):
     """The interface of a subscription for other parts of the node; see `subscribing.subscription.Subscription`."""
 
     type: TopicType
@@ -60,7 +60,7 @@ class SubscriptionView(Protocol):
     def has_publisher(self, uri: str) -> bool: ...
 
 
-class ServiceView(Protocol):
+class ServiceInterface(Protocol):
     """The interface of a service for other parts of the node; see `services.server.ServiceServer`."""
 
     type: type[Any]
@@ -116,9 +116,9 @@ class Context:
         self.local_name: Callable[[], str] = str
         self.stopping = stopping
         self.warn_publish_after_shutdown = True
-        self.publications: dict[str, PublicationView] = {}
-        self.subscriptions: dict[str, SubscriptionView] = {}
-        self.services: dict[str, ServiceView] = {}
+        self.publications: dict[str, PublicationInterface] = {}
+        self.subscriptions: dict[str, SubscriptionInterface] = {}
+        self.services: dict[str, ServiceInterface] = {}
         self._unknown_hosts: set[str] = set()
         self._pid = os.getpid()
 

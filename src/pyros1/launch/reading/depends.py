@@ -32,13 +32,13 @@ class FileNeeds:
 
 def file_needs(plan: Plan) -> list[FileNeeds]:
     """Return the needs of each file in a plan, in the order in which the files were read."""
-    needs = {file: FileNeeds(file, owner(file)) for file in plan.files}
+    needs = {file: FileNeeds(file, package_containing(file)) for file in plan.files}
     for node in sorted([*plan.nodes, *plan.tests], key=lambda node: node.line):
         if node.file in needs:
             _append(needs[node.file].nodes, (node.package, node.type))
             _append(needs[node.file].packages, node.package)
     for include in plan.includes:
-        package = owner(include.included)
+        package = package_containing(include.included)
         if package is not None and include.file in needs and package != needs[include.file].package:
             _append(needs[include.file].packages, package)
     return list(needs.values())
@@ -49,7 +49,7 @@ def _append(items: list, item: object) -> None:  # type: ignore[type-arg]
         items.append(item)
 
 
-def owner(file: str) -> str | None:
+def package_containing(file: str) -> str | None:
     """Return the package that contains a file; None if it is in no package."""
     folder, name = package_of(Path(file))
     return name if _manifest(folder) is not None else None

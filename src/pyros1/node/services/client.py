@@ -34,7 +34,7 @@ from pyros1.wire.service import RESPONSE_HEAD_SIZE, decode_response_head
 
 if TYPE_CHECKING:
     from pyros1.net.master_client import MasterClient
-    from pyros1.node.context import Context, ServiceView
+    from pyros1.node.context import Context, ServiceInterface
 
 PROBE_TIMEOUT = 5.0
 _MAX_WITH_HEADER: Final = 65536
@@ -149,7 +149,7 @@ class ServiceClient:
                 other.sock.close()
             self._reset_connections()
 
-    def _own_service(self, uri: str | None = None) -> ServiceView | None:
+    def _own_service(self, uri: str | None = None) -> ServiceInterface | None:
         """Return the node's own service of that name if its handler can run only in the calling thread.
 
         Args:
@@ -163,7 +163,7 @@ class ServiceClient:
             return None
         return server
 
-    def _call_local(self, server: ServiceView, request: bytes) -> Any:
+    def _call_local(self, server: ServiceInterface, request: bytes) -> Any:
         header = service_client_header(self._context.name, self.name, self._wire_type, self._persistent, self._headers)
         response = server.call_local(request, header)
         ok, _ = decode_response_head(response)

@@ -18,7 +18,7 @@ from pyros1.node.topic_type import topic_type
 from pyros1.wire.handshake import ANY, subscriber_header
 
 if TYPE_CHECKING:
-    from pyros1.node.context import Context, PublicationView
+    from pyros1.node.context import Context, PublicationInterface
     from pyros1.node.subscribing.hints import Hints
     from pyros1.node.subscribing.queues import Source
     from pyros1.node.subscribing.subscriber import Subscriber
@@ -161,7 +161,7 @@ class Subscription:
         self.delivery.add(link)
         self._changed()
 
-    def link_local(self, uri: str, publication: PublicationView) -> None:
+    def link_local(self, uri: str, publication: PublicationInterface) -> None:
         """Link to a publication of this process. On the loop.
 
         Raises:

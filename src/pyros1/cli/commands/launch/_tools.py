@@ -17,7 +17,7 @@ from pyros1.cli.running import run_verb
 from pyros1.cli.shared.launching import print_exception
 from pyros1.finding.packages import files_below, package_of
 from pyros1.ground.errors import Error, LaunchError, MasterError, ParameterNotSetError
-from pyros1.launch.reading.depends import FileNeeds, file_needs, owner, undeclared
+from pyros1.launch.reading.depends import FileNeeds, file_needs, package_containing, undeclared
 from pyros1.launch.reading.loader import load_plan
 from pyros1.launch.reading.resources import Resources
 from pyros1.launch.reading.scope import ArgNotSetError
@@ -85,7 +85,7 @@ def _read_if_there(path: str) -> bytes:
 
 
 def _one_package(files: list[str]) -> None:
-    packages = {owner(file): file for file in files}
+    packages = {package_containing(file): file for file in files}
     if len(packages) > 1:
         names = " vs. ".join(map(str, packages))
         raise LaunchError(f"roslaunch files must be in the same package: {names}")
