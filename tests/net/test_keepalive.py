@@ -58,12 +58,12 @@ def test_a_silent_machine_with_data_under_way(retransmits: int, probes: int, sec
 @pytest.mark.skipif(sys.platform != "linux", reason="the layout is Linux's")
 def test_the_system_says_when_it_has_heard_of_the_other_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(keepalive, "MIN_UNANSWERED", 0)
-    monkeypatch.setattr(keepalive, "IDLE", 0)
+    monkeypatch.setattr(keepalive, "PROBE_IDLE_TIME", 0)
     monkeypatch.setattr(keepalive, "INTERVAL", 0)
     with socket.create_server(("127.0.0.1", 0)) as listener, socket.socket() as sock:
         sock.connect(listener.getsockname())
         sock.send(b"x")
         assert is_peer_dead(sock)
-        monkeypatch.setattr(keepalive, "IDLE", 3600)
+        monkeypatch.setattr(keepalive, "PROBE_IDLE_TIME", 3600)
         assert not is_peer_dead(sock)
     assert not is_peer_dead(sock)

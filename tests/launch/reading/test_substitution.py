@@ -63,9 +63,9 @@ def test_values(text: str, expected: str) -> None:
         ("$(args a)", r"Unknown substitution command \[args a\].*did you mean 'arg'"),
         ("$( )", "Unknown substitution command"),
         ("x$(eval a)", r"\$\(eval \.\.\.\) must be the whole value"),
-        ("$(arg)", r"\$\(arg name\) takes one word \[arg\]"),
-        ("$(env A B)", r"\$\(env name\) takes one word \[env A B\]"),
-        ("$(find a b)", r"\$\(find name\) takes one word \[find a b\]"),
+        ("$(arg)", r"\$\(arg name\) takes one argument \[arg\]"),
+        ("$(env A B)", r"\$\(env name\) takes one argument \[env A B\]"),
+        ("$(find a b)", r"\$\(find name\) takes one argument \[find a b\]"),
         ("$(optenv)", "must specify an environment variable"),
     ],
 )

@@ -12,7 +12,7 @@ import pytest
 
 from pyros1.finding.packages import PackageIndex
 from pyros1.ground.errors import LaunchError
-from pyros1.launch.plan import MachinePlan, NodePlan, Plan
+from pyros1.launch.plan import ExitPolicy, MachinePlan, NodePlan, Plan
 from pyros1.launch.reading.on_death import OnDeath
 from pyros1.launch.running.console import Console
 from pyros1.launch.running.options import Options
@@ -21,7 +21,7 @@ from pyros1.launch.running.starting import Run, Starter
 
 PACKAGE = """<package format="2"><name>robot</name><version>1.0.0</version><description>A node.</description>
 <maintainer email="a@example.org">a</maintainer><license>BSD</license></package>"""
-SETTINGS: dict[str, Any] = {"respawn": True, "respawn_delay": 7.5, "required": True}
+SETTINGS: dict[str, Any] = {"exit_policy": ExitPolicy(respawn=True, respawn_delay=7.5, required=True)}
 
 
 class Recorder:
@@ -87,12 +87,17 @@ def test_a_node_is_started_as_its_plan_says(make_starter: Callable[..., Starter]
     recorder: Any = starter.supervisor
     (spec,) = recorder.specs
     assert (spec.label, spec.node, spec.package) == ("left/wheels-1", "/left/wheels", "robot")
-    assert (spec.respawn, spec.respawn_delay, spec.required, spec.to_screen) == (True, 7.5, True, True)
+    assert (spec.exit_policy.respawn, spec.exit_policy.respawn_delay, spec.exit_policy.required, spec.to_screen) == (
+        True,
+        7.5,
+        True,
+        True,
+    )
     assert recorder.kinds == ["wheels of run-id" if machine == "far" else None]
     starter.start(NodePlan("robot", "drive", "arm", machine=machine))
     spec = recorder.specs[1]
-    assert (spec.label, spec.respawn, spec.respawn_delay) == ("arm-2", False, 0.0)
-    assert (spec.required, spec.to_screen, spec.on_death, spec.ends_launch) == (False, False, None, False)
+    assert (spec.label, spec.exit_policy.respawn, spec.exit_policy.respawn_delay) == ("arm-2", False, 0.0)
+    assert (spec.exit_policy.required, spec.to_screen, spec.on_death, spec.ends_launch) == (False, False, None, False)
 
 
 @pytest.mark.parametrize("machine", [None, "far"])
@@ -102,7 +107,7 @@ def test_options_of_the_launch_hold_for_all_nodes(make_starter: Callable[..., St
     starter.options.screen = False
     starter.start(NodePlan("robot", "drive", "arm", machine=machine, output="screen"))
     recorder: Any = starter.supervisor
-    assert [(spec.required, spec.to_screen) for spec in recorder.specs] == [(True, True), (True, False)]
+    assert [(spec.exit_policy.required, spec.to_screen) for spec in recorder.specs] == [(True, True), (True, False)]
 
 
 def test_the_process_on_this_machine(make_starter: Callable[..., Starter], tmp_path: Path) -> None:
@@ -124,10 +129,18 @@ def test_what_runs_when_a_node_has_ended(make_starter: Callable[..., Starter]) -
     publish = OnDeath("pub", ("/stop", "std_msgs/Empty"))
     for required in (True, False):
         for on_death, words in ((run, ["home", "__name:=wheels_on_death"]), (publish, ["/stop", "std_msgs/Empty"])):
-            starter.start(NodePlan("robot", "drive", "wheels", "/left/", required=required, on_death=on_death))
+            starter.start(
+                NodePlan(
+                    "robot", "drive", "wheels", "/left/", exit_policy=ExitPolicy(required=required), on_death=on_death
+                )
+            )
             after = recorder.specs[-1].on_death
             assert (after.label, after.node) == (f"{recorder.specs[-1].label}-on-death", "/left/wheels_on_death")
-            assert (after.required, after.ends_launch, after.respawn) == (False, required, False)
+            assert (after.exit_policy.required, after.ends_launch, after.exit_policy.respawn) == (
+                False,
+                required,
+                False,
+            )
             assert [word for word in words if word not in after.words] == []
             assert after.env["ROS_MASTER_URI"] == "http://me:1/"
 
