@@ -59,7 +59,7 @@ def test_a_silent_machine_with_data_under_way(retransmits: int, probes: int, sec
 def test_the_system_says_when_it_has_heard_of_the_other_machine(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(keepalive, "MIN_UNANSWERED", 0)
     monkeypatch.setattr(keepalive, "PROBE_IDLE_TIME", 0)
-    monkeypatch.setattr(keepalive, "INTERVAL", 0)
+    monkeypatch.setattr(keepalive, "PROBE_INTERVAL", 0)
     with socket.create_server(("127.0.0.1", 0)) as listener, socket.socket() as sock:
         sock.connect(listener.getsockname())
         sock.send(b"x")
