@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from pyros1.actions.errors import GoalError
 from pyros1.actions.progress import Progress
@@ -13,34 +13,10 @@ from pyros1.ground.errors import WaitTimeoutError
 from pyros1.node.checks import check_timeout
 
 if TYPE_CHECKING:
-    import threading
-
-    from pyros1.node import Node
+    from pyros1.actions.client import Client
 
 _MAX_FEEDBACK = 100
 """Maximum number of feedback messages waiting for an iteration; older ones are dropped."""
-
-
-class Owner(Protocol):
-    """The part of a client that a goal needs."""
-
-    node: Node
-    lock: threading.RLock
-
-    def wait(self, ready: Callable[[], object], timeout: float | None) -> bool:
-        """Wait for something; raise NodeShutdownError if the node ends."""
-
-    def changed(self) -> None:
-        """Wake waits."""
-
-    def cancel(self, name: str) -> frozenset[object]:
-        """Request the server to cancel a goal; return the links used for the request."""
-
-    def forget(self, name: str) -> None:
-        """Stop following a goal."""
-
-    def call(self, callback: Callable[[], object]) -> None:
-        """Call a function of the program after earlier ones."""
 
 
 class ClientGoal:
@@ -53,7 +29,7 @@ class ClientGoal:
 
     def __init__(
         self,
-        client: Owner,
+        client: Client,
         name: str,
         on_feedback: Callable[[Any], object] | None,
         on_stage: Callable[[ClientGoal, Stage], object] | None,

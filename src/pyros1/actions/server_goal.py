@@ -3,35 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from pyros1.actions.errors import ActionError
 from pyros1.actions.states import Move, Status
 
 if TYPE_CHECKING:
-    import threading
-
     from pyros1.actions.goal_table import Tracked
-    from pyros1.actions.messages import ActionTypes
-    from pyros1.node import Node
-
-
-class Owner(Protocol):
-    """The part of a server that a goal needs."""
-
-    name: str
-    node: Node
-    lock: threading.RLock
-    types: ActionTypes
-
-    def publish_status(self) -> None:
-        """Send the status of all goals."""
-
-    def publish_result(self, status: Any, result: Any) -> None:
-        """Send the result of a goal that has ended."""
-
-    def publish_feedback(self, status: Any, feedback: Any) -> None:
-        """Send a goal's feedback."""
+    from pyros1.actions.server import Server
 
 
 class ServerGoal:
@@ -42,7 +21,7 @@ class ServerGoal:
         goal: the request: the action's goal message, such as FibonacciGoal.
     """
 
-    def __init__(self, server: Owner, tracked: Tracked) -> None:
+    def __init__(self, server: Server, tracked: Tracked) -> None:
         self.name: str = tracked.status.goal_id.id
         self.goal: Any = tracked.goal.goal
         self._server = server

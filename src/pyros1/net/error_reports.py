@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any, Protocol
+from typing import TYPE_CHECKING
 
 from pyros1.ground import terminal_text
 from pyros1.net.background_writer import BackgroundWriter, write_to_terminal
 from pyros1.net.rate_limit import RepeatCounter
 
-
-class ReportingLoop(Protocol):
-    """The interface of a loop that this module needs."""
-
-    name: str
-
-    def call_later(self, seconds: float, function: Callable[..., object], *args: Any) -> Any: ...
+if TYPE_CHECKING:
+    from pyros1.net.loop import Loop
 
 
 class ErrorReports:
@@ -25,7 +19,7 @@ class ErrorReports:
         loop: the loop whose errors are reported.
     """
 
-    def __init__(self, loop: ReportingLoop) -> None:
+    def __init__(self, loop: Loop) -> None:
         self._repeats = RepeatCounter(loop.call_later)
         self._writer = BackgroundWriter(f"{loop.name}:errors", write_to_terminal)
 

@@ -11,9 +11,12 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from time import monotonic
-from typing import Any, Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 from pyros1.net.signal_safe import Event
+
+if TYPE_CHECKING:
+    from pyros1.net.loop import Loop
 
 MAX_THREADS: Final = 8
 MAX_CACHED: Final = 1000
@@ -99,18 +102,10 @@ class HostLookup:
         self._done.set()
 
 
-class ResolverLoop(Protocol):
-    """The interface of a loop that this module needs."""
-
-    name: str
-
-    def call_soon(self, function: Callable[..., object], *args: Any) -> None: ...
-
-
 class Resolver:
     """Resolver of host names for one loop. All methods run on the loop."""
 
-    def __init__(self, loop: ResolverLoop) -> None:
+    def __init__(self, loop: Loop) -> None:
         self._loop = loop
         self._cache: dict[str, tuple[float, list[str], OSError | None]] = {}
         self._waiting: dict[str, list[OnResolved]] = {}

@@ -9,11 +9,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import LaunchError
 from pyros1.ground.suggest import did_you_mean
 from pyros1.launch.reading.convert import convert_value
+
+if TYPE_CHECKING:
+    from pyros1.launch.reading.scope import ScopeSubstituter
 
 MAX_GROWTH = 1 << 18
 """Maximum number of characters that substitutions may add to a value. Without a limit, an argument that contains
@@ -23,32 +26,7 @@ program's argument is limited to half of that anyway."""
 _COMMANDS = ("find", "env", "optenv", "dirname", "anon", "arg")
 
 
-class Substituter(Protocol):
-    """Provides the values of substitutions. Each method raises LaunchError if there is no value."""
-
-    def env(self, name: str) -> str:
-        """Return the value of an environment variable."""
-
-    def optional_env(self, name: str, default: str) -> str:
-        """Return the value of an environment variable, or `default` if it is not set."""
-
-    def find(self, package: str, path: str) -> str:
-        """Return the path for `path` in a package, which is the text up to the next space and may be empty."""
-
-    def anon(self, identifier: str) -> str:
-        """Return a unique name, which is always the same for one identifier."""
-
-    def arg(self, name: str) -> str:
-        """Return an argument's value."""
-
-    def dirname(self) -> str:
-        """Return the folder of the current file."""
-
-    def args(self) -> dict[str, str]:
-        """Return all arguments that have a value."""
-
-
-def substitute(text: str, source: Substituter) -> str:
+def substitute(text: str, source: ScopeSubstituter) -> str:
     """Replace all substitutions in `text`.
 
     Args:
@@ -69,7 +47,7 @@ def substitute(text: str, source: Substituter) -> str:
     return _replace(text, source, find_only=True)
 
 
-def _replace(text: str, source: Substituter, *, find_only: bool) -> str:
+def _replace(text: str, source: ScopeSubstituter, *, find_only: bool) -> str:
     parts: list[str] = []
     position = 0
     budget = len(text) + MAX_GROWTH
@@ -119,7 +97,7 @@ def _check_count(words: list[str], count: int) -> None:
         raise LaunchError(f"$({words[0]} name) takes one argument [{' '.join(words)}]")
 
 
-def _look_up(command: str, words: list[str], source: Substituter) -> str:
+def _look_up(command: str, words: list[str], source: ScopeSubstituter) -> str:
     if command == "optenv":
         if len(words) < 2:
             raise LaunchError("$(optenv var) must specify an environment variable")
@@ -135,7 +113,7 @@ def _convert(text: str) -> Any:
     return convert_value(text, "auto")
 
 
-def _evaluate(expression: str, source: Substituter) -> str:
+def _evaluate(expression: str, source: ScopeSubstituter) -> str:
     from pyros1.launch.reading.expression import evaluate  # noqa: PLC0415 - rarely needed, and it imports Python's parser
 
     functions: dict[str, Callable[..., Any]] = {

@@ -7,28 +7,19 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any
 
-from pyros1.launch.plan import MachinePlan, NodePlan
+from pyros1.launch.plan import NodePlan
 from pyros1.launch.running.process import Process
 from pyros1.launch.running.usage import UNKNOWN, Usage
+
+if TYPE_CHECKING:
+    from pyros1.launch.remote.over_ssh import Machine
 
 _LOST = 255
 _KILL = 9  # SIGKILL on the other machine; this one may not have it
 START_TIMEOUT = 10.0
 """Timeout in seconds for the other machine to confirm the start of a node."""
-
-
-class Machine(Protocol):
-    """The interface of `over_ssh.Machine` that a process needs."""
-
-    plan: MachinePlan
-    master_uri: str
-
-    @property
-    def lost(self) -> bool: ...
-    def send(self, message: dict[str, Any]) -> None: ...
-    def usage(self, label: str) -> Usage: ...
 
 
 class RemoteProcess(Process):
