@@ -149,6 +149,7 @@ def tests_at(reached: coverage.CoverageData, file: Path, mutant: Mutant) -> tupl
     """
     Return the tests that reach a mutant: all of them for a line that runs when its module is imported.
 
+    If none does in its own process, a child may do it: then those of the module are returned, or those of its folder.
     Those that most likely notice it come first: of the file of tests with the module's name, then of its folder.
     """
     name = next((name for name in reached.measured_files() if name.endswith(f"/{file}")), "")
@@ -159,8 +160,11 @@ def tests_at(reached: coverage.CoverageData, file: Path, mutant: Mutant) -> tupl
 
     def order(test: str) -> tuple[bool, bool, str]:
         path = Path(test.partition("::")[0])
-        return path.name != f"test_{mirrored.name}", path.parent != mirrored.parent, test
+        return path.parent != mirrored.parent, path.name != f"test_{mirrored.name}", test
 
+    if not contexts:
+        near = [test for test in reached.measured_contexts() if test and not order(test)[0]]
+        contexts = [test for test in near if not order(test)[1]] or near
     return tuple(sorted((test for test in contexts if test), key=order))
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import os
 import socket
+import time
 from pathlib import Path
 
 import pytest
@@ -12,6 +13,7 @@ import pytest
 from pyros1.ground.errors import XmlRpcFault
 from pyros1.launch.running.api import LaunchServer
 from pyros1.launch.running.console import Console
+from pyros1.launch.running.process import Process
 from pyros1.launch.running.process_spec import ProcessSpec
 from pyros1.launch.running.supervisor import Supervisor
 from pyros1.net.hosts import LocalAddress
@@ -40,6 +42,47 @@ def test_questions_about_processes(tmp_path: Path) -> None:
         supervisor.shut_down()
         assert client.call("list_processes")[2] == [[], [["ns/a-1", 1]]]
         assert client.call("process_info", "ns/a-1")[2]["exit_code"] < 0
+    finally:
+        supervisor.shut_down()
+        client.close()
+        server.close()
+
+
+def test_the_states_of_processes(tmp_path: Path) -> None:
+    supervisor = Supervisor(Console(io.StringIO(), io.StringIO()), sigint_timeout=0.1, sigterm_timeout=0.1)
+    server = LaunchServer(supervisor, LocalAddress("localhost", "127.0.0.1", socket.AF_INET))
+    client = XmlRpcClient(server.uri)
+
+    def states() -> list[str]:
+        return [node["state"] for node in client.call("status")[2]["processes"]]
+
+    try:
+        for name in "abc":
+            supervisor.start(
+                ProcessSpec(f"{name}-1", f"/{name}", ["/bin/sleep", "60"], dict(os.environ), str(tmp_path))
+            )
+        stopping, restarting, _ = supervisor.active
+        stopping.is_stopped, restarting.restarting = True, True
+        assert states() == ["stopping", "stopping", "running"]
+        supervisor.start(ProcessSpec("d-1", "/d", ["/bin/true"], dict(os.environ), str(tmp_path), respawn=True))
+        ended = supervisor.find("/d")
+        assert ended.wait(time.monotonic() + 20)
+        assert states()[3:] == ["waiting"]
+        ended.is_stopped = True
+        assert states()[3:] == ["stopped"]
+        supervisor.start(ProcessSpec("e-1", "/e", ["/bin/false"], dict(os.environ), str(tmp_path)))
+        supervisor.start(ProcessSpec("f-1", "/f", ["/bin/true"], dict(os.environ), str(tmp_path)))
+        supervisor.keep_running = True
+        deaths: list[str] = []
+
+        def on_death(process: Process) -> None:
+            deaths.append(process.spec.label)
+            if {"e-1", "f-1"} <= {*deaths}:
+                supervisor.stop()
+
+        supervisor.on_death = on_death
+        supervisor.run()
+        assert sorted(states()) == ["died", "finished", "running", "stopped", "stopping", "stopping"]
     finally:
         supervisor.shut_down()
         client.close()

@@ -63,6 +63,28 @@ def test_a_killed_core_is_continued_under_its_run_id(made: list[CoreJournal], tm
     assert said.lines[2].endswith("/n19 ...")
 
 
+def test_calls_that_are_none_of_a_parameter_are_no_run_id(made: list[CoreJournal], tmp_path: Path) -> None:
+    leave(
+        made,
+        tmp_path,
+        ("setParam", ["/a", "/run_id"]),
+        ("setParam", ["/a", "/run_id", 5]),
+        ("setParam", ["/a", "/x", "y"]),
+    )
+    assert make(made, tmp_path)[0].run_id is None
+
+
+def test_a_core_that_does_not_start_leaves_the_journal_for_the_next_one(
+    made: list[CoreJournal], tmp_path: Path
+) -> None:
+    path = leave(made, tmp_path, ("setParam", ["/a", "/run_id", "one"]))
+    core, _ = make(made, tmp_path)
+    core.drop()
+    assert core.journal is None and path.exists()
+    core.drop()
+    assert make(made, tmp_path)[0].run_id == "one"
+
+
 def test_an_old_one_is_set_aside(made: list[CoreJournal], tmp_path: Path) -> None:
     path = leave(made, tmp_path, ("setParam", ["/a", "/x", 1]))
     os.utime(path, (time.time() - 3600,) * 2)
@@ -78,6 +100,7 @@ def test_a_master_without_a_journal_sets_it_aside(made: list[CoreJournal], tmp_p
     set_aside_journal({"ROS_HOME": str(tmp_path)}, 11311, said)
     set_aside_journal({"ROS_HOME": str(tmp_path)}, 11311, said)  # there is none any more
     assert len(said.lines) == 1 and "its state is not restored, as this master has no journal" in said.lines[0]
+    assert path.with_suffix(".old").stat().st_size > 0
     assert path.with_suffix(".old").exists() and not path.exists()
     used, _ = make(made, tmp_path)
     assert used.previous is None and used.journal is not None

@@ -384,6 +384,17 @@ def test_the_news_of_an_end_is_old_when_it_runs_again(bench: Bench) -> None:
     assert "REQUIRED" not in bench.err.getvalue()
 
 
+def test_a_node_that_is_still_ending_is_started_again(bench: Bench) -> None:
+    bench.supervisor.start(bench.spec("node-1", STUBBORN))
+    bench.wait_for_log("node-1", "ready")
+    node = bench.supervisor.find("node-1")
+    with Running(bench) as running:
+        running.do(lambda: bench.supervisor.stop_node(node), "[node-1] stopping")
+        running.do(lambda: bench.supervisor.start_node(node), "[node-1] restarting process")
+        assert node.spawn_count == 2 and not node.is_stopped
+    assert "[node-1] stopped" not in bench.out.getvalue()
+
+
 def test_a_node_that_waits_for_its_next_start_is_stopped(bench: Bench) -> None:
     bench.supervisor.start(bench.spec("node-1", "exit(3)", respawn=True, delay=60.0))
     node = bench.supervisor.find("node-1")

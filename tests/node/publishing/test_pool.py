@@ -101,6 +101,29 @@ def test_no_descriptors(pool: Pool, monkeypatch: pytest.MonkeyPatch) -> None:
     assert pool.place(frame(bytes(100_000)), set()) is not None
 
 
+def test_a_block_that_cannot_be_opened_again_leaves_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    opened: list[Any] = []
+    descriptors: list[int] = []
+    create, mapped = os.memfd_create, mmap.mmap
+
+    def memfd_create(*arguments: Any) -> int:
+        descriptors.append(create(*arguments))
+        return descriptors[-1]
+
+    def fail(*_: Any) -> int:
+        raise OSError(errno.EMFILE, "Too many open files")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "memfd_create", memfd_create)
+        patch.setattr(mmap, "mmap", lambda *arguments: opened.append(mapped(*arguments)) or opened[-1])
+        patch.setattr(os, "open", fail)
+        with pytest.raises(OSError, match="Too many open files"):
+            Block(1, 1 << 16)
+    assert [memory.closed for memory in opened] == [True]
+    with pytest.raises(OSError):
+        os.fstat(descriptors[0])
+
+
 def test_a_subscriber_cannot_write() -> None:
     block = Block(1, 1 << 16)
     with pytest.raises(PermissionError):

@@ -1,0 +1,63 @@
+"""coverage_floor: what a run of tests under coverage has reached, by room."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+from .coverage_floor import FLOORS, Counts, measured, rooms, table
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def test_files_count_for_their_room() -> None:
+    found = rooms(
+        {
+            "src/pyros1/__init__.py": Counts(1, 1, 0, 0),
+            "src/pyros1/wire/a.py": Counts(10, 9, 4, 2),
+            str(ROOT / "src/pyros1/wire/b.py"): Counts(10, 10, 0, 0),
+            "src/pyros1/bag/info.py": Counts(20, 10, 2, 1),
+            "src/pyros1/bag/format/files.py": Counts(10, 10, 2, 2),
+            "src/pyros1_pytest.py": Counts(5, 0, 0, 0),
+        }
+    )
+    assert found == {
+        "(top)": Counts(1, 1, 0, 0),
+        "bag": Counts(30, 20, 4, 3),
+        "bag/format": Counts(10, 10, 2, 2),
+        "wire": Counts(20, 19, 4, 2),
+    }
+
+
+def test_a_room_under_its_floor_is_named() -> None:
+    found = {"empty": Counts(), "tf": Counts(90, 90, 10, 5), "wire": Counts(80, 78, 20, 16)}
+    text, failed = table(found, {"tf": 95, "wire": 95, "node": 95})
+    assert failed == [
+        "node: nothing was measured",
+        "wire: 94.0 % of its statements and branches are reached, not 95 %",
+    ]
+    lines = [line.split() for line in text.splitlines()]
+    assert lines[1] == ["empty", "100.0", "%", "100.0", "%", "100.0", "%"]
+    assert lines[2] == ["tf", "100.0", "%", "50.0", "%", "95.0", "%", "95", "%"]
+    assert lines[3] == ["wire", "97.5", "%", "80.0", "%", "94.0", "%", "95", "%"]
+
+
+def test_every_floor_is_of_a_room() -> None:
+    assert [room for room in FLOORS if not (ROOT / "src" / "pyros1" / room / "__init__.py").exists()] == []
+
+
+def test_what_coverage_has_recorded(tmp_path: Path) -> None:
+    program = tmp_path / "program.py"
+    program.write_text("import pyros1.values.angles\npyros1.values.angles.radians('1 + pi')\n")
+    words = [sys.executable, "-m", "coverage", "run", f"--data-file={tmp_path / 'data'}", str(program)]
+    subprocess.run(words, cwd=ROOT, check=True)
+    found = measured(tmp_path / "data", include="*/pyros1/values/angles.py")
+    (counts,) = found.values()
+    assert list(rooms(found)) == ["values"]
+    assert 0 < counts.reached_statements < counts.statements and 0 < counts.reached_branches < counts.branches
+
+
+def test_without_data_every_floor_is_missed(tmp_path: Path) -> None:
+    assert measured(tmp_path / "data") == {}
+    assert len(table({}, FLOORS)[1]) == len(FLOORS)
