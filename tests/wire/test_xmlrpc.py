@@ -172,7 +172,7 @@ def test_wrong_values_are_protocol_errors(text: str) -> None:
 @pytest.mark.parametrize("code", [*range(9), 11, 12, *range(14, 32)])
 def test_characters_that_xml_forbids_are_refused(code: int) -> None:
     with pytest.raises(ProtocolError):
-        xmlrpc.loads_response(xmlrpc.dumps_response("a b").replace(b" ", bytes([code])))
+        xmlrpc.loads_response(xmlrpc.dumps_response("a_b").replace(b"_", bytes([code])))
 
 
 def test_entities_and_document_types_are_refused() -> None:

@@ -52,6 +52,16 @@ def test_a_header_that_ends_behind_the_file(head: bytes, length: int) -> None:
         assert bag.record(len(head))[2] == 0
 
 
+@pytest.mark.parametrize("length", [20, 600])
+def test_a_file_that_becomes_shorter_while_it_is_read(head: bytes, length: int) -> None:
+    source = io.BytesIO(head + make_record({"op": b"\x07", "name": b"x" * length}))
+    with closing(BagFile(source)) as bag:
+        for missing in (1, 8, 12, 20):
+            source.truncate(bag.size - 4 - missing)
+            with pytest.raises(RecordError, match="the file became shorter while it was read"):
+                bag.record(len(head))
+
+
 def test_what_is_no_record(head: bytes) -> None:
     with closing(BagFile(io.BytesIO(head + struct.pack("<I", 1 << 31) + bytes(20)))) as bag:
         with pytest.raises(RecordError, match="there is no record here: its header would have 2147483648 bytes"):
