@@ -143,7 +143,7 @@ def test_changes_move_the_picture_no_more_than_needed(
     wait_for_boxes(browser, "n:/listener", "n:/talker", "t:/chat")
     place = f"{GRAPH}.picture.scene.items.get('n:/talker').to"
     layouts = f"{GRAPH}.picture.number"
-    before, count = browser.run(f"{GRAPH}.picture.light('n:/talker', null); return [{place}, {layouts}]")
+    before, count = browser.run(f"{GRAPH}.picture.highlight('n:/talker', null); return [{place}, {layouts}]")
     browser.wait(f"{GRAPH}.system !== arguments[0]", None)
     later = make_node("later")
     later.subscribe("chat", String, lambda message: None)
@@ -213,7 +213,7 @@ def test_search_keys_and_files(
     assert browser.run("return document.activeElement.type") == "search"
     browser.type(".tools input[type=search]", "CONTROLLER")
     browser.wait_for_text("1 found")
-    assert browser.run(f"return [...{GRAPH}.picture.lit.boxes]") == ["n:/minimal_controller"]
+    assert browser.run(f"return [...{GRAPH}.picture.highlighted.boxes]") == ["n:/minimal_controller"]
     browser.type(".tools input[type=search]", "")
     scale = f"{GRAPH}.picture.camera.scale"
     browser.wait(f"!{GRAPH}.picture.camera.target")
@@ -293,7 +293,7 @@ def test_200_nodes_and_1000_topics(browser: Browser, web: Web, environ: dict[str
         browser.run(f"{GRAPH}.picture.on.fold('/robot7')")
         browser.wait(f"{DRAWN} === 79")
         browser.type(".tools input[type=search]", "/robot3/node4")
-        browser.wait(f"[...({GRAPH}.picture.lit?.boxes || [])].join() === 'g:/robot3'")
+        browser.wait(f"[...({GRAPH}.picture.highlighted?.boxes || [])].join() === 'g:/robot3'")
         browser.run(f"{GRAPH}.accept({{selected: '/robot3/node4'}})")
         browser.wait(f"{DRAWN} === 138 && {GRAPH}.picture.chosen === 'n:/robot3/node4'")
         browser.open(link(web, depth=0))
@@ -344,7 +344,7 @@ def test_boxes_are_dragged_and_put_back(browser: Browser, web: Web, make_node: C
     browser.run("localStorage.clear()")
     browser.open(shared)  # as others get it
     browser.wait(f"JSON.stringify({GRAPH}?.picture.scene.offsets) === JSON.stringify(arguments[0])", away)
-    browser.wait(f"{GRAPH}.picture.scene.put.size === 1")
+    browser.wait(f"{GRAPH}.picture.scene.movedBoxes.size === 1")
     x = browser.run(f"return {GRAPH}.picture.scene.items.get('n:/talker').home[0]")
     browser.wait("document.querySelector('.zoom button:last-child').offsetParent")
     browser.click(".zoom button", "↺")

@@ -50,7 +50,7 @@ def test_numbers_that_nothing_can_draw(browser: Browser, web: Web, make_node: Ma
     for words in ("2 of 3 left out: not finite", "1 corner", "numbers are not finite", "one of 3 across"):
         browser.wait("document.querySelector('.panel')?.textContent.includes(arguments[0])", words)
     # Half of them have numbers that are none, and an arrow has three points.
-    browser.wait("document.querySelector('.scene').scene.displays.get('/markers')?.display.word === '5 markers'")
+    browser.wait("document.querySelector('.scene').scene.displays.get('/markers')?.display.status === '5 markers'")
     drawn = browser.run("return document.querySelector('.scene').scene.stage.frames")
     browser.run("document.querySelector('.scene').scene.stage.draw()")
     browser.wait("document.querySelector('.scene').scene.stage.frames > arguments[0]", drawn)
@@ -65,7 +65,7 @@ def test_values_between_which_an_axis_has_no_steps(browser: Browser, web: Web, m
     for one, other in ((1e17, 1e17 + 16), (HUGE, -HUGE), (5e-324, 0.0)):
         for number in range(6):
             publisher.publish(Float64((one, other)[number % 2]))
-        browser.wait("document.querySelector('.plot').plot.lines[0]?.points.last() === arguments[0]", other, seconds=8)
+        browser.wait("document.querySelector('.plot').plot.lines[0]?.points.lastValue() === arguments[0]", other, seconds=8)
 
 
 def test_a_log_of_endless_lines(browser: Browser, web: Web, make_node: Make) -> None:

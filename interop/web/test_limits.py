@@ -264,7 +264,7 @@ def test_a_node_dies_while_every_panel_shows_it(browser: Browser, web: Web, envi
         return (
             f"document.querySelector('.chip .value')?.textContent === '{value}'"
             " && document.querySelector('.configure .num')"
-            " && document.querySelector('.scene')?.scene?.displays.get('/marker')?.display.word === '1 marker'"
+            " && document.querySelector('.scene')?.scene?.displays.get('/marker')?.display.status === '1 marker'"
             " && document.querySelector('[data-joint=j] .joints-number')?.value === '0.5'"
             " && document.querySelector('.image canvas')?.width === 1"
         )

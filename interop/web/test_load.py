@@ -88,7 +88,7 @@ PANELS = [
         {"panel": "scene", "settings": {"fixed": "map", "topics": ["/cloud"]}},
     ],
 ]
-NEWEST_VALUES = "document.querySelector('.plot')?.plot.curves.map((curve) => curve.points.get(-1)?.last())"
+NEWEST_VALUES = "document.querySelector('.plot')?.plot.curves.map((curve) => curve.points.get(-1)?.lastValue())"
 MAX_MEMORY = 700_000  # kB; about 330 MB are used on a machine that is not busy
 
 
@@ -102,7 +102,7 @@ def test_log_curves_images_and_a_cloud_at_once(browser: Browser, web: Web, start
     browser.wait(f"{NEWEST} > 10000", seconds=90)
     browser.wait(f"{NEWEST_VALUES}?.length === 20 && {NEWEST_VALUES}.every(Number.isFinite)", seconds=90)
     browser.wait("document.querySelector('.image canvas')?.width === 640", seconds=90)
-    browser.wait("document.querySelector('.scene')?.scene?.displays.get('/cloud')?.display.word.includes('points')")
+    browser.wait("document.querySelector('.scene')?.scene?.displays.get('/cloud')?.display.status.includes('points')")
     number, values = browser.run(f"return [{NEWEST}, {NEWEST_VALUES}]")
     browser.run("window.drawn = 0; const count = () => { window.drawn += 1; requestAnimationFrame(count); }; count()")
     since = time.monotonic()

@@ -22,7 +22,7 @@ from pyros1.web.links import panel_link
 FOLDER = Path(os.environ["PYROS1_BAGS"])
 BAGS = sorted([*FOLDER.glob("*.bag"), *FOLDER.glob("*.bag.active")])
 SCENE = "document.querySelector('.scene')?.scene"
-WORDS = f"[...{SCENE}.displays].map(([key, {{display}}]) => [key, display.problem || display.word])"
+WORDS = f"[...{SCENE}.displays].map(([key, {{display}}]) => [key, display.problem || display.status])"
 
 
 def bag(name: str) -> str:

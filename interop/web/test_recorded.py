@@ -64,7 +64,7 @@ def test_every_panel_shows_recorded_data(browser: Browser, web: Web) -> None:
     browser.open(web.page("frames"))
     browser.wait("document.querySelector('.frames tbody')?.innerText.includes('base')")
     browser.open(panel_link(web.link, "scene", {"fixed": "odom", "topics": ["/scan"]}))
-    browser.wait(f"{SCENE}?.displays.get('/scan')?.display.word === '50 points'")
+    browser.wait(f"{SCENE}?.displays.get('/scan')?.display.status === '50 points'")
     browser.open(web.page("topics"))
     browser.wait("[...document.querySelectorAll('.line')].some((line) => line.dataset.key === '/wave')")
     browser.open(web.page("nodes"))

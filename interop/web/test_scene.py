@@ -18,7 +18,7 @@ from pyros1.web.links import panel_link
 
 SCENE = "document.querySelector('.scene')?.scene"
 DISPLAYS = f"""Object.fromEntries([...{SCENE}.displays].map(
-    ([topic, {{display}}]) => [topic, display.problem || display.word]))"""
+    ([topic, {{display}}]) => [topic, display.problem || display.status]))"""
 
 
 def frame(parent: str, child: str, x: float, yaw: float = 0.0) -> TransformStamped:

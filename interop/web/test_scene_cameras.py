@@ -66,8 +66,8 @@ def test_the_scene_is_drawn_over_the_picture_where_things_are(browser: Browser, 
     options = {"frames": frames, CAMERA: {"alpha": 0}}
     settings = {"fixed": "map", "robots": [], "topics": [CAMERA, "/box"], "options": options}
     browser.open(panel_link(web.link, "scene", settings))
-    browser.wait(f"{display(CAMERA)}?.word === '64 \u00d7 48, from optical' && !{display(CAMERA)}.problem")
-    browser.wait(f"{display('/box')}?.word === '1 marker'")
+    browser.wait(f"{display(CAMERA)}?.status === '64 \u00d7 48, from optical' && !{display(CAMERA)}.problem")
+    browser.wait(f"{display('/box')}?.status === '1 marker'")
     for place in [(16, 23), (14, 21), (18, 26)]:
         red, green, blue = browser.run(PIXEL, *place)
         assert green > 80 > max(red, blue), place
@@ -84,11 +84,11 @@ def test_depths_are_points_in_the_colours_of_a_picture(browser: Browser, web: We
     browser.open(panel_link(web.link, "scene", {"fixed": "map", "robots": []}))
     browser.click("button.add", "/cam/depth DepthCloud")
     count = WIDTH * (HEIGHT - 1)
-    browser.wait(f"{display(DEPTH)}?.word === '{count} points, colour: z'")
+    browser.wait(f"{display(DEPTH)}?.status === '{count} points, colour: z'")
     browser.click(f"button[aria-label='options of {DEPTH}']")
     browser.choose(".options select", "/cam/rgb")
-    browser.wait(f"{display(DEPTH)}.word === '{count} points, colour: rgb'")
-    corner = f"""const {{points, object}} = {display(DEPTH)}, cloud = points.drawn.geometry;
+    browser.wait(f"{display(DEPTH)}.status === '{count} points, colour: rgb'")
+    corner = f"""const {{points, object}} = {display(DEPTH)}, cloud = points.mesh.geometry;
         object.updateMatrixWorld(true);
         const place = {SCENE}.stage.controls.target.clone().fromArray(cloud.getAttribute('position').array);
         place.applyMatrix4(points.object.matrixWorld);
@@ -99,7 +99,7 @@ def test_depths_are_points_in_the_colours_of_a_picture(browser: Browser, web: We
     expected = (2.0, 2 * (WIDTH / 2 - 0.5) / FOCAL, 1 + 2 * (HEIGHT / 2 - 1.5) / FOCAL)
     assert all(abs(one - other) < 1e-5 for one, other in zip((x, y, z), expected, strict=True))
     browser.driver.refresh()  # what was added and chosen is kept
-    browser.wait(f"{display(DEPTH)}?.word === '{count} points, colour: rgb'")
+    browser.wait(f"{display(DEPTH)}?.status === '{count} points, colour: rgb'")
 
 
 def test_a_camera_without_a_camera_info(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:
@@ -108,4 +108,4 @@ def test_a_camera_without_a_camera_info(browser: Browser, web: Web, make_node: C
     browser.open(panel_link(web.link, "scene", {"robots": [], "topics": ["camera:/cam/depth", DEPTH, "camera:/none"]}))
     browser.wait(f"{display('camera:/cam/depth')}?.problem === 'no CameraInfo has been received on /cam/camera_info'")
     browser.wait(f"{SCENE}.displays.get('{DEPTH}').trouble === 'no CameraInfo has been received on /cam/camera_info'")
-    assert browser.run(f"return {display('camera:/none')}.word") == "no node publishes it yet"
+    assert browser.run(f"return {display('camera:/none')}.status") == "no node publishes it yet"

@@ -113,7 +113,7 @@ def test_messages_of_every_kind(browser: Browser, web: Web, robot: Any) -> None:
         robot.advertise(topics[-1], type(message), latch=True).publish(message)
     browser.open(panel_link(web.link, "scene", {"fixed": "map", "topics": topics}))
     for topic, (message, said, things) in zip(topics, CASES, strict=True):
-        browser.wait(f"{display(topic)}?.frame === 'base' && {display(topic)}.word === arguments[0]", said)
+        browser.wait(f"{display(topic)}?.frame === 'base' && {display(topic)}.status === arguments[0]", said)
         count = f"let n = 0; {display(topic)}.object.traverse((each) => {{ n += each.isMesh ? 1 : 0; }}); return n"
         assert browser.run(count) >= things, type(message)
         assert browser.run(f"return {display(topic)}.object.visible")
@@ -126,7 +126,7 @@ def test_parts_of_a_map_change(browser: Browser, web: Web, robot: Any) -> None:
     updates = robot.advertise("/map_updates", OccupancyGridUpdate)
     robot.advertise("/map", OccupancyGrid, latch=True).publish(grid)
     browser.open(panel_link(web.link, "scene", {"fixed": "map", "topics": ["/map"]}))
-    browser.wait(f"{display('/map')}?.word === '4 \u00d7 3 cells'")
+    browser.wait(f"{display('/map')}?.status === '4 \u00d7 3 cells'")
     assert updates.wait_for_subscribers(timeout=20)
     updates.publish(OccupancyGridUpdate(x=1, y=2, width=2, height=1, data=[100, -1]))
     pixels = f"[...new Uint8Array({display('/map')}.plane.texture.image.data.buffer)]"
@@ -147,16 +147,16 @@ def test_a_cloud_by_a_field_of_ones_choice(browser: Browser, web: Web, robot: An
     cloud.header.frame_id = "map"
     robot.advertise("/cloud", PointCloud2, latch=True).publish(cloud)
     browser.open(panel_link(web.link, "scene", {"fixed": "map", "topics": ["/cloud"]}))
-    browser.wait(f"{display('/cloud')}?.word === '5 points, colour: z'")
+    browser.wait(f"{display('/cloud')}?.status === '5 points, colour: z'")
     browser.click("button[aria-label='options of /cloud']")
     choice = ".options select[data-mark='/cloud by']"
     browser.wait("document.querySelectorAll(`${arguments[0]} option`).length === 5", choice)
     browser.choose(choice, "heat")
-    browser.wait(f"{display('/cloud')}.word === '5 points, colour: heat'")
-    level = f"[...{display('/cloud')}.points.drawn.geometry.getAttribute('level').array.slice(0, 5)]"
+    browser.wait(f"{display('/cloud')}.status === '5 points, colour: heat'")
+    level = f"[...{display('/cloud')}.points.mesh.geometry.getAttribute('level').array.slice(0, 5)]"
     assert browser.run(f"return {level}") == [0, 63, 127, 191, 255]
     browser.driver.refresh()  # what was chosen is kept
-    browser.wait(f"{display('/cloud')}?.word === '5 points, colour: heat'")
+    browser.wait(f"{display('/cloud')}?.status === '5 points, colour: heat'")
 
 
 def test_pictures_over_the_scene(browser: Browser, web: Web, robot: Any) -> None:
@@ -164,7 +164,7 @@ def test_pictures_over_the_scene(browser: Browser, web: Web, robot: Any) -> None
     robot.advertise("/camera", Image, latch=True).publish(image)
     robot.advertise("/broken", CompressedImage, latch=True).publish(CompressedImage(format="jpeg", data=b"no picture"))
     browser.open(panel_link(web.link, "scene", {"topics": ["/camera", "/broken"]}))
-    browser.wait(f"{display('/camera')}?.word === '2 \u00d7 1'")
+    browser.wait(f"{display('/camera')}?.status === '2 \u00d7 1'")
     colours = f"return [...{display('/camera')}.canvas.getContext('2d').getImageData(0, 0, 2, 1).data]"
     assert browser.run(colours) == [255, 0, 0, 255, 0, 255, 0, 255]
     browser.wait_for_text("the browser cannot show images of the format jpeg")
@@ -184,7 +184,7 @@ def test_namespaces_of_markers_are_hidden_and_locked_markers_go_with_their_frame
         marker.scale.x = marker.scale.y = marker.scale.z = marker.color.a = 1.0
     robot.advertise("/marks", MarkerArray, latch=True).publish(markers)
     browser.open(panel_link(web.link, "scene", {"fixed": "map", "topics": ["/marks"]}))
-    browser.wait(f"{display('/marks')}?.word === '2 markers'")
+    browser.wait(f"{display('/marks')}?.status === '2 markers'")
     browser.click("button[aria-label='options of /marks']")
     browser.run("document.querySelector('.options input').click()")  # that of the first namespace
     facts = f"Object.fromEntries([...{display('/marks')}.markers.known.values()].map((each) => [each.userData.ns, each"
@@ -272,7 +272,7 @@ def test_places_are_measured_and_published(browser: Browser, web: Web, robot: An
     points: list[Any] = []
     robot.subscribe("/clicked_point", PointStamped, points.append)
     browser.open(panel_link(web.link, "scene", {"fixed": "map", "topics": ["/box"]}))
-    browser.wait(f"{display('/box')}?.word === '1 marker'")
+    browser.wait(f"{display('/box')}?.status === '1 marker'")
     browser.choose("select[aria-label=view]", "flat")
     click = """
         const canvas = document.querySelector('.scene canvas'), box = canvas.getBoundingClientRect();
@@ -330,13 +330,13 @@ def test_older_messages_stay_as_long_as_one_wants(browser: Browser, web: Web, ro
     for place, count in ((0.0, 1), (0.15, 2), (0.3, 2)):
         step.pose.pose.position.x = place
         steps.publish(step)
-        browser.wait(f"{drawn.format(display('/odom'))} && {display('/odom')}.before?.[0].toFixed(2) === arguments[1]",
+        browser.wait(f"{drawn.format(display('/odom'))} && {display('/odom')}.lastPose?.[0].toFixed(2) === arguments[1]",
             count, f"{place:.2f}")  # fmt: skip
     step.pose.pose.position.x = 0.35  # nearer than the tolerance
     steps.publish(step)
     scans.publish(scan)
     browser.wait(drawn.format(display("/scan")), 4)
-    assert browser.run(f"return {display('/odom')}.before[0].toFixed(2)") == "0.30"
+    assert browser.run(f"return {display('/odom')}.lastPose[0].toFixed(2)") == "0.30"
     browser.click("button[aria-label='options of /scan']")
     browser.type("input[data-mark='/scan decay']", "0")
     browser.wait(drawn.format(display("/scan")), 0)

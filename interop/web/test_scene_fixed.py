@@ -16,7 +16,7 @@ from pyros1.web.links import panel_link
 
 SCENE = "document.querySelector('.scene')?.scene"
 FIXED = "document.querySelector('select[aria-label=\"fixed frame\"]')"
-WORD = f"{SCENE}?.displays.get('/scan')?.display.word"
+WORD = f"{SCENE}?.displays.get('/scan')?.display.status"
 
 
 def scan(place: str) -> LaserScan:
@@ -69,7 +69,7 @@ def test_a_fixed_frame_without_connection_names_the_trees_that_there_are(
     browser.wait(f"{robot}?.problem === arguments[0]", f"no transform from world to base, arm, drawn with joints at 0: "
         f"2 frames are not connected to world; {trees}")  # fmt: skip
     browser.wait_for_text("2 frames are not connected to world; there are the trees world (3 frames), base (2 frames)")
-    assert browser.run(f"return [{tf}.word, {tf}.problem]") == ["3 frames", ""]
+    assert browser.run(f"return [{tf}.status, {tf}.problem]") == ["3 frames", ""]
     browser.open(panel_link(web.link, "scene", {"fixed": "nowhere"}))
     browser.wait(f"{tf}?.problem === arguments[0]", f"no frame is connected to nowhere; {trees}")
     browser.open(
@@ -98,7 +98,7 @@ def test_fit_shows_all_points(browser: Browser, web: Web, make_node: Callable[..
     node.advertise("cloud", PointCloud2, latch=True).publish(cloud)
     browser.open(panel_link(web.link, "scene", {"topics": ["/cloud"], "options": {"/cloud": {"most": 1000}}}))
     object_ = f"{SCENE}?.displays.get('/cloud')?.display.object"
-    browser.wait(f"{SCENE}?.displays.get('/cloud')?.display.word?.startsWith('2 points')")
+    browser.wait(f"{SCENE}?.displays.get('/cloud')?.display.status?.startsWith('2 points')")
     assert not browser.run(f"return {SCENE}.stage.shows({object_})")
     browser.click(".tools button", "Fit")
     browser.wait(f"{SCENE}.stage.shows({object_})")
@@ -113,7 +113,7 @@ def test_a_cloud_of_which_some_is_drawn_says_so(browser: Browser, web: Web, make
     publisher = node.advertise("cloud", PointCloud2)
     node.timer(0.1, lambda _: publisher.publish(cloud))
     browser.open(panel_link(web.link, "scene", {"topics": ["/cloud"], "options": {"/cloud": {"most": 1000}}}))
-    shown = f"{SCENE}?.displays.get('/cloud')?.display.word"
+    shown = f"{SCENE}?.displays.get('/cloud')?.display.status"
     browser.wait(f"/^1000 points \\(one of 5\\), \\d+\\.\\d a second, colour: z$/.test({shown})")
 
 
@@ -148,7 +148,7 @@ def test_long_names_of_frames_leave_room_for_the_buttons(
 def test_topics_of_which_there_is_no_display(browser: Browser, web: Web, make_node: Callable[..., Any]) -> None:
     make_node("robot").advertise("words", String, latch=True).publish(String("a"))
     browser.open(panel_link(web.link, "scene", {"topics": ["/words", "/nothing"]}))
-    words = f"['/words', '/nothing'].map((key) => {SCENE}?.displays?.get(key)?.display.word).join('; ')"
+    words = f"['/words', '/nothing'].map((key) => {SCENE}?.displays?.get(key)?.display.status).join('; ')"
     browser.wait(f"{words} === 'there is no display of std_msgs/String; no node publishes it yet'")
 
 

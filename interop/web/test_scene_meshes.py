@@ -133,7 +133,7 @@ def test_normals_that_say_nothing_are_computed(
             '<material name="orange"><color rgba="1 0.5 0 1"/></material></visual></link></robot>',
         )
         browser.open(panel_link(web.link, "scene", {"fixed": "base"}))
-        browser.wait(f"{ROBOT} && {ROBOT}.word === 'r: 1 link' && {ROBOT}.loading === 0")
+        browser.wait(f"{ROBOT} && {ROBOT}.status === 'r: 1 link' && {ROBOT}.loading === 0")
         browser.wait(f"{ROBOT}.object.visible")
         normals = np.array(browser.run(NORMALS)).reshape(-1, 3)
         expected = np.repeat([normal for normal, _ in cube()], 3, axis=0)

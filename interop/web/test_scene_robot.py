@@ -83,7 +83,7 @@ def frame(parent: str, child: str, x: float, yaw: float = 0.0) -> TransformStamp
 
 def show(browser: Browser, link: str, word: str) -> None:
     browser.open(panel_link(link, "scene", {"fixed": "map"}))
-    browser.wait(f"{ROBOT} && {ROBOT}.word === arguments[0] && {ROBOT}.loading === 0", word)
+    browser.wait(f"{ROBOT} && {ROBOT}.status === arguments[0] && {ROBOT}.loading === 0", word)
 
 
 def assert_told_only_what_is_wrong(browser: Browser) -> None:
@@ -181,9 +181,9 @@ def test_the_description_is_followed(browser: Browser, web: Web, make_node: Call
     master = make_node("robot").master
     show(browser, web.link, "there is no parameter /robot_description")
     master.set_param("/robot_description", urdf('<box size="1 1 1"/>'))
-    browser.wait(f"{ROBOT}.word === 'r: 1 link'")
+    browser.wait(f"{ROBOT}.status === 'r: 1 link'")
     master.set_param("/robot_description", "<robot name='other'><link name='a'/><link name='b'/></robot>")
-    browser.wait(f"{ROBOT}.word === 'other: 2 links'")
+    browser.wait(f"{ROBOT}.status === 'other: 2 links'")
 
 
 @pytest.mark.parametrize(
@@ -300,6 +300,6 @@ def test_the_view_is_fitted_though_a_mesh_has_wrong_numbers(
     node = make_node("robot")
     node.params["/robot_description"] = urdf('<box size="1 1 1"/>', mesh("far.stl"))
     browser.open(panel_link(web.link, "scene", {}))
-    browser.wait(f"{ROBOT}?.word === 'r: 1 link' && {SCENE}.stage.place.name === 'orbit'")
+    browser.wait(f"{ROBOT}?.status === 'r: 1 link' && {SCENE}.stage.place.name === 'orbit'")
     eye = f"Math.hypot(...{SCENE}.stage.place.position)"
     browser.wait(f"{eye} > 1 && {eye} < 5")

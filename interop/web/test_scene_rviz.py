@@ -69,7 +69,7 @@ def test_displays_colours_and_view(browser: Browser, start_web: Callable[..., We
     file = tmp_path / "robot.rviz"
     file.write_text(FILE)
     browser.open(start_web("rviz", "-d", str(file)).link)
-    browser.wait(f"{display('/scan')}?.word === '31 points' && {display('/plan')}?.word === '3 poses'")
+    browser.wait(f"{display('/scan')}?.status === '31 points' && {display('/plan')}?.status === '3 poses'")
     assert browser.run(f"return {SCENE}.fixed.frame") == "map"
     shown = f"return [...{SCENE}.displays].map(([key, {{display}}]) => [key, display.object.visible])"
     assert dict(browser.run(shown)) == {
@@ -82,7 +82,7 @@ def test_displays_colours_and_view(browser: Browser, start_web: Callable[..., We
     assert browser.run(f"return {line_colour('/plan')}") == [0, 160, 0, 255]
     points = f"const {{mode, size, tint}} = {display('/scan')}.points.uniforms;"
     assert browser.run(f"{points} return [mode.value, size.value, ...tint.value.toArray()]") == [3, 6, 1, 0, 0]
-    assert browser.run(f"return {SCENE}.stage.grid.word") == "6 m"
+    assert browser.run(f"return {SCENE}.stage.grid.status") == "6 m"
     place = browser.run(f"return {SCENE}.stage.place")
     assert place["name"] == "orbit" and place["target"] == [1, 0, 0]
     assert place["position"] == pytest.approx([1 - 6 * 0.7072, 0, 6 * 0.7068], abs=0.01)
@@ -97,7 +97,7 @@ def test_a_file_is_opened_in_the_page(
     browser.wait(f"{SCENE}?.displays.size === 3")  # frames, grid, robot
     choice = browser.driver.find_element("css selector", ".panel input[type=file]")
     choice.send_keys(str(file))
-    browser.wait(f"{display('/scan')}?.word === '31 points' && {display('/plan')}?.word === '3 poses'")
+    browser.wait(f"{display('/scan')}?.status === '31 points' && {display('/plan')}?.status === '3 poses'")
     assert browser.run(f"return {SCENE}.fixed.frame") == "map"
     said = "return document.querySelector('.scene .view > .word').textContent"
     assert browser.run(said) == "Thing 'Grid': there is no display my/Thing"
@@ -110,16 +110,16 @@ def test_a_file_is_opened_in_the_page(
 def test_colours_of_ones_choice(browser: Browser, start_web: Callable[..., Web], robot: Any) -> None:
     browser.open(start_web("rviz").link)
     browser.click("button.add", "/plan")
-    browser.wait(f"{display('/plan')}?.word === '3 poses'")
+    browser.wait(f"{display('/plan')}?.status === '3 poses'")
     browser.click("button[aria-label='options of /plan']")
     browser.type("input[type=color]", "#123456")
     changed = f"{line_colour('/plan')}?.join() === '18,52,86,255'"
     browser.wait(changed)
     browser.click("button[aria-label='options of Grid']")
     browser.type("input[data-mark='grid count']", "4")
-    browser.wait(f"{SCENE}.stage.grid.word === '4 m'")
+    browser.wait(f"{SCENE}.stage.grid.status === '4 m'")
     browser.driver.refresh()  # it is kept
-    browser.wait(f"{changed} && {SCENE}.stage.grid.word === '4 m'")
+    browser.wait(f"{changed} && {SCENE}.stage.grid.status === '4 m'")
 
 
 @pytest.mark.parametrize(
@@ -144,7 +144,7 @@ def test_views(
     file = tmp_path / "view.rviz"
     file.write_text(f"Visualization Manager: {{Global Options: {{Fixed Frame: map}}, Views: {{Current: {current}}}}}")
     browser.open(start_web("rviz", str(file)).link)
-    browser.wait(f"{SCENE}?.displays.get('frames')?.display.word === '2 frames'")
+    browser.wait(f"{SCENE}?.displays.get('frames')?.display.status === '2 frames'")
     looks = f"""
         const {{camera, controls}} = {SCENE}.stage;
         const up = camera.up.clone().set(0, 1, 0).applyQuaternion(camera.quaternion);

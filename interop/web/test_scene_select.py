@@ -69,10 +69,10 @@ def test_things_and_points_say_what_they_are(browser: Browser, web: Web, robot: 
     settings = {"fixed": "map", "robots": [], "topics": ["/box", "/cloud"], "options": {"/cloud": {"by": "heat"}}}
     browser.open(panel_link(web.link, "scene", settings))
     for topic, word in [("/box", "1 marker"), ("/cloud", "3 points, colour: heat")]:
-        browser.wait(f"{display(topic)}?.word === arguments[0]", word)
+        browser.wait(f"{display(topic)}?.status === arguments[0]", word)
     browser.choose("select[aria-label=view]", "flat")
     browser.click(".tools button", "Select")
-    browser.wait(f"{display('/cloud')}.told?.values")  # the numbers themselves have come
+    browser.wait(f"{display('/cloud')}.pointData?.values")  # the numbers themselves have come
     (thing,) = browser.run(MOUSE, [3.4, 0.4, 0.5], 0, False)  # one click, beside the axes of the frame
     assert thing == ["/box", "Marker", "<b>", "7", "CUBE", "base", "3, 0, 0", "0, 0, 0"]
     (point,) = browser.run(MOUSE, [3, 3, 0], 0, False)
@@ -87,7 +87,7 @@ def test_things_and_points_say_what_they_are(browser: Browser, web: Web, robot: 
     assert browser.run(MOUSE, [3, -1.5, 0], 0, False) == []
     browser.click(".tools button", "Select")
     assert not browser.run("return document.querySelector('.selection')")
-    browser.wait(f"!{display('/cloud')}.told")  # nothing more is sent than is drawn
+    browser.wait(f"!{display('/cloud')}.pointData")  # nothing more is sent than is drawn
 
 
 def test_efforts_of_joints(browser: Browser, web: Web, robot: Any) -> None:
@@ -96,7 +96,7 @@ def test_efforts_of_joints(browser: Browser, web: Web, robot: Any) -> None:
     states.publish(JointState(name=["shoulder", "slider", "odd"], effort=[-10.0, 5.0, 1.0]))
     browser.open(panel_link(web.link, "scene", {"fixed": "map", "robots": [], "topics": ["/joint_states"]}))
     shown = display("/joint_states")
-    browser.wait(f"{shown}?.word === '3 joints; shoulder has 50% of its limit' && {shown}.shapes.size === 2")
+    browser.wait(f"{shown}?.status === '3 joints; shoulder has 50% of its limit' && {shown}.shapes.size === 2")
     assert browser.run(f"return {shown}.problem") == "not in the robot's description: odd"
     tip = f"""const {{group, inner}} = {shown}.shapes.get(arguments[0]), place = {SCENE}.stage.controls.target.clone();
         {shown}.object.updateMatrixWorld(true);
@@ -111,7 +111,7 @@ def test_efforts_of_joints(browser: Browser, web: Web, robot: Any) -> None:
     assert way[1] < -0.01
     assert abs(way[0]) + abs(way[2]) < 1e-6
     states.publish(JointState(name=["shoulder", "slider"], effort=[0.0, -8.0]))
-    browser.wait(f"{shown}.word === '2 joints' && !{shown}.problem")
+    browser.wait(f"{shown}.status === '2 joints' && !{shown}.problem")
     assert browser.run(tip, "shoulder", [0, 0, 0])[0] is False
     _, *down = browser.run(tip, "slider", [1, 0, 0])
     assert down[2] < -0.2

@@ -176,7 +176,7 @@ def test_a_robot_in_space(
     view = {"name": "orbit", "position": [2.6, -1.9, 1.9], "target": [0.3, 0, 0.1], "zoom": 1}
     settings = {"fixed": "map", "topics": ["/map", "/scan", "/plan"], "hidden": ["frames"], "view": view}
     browser.open(panel_link(web.link, "scene", settings))
-    browser.wait(f"{SCENE} && [...{SCENE}.displays.values()].filter((each) => each.display.word).length >= 4")
+    browser.wait(f"{SCENE} && [...{SCENE}.displays.values()].filter((each) => each.display.status).length >= 4")
     browser.wait(f"{SCENE}.displays.get('robot:/robot_description')?.display.problem === ''")
     take("scene")
     browser.open(web.page("joints"))

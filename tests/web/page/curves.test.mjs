@@ -4,7 +4,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { Points, grid, lone, sample } from "../../../src/pyros1/web/page/lib/curves.js";
+import { Points, grid, isolated, sample } from "../../../src/pyros1/web/page/lib/curves.js";
 import { moment, number, reading } from "../../../src/pyros1/web/page/lib/format.js";
 import { written } from "../../../src/pyros1/web/page/parts/tree.js";
 
@@ -49,10 +49,10 @@ test("a line goes on where no point is, and ends where what came is no number", 
 
 test("numbers without a line are dots", () => {
   const none = undefined;
-  assert.deepEqual(lone([none, 5, none]), [1]);
-  assert.deepEqual(lone([1, none, 2, null, none, 3, null, 4, 5, null, 6]), [5, 10]);
-  assert.equal(lone([1, 2, null]), null);
-  assert.equal(lone([]), null);
+  assert.deepEqual(isolated([none, 5, none]), [1]);
+  assert.deepEqual(isolated([1, none, 2, null, none, 3, null, 4, 5, null, 6]), [5, 10]);
+  assert.equal(isolated([1, 2, null]), null);
+  assert.equal(isolated([]), null);
 });
 
 test("what a legend says is as exact as its axis", () => {

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 import { deflateSync } from "node:zlib";
 
-import { deepGrey, metres } from "../../../src/pyros1/web/page/lib/deep_png.js";
+import { decodeGrey16, depthsInMetres } from "../../../src/pyros1/web/page/lib/deep_png.js";
 
 const PASSES = [[0, 0, 8, 8], [4, 0, 8, 8], [0, 4, 4, 8], [2, 0, 4, 4], [0, 2, 2, 4], [1, 0, 2, 2], [0, 1, 1, 2]];
 let seed = 7;
@@ -53,7 +53,7 @@ test("all pixels of random pictures, whatever their filters", async () => {
   for (const [width, height] of [[1, 1], [1, 6], [6, 1], [3, 2], [13, 11]]) {
     for (const interlaced of [0, 1]) {
       const pixels = Array.from({ length: width * height }, () => random(65536));
-      const found = await deepGrey(png(pixels, width, height, { interlaced }), 1000);
+      const found = await decodeGrey16(png(pixels, width, height, { interlaced }), 1000);
       assert.deepEqual([found.width, found.height, found.step, found.encoding], [width, height, 2 * width, "16UC1"]);
       assert.deepEqual(pixels.map((_, at) => found.data[2 * at] * 256 + found.data[2 * at + 1]), pixels);
     }
@@ -61,24 +61,24 @@ test("all pixels of random pictures, whatever their filters", async () => {
 });
 
 test("other files are left to the browser", async () => {
-  assert.equal(await deepGrey(png([1], 1, 1, { bits: 8 }), 9), null);
-  assert.equal(await deepGrey(png([1], 1, 1, { colours: 2 }), 9), null);
-  assert.equal(await deepGrey(new Uint8Array(5), 9), null);
-  assert.equal(await deepGrey(new Uint8Array(50), 9), null);
+  assert.equal(await decodeGrey16(png([1], 1, 1, { bits: 8 }), 9), null);
+  assert.equal(await decodeGrey16(png([1], 1, 1, { colours: 2 }), 9), null);
+  assert.equal(await decodeGrey16(new Uint8Array(5), 9), null);
+  assert.equal(await decodeGrey16(new Uint8Array(50), 9), null);
 });
 
 test("damaged files and huge ones", async () => {
   const pixels = Array.from({ length: 9 }, () => 300);
-  await assert.rejects(deepGrey(png(pixels, 3, 3, { cut: 4 }), 100), { message: "the picture is cut off" });
-  await assert.rejects(deepGrey(png(pixels, 3, 3).subarray(0, 50), 100));
-  await assert.rejects(deepGrey(png(pixels, 3, 3), 8), /3 by 3 pixels is too large/);
+  await assert.rejects(decodeGrey16(png(pixels, 3, 3, { cut: 4 }), 100), { message: "the picture is cut off" });
+  await assert.rejects(decodeGrey16(png(pixels, 3, 3).subarray(0, 50), 100));
+  await assert.rejects(decodeGrey16(png(pixels, 3, 3), 8), /3 by 3 pixels is too large/);
 });
 
 test("depths in metres", async () => {
   const message = Buffer.alloc(12);
   message.writeFloatLE(100, 4);
   message.writeFloatLE(50, 8);
-  const found = metres(message, await deepGrey(png([300, 0], 2, 1), 9));
+  const found = depthsInMetres(message, await decodeGrey16(png([300, 0], 2, 1), 9));
   const values = new Float32Array(found.data.buffer);
   assert.ok(Math.abs(values[0] - 0.4) < 1e-6);
   assert.ok(Number.isNaN(values[1]));

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 
 const page = new URL("../../../src/pyros1/web/page/", import.meta.url);
-const { MAX_FOR_DAGRE, POINTS, detour, layout, sampled } = await import(new URL("lib/graph/layout.js", page));
+const { MAX_FOR_DAGRE, POINTS, routeBackwards, layout, resample } = await import(new URL("lib/graph/layout.js", page));
 
 const room = [1200, 700];
 
@@ -73,7 +73,7 @@ test("a way back goes around boxes, and comes in from the front", () => {
     for (let column = 0; column < 4; column += 1) for (let row = 0; row < 5; row += 1) boxes.push([...turn([column * 200, row * 60]), wide, high]);
     const [from, to] = [boxes[17], boxes[1]]; // of the last column, and of the first
     const box = { width: wide, height: high };
-    const points = detour([from, box, to, box], from, to, boxes, down);
+    const points = routeBackwards([from, box, to, box], from, to, boxes, down);
     assert.equal(points.length, POINTS * 2);
     assert.ok(points.every(Number.isFinite));
     for (let index = 0; index < points.length - 2; index += 2) {
@@ -105,6 +105,6 @@ test("nothing, one box, and an edge to itself", () => {
 });
 
 test("points at equal distances", () => {
-  assert.deepEqual(sampled([0, 0, 10, 0, 10, 10], 5), [0, 0, 5, 0, 10, 0, 10, 5, 10, 10]);
-  assert.deepEqual(sampled([3, 3, 3, 3], 2), [3, 3, 3, 3]);
+  assert.deepEqual(resample([0, 0, 10, 0, 10, 10], 5), [0, 0, 5, 0, 10, 0, 10, 5, 10, 10]);
+  assert.deepEqual(resample([3, 3, 3, 3], 2), [3, 3, 3, 3]);
 });

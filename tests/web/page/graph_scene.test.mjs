@@ -67,9 +67,9 @@ test("it glides back", () => {
 
 test("no more than some are kept", () => {
   const scene = arranged();
-  for (let index = 0; index < 500; index += 1) scene.put.set(`n:/${index}`, [0, 0]);
+  for (let index = 0; index < 500; index += 1) scene.movedBoxes.set(`n:/${index}`, [0, 0]);
   scene.move("n:/b", 1, 1);
-  assert.equal(scene.put.size, 500);
+  assert.equal(scene.movedBoxes.size, 500);
 });
 
 test("a link keeps where boxes were put, also of those that come later", () => {
@@ -97,10 +97,10 @@ test("what is said of an edge: rate, size of a message, and both", () => {
 test("an edge that is dimmed has no label", () => {
   const scene = arranged();
   scene.model.edges[0].lines = ["/topic"];
-  const look = { colours: {}, scale: 1, seen: [-1e6, -1e6, 1e6, 1e6], chosen: null, pointed: null };
+  const look = { colours: {}, scale: 1, visibleArea: [-1e6, -1e6, 1e6, 1e6], chosen: null, hovered: null };
   const texts = (lit) => {
     const found = [];
-    scene.draw({ box() {}, lines() {}, tip() {}, text: (x, y, text) => found.push(text) }, { ...look, lit });
+    scene.draw({ box() {}, lines() {}, arrowHead() {}, text: (x, y, text) => found.push(text) }, { ...look, highlighted: lit });
     scene.model.edges[0].lines = ["/topic"];
     return found.filter((text) => text === "/topic").length;
   };
@@ -111,7 +111,7 @@ test("an edge that is dimmed has no label", () => {
 test("a graph that is shown whole leaves room for what is below, however high that is", () => {
   const element = { clientWidth: 390, clientHeight: 700, addEventListener() {} };
   for (const foot of [24, 60]) {
-    const camera = new Camera(element, { foot: () => foot, changed() {} });
+    const camera = new Camera(element, { coveredHeight: () => foot, changed() {} });
     camera.show([0, 0, 100, 4000], 1, false);
     const [, top] = camera.toScreen(0, 0);
     const [, bottom] = camera.toScreen(0, 4000);

@@ -3,27 +3,27 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { Kept } from "../../../src/pyros1/web/page/lib/kept.js";
+import { LogBuffer } from "../../../src/pyros1/web/page/lib/kept.js";
 
 test("of many entries the newest are kept", () => {
-  const kept = new Kept(100, 1e6);
+  const kept = new LogBuffer(100, 1e6);
   for (let number = 1; number <= 120; number += 1) kept.push([number, "text", ["topic"]]);
-  assert.equal(kept.forget(), false);
+  assert.equal(kept.trim(), false);
   kept.push([121, "text", []]);
-  assert.equal(kept.forget(), true);
+  assert.equal(kept.trim(), true);
   assert.deepEqual([kept.entries.length, kept.entries[0][0], kept.size], [100, 22, 99 * 9 + 4]);
 });
 
 test("of long entries fewer are kept", () => {
-  const kept = new Kept(100, 5000);
+  const kept = new LogBuffer(100, 5000);
   for (let number = 1; number <= 50; number += 1) {
     kept.push([number, "x".repeat(1000), ["y".repeat(200)]]);
-    kept.forget();
+    kept.trim();
     assert.ok(kept.size <= 6000 && kept.entries.length <= 5);
   }
   assert.equal(kept.entries.at(-1)[0], 50);
   kept.push([51, "z".repeat(10000), []]);
-  kept.forget();
+  kept.trim();
   assert.deepEqual([kept.entries, kept.size], [[], 0]);
   kept.push([52, "a", []]);
   kept.clear();

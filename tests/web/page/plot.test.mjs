@@ -5,7 +5,7 @@ import test from "node:test";
 
 import { Points, grid, sample } from "../../../src/pyros1/web/page/lib/curves.js";
 import { seconds } from "../../../src/pyros1/web/page/lib/format.js";
-import { axisWidth, countable, expand, marks, spread } from "../../../src/pyros1/web/page/parts/plot/words.js";
+import { axisWidth, safeRange, splitCurves, tickLabels, paddedRange } from "../../../src/pyros1/web/page/parts/plot/words.js";
 import { written } from "../../../src/pyros1/web/page/parts/tree.js";
 
 test("marks of an axis differ, and are as short as that allows", () => {
@@ -19,7 +19,7 @@ test("marks of an axis differ, and are as short as that allows", () => {
     [[-1e-9, 0, 1e-9], ["-1e-9", "0", "1e-9"]],
     [[1.7957068e15, 1.7957069e15], ["1.7957068e+15", "1.7957069e+15"]],
     [[0], ["0"]], [[7], ["7"]], [[], []],
-  ]) assert.deepEqual(marks(ticks), texts);
+  ]) assert.deepEqual(tickLabels(ticks), texts);
 });
 
 test("an axis has room for its marks", () => {
@@ -62,14 +62,14 @@ test("between the ends of an axis one can count", () => {
   const numbers = [0, 1, -1, 0.1, 0.1 + 2e-17, 1e16, 1e16 + 2, 1e17, 1e17 + 16, 1e308, 1.7e308, -1.7e308, 5e-324, -1e-320, 1e-300];
   for (const one of numbers) for (const other of numbers) {
     const [least, most] = [one, other].sort((first, second) => first - second);
-    for (const ends of [spread(least, most), ...(least < most ? [countable([least, most])] : [])]) {
+    for (const ends of [paddedRange(least, most), ...(least < most ? [safeRange([least, most])] : [])]) {
       const step = (ends[1] - ends[0]) / 1000;
       assert.ok(Number.isFinite(step) && ends[0] <= Math.max(least, -8e307) && ends[1] >= Math.min(most, 8e307), String(ends));
       for (const end of ends) assert.ok(step < 1e-300 || end + step > end, `${least} to ${most}: ${ends}`);
     }
   }
-  assert.deepEqual(countable([-Infinity, Infinity]), [-8e307, 8e307]);
-  assert.deepEqual(countable([0, 2]), [0, 2]);
+  assert.deepEqual(safeRange([-Infinity, Infinity]), [-8e307, 8e307]);
+  assert.deepEqual(safeRange([0, 2]), [0, 2]);
 });
 
 test("words of rqt_plot, slices and expressions are curves", () => {
@@ -91,5 +91,5 @@ test("words of rqt_plot, slices and expressions are curves", () => {
     ["/a/x[0],/b: m.y[0] * 2", ["/a/x[0]", "/b: m.y[0] * 2"]],
     ["/b: m.y[0] - m.y[1]", ["/b: m.y[0] - m.y[1]"]],
     ["/a/x:,,/b/y", ["/a/x", "/b/y"]],
-  ]) assert.deepEqual(expand(text), curves);
+  ]) assert.deepEqual(splitCurves(text), curves);
 });

@@ -101,7 +101,7 @@ test("who connects in vain tries again", async (t) => {
 test("a master that goes and comes is told once", async (t) => {
   const robot = await connected(t);
   const told = [];
-  robot.addEventListener("master", () => told.push(robot.lost));
+  robot.addEventListener("master", () => told.push(robot.masterProblem));
   await pass(10, { ...ABOUT, trouble: "gone" });
   await pass(10, ABOUT);
   assert.deepEqual(told, ["gone", ""]);

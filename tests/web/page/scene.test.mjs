@@ -5,29 +5,29 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 
 import * as THREE from "../../../src/pyros1/web/page/vendor/three/three.module.min.js";
-import { sight } from "../../../src/pyros1/web/page/lib/scene/camera_view.js";
-import { apart } from "../../../src/pyros1/web/page/lib/scene/apart.js";
-import { Density, Pace } from "../../../src/pyros1/web/page/lib/scene/density.js";
+import { fieldOfView } from "../../../src/pyros1/web/page/lib/scene/camera_view.js";
+import { visibleLabels } from "../../../src/pyros1/web/page/lib/scene/apart.js";
+import { PointBudget, RateMeter } from "../../../src/pyros1/web/page/lib/scene/density.js";
 import { MapPlane } from "../../../src/pyros1/web/page/lib/scene/map.js";
-import { infoTopic, offersOf, readKey } from "../../../src/pyros1/web/page/lib/scene/kinds.js";
-import { beside } from "../../../src/pyros1/web/page/lib/scene/meshes.js";
-import { pointsIn, reaches } from "../../../src/pyros1/web/page/lib/scene/picking.js";
+import { infoTopic, addableDisplays, parseKey } from "../../../src/pyros1/web/page/lib/scene/kinds.js";
+import { resolveUri } from "../../../src/pyros1/web/page/lib/scene/meshes.js";
+import { pointsIn, overlaps } from "../../../src/pyros1/web/page/lib/scene/picking.js";
 import { PointSet, levels, scanPoints } from "../../../src/pyros1/web/page/lib/scene/points.js";
 
 test("files that a mesh names are beside it, in its package", () => {
   const mesh = "package://arm/meshes/visual/a.dae";
-  assert.equal(beside(mesh, "b.png"), "package://arm/meshes/visual/b.png");
-  assert.equal(beside(mesh, "./b.png"), "package://arm/meshes/visual/b.png");
-  assert.equal(beside(mesh, "..\\..\\textures\\b.png"), "package://arm/textures/b.png");
-  assert.equal(beside(mesh, "../../../../../etc/passwd"), "package://arm/etc/passwd");
-  assert.equal(beside(mesh, "package://other/b.png"), "package://other/b.png");
-  assert.equal(beside("file:///opt/arm/a.dae", "../b.png"), "file:///opt/b.png");
+  assert.equal(resolveUri(mesh, "b.png"), "package://arm/meshes/visual/b.png");
+  assert.equal(resolveUri(mesh, "./b.png"), "package://arm/meshes/visual/b.png");
+  assert.equal(resolveUri(mesh, "..\\..\\textures\\b.png"), "package://arm/textures/b.png");
+  assert.equal(resolveUri(mesh, "../../../../../etc/passwd"), "package://arm/etc/passwd");
+  assert.equal(resolveUri(mesh, "package://other/b.png"), "package://other/b.png");
+  assert.equal(resolveUri("file:///opt/arm/a.dae", "../b.png"), "file:///opt/b.png");
 });
 
 test("the mouse hits the points of a marker", () => {
   const dots = new PointSet();
   dots.set(Float32Array.of(0, 0, 0, 5, 5, 0), "rgba", new Uint8Array(8));
-  dots.touchable();
+  dots.enablePicking();
   const caster = new THREE.Raycaster(new THREE.Vector3(5, 5, 9), new THREE.Vector3(0, 0, -1));
   const [hit, ...others] = caster.intersectObject(dots.object, true);
   assert.deepEqual([hit.index, hit.point.toArray(), others.length], [1, [5, 5, 0], 0]);
@@ -69,26 +69,26 @@ const TYPES = {
 };
 
 test("keys say which display of a topic it is", () => {
-  assert.deepEqual(readKey("/map", TYPES), { topic: "/map", kind: "Map", view: "scene_topic" });
-  assert.deepEqual(readKey("/alone", TYPES), { topic: "/alone", kind: "Image", view: "image" });
-  assert.deepEqual(readKey("camera:/alone", TYPES), { topic: "/alone", kind: "Camera", view: "scene_camera" });
-  assert.deepEqual(readKey("depth:/cam/depth", TYPES), { topic: "/cam/depth", kind: "DepthCloud", view: "scene_depth" });
-  for (const key of ["camera:/map", "depth:/nothing", "/words", "constructor:/map", ""]) assert.equal(readKey(key, TYPES).kind, "");
+  assert.deepEqual(parseKey("/map", TYPES), { topic: "/map", kind: "Map", view: "scene_topic" });
+  assert.deepEqual(parseKey("/alone", TYPES), { topic: "/alone", kind: "Image", view: "image" });
+  assert.deepEqual(parseKey("camera:/alone", TYPES), { topic: "/alone", kind: "Camera", view: "scene_camera" });
+  assert.deepEqual(parseKey("depth:/cam/depth", TYPES), { topic: "/cam/depth", kind: "DepthCloud", view: "scene_depth" });
+  for (const key of ["camera:/map", "depth:/nothing", "/words", "constructor:/map", ""]) assert.equal(parseKey(key, TYPES).kind, "");
 });
 
 test("cameras are offered where there is a CameraInfo, and depths where a name says so", () => {
-  const keys = (shown) => offersOf(TYPES, shown, ["/robot_description"]).map(({ key }) => key);
+  const keys = (shown) => addableDisplays(TYPES, shown, ["/robot_description"]).map(({ key }) => key);
   const all = ["/alone", "/cam/depth", "camera:/cam/depth", "depth:/cam/depth", "/cam/rgb/compressed", "camera:/cam/rgb/compressed", "/map", "depth:", "robot:"];
   assert.deepEqual(keys([]), all);
   assert.deepEqual(keys(all.slice(0, 3)), all.slice(3));
-  const others = offersOf({ ...TYPES, "/cam/camera_info": "std_msgs/String" }, [], []).map(({ kind }) => kind);
+  const others = addableDisplays({ ...TYPES, "/cam/camera_info": "std_msgs/String" }, [], []).map(({ kind }) => kind);
   assert.deepEqual(others, ["RobotModel", "Image", "Image", "Image", "Map", "RobotModel"]);
 });
 
 test("a camera sees from the edge of its first pixel to that of its last one", () => {
   const camera = { fx: 2, fy: 4, cx: 1.5, cy: 0.5, width: 4, height: 4 };
-  assert.deepEqual(sight(camera), [-1, 1, 0.25, -0.75]);
-  assert.deepEqual(sight(camera, 2), [-0.5, 0.5, 0, -0.5]);
+  assert.deepEqual(fieldOfView(camera), [-1, 1, 0.25, -0.75]);
+  assert.deepEqual(fieldOfView(camera, 2), [-0.5, 0.5, 0, -0.5]);
 });
 
 const EYE = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, -1, -1, 0, 0, -0.2, 0]; // looks along -z, from 0.1 m to far away
@@ -104,48 +104,48 @@ test("of points in a part of the picture, the one in front", () => {
 
 test("what reaches into a part of the picture", () => {
   const corners = [[-1, -1, -2], [1, 1, -2]];
-  assert.ok(reaches(corners, EYE, [0.4, 0.4, 0.9, 0.9]));
-  assert.ok(!reaches(corners, EYE, [0.6, 0.4, 0.9, 0.9]));
-  assert.ok(!reaches([[0, 0, 5]], EYE, [-1, -1, 1, 1])); // behind the eye
-  assert.ok(!reaches([], EYE, [-1, -1, 1, 1]));
+  assert.ok(overlaps(corners, EYE, [0.4, 0.4, 0.9, 0.9]));
+  assert.ok(!overlaps(corners, EYE, [0.6, 0.4, 0.9, 0.9]));
+  assert.ok(!overlaps([[0, 0, 5]], EYE, [-1, -1, 1, 1])); // behind the eye
+  assert.ok(!overlaps([], EYE, [-1, -1, 1, 1]));
 });
 
 test("a browser that draws slowly gets fewer points, and more again when it does not", () => {
-  const density = new Density();
-  const told = (lag, count, more = {}) => density.told(lag, { count, all: false, fresh: true, ...more });
+  const density = new PointBudget();
+  const told = (lag, count, more = {}) => density.reportFrame(lag, { count, all: false, fresh: true, ...more });
   assert.deepEqual([1, 2, 3].map(() => told(500, 1e6)), [false, false, true]);
-  assert.equal(density.enough, 210000);
+  assert.equal(density.maxPoints, 210000);
   for (let time = 0; time < 50; time += 1) assert.ok(!told(110, 200000)); // that is as many as it can
   for (let time = 0; time < 4; time += 1) assert.ok(!told(20, 200000));
   assert.ok(told(20, 200000));
-  assert.equal(density.enough, 800000);
+  assert.equal(density.maxPoints, 800000);
   for (let time = 0; time < 50; time += 1) assert.ok(!told(20, 700000, { all: true })); // there are no more
   for (let time = 0; time < 3; time += 1) told(600, 700000);
-  assert.equal(density.enough, 122500);
+  assert.equal(density.maxPoints, 122500);
   for (let time = 0; time < 9; time += 1) assert.ok(!told(20, 100000), String(time)); // it was too much: it waits longer
   assert.ok(told(20, 100000));
 });
 
 test("to turn the view is no reason for fewer points, but may be one for more", () => {
-  const density = new Density();
-  const turned = (lag) => density.told(lag, { count: 1e6, all: false, fresh: false });
+  const density = new PointBudget();
+  const turned = (lag) => density.reportFrame(lag, { count: 1e6, all: false, fresh: false });
   for (let time = 0; time < 20; time += 1) assert.ok(!turned(500));
-  for (let time = 0; time < 3; time += 1) density.told(1000, { count: 1e6, all: false, fresh: true });
-  assert.equal(density.enough, 105000);
-  for (let time = 0; time < 5; time += 1) density.told(10, { count: 1e5, all: false, fresh: false });
-  assert.equal(density.enough, 400000);
-  density.forget();
-  assert.equal(density.enough, Infinity);
+  for (let time = 0; time < 3; time += 1) density.reportFrame(1000, { count: 1e6, all: false, fresh: true });
+  assert.equal(density.maxPoints, 105000);
+  for (let time = 0; time < 5; time += 1) density.reportFrame(10, { count: 1e5, all: false, fresh: false });
+  assert.equal(density.maxPoints, 400000);
+  density.reset();
+  assert.equal(density.maxPoints, Infinity);
 });
 
 test("of boxes that cover each other the first is seen", () => {
   const box = (left, top) => ({ left, top, wide: 10, high: 5 });
-  assert.deepEqual(apart([box(0, 0), box(5, 2), box(10, 0), box(0, 5)]), [true, false, true, true]);
-  assert.deepEqual(apart([]), []);
+  assert.deepEqual(visibleLabels([box(0, 0), box(5, 2), box(10, 0), box(0, 5)]), [true, false, true, true]);
+  assert.deepEqual(visibleLabels([]), []);
 });
 
 test("how often clouds come", () => {
-  const pace = new Pace();
+  const pace = new RateMeter();
   pace.tick(1000);
   assert.equal(`${pace}`, "the first");
   for (let step = 1; step <= 20; step += 1) pace.tick(1000 + 250 * step);
@@ -173,8 +173,8 @@ test("a map that is too large for a graphics card is shown in part", () => {
 
 test("types that a robot calls as parts of JavaScript are not known", () => {
   const types = { "/a": "constructor", "/b": "__proto__", "/c": "toString" };
-  for (const topic of Object.keys(types)) assert.equal(readKey(topic, types).kind, "");
-  assert.deepEqual(offersOf(types, [], ["/robot_description"]).map(({ key }) => key), ["robot:"]);
+  for (const topic of Object.keys(types)) assert.equal(parseKey(topic, types).kind, "");
+  assert.deepEqual(addableDisplays(types, [], ["/robot_description"]).map(({ key }) => key), ["robot:"]);
 });
 
 test("the CameraInfo is beside the picture, wherever that is", () => {

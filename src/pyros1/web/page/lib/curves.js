@@ -55,13 +55,13 @@ export class Points {
   }
 
   // Return the value of the point nearest to a time.
-  near(time) {
+  valueNear(time) {
     const after = this.indexOf(time);
     const nearer = after > this.start && (after === this.end || time - this.times[after - 1] < this.times[after] - time);
     return this.length ? this.values[nearer ? after - 1 : after] : undefined;
   }
 
-  last() {
+  lastValue() {
     return this.length ? this.values[this.end - 1] : undefined;
   }
 
@@ -111,14 +111,14 @@ export function sample(points, { step, first, columns }) {
       if (!(values[index] <= values[most])) most = Number.isNaN(values[index]) ? most : index;
       index += 1;
     }
-    out[2 * column] = finite(values[Math.min(least, most)]);
-    if (least !== most) out[2 * column + 1] = finite(values[Math.max(least, most)]);
+    out[2 * column] = finiteOrNull(values[Math.min(least, most)]);
+    if (least !== most) out[2 * column + 1] = finiteOrNull(values[Math.max(least, most)]);
   }
-  return apart(out);
+  return interruptLines(out);
 }
 
 // Interrupt the line between two numbers with a non-finite value between them: uPlot needs null in all columns there.
-function apart(values) {
+function interruptLines(values) {
   let from = 0;
   for (let at = values.indexOf(null); at >= 0; at = values.indexOf(null, from)) {
     let begin = at;
@@ -131,7 +131,7 @@ function apart(values) {
 }
 
 // Return the indices of isolated numbers, which no line reaches and which are drawn as dots; null for none.
-export function lone(values) {
+export function isolated(values) {
   const found = [];
   let before = null;
   let last = -1; // index of a number that may be isolated
@@ -145,6 +145,6 @@ export function lone(values) {
   return found.length ? found : null;
 }
 
-function finite(value) {
+function finiteOrNull(value) {
   return Number.isFinite(value) ? value : null;
 }

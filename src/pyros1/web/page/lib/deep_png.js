@@ -6,7 +6,7 @@ const HEADER_BYTES = 12; // bytes of the compressedDepth header before the file
 
 // Return the image as a sensor_msgs/Image: {encoding, width, height, step, bigendian, data}; null if the file is not a
 // 16-bit greyscale PNG. Throws an Error if it is damaged, or has more than the maximum number of pixels.
-export async function deepGrey(file, most) {
+export async function decodeGrey16(file, most) {
   const view = new DataView(file.buffer, file.byteOffset, file.byteLength);
   if (file.length < 33 || view.getUint32(0) !== 0x89504e47 || view.getUint32(12) !== 0x49484452) return null;
   if (file[24] !== 16 || file[25] !== 0) return null; // bit depth and colour type
@@ -16,7 +16,7 @@ export async function deepGrey(file, most) {
     x, y, across, down, columns: Math.ceil(Math.max(0, width - x) / across), rows: Math.ceil(Math.max(0, height - y) / down),
   })).filter(({ columns, rows }) => columns && rows);
   const size = passes.reduce((sum, { columns, rows }) => sum + (1 + 2 * columns) * rows, 0);
-  const raw = await unpacked(parts(file, view), size);
+  const raw = await inflate(dataChunks(file, view), size);
   const data = new Uint8Array(2 * width * height);
   let at = 0;
   for (const { x, y, across, down, columns, rows } of passes) {
@@ -34,7 +34,7 @@ export async function deepGrey(file, most) {
 }
 
 // Return the depths in metres of a compressedDepth image with the format 32FC1; NaN where there is none.
-export function metres(message, { width, height, data }) {
+export function depthsInMetres(message, { width, height, data }) {
   const head = new DataView(message.buffer, message.byteOffset, HEADER_BYTES);
   const [one, other] = [head.getFloat32(4, true), head.getFloat32(8, true)];
   const found = new DataView(new ArrayBuffer(4 * width * height));
@@ -45,7 +45,7 @@ export function metres(message, { width, height, data }) {
   return { encoding: "32FC1", width, height, step: 4 * width, bigendian: false, data: new Uint8Array(found.buffer) };
 }
 
-function parts(file, view) {
+function dataChunks(file, view) {
   const found = [];
   for (let at = 8; at + 12 <= file.length;) {
     const length = view.getUint32(at);
@@ -56,7 +56,7 @@ function parts(file, view) {
 }
 
 // Return the first bytes of the decompressed data, and ignore the rest.
-async function unpacked(chunks, size) {
+async function inflate(chunks, size) {
   const reader = new Blob(chunks).stream().pipeThrough(new DecompressionStream("deflate")).getReader();
   const found = new Uint8Array(size);
   let at = 0;
@@ -81,11 +81,11 @@ function unfilter(raw, start, step, above) {
     if (kind === 1) raw[at] += left;
     else if (kind === 2) raw[at] += up;
     else if (kind === 3) raw[at] += (left + up) >> 1;
-    else raw[at] += nearest(left, up, corner);
+    else raw[at] += paeth(left, up, corner);
   }
 }
 
-function nearest(left, up, corner) {
+function paeth(left, up, corner) {
   const guess = left + up - corner;
   const [toLeft, toUp, toCorner] = [Math.abs(guess - left), Math.abs(guess - up), Math.abs(guess - corner)];
   if (toLeft <= toUp && toLeft <= toCorner) return left;

@@ -4,19 +4,19 @@ const SVG = "http://www.w3.org/2000/svg";
 
 // Make an element: h("button.primary", {onclick: f, title: "..."}, "text", child, [children]).
 export function h(tag, props, ...children) {
-  return make(document.createElement(name(tag)), tag, props, children);
+  return build(document.createElement(tagName(tag)), tag, props, children);
 }
 
 // The same for SVG; properties are set as attributes.
 export function s(tag, props, ...children) {
-  return make(document.createElementNS(SVG, name(tag)), tag, props, children);
+  return build(document.createElementNS(SVG, tagName(tag)), tag, props, children);
 }
 
-function name(tag) {
+function tagName(tag) {
   return tag.split(".")[0] || "div";
 }
 
-function make(element, tag, props, children) {
+function build(element, tag, props, children) {
   for (const word of tag.split(".").slice(1)) element.classList.add(word);
   for (const [key, value] of Object.entries(props || {})) {
     if (value === undefined || value === null || value === false) continue;

@@ -1,6 +1,6 @@
 // Decodes sensor_msgs/Image to the pixels of a canvas; see https://wiki.ros.org/sensor_msgs and image_encodings.h.
 
-import { deepGrey, metres } from "./deep_png.js";
+import { decodeGrey16, depthsInMetres } from "./deep_png.js";
 
 // Encodings come from a robot and may have any name: __proto__: null keeps "constructor" from being found.
 const PACKED_8 = { // bytes per pixel, then the offsets of red, green, blue and alpha; -1 for none
@@ -28,39 +28,39 @@ export function pixelsOf({ encoding, width, height, step, bigendian }, data, ran
   if (width * height > MAX_PIXELS) throw new Error(`an image of ${width} x ${height} pixels is too large to be shown`);
   const pixels = new ImageData(width, height);
   const out = pixels.data;
-  const need = (bytes) => {
+  const requireBytes = (bytes) => {
     if (step < width * bytes) throw new Error(`a row of ${width} pixels of ${encoding} has ${width * bytes} bytes, but step is ${step}`);
     if (data.length < step * (height - 1) + width * bytes) throw new Error(`data has ${data.length} bytes, which is too few for ${height} rows of ${step}`);
   };
   if (PACKED_8[kind]) {
-    need(PACKED_8[kind][0]);
-    plain(out, data, width, height, step, PACKED_8[kind]);
+    requireBytes(PACKED_8[kind][0]);
+    decodePacked8(out, data, width, height, step, PACKED_8[kind]);
   } else if (PACKED_16[kind]) {
-    need(2 * PACKED_16[kind][0]);
-    wide(out, data, width, height, step, PACKED_16[kind], bigendian);
+    requireBytes(2 * PACKED_16[kind][0]);
+    decodePacked16(out, data, width, height, step, PACKED_16[kind], bigendian);
   } else if (BAYER.test(kind)) {
     const [, order, bits] = BAYER.exec(kind);
     const size = Number(bits) / 8;
-    need(size);
-    bayer(out, data, width, height, step, order.toUpperCase(), size, bigendian);
+    requireBytes(size);
+    decodeBayer(out, data, width, height, step, order.toUpperCase(), size, bigendian);
   } else if (kind === "yuv422" || kind === "yuv422_yuy2" || kind === "uyvy" || kind === "yuyv") {
-    need(2);
-    yuv(out, data, width, height, step, kind === "yuv422" || kind === "uyvy");
+    requireBytes(2);
+    decodeYuv(out, data, width, height, step, kind === "yuv422" || kind === "uyvy");
   } else if (SINGLE_CHANNEL[kind]) {
-    need(SINGLE_CHANNEL[kind][0]);
-    return { pixels, ...single(out, data, width, height, step, SINGLE_CHANNEL[kind], bigendian, range) };
+    requireBytes(SINGLE_CHANNEL[kind][0]);
+    return { pixels, ...decodeSingleChannel(out, data, width, height, step, SINGLE_CHANNEL[kind], bigendian, range) };
   } else if (GETTERS[MULTI_CHANNEL.exec(kind)?.[1]]) {
     const [, value, digit] = MULTI_CHANNEL.exec(kind);
     const [size, count] = [Number.parseInt(value, 10) / 8, Number(digit)];
-    need(size * count);
-    return { pixels, ...several(out, data, width, height, step, [size, GETTERS[value], count], bigendian, range) };
+    requireBytes(size * count);
+    return { pixels, ...decodeMultiChannel(out, data, width, height, step, [size, GETTERS[value], count], bigendian, range) };
   } else {
     throw new Error(`the encoding ${encoding} is not supported`);
   }
   return { pixels, least: null, most: null };
 }
 
-function plain(out, data, width, height, step, [size, red, green, blue, alpha]) {
+function decodePacked8(out, data, width, height, step, [size, red, green, blue, alpha]) {
   for (let row = 0, to = 0; row < height; row += 1) {
     for (let column = 0, from = row * step; column < width; column += 1, from += size, to += 4) {
       out[to] = data[from + red];
@@ -71,7 +71,7 @@ function plain(out, data, width, height, step, [size, red, green, blue, alpha]) 
   }
 }
 
-function wide(out, data, width, height, step, [size, ...places], bigendian) {
+function decodePacked16(out, data, width, height, step, [size, ...places], bigendian) {
   const high = bigendian ? 0 : 1; // the upper byte is enough for a display
   for (let row = 0, to = 0; row < height; row += 1) {
     for (let column = 0, from = row * step; column < width; column += 1, from += 2 * size, to += 4) {
@@ -82,7 +82,7 @@ function wide(out, data, width, height, step, [size, ...places], bigendian) {
 }
 
 // Demosaic: each pixel takes the missing colours from its block of two by two.
-function bayer(out, data, width, height, step, order, size, bigendian) {
+function decodeBayer(out, data, width, height, step, order, size, bigendian) {
   const high = size === 2 && !bigendian ? 1 : 0; // the upper byte is enough for a display
   const place = (colour) => order.indexOf(colour);
   const [red, blue] = [place("R"), place("B")];
@@ -102,7 +102,7 @@ function bayer(out, data, width, height, step, order, size, bigendian) {
   }
 }
 
-function yuv(out, data, width, height, step, chromaFirst) {
+function decodeYuv(out, data, width, height, step, chromaFirst) {
   for (let row = 0, to = 0; row < height; row += 1) {
     for (let column = 0; column < width; column += 1, to += 4) {
       const pair = row * step + (column & ~1) * 2;
@@ -117,7 +117,7 @@ function yuv(out, data, width, height, step, chromaFirst) {
   }
 }
 
-function single(out, data, width, height, step, [size, read], bigendian, range) {
+function decodeSingleChannel(out, data, width, height, step, [size, read], bigendian, range) {
   const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
   let [least, most] = range || [Infinity, -Infinity];
   if (!range && size === 1 && read === "getUint8") [least, most] = [0, 255];
@@ -147,7 +147,7 @@ function single(out, data, width, height, step, [size, read], bigendian, range) 
 }
 
 // Two channels are blue and green, a third is red; a fourth is ignored. NaN is black.
-function several(out, data, width, height, step, [size, read, count], bigendian, range) {
+function decodeMultiChannel(out, data, width, height, step, [size, read, count], bigendian, range) {
   const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
   const shown = Math.min(3, count);
   const each = (visit) => {
@@ -171,20 +171,20 @@ function several(out, data, width, height, step, [size, read, count], bigendian,
   return { least: Number.isFinite(least) ? least : null, most: Number.isFinite(most) ? most : null };
 }
 
-const turns = new WeakMap(); // canvas -> number of its latest image
+const latestImages = new WeakMap(); // canvas -> number of its latest image
 
 // Return a compressed 16-bit greyscale or depth image as an uncompressed one; null for all others.
-async function uncompressed({ format }, data) {
+async function decodeCompressedDepth({ format }, data) {
   const depth = format.includes("compressedDepth");
-  const found = await deepGrey(depth ? data.subarray(12) : data, MAX_PIXELS);
-  return found && depth && format.startsWith("32FC1") ? metres(data, found) : found;
+  const found = await decodeGrey16(depth ? data.subarray(12) : data, MAX_PIXELS);
+  return found && depth && format.startsWith("32FC1") ? depthsInMetres(data, found) : found;
 }
 
 // Draw an image sent by the view "image" on a canvas. Returns {least, most} of a greyscale image, null if a newer one has
 // arrived meanwhile; throws an Error that explains what is wrong.
 export async function drawPicture(canvas, facts, data, range = null) {
-  const turn = (turns.get(canvas) || 0) + 1;
-  turns.set(canvas, turn);
+  const number = (latestImages.get(canvas) || 0) + 1;
+  latestImages.set(canvas, number);
   const size = (width, height) => {
     if (canvas.width !== width) canvas.width = width;
     if (canvas.height !== height) canvas.height = height;
@@ -197,17 +197,17 @@ export async function drawPicture(canvas, facts, data, range = null) {
   }
   let picture;
   try {
-    const raw = await uncompressed(facts, data);
-    if (turn !== turns.get(canvas)) return null;
+    const raw = await decodeCompressedDepth(facts, data);
+    if (number !== latestImages.get(canvas)) return null;
     if (raw) return drawPicture(canvas, raw, raw.data, range);
     picture = await createImageBitmap(new Blob([facts.format.includes("compressedDepth") ? data.subarray(12) : data]));
   } catch {
     throw new Error(`the browser cannot show images of the format ${facts.format}`);
   }
-  if (turn === turns.get(canvas)) {
+  if (number === latestImages.get(canvas)) {
     size(picture.width, picture.height);
     canvas.getContext("2d").drawImage(picture, 0, 0);
   }
   picture.close();
-  return turn === turns.get(canvas) ? { least: null, most: null } : null;
+  return number === latestImages.get(canvas) ? { least: null, most: null } : null;
 }

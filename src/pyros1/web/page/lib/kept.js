@@ -3,10 +3,10 @@
 const SLACK = 1.2; // factor by which the limits may be exceeded before entries are dropped
 
 // Strings in an entry, and in lists within it, count.
-export class Kept {
-  constructor(most, characters) {
-    this.most = most;
-    this.characters = characters;
+export class LogBuffer {
+  constructor(maxEntries, maxCharacters) {
+    this.maxEntries = maxEntries;
+    this.maxCharacters = maxCharacters;
     this.clear();
   }
 
@@ -21,10 +21,10 @@ export class Kept {
   }
 
   // Drop the oldest entries if there are too many. Returns whether any were dropped.
-  forget() {
-    if (this.entries.length <= this.most * SLACK && this.size <= this.characters * SLACK) return false;
+  trim() {
+    if (this.entries.length <= this.maxEntries * SLACK && this.size <= this.maxCharacters * SLACK) return false;
     let count = 0;
-    while (this.entries.length - count > this.most || this.size > this.characters) this.size -= sizeOf(this.entries[count++]);
+    while (this.entries.length - count > this.maxEntries || this.size > this.maxCharacters) this.size -= sizeOf(this.entries[count++]);
     this.entries.splice(0, count);
     return true;
   }

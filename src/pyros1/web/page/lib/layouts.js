@@ -72,10 +72,10 @@ export function layoutsButton(host) {
       fill(problem, `${chosen.name} is not a layout of this page`);
     }
   };
-  const row = (title, tree, mine) => h("li", {},
+  const row = (title, tree, isOwn) => h("li", {},
     h("button.quiet.title", { onclick: () => choose(title, tree) }, title),
     h("button.quiet", { title: "save to a file", onclick: () => save(`${title}.json`, JSON.stringify({ form: FORMAT, name: title, tree }, null, 1), "application/json") }, "File"),
-    mine && h("button.quiet", { title: "delete", "aria-label": `delete ${title}`, onclick: () => { delete own[title]; keep(); draw(); } }, "✕"));
+    isOwn && h("button.quiet", { title: "delete", "aria-label": `delete ${title}`, onclick: () => { delete own[title]; keep(); draw(); } }, "✕"));
   const draw = () => fill(sheet,
     h("h3", {}, "Layouts"),
     h("ul", {}, Object.entries(BUILT_IN).map(([title, tree]) => row(title, tree, false)), Object.entries(own).map(([title, tree]) => row(title, tree, true))),

@@ -20,8 +20,8 @@
 // To add a panel, add a file: the server finds it.
 
 export async function panelList() {
-  const answer = await fetch("panels.json");
-  const names = await answer.json();
+  const response = await fetch("panels.json");
+  const names = await response.json();
   const panels = await Promise.all(names.map(async (name) => {
     try {
       const module = await import(`../panels/${name}.js`);

@@ -11,11 +11,11 @@ export class Robot extends EventTarget {
     this.state = "connecting"; // or "connected", "refused"
     this.trouble = "";
     this.about = { version: "", master: "", read_only: false };
-    this.lost = ""; // why the master does not respond
+    this.masterProblem = ""; // why the master does not respond
     this._calls = new Map();
     this._streams = new Map();
-    this._count = 0;
-    this._pause = 500;
+    this._lastId = 0;
+    this._retryDelay = 500;
     this._connect();
     // A browser may keep a page in its back/forward cache with its connection open: close it, to release what the page uses.
     addEventListener("pagehide", () => this._socket.close());
@@ -28,7 +28,7 @@ export class Robot extends EventTarget {
         reject(new Error("the server does not answer"));
         return;
       }
-      const id = ++this._count;
+      const id = ++this._lastId;
       this._calls.set(id, { resolve, reject });
       this._send({ call: name, id, args });
     });
@@ -37,7 +37,7 @@ export class Robot extends EventTarget {
   // Open a stream of a view; see pyros1/web/views.
   // on: {data(data, blob), problem(text), opened()}; problem("") when a problem has gone; opened is called again after a reconnect.
   stream(view, args, on) {
-    const id = ++this._count;
+    const id = ++this._lastId;
     const stream = { view, args, on };
     this._streams.set(id, stream);
     if (this.state === "connected") this._open(id, stream);
@@ -59,22 +59,22 @@ export class Robot extends EventTarget {
     socket.binaryType = "arraybuffer";
     this._socket = socket;
     let opened = false;
-    let heard = performance.now();
+    let lastReceived = performance.now();
     // A connection may die silently: the server is suspended, or this computer has changed its network.
     const pulse = setInterval(() => {
-      if (performance.now() - heard > TIMEOUT) closed();
-      else if (opened) this._askAbout(false);
+      if (performance.now() - lastReceived > TIMEOUT) closed();
+      else if (opened) this._requestAbout(false);
     }, HEARTBEAT);
     socket.onopen = () => {
       opened = true;
-      this._pause = 500;
-      this._became("connected");
+      this._retryDelay = 500;
+      this._setState("connected");
       for (const [id, stream] of this._streams) this._open(id, stream);
-      this._askAbout(true);
+      this._requestAbout(true);
     };
     socket.onmessage = (event) => {
-      heard = performance.now();
-      this._take(event.data);
+      lastReceived = performance.now();
+      this._receive(event.data);
     };
     const closed = () => {
       clearInterval(pulse);
@@ -82,41 +82,41 @@ export class Robot extends EventTarget {
       socket.close();
       for (const { reject } of this._calls.values()) reject(new Error("the connection to the server was lost"));
       this._calls.clear();
-      if (opened) this._became("connecting", "the server does not answer; is pyros1 web running?");
-      else this._ask();
-      setTimeout(() => this._connect(), this._pause);
-      this._pause = Math.min(MAX_RETRY_DELAY, this._pause * 1.5);
+      if (opened) this._setState("connecting", "the server does not answer; is pyros1 web running?");
+      else this._explainRefusal();
+      setTimeout(() => this._connect(), this._retryDelay);
+      this._retryDelay = Math.min(MAX_RETRY_DELAY, this._retryDelay * 1.5);
     };
     socket.onclose = closed;
   }
 
-  async _askAbout(anew) {
-    let told;
+  async _requestAbout(isNew) {
+    let response;
     try {
-      told = await this.call("page.about");
+      response = await this.call("page.about");
     } catch {
       return; // asked again by the next connection
     }
-    const { trouble, ...about } = told;
+    const { trouble, ...about } = response;
     this.about = about;
-    if (anew) this.dispatchEvent(new Event("about"));
-    if (trouble === this.lost) return;
-    this.lost = trouble;
+    if (isNew) this.dispatchEvent(new Event("about"));
+    if (trouble === this.masterProblem) return;
+    this.masterProblem = trouble;
     this.dispatchEvent(new Event("master"));
   }
 
   // A WebSocket does not report why it was refused; a plain request does.
-  async _ask() {
+  async _explainRefusal() {
     try {
-      const answer = await fetch(`/ws?token=${encodeURIComponent(this.token)}`, { signal: AbortSignal.timeout(TIMEOUT) });
-      const text = await answer.text();
-      if (answer.status === 401 || answer.status === 403 || answer.status === 503) this._became("refused", text.trim());
+      const response = await fetch(`/ws?token=${encodeURIComponent(this.token)}`, { signal: AbortSignal.timeout(TIMEOUT) });
+      const text = await response.text();
+      if (response.status === 401 || response.status === 403 || response.status === 503) this._setState("refused", text.trim());
     } catch {
-      this._became("connecting", "the server does not answer; is pyros1 web running?");
+      this._setState("connecting", "the server does not answer; is pyros1 web running?");
     }
   }
 
-  _became(state, trouble = "") {
+  _setState(state, trouble = "") {
     this.state = state;
     this.trouble = trouble;
     this.dispatchEvent(new Event("state"));
@@ -131,7 +131,7 @@ export class Robot extends EventTarget {
     if (this._socket.readyState === WebSocket.OPEN) this._socket.send(JSON.stringify(request));
   }
 
-  _take(frame) {
+  _receive(frame) {
     let blob = null;
     let text = frame;
     if (typeof frame !== "string") {
@@ -140,18 +140,18 @@ export class Robot extends EventTarget {
       blob = { buffer: frame, offset: 4 + length };
     }
     const message = JSON.parse(text);
-    if (message.stream !== undefined) this._push(message, blob);
-    else this._answer(message);
+    if (message.stream !== undefined) this._handlePush(message, blob);
+    else this._handleResponse(message);
   }
 
-  _answer(message) {
+  _handleResponse(message) {
     const call = this._calls.get(message.id);
     this._calls.delete(message.id);
     if (message.error !== undefined) call?.reject(new Error(message.error));
     else call?.resolve(message.result);
   }
 
-  _push(message, blob) {
+  _handlePush(message, blob) {
     const stream = this._streams.get(message.stream);
     if (!stream) return;
     if (message.error !== undefined) {
@@ -161,13 +161,13 @@ export class Robot extends EventTarget {
     }
     // Request the next one when this one is on the screen; a hidden page requests none.
     const next = () => requestAnimationFrame(() => this._streams.has(message.stream) && this._send({ next: message.stream }));
-    let shown;
+    let drawn;
     try {
       if (stream.failed) stream.on.problem?.(""); // only then: a problem that the panel itself shows stays
       stream.failed = false;
-      shown = stream.on.data(message.data, blob);
+      drawn = stream.on.data(message.data, blob);
     } finally {
-      Promise.resolve(shown).then(next, next); // decoding an image takes time
+      Promise.resolve(drawn).then(next, next); // decoding an image takes time
     }
   }
 }

@@ -1,11 +1,11 @@
 // Local storage of the browser, and links that contain a layout.
 
 const PREFIX = "pyros1.";
-const kept = new Map(); // fallback if the browser stores nothing, as in private windows
+const fallback = new Map(); // fallback if the browser stores nothing, as in private windows
 
 export function load(key) {
   try {
-    return JSON.parse(kept.get(key) ?? localStorage.getItem(PREFIX + key));
+    return JSON.parse(fallback.get(key) ?? localStorage.getItem(PREFIX + key));
   } catch {
     return null;
   }
@@ -16,7 +16,7 @@ export function store(key, value) {
   try {
     localStorage.setItem(PREFIX + key, text);
   } catch {
-    kept.set(key, text);
+    fallback.set(key, text);
   }
 }
 

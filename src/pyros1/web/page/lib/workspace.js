@@ -44,8 +44,8 @@ export class Workspace {
     if (Array.isArray(tree.parts)) {
       const parts = tree.parts.slice(0, 8).map((part) => this._clean(part, depth + 1)).filter(Boolean);
       if (parts.length < 2) return parts[0] || null;
-      const good = Array.isArray(tree.sizes) && tree.sizes.length === parts.length && tree.sizes.every((size) => size > 0);
-      return { split: tree.split === "column" ? "column" : "row", sizes: good ? tree.sizes : parts.map(() => 1), parts };
+      const valid = Array.isArray(tree.sizes) && tree.sizes.length === parts.length && tree.sizes.every((size) => size > 0);
+      return { split: tree.split === "column" ? "column" : "row", sizes: valid ? tree.sizes : parts.map(() => 1), parts };
     }
     if (!this.panels.some((panel) => panel.name === tree.panel)) return null;
     const settings = tree.settings && typeof tree.settings === "object" ? tree.settings : {};
@@ -61,7 +61,7 @@ export class Workspace {
     const parts = node.parts.map((part) => this._draw(part));
     const set = () => parts.forEach((part, index) => { part.style.flexGrow = String(node.sizes[index]); });
     parts.forEach((part, index) => {
-      if (index) element.append(this._handle(node, index, element, set));
+      if (index) element.append(this._separator(node, index, element, set));
       element.append(part);
     });
     set();
@@ -69,22 +69,22 @@ export class Workspace {
   }
 
   // The separator between two parts: drag it, or move it with the arrow keys.
-  _handle(node, index, element, set) {
-    const whole = node.sizes.reduce((sum, size) => sum + size, 0);
+  _separator(node, index, element, set) {
+    const total = node.sizes.reduce((sum, size) => sum + size, 0);
     const both = node.sizes[index - 1] + node.sizes[index];
-    const put = (size) => {
-      const first = Math.min(Math.max(size, MIN_SIZE * whole), both - MIN_SIZE * whole);
+    const resize = (size) => {
+      const first = Math.min(Math.max(size, MIN_SIZE * total), both - MIN_SIZE * total);
       node.sizes[index - 1] = first;
       node.sizes[index] = both - first;
       set();
-      tell();
+      updateValue();
     };
     const move = (event) => {
       const box = element.getBoundingClientRect();
       const before = node.sizes.slice(0, index - 1).reduce((sum, size) => sum + size, 0);
-      const beside = getComputedStyle(element).flexDirection === "row"; // on a narrow page all parts are below each other
-      const at = beside ? (event.clientX - box.left) / box.width : (event.clientY - box.top) / box.height;
-      put(at * whole - before);
+      const isRow = getComputedStyle(element).flexDirection === "row"; // on a narrow page all parts are below each other
+      const at = isRow ? (event.clientX - box.left) / box.width : (event.clientY - box.top) / box.height;
+      resize(at * total - before);
     };
     const keys = { ArrowLeft: -KEY_STEP, ArrowUp: -KEY_STEP, ArrowRight: KEY_STEP, ArrowDown: KEY_STEP, Home: -1, End: 1 };
     const handle = h("div.handle", {
@@ -93,7 +93,7 @@ export class Workspace {
       onkeydown: (event) => {
         if (!keys[event.key]) return;
         event.preventDefault();
-        put(node.sizes[index - 1] + keys[event.key] * whole);
+        resize(node.sizes[index - 1] + keys[event.key] * total);
         this.changed(this.tree);
       },
       onpointerdown: (event) => {
@@ -105,8 +105,8 @@ export class Workspace {
         };
       },
     });
-    const tell = () => handle.setAttribute("aria-valuenow", String(Math.round(100 * node.sizes[index - 1] / both)));
-    tell();
+    const updateValue = () => handle.setAttribute("aria-valuenow", String(Math.round(100 * node.sizes[index - 1] / both)));
+    updateValue();
     return handle;
   }
 
@@ -117,7 +117,7 @@ export class Workspace {
       onchange: (event) => {
         node.panel = event.target.value;
         node.settings = {};
-        this._again();
+        this._redraw();
       },
     }, this.panels.map((each) => h("option", { value: each.name, selected: each === panel }, each.title)));
     node.tools = h("span.tools");
@@ -125,7 +125,7 @@ export class Workspace {
     node.note = h("div.note", { role: "alert", hidden: true });
     const grip = h("button.quiet.arrange.grip", {
       title: "drag it to another panel: to its side, or onto it to swap them; arrow keys swap them, too", "aria-label": `move ${panel.title}`,
-      onpointerdown: (event) => this._drag(node, event), onkeydown: (event) => this._step(node, event),
+      onpointerdown: (event) => this._drag(node, event), onkeydown: (event) => this._swapByKey(node, event),
     }, "⠿");
     return h("section.panel", { dataset: { panel: panel.name }, "aria-label": panel.title },
       h("header", { onpointerdown: (event) => { if (event.pointerType === "mouse" && event.target.matches("header, .tools, .gap")) this._drag(node, event); } },
@@ -157,10 +157,10 @@ export class Workspace {
         node.settings = settings;
         this.changed(this.tree);
       },
-      open: (name, settings) => this._beside(node, name, settings),
+      open: (name, settings) => this._openBeside(node, name, settings),
       restart: (settings) => {
         node.settings = settings;
-        this._again();
+        this._redraw();
       },
     };
     this._mounted.set(node, this._mount(panel, place));
@@ -183,7 +183,7 @@ export class Workspace {
     }
   }
 
-  _again() {
+  _redraw() {
     this.changed(this.tree);
     this.show(this.tree);
   }
@@ -192,24 +192,24 @@ export class Workspace {
     const copy = { panel: node.panel, settings: node.settings };
     for (const key of Object.keys(node)) delete node[key];
     Object.assign(node, { split, sizes: [1, 1], parts: [copy, part] });
-    this._again();
+    this._redraw();
   }
 
   // Show another panel: an existing one of that kind accepts the settings, otherwise a new one is created.
-  _beside(node, name, settings) {
+  _openBeside(node, name, settings) {
     const others = [...this._mounted].filter(([other]) => other !== node);
     const known = others.find(([other, mounted]) => other.panel === name && mounted.accept);
     const same = others.find(([other]) => other.panel === name);
     if (known) known[1].accept(settings);
-    else if (same && !Object.keys(settings).length) this._point(same[0]);
+    else if (same && !Object.keys(settings).length) this._highlight(same[0]);
     else {
-      const [at, split] = this._room(node);
+      const [at, split] = this._panelToSplit(node);
       this._split(at, split, { panel: name, settings });
     }
   }
 
   // Return the panel to split, and how: the requesting one if it is wide, otherwise the largest other one.
-  _room(node) {
+  _panelToSplit(node) {
     const size = (other) => this._bodies.get(other).getBoundingClientRect();
     const others = [...this._mounted.keys()].filter((other) => other !== node);
     if (!others.length || size(node).width >= MIN_WIDTH_FOR_TWO) return [node, "row"];
@@ -218,7 +218,7 @@ export class Workspace {
     return [largest, size(largest).width >= MIN_WIDTH_FOR_TWO ? "row" : "column"];
   }
 
-  _point(node) {
+  _highlight(node) {
     const panel = this._bodies.get(node).closest(".panel");
     panel.scrollIntoView({ block: "nearest" });
     panel.animate([{ outline: "2px solid var(--accent)" }, { outline: "2px solid transparent" }], 900);
@@ -226,7 +226,7 @@ export class Workspace {
 
   _remove(node) {
     this.tree = without(this.tree, node) || { panel: this.panels[0].name, settings: {} };
-    this._again();
+    this._redraw();
   }
 
   // Drag a panel until the pointer is released over another one, or Escape is pressed.
@@ -246,19 +246,19 @@ export class Workspace {
     from.onpointermove = ({ clientX: x, clientY: y }) => {
       if (!mark.isConnected && Math.hypot(x - clientX, y - clientY) < MIN_DRAG) return;
       this.root.append(mark);
-      place = this._under(node, x, y);
+      place = this._dropTarget(node, x, y);
       mark.hidden = !place;
       if (place) Object.assign(mark.style, place.style);
     };
     from.onpointercancel = end;
     from.onpointerup = () => {
       end();
-      if (place) this._arrange(place.side === "middle" ? swapped(this.tree, node, place.target) : moved(this.tree, node, place.target, place.side));
+      if (place) this._applyTree(place.side === "middle" ? swapped(this.tree, node, place.target) : moved(this.tree, node, place.target, place.side));
     };
   }
 
   // Return the panel under the pointer, the side of it, and where the dragged one would go.
-  _under(node, x, y) {
+  _dropTarget(node, x, y) {
     for (const [target, body] of this._bodies) {
       const box = body.closest(".panel").getBoundingClientRect();
       if (target === node || x < box.left || x > box.right || y < box.top || y > box.bottom) continue;
@@ -274,23 +274,23 @@ export class Workspace {
   }
 
   // Arrow keys swap a panel with its predecessor or successor.
-  _step(node, event) {
+  _swapByKey(node, event) {
     const step = { ArrowLeft: -1, ArrowUp: -1, ArrowRight: 1, ArrowDown: 1 }[event.key];
     if (!step) return;
     event.preventDefault();
     const all = panelsOf(this.tree);
     const at = all.indexOf(node) + step;
     if (!all[at]) return;
-    this._arrange(swapped(this.tree, node, all[at]));
+    this._applyTree(swapped(this.tree, node, all[at]));
     this.root.querySelectorAll(".grip")[at]?.focus();
   }
 
   // Cleaning drops panels of a tree that is too deep: then change nothing.
-  _arrange(tree) {
+  _applyTree(tree) {
     const cleaned = this._clean(tree, 0);
     if (panelsOf(cleaned).length !== panelsOf(this.tree).length) return;
     this.tree = cleaned;
-    this._again();
+    this._redraw();
   }
 }
 

@@ -53,10 +53,10 @@ export function boxAround(trails) {
       }
     }
   }
-  return { x: spread(box.x), y: spread(box.y) };
+  return { x: paddedRange(box.x), y: paddedRange(box.y) };
 }
 
-function spread(/** @type {number[]} */ [least, most]) {
+function paddedRange(/** @type {number[]} */ [least, most]) {
   if (!(least <= most)) return [0, 1];
   const room = least === most ? Math.abs(least) * 0.1 || 0.5 : (most - least) * 0.06;
   return [least - room, most + room];

@@ -37,7 +37,7 @@ export class Zoom {
     const now = this._place(event);
     this.pointers.set(event.pointerId, now);
     const other = [...this.pointers].find(([id]) => id !== event.pointerId)?.[1];
-    if (other) this._zoom(far(now, other) / Math.max(1, far(before, other)), other);
+    if (other) this._zoom(distance(now, other) / Math.max(1, distance(before, other)), other);
     else if (this.scale > 1) this.shift = this.shift.map((value, index) => value + now[index] - before[index]);
     this.changed();
   }
@@ -57,6 +57,6 @@ export class Zoom {
   }
 }
 
-function far(one, other) {
+function distance(one, other) {
   return Math.hypot(one[0] - other[0], one[1] - other[1]);
 }

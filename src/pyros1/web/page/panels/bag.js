@@ -106,9 +106,9 @@ class BagPanel {
     this.stream?.close();
     this.stream = null;
     this.facts = null;
-    this.timeline.forget();
+    this.timeline.closeStream();
     this.timeline.facts = null;
-    this.chart.forget();
+    this.chart.closeStream();
     this.inspector.close();
     this.player.show("", null);
     this.content.hidden = this.zooms.hidden = true;

@@ -2,7 +2,7 @@
 
 import { empty, command, fill, h, save } from "../lib/dom.js";
 import { bytes, clock, plural } from "../lib/format.js";
-import { Kept } from "../lib/kept.js";
+import { LogBuffer } from "../lib/kept.js";
 
 /** @type {[number, string][]} */
 const LEVELS = [[1, "debug"], [2, "info"], [4, "warn"], [8, "error"], [16, "fatal"]];
@@ -23,13 +23,13 @@ export default {
 class Console {
   constructor(place) {
     this.place = place;
-    this.kept = new Kept(...LIMITS); // entries are [number, time, level, node, text, file, function, line, topics]
-    this.shown = [];
+    this.buffer = new LogBuffer(...LIMITS); // entries are [number, time, level, node, text, file, function, line, topics]
+    this.filtered = [];
     this.loaded = null; // messages of a file instead of the robot's: {entries, counts, note}
     this.paused = false;
     this.selected = null;
-    this.drawn = new Map(); // entry -> its row, for the visible ones
-    this.wanted = null; // index of a row to scroll to
+    this.rowElements = new Map(); // entry -> its row, for the visible ones
+    this.scrollTarget = null; // index of a row to scroll to
     this.last = 0; // number of the server's last message, since its start
     this.count = 0; // messages received here
     this.dropped = 0;
@@ -45,7 +45,7 @@ class Console {
     this.args = { after: 0, run: "" };
     this.stream = place.robot.stream("console", this.args, {
       opened: () => { this.args.after = this.last; },
-      data: (data) => this._take(data),
+      data: (data) => this._receive(data),
       problem: (text) => place.problem(text),
     });
     this.observer = new ResizeObserver(() => this._draw());
@@ -88,34 +88,34 @@ class Console {
       h("button.quiet", { title: "levels of the loggers of the chosen message's node", onclick: () => this._levels() }, "Levels"));
     this.missing = h("span.muted", { hidden: true, title: "messages that arrived faster than this page could process them, or while it was not visible" });
     tools.append(this.missing);
-    this.tall = h("div.tall");
+    this.content = h("div.tall");
     this.list = h("div.log", {
       role: "log", tabIndex: 0, onscroll: () => this._scrolled(), onkeydown: (event) => this._key(event),
       // The list may have scrolled before the button is released: select what was pressed.
       onpointerdown: (event) => { this.pressed = { entry: entryOf(event), x: event.clientX, y: event.clientY }; },
-      onpointerup: (event) => this._released(event),
+      onpointerup: (event) => this._finishPress(event),
       onclick: (event) => { if (!event.detail && entryOf(event)) this._select(entryOf(event)); }, // clicks without a pointer, as from assistive technology
-    }, this.tall);
+    }, this.content);
     this.detail = h("div.detail", { hidden: true });
-    this.newest = h("button.primary.newest", { hidden: true, onclick: () => this._toEnd() }, "↓ newest");
+    this.newest = h("button.primary.newest", { hidden: true, onclick: () => this._scrollToEnd() }, "↓ newest");
     body.classList.add("console");
     body.append(h("div.rest", {}, this.list, this.newest), this.detail);
     this.atEnd = true;
   }
 
-  _take({ entries, dropped, run }) {
+  _receive({ entries, dropped, run }) {
     if (this.count && this.args.run === run) this.dropped += dropped;
     this.args.run = run;
     this.last = entries.at(-1)[0];
     for (const entry of entries) {
       entry[0] = ++this.count;
-      this.kept.push(entry);
+      this.buffer.push(entry);
       this.counts.set(entry[2], (this.counts.get(entry[2]) || 0) + 1);
-      if (!this.paused && this.fits(entry)) this.shown.push(entry);
+      if (!this.paused && this.fits(entry)) this.filtered.push(entry);
     }
-    if (this.kept.forget() && !this.paused) {
-      const [first] = this.kept.entries;
-      this.shown = this.shown.filter((entry) => entry[0] >= first[0]);
+    if (this.buffer.trim() && !this.paused) {
+      const [first] = this.buffer.entries;
+      this.filtered = this.filtered.filter((entry) => entry[0] >= first[0]);
     }
     this._drawCounts();
     this._draw();
@@ -130,7 +130,7 @@ class Console {
       && (mark.test(said) || mark.test(name) || mark.test(LEVEL_NAMES.get(level) || "info") || topics.some(mark.test));
     this.place.problem(text.problem || exclude.problem || node.problem || mark.problem || this.loaded?.note || "");
     this.fits = (entry) => !this.hidden.has(entry[2]) && text.test(entry[4]) && (Boolean(exclude.problem) || !exclude.test(entry[4])) && (node.test(entry[3]) || (this.node && entry[8].some(node.test)));
-    this.shown = (this.loaded || this.kept).entries.filter(this.fits);
+    this.filtered = (this.loaded || this.buffer).entries.filter(this.fits);
     this.place.save({ hidden: [...this.hidden], search: this.search, exclude: this.exclude, node: this.node, marking: this.marking });
     this._drawCounts();
     this._draw();
@@ -152,7 +152,7 @@ class Console {
     this._draw();
   }
 
-  _toEnd() {
+  _scrollToEnd() {
     this.atEnd = true;
     this._draw();
   }
@@ -167,58 +167,58 @@ class Console {
   }
 
   _drawNow() {
-    const count = this.shown.length;
+    const count = this.filtered.length;
     if (!count) {
-      const { length } = (this.loaded || this.kept).entries;
-      fill(this.tall, length
+      const { length } = (this.loaded || this.buffer).entries;
+      fill(this.content, length
         ? empty("No messages match the filters", `${plural(length, "message")} in all.`)
         : empty("No messages yet", "The log of running nodes appears here. Try, in a terminal:", command("pyros1 run minimal_nodes minimal_publisher")));
-      this.drawn.clear();
-      this.tall.style.height = "100%";
+      this.rowElements.clear();
+      this.content.style.height = "100%";
       this.newest.hidden = true;
       return;
     }
-    this.tall.style.height = `${count * ROW_HEIGHT}px`;
+    this.content.style.height = `${count * ROW_HEIGHT}px`;
     if (this.atEnd && !this.paused) this.list.scrollTop = this.list.scrollHeight;
-    if (this.wanted !== null) {
+    if (this.scrollTarget !== null) {
       const { scrollTop, clientHeight } = this.list;
-      this.list.scrollTop = Math.min(this.wanted * ROW_HEIGHT, Math.max(scrollTop, (this.wanted + 1) * ROW_HEIGHT - clientHeight));
-      this.wanted = null;
+      this.list.scrollTop = Math.min(this.scrollTarget * ROW_HEIGHT, Math.max(scrollTop, (this.scrollTarget + 1) * ROW_HEIGHT - clientHeight));
+      this.scrollTarget = null;
     }
     this.newest.hidden = this.atEnd;
     const first = Math.max(0, Math.floor(this.list.scrollTop / ROW_HEIGHT) - EXTRA_ROWS);
     const last = Math.min(count, Math.ceil((this.list.scrollTop + this.list.clientHeight) / ROW_HEIGHT) + EXTRA_ROWS);
-    if (!this.drawn.size) fill(this.tall);
-    const gone = new Set(this.drawn.keys());
+    if (!this.rowElements.size) fill(this.content);
+    const gone = new Set(this.rowElements.keys());
     for (let index = first; index < last; index += 1) {
-      const entry = this.shown[index];
+      const entry = this.filtered[index];
       gone.delete(entry);
       this._place(entry, index * ROW_HEIGHT);
     }
     for (const entry of gone) {
-      this.drawn.get(entry).remove();
-      this.drawn.delete(entry);
+      this.rowElements.get(entry).remove();
+      this.rowElements.delete(entry);
     }
   }
 
   // A row is kept while it is visible, so that its text can be selected and copied.
   _place(entry, top) {
-    let row = this.drawn.get(entry);
+    let row = this.rowElements.get(entry);
     if (!row) {
       const [, time, level, node, text] = entry;
       const name = LEVEL_NAMES.get(level) || "info";
       row = h(`div.entry.${name}`, {},
         h("span.time", {}, clock(time)), h("span.severity", {}, name), h("span.of", { title: node }, node), h("span.text", {}, text.split("\n", 1)[0].slice(0, MAX_LINE_LENGTH)));
       row.entry = entry;
-      this.drawn.set(entry, row);
-      this.tall.append(row);
+      this.rowElements.set(entry, row);
+      this.content.append(row);
     }
     row.style.top = `${top}px`;
     row.classList.toggle("marked", this.mark(entry));
     row.setAttribute("aria-selected", String(this.selected === entry[0]));
   }
 
-  _released({ clientX, clientY }) {
+  _finishPress({ clientX, clientY }) {
     const { entry, x, y } = this.pressed || {};
     this.pressed = null;
     if (entry && Math.hypot(clientX - x, clientY - y) < MAX_CLICK_MOVE) this._select(entry);
@@ -226,12 +226,12 @@ class Console {
 
   _key(event) {
     const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
-    if (step && this.shown.length) {
-      const now = this.shown.findIndex((entry) => entry[0] === this.selected);
-      const next = now < 0 ? this.shown.length - 1 : Math.min(this.shown.length - 1, Math.max(0, now + step));
-      if (next !== now) this._select(this.shown[next]);
+    if (step && this.filtered.length) {
+      const now = this.filtered.findIndex((entry) => entry[0] === this.selected);
+      const next = now < 0 ? this.filtered.length - 1 : Math.min(this.filtered.length - 1, Math.max(0, now + step));
+      if (next !== now) this._select(this.filtered[next]);
       this.atEnd = false; // stop scrolling, so that it can be read
-      this.wanted = next;
+      this.scrollTarget = next;
       this._draw();
     } else if (event.key === "Escape" && this.selected !== null) this._select(null);
     else return;
@@ -259,12 +259,12 @@ class Console {
   _describe([, time, level, node, text, file, fn, line, topics, nanoseconds]) {
     const row = (label, value) => value && [h("dt", {}, label), h("dd.mono", {}, value)];
     fill(this.detail, h("pre.mono", {}, text), h("dl", {},
-      row("node", node), row("level", LEVEL_NAMES.get(level)), row("time", `${clock(time)} (${exact(time, nanoseconds)})`),
+      row("node", node), row("level", LEVEL_NAMES.get(level)), row("time", `${clock(time)} (${parseTime(time, nanoseconds)})`),
       row("place", file && `${file}:${line}${fn ? ` in ${fn}` : ""}`), row("topics", topics.join(" "))));
   }
 
   _clear() {
-    this.kept.clear();
+    this.buffer.clear();
     this.counts = countsOf([]);
     this.dropped = 0;
     this._show(null);
@@ -280,8 +280,8 @@ class Console {
   // The file format of rqt_console: a header, then message;severity;node;stamp;topics;location, each in quotation marks.
   _save() {
     const quote = (value) => `"${String(value).replaceAll('"', '\\"').replace(/\\$/, "\\ ")}"`; // a backslash at the end would escape the quotation mark
-    const rows = this.shown.map(([, time, level, node, text, file, fn, line, topics, nanoseconds]) => [
-      text, level, node, exact(time, nanoseconds), topics.join(","), `${file}:${fn}:${line}`,
+    const rows = this.filtered.map(([, time, level, node, text, file, fn, line, topics, nanoseconds]) => [
+      text, level, node, parseTime(time, nanoseconds), topics.join(","), `${file}:${fn}:${line}`,
     ].map(quote).join(";"));
     save("console.csv", ["message;severity;node;stamp;topics;location", ...rows].join("\n") + "\n", "text/csv");
   }
@@ -289,7 +289,7 @@ class Console {
   async _load(file) {
     if (!file) return;
     const text = await file.text();
-    const found = read(text);
+    const found = parseFile(text);
     if (!found.length) {
       this.place.problem(`${file.name} has no messages; it should be a file saved by this console or rqt_console`);
       return;
@@ -327,7 +327,7 @@ function matcher(text) {
 }
 
 // Parse a time as seconds and nanoseconds: a plain number has only microseconds.
-function exact(time, nanoseconds) {
+function parseTime(time, nanoseconds) {
   return `${Math.round(time - nanoseconds / 1e9)}.${String(nanoseconds).padStart(9, "0")}`;
 }
 
@@ -335,7 +335,7 @@ function nanoseconds(stamp) {
   return Number((/\.(\d{1,9})/.exec(stamp)?.[1] || "0").padEnd(9, "0"));
 }
 
-function read(text) {
+function parseFile(text) {
   const found = [];
   const row = /"((?:[^"]|(?<=\\)")*)"(;|\r?\n|$)/g; // an escaped quotation mark is text, as for rqt_console, if the row still ends afterwards
   let fields = [];

@@ -28,7 +28,7 @@ class Frames {
         this.pause.setAttribute("aria-pressed", String(this.paused));
         fill(this.pause, this.paused ? "Resume" : "Pause");
       } }, "Pause"),
-      h("button.quiet", { title: "save the tree for Graphviz", onclick: () => save("frames.dot", this._dot(), "text/vnd.graphviz") }, "DOT"),
+      h("button.quiet", { title: "save the tree for Graphviz", onclick: () => save("frames.dot", this._drawStatus(), "text/vnd.graphviz") }, "DOT"),
       this.count = h("span.muted"));
     this.table = h("div.frames");
     this.detail = h("div.detail", { hidden: true });
@@ -105,12 +105,12 @@ class Frames {
     const element = h("tr.link", { tabIndex: 0, onclick: choose, onkeydown: (event) => this._key(event, choose) }, h("td.mono", { style: { paddingLeft: `calc(10px + ${depth} * var(--step, 18px))` } }, h("span.label", {}, fold || h("span.fold"), name), problem), hz, old, who);
     return { element, update: (frame) => {
       element.setAttribute("aria-selected", String(name === this.selected));
-      if (fold) put(fold, this.closed.has(name) ? "▸" : "▾");
-      put(problem, frame.problem || "");
-      put(hz, frame.root ? "" : frame.static ? "static" : rate(frame.hz));
-      put(old, frame.root || frame.static ? "" : age(frame.age));
+      if (fold) setText(fold, this.closed.has(name) ? "▸" : "▾");
+      setText(problem, frame.problem || "");
+      setText(hz, frame.root ? "" : frame.static ? "static" : rate(frame.hz));
+      setText(old, frame.root || frame.static ? "" : age(frame.age));
       old.classList.toggle("wrong", frame.age > MAX_AGE && frame.age <= RECORDED_AGE);
-      put(who, (frame.publishers || []).join(" "));
+      setText(who, (frame.publishers || []).join(" "));
     } };
   }
 
@@ -141,7 +141,7 @@ class Frames {
     this.place.save({ closed: [...this.closed], selected: this.selected });
   }
 
-  _dot() {
+  _drawStatus() {
     const quote = (text) => JSON.stringify(text);
     const edges = (this.data?.frames || []).map((frame) =>
       `  ${quote(frame.parent)} -> ${quote(frame.name)} [label=${quote(`${frame.publishers.join(" ")}\n${frame.static ? "static" : rate(frame.hz)}`)}];`);
@@ -149,7 +149,7 @@ class Frames {
   }
 }
 
-function put(element, text) {
+function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 

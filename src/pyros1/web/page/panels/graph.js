@@ -3,7 +3,7 @@
 import { command, empty, fill, h, save } from "../lib/dom.js";
 import { plural } from "../lib/format.js";
 import { HIDE_OPTIONS, MODES, around, build, dot, matching } from "../lib/graph/model.js";
-import { Picture } from "../lib/graph/picture.js";
+import { GraphView } from "../lib/graph/picture.js";
 import { Sheet } from "../lib/graph/sheet.js";
 
 const DEPTHS = [[-1, "group if many"], [0, "no groups"], [1, "groups: 1 level"], [2, "groups: 2 levels"], [3, "groups: 3 levels"]];
@@ -31,16 +31,16 @@ class GraphPanel {
     this.found = [];
     this._style();
     this._build();
-    this.picture = new Picture(this.canvas, place.body, {
+    this.picture = new GraphView(this.canvas, place.body, {
       choose: (found) => this._choose(found),
       fold: (group) => this._fold(group),
       arranged: () => this._arranged(),
       moved: () => this._moved(),
-      foot: () => this.note.offsetHeight + 6,
+      coveredHeight: () => this.note.offsetHeight + 6,
     });
     this.picture.scene.offsets = settings.put;
     this.stream = place.robot.stream("system", {}, {
-      data: (system) => this._take(system),
+      data: (system) => this._receive(system),
       problem: (text) => this._problem(text),
     });
     this._empty();
@@ -77,7 +77,7 @@ class GraphPanel {
         this._changed();
       },
     }), text));
-    this.hiding = hiding;
+    this.hideChoices = hiding;
     const rates = h("label.check", { title: "on the edges: messages per second, bytes of a message, bytes per second" }, h("input", {
       type: "checkbox", checked: this.rates, onchange: (event) => {
         this.rates = event.target.checked;
@@ -87,7 +87,7 @@ class GraphPanel {
     this.search = h("input", {
       type: "search", placeholder: "search ( / )", size: 14, "aria-label": "search", spellcheck: false,
       title: "part of a name, or a type; Enter goes to the next match",
-      oninput: () => this._searched(true), onkeydown: (event) => this._searchKey(event),
+      oninput: () => this._showMatches(true), onkeydown: (event) => this._searchKey(event),
     });
     this.count = h("span.muted");
     const menu = h("details.menu", { onkeydown: (event) => {
@@ -105,19 +105,19 @@ class GraphPanel {
     this.modes = choice("mode", MODES, "what is shown");
     tools.append(this.modes, menu, this.search, this.count);
     this.canvas = h("canvas", { tabIndex: 0, role: "application", "aria-label": "graph" });
-    this.said = h("span.said", { role: "status" });
+    this.status = h("span.said", { role: "status" });
     this.note = h("div.note");
-    this.nothing = h("div.nothing");
+    this.emptyMessage = h("div.nothing");
     const view = (text, title, onclick) => h("button", { title, "aria-label": title, onclick }, text);
     this.canvas.addEventListener("pointerdown", () => { menu.open = false; });
     this.back = view("↺", "reset dragged boxes (r)", () => this.picture.release());
     this.back.hidden = true;
-    this.stage = h("div.stage", {}, this.canvas, this.nothing, this.said, this.note, h("div.zoom", {},
+    this.stage = h("div.stage", {}, this.canvas, this.emptyMessage, this.status, this.note, h("div.zoom", {},
       view("+", "larger (+)", () => this.picture.camera.zoom(1.4)), view("−", "smaller (-)", () => this.picture.camera.zoom(1 / 1.4)),
       view("⤢", "show all (f)", () => this.picture.fit()), this.back));
     const side = h("aside.sheet", { hidden: true, "aria-label": "details" });
     this.sheet = new Sheet(side, this.place, {
-      choose: (id) => this._go(id), close: () => this._choose(null), unfold: (group) => this._fold(group),
+      choose: (id) => this._selectById(id), close: () => this._choose(null), unfold: (group) => this._fold(group),
     });
     body.graph = this; // for tests and debugging
     body.classList.add("graph");
@@ -137,11 +137,11 @@ class GraphPanel {
 
   // The user has moved boxes, or moved them back.
   _moved() {
-    this.back.hidden = !this.picture.scene.put.size;
+    this.back.hidden = !this.picture.scene.movedBoxes.size;
     this._save();
   }
 
-  _take(system) {
+  _receive(system) {
     this.system = system;
     this._update();
   }
@@ -160,11 +160,11 @@ class GraphPanel {
     if (this.wanted) {
       const name = this.wanted;
       this.wanted = "";
-      if (name in this.system.nodes) this._go(`n:${name}`);
-      else if (name in this.system.topics) this._go(`t:${name}`);
+      if (name in this.system.nodes) this._selectById(`n:${name}`);
+      else if (name in this.system.topics) this._selectById(`t:${name}`);
     }
     this._follow();
-    this._searched(false);
+    this._showMatches(false);
     this._empty();
     this._describe();
   }
@@ -174,14 +174,14 @@ class GraphPanel {
     if (!this.chosen) return;
     const { id, kind } = this.chosen;
     const of = (kind === "box" ? this.model.boxes : this.model.edges).find((each) => each.id === id);
-    if (of) this.sheet.shown = { [kind]: of };
+    if (of) this.sheet.selection = { [kind]: of };
     this.sheet.refresh(this.system);
   }
 
   _arranged() {
     if (this.pending) this.picture.centre(this.pending);
     this.pending = null;
-    this.back.hidden = !this.picture.scene.put.size;
+    this.back.hidden = !this.picture.scene.movedBoxes.size;
   }
 
   _describe() {
@@ -205,12 +205,12 @@ class GraphPanel {
 
   _empty() {
     const any = this.model?.boxes.length;
-    this.nothing.hidden = Boolean(any);
+    this.emptyMessage.hidden = Boolean(any);
     if (any) return;
     const what = !this.system ? this.trouble || "wait" : this.model.all ? "hidden" : "none";
-    if (what === this.why) return;
-    this.why = what;
-    fill(this.nothing, what === "wait" ? empty("Looking at the robot …")
+    if (what === this.emptyReason) return;
+    this.emptyReason = what;
+    fill(this.emptyMessage, what === "wait" ? empty("Looking at the robot …")
       : what === "hidden" ? empty("Everything is hidden", "Only tools and debug topics are running.", h("button", { onclick: () => this._showAll() }, "Show them"), "To see more, start some nodes, in a terminal:", command(EXAMPLE_COMMAND))
         : what === "none" ? empty("No nodes are running yet", "Start some, in a terminal:", command(EXAMPLE_COMMAND))
           : empty("No robot yet", this.trouble, command("pyros1 core")));
@@ -229,7 +229,7 @@ class GraphPanel {
   _unhide(names) {
     for (const name of names) {
       this.hide.delete(name);
-      this.hiding.find((label) => label.querySelector(`[data-hide="${name}"]`)).querySelector("input").checked = false;
+      this.hideChoices.find((label) => label.querySelector(`[data-hide="${name}"]`)).querySelector("input").checked = false;
     }
     this._changed();
   }
@@ -239,12 +239,12 @@ class GraphPanel {
     this.chosen = of && { id: of.id, kind };
     this.sheet.show(of && { [kind]: of }, this.system);
     if (kind === "box") this.picture.reveal(of.id);
-    fill(this.said, of ? `${of.kind || "connection"} ${of.name || ""}` : "");
-    this._light();
+    fill(this.status, of ? `${of.kind || "connection"} ${of.name || ""}` : "");
+    this._highlight();
   }
 
   // Select a box or edge by its id, even if it is folded or hidden.
-  _go(id) {
+  _selectById(id) {
     const home = this.model.boxes.find(({ inside }) => inside?.some((each) => each.id === id));
     if (home) {
       this._fold(home.name);
@@ -263,28 +263,28 @@ class GraphPanel {
   }
 
   // Highlight the matches of the search, or the selection with its neighbours; dim everything else.
-  _light() {
+  _highlight() {
     const id = this.chosen?.id;
     const edges = this.model?.edges || [];
     if (this.matches) {
       const boxes = this.matches;
-      this.picture.light(id, { boxes, edges: new Set(edges.filter(({ from, to }) => boxes.has(from) && boxes.has(to)).map((edge) => edge.id)) });
+      this.picture.highlight(id, { boxes, edges: new Set(edges.filter(({ from, to }) => boxes.has(from) && boxes.has(to)).map((edge) => edge.id)) });
     } else if (this.chosen?.kind === "box" && this.model.boxes.some((box) => box.id === id)) {
       const own = edges.filter(({ from, to }) => from === id || to === id);
-      this.picture.light(id, { boxes: around(this.model, id), edges: new Set(own.map((edge) => edge.id)) });
+      this.picture.highlight(id, { boxes: around(this.model, id), edges: new Set(own.map((edge) => edge.id)) });
     } else if (this.chosen?.kind === "edge") {
       const [from, to] = id.split(" ");
-      this.picture.light(id, { boxes: new Set([from, to]), edges: new Set([id]) });
-    } else this.picture.light(null, null);
+      this.picture.highlight(id, { boxes: new Set([from, to]), edges: new Set([id]) });
+    } else this.picture.highlight(null, null);
   }
 
-  _searched(move) {
+  _showMatches(move) {
     this.matches = this.model && matching(this.model, this.search.value);
     this.found = this.matches ? [...this.matches] : [];
     if (move) this.next = 0;
     fill(this.count, this.matches ? `${this.found.length} found` : "");
     if (move && this.found.length) this.picture.centre(this.found);
-    this._light();
+    this._highlight();
   }
 
   _searchKey(event) {
@@ -301,7 +301,7 @@ class GraphPanel {
       }
     } else if (event.key === "Escape") {
       this.search.value = "";
-      this._searched(true);
+      this._showMatches(true);
       this.picture.fit();
       this.canvas.focus();
     } else return;

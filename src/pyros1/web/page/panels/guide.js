@@ -36,10 +36,10 @@ class Guide {
     if (!document.getElementById("guide-style")) {
       document.head.append(h("link", { id: "guide-style", rel: "stylesheet", href: "panels/guide.css" }));
     }
-    this.which = h("select", { "aria-label": "step or page", onchange: () => this._show(this.which.selectedIndex) });
+    this.pageChoice = h("select", { "aria-label": "step or page", onchange: () => this._show(this.pageChoice.selectedIndex) });
     this.back = h("button.quiet", { title: "previous page", "aria-label": "previous page", onclick: () => this._show(this.at - 1) }, "◂");
     this.next = h("button.quiet", { title: "next page", "aria-label": "next page", onclick: () => this._show(this.at + 1) }, "▸");
-    place.tools.append(h("div.guide-steps", {}, this.back, this.which, this.next));
+    place.tools.append(h("div.guide-steps", {}, this.back, this.pageChoice, this.next));
     place.body.classList.add("guide");
     this.text = h("article.guide-text", { tabIndex: 0 });
     place.body.append(this.text);
@@ -47,7 +47,7 @@ class Guide {
   }
 
   unmount() {
-    this.gone = true;
+    this.closed = true;
   }
 
   async _load() {
@@ -56,12 +56,12 @@ class Guide {
       const [steps, pages] = await Promise.all([robot.call("guide.steps", {}), robot.call("guide.pages", {})]);
       this.pages = [...steps, ...pages.map((page) => ({ ...page, name: `${PAGE_PREFIX}${page.name}` }))];
     } catch (error) {
-      if (!this.gone) this.place.problem(error.message);
+      if (!this.closed) this.place.problem(error.message);
       return;
     }
-    if (this.gone) return;
+    if (this.closed) return;
     const options = (pages) => pages.map((page) => h("option", { value: page.name }, page.heading));
-    fill(this.which,
+    fill(this.pageChoice,
       h("optgroup", { label: "step by step" }, options(this.pages.filter((page) => page.number))),
       h("optgroup", { label: "how to" }, options(this.pages.filter((page) => !page.number))));
     this._show(Math.max(0, this._index(this.place.settings.step)));
@@ -78,7 +78,7 @@ class Guide {
       return;
     }
     this.at = index;
-    this.which.selectedIndex = index;
+    this.pageChoice.selectedIndex = index;
     this.back.disabled = index === 0;
     this.next.disabled = index === this.pages.length - 1;
     this.place.save({ step: page.name });
@@ -163,14 +163,14 @@ function line(text, open) {
 function code(text, language, file) {
   if (language === "console") {
     return h("pre.guide-console", {}, text.replace(/\n$/, "").split("\n").map((line) => (
-      line.startsWith("$ ") ? h("div.typed", {}, "$ ", copied(line.slice(2))) : h("div", {}, line || " "))));
+      line.startsWith("$ ") ? h("div.typed", {}, "$ ", copyable(line.slice(2))) : h("div", {}, line || " "))));
   }
   const copy = h("button.quiet", { title: "copy the whole file", onclick: () => { copyText(text, copy); } }, "Copy");
   return h("figure.guide-file", {}, file && h("figcaption.mono", {}, file, copy), h("pre", {}, text));
 }
 
 // A text, copied by a click.
-function copied(text) {
+function copyable(text) {
   const button = h("button.guide-copy.mono", { title: "click to copy", onclick: () => { copyText(text, button); } }, text);
   return button;
 }

@@ -19,7 +19,7 @@ class Picture {
   constructor(place) {
     this.place = place;
     this.topic = place.settings.topic || "";
-    this.turned = place.settings.turned || 0;
+    this.quarterTurns = place.settings.turned || 0;
     this.range = place.settings.range || null;
     this.choice = h("select.mono", { "aria-label": "topic", onchange: (event) => this._choose(event.target.value) });
     this.pause = h("button", { onclick: () => this._pause(!this.paused) });
@@ -29,9 +29,9 @@ class Picture {
     });
     this.limits = [limit(0, "least"), limit(1, "greatest")];
     place.tools.append(this.choice, this.pause,
-      h("button.quiet", { title: "rotate by 90°", onclick: () => { this.turned = (this.turned + 1) % 4; this._save(); this._fit(); } }, "Rotate"),
+      h("button.quiet", { title: "rotate by 90°", onclick: () => { this.quarterTurns = (this.quarterTurns + 1) % 4; this._save(); this._fit(); } }, "Rotate"),
       h("button.quiet", { title: "save this image", onclick: () => this._png() }, "PNG"), ...this.limits);
-    this.canvas = h("canvas", { onmousemove: (event) => this._point(event), onmouseleave: () => { this.pointed = null; this._status(); } });
+    this.canvas = h("canvas", { onmousemove: (event) => this._point(event), onmouseleave: () => { this.pointerPosition = null; this._status(); } });
     this.frame = h("div.frame", { title: "wheel or two fingers: zoom; drag: move; double-click: show all of it" }, this.canvas);
     this.zoom = new Zoom(this.frame, () => this._fit());
     this.status = h("div.status.mono");
@@ -57,7 +57,7 @@ class Picture {
   }
 
   _save() {
-    this.place.save({ topic: this.topic, turned: this.turned, range: this.range });
+    this.place.save({ topic: this.topic, turned: this.quarterTurns, range: this.range });
   }
 
   _topics(data) {
@@ -76,18 +76,18 @@ class Picture {
     this.paused = paused;
     this.pause.setAttribute("aria-pressed", String(paused));
     fill(this.pause, paused ? "Resume" : "Pause");
-    if (!paused && this.missed) this._take(...this.missed); // there may be no later one
-    this.missed = null;
+    if (!paused && this.pendingImage) this._receive(...this.pendingImage); // there may be no later one
+    this.pendingImage = null;
   }
 
   _choose(topic) {
-    this.missed = null; // it belongs to the previous topic
+    this.pendingImage = null; // it belongs to the previous topic
     this._pause(false); // otherwise nothing of this topic would be shown
     this.stream?.close();
     this.stream = null;
     this.topic = topic;
     this.facts = null;
-    this.why = ""; // why the topic cannot be shown
+    this.problem = ""; // why the topic cannot be shown
     this.zoom.reset();
     this.choice.value = topic;
     this.place.problem("");
@@ -98,8 +98,8 @@ class Picture {
       data: (data, blob) => {
         this.hz = data.hz;
         this.at = performance.now();
-        if (!this.paused) return this._take(data, blob);
-        this.missed = [data, blob];
+        if (!this.paused) return this._receive(data, blob);
+        this.pendingImage = [data, blob];
         return null;
       },
       problem: (text) => this._failed(text),
@@ -107,7 +107,7 @@ class Picture {
   }
 
   _failed(text) {
-    this.why = text;
+    this.problem = text;
     this.place.problem(text);
     this._showHint();
   }
@@ -117,14 +117,14 @@ class Picture {
     this.hint.hidden = !none;
     this.frame.hidden = none;
     if (!none) return;
-    fill(this.hint, this.why
-      ? empty("No image", `What arrives on ${this.topic} cannot be shown: ${this.why}`)
+    fill(this.hint, this.problem
+      ? empty("No image", `What arrives on ${this.topic} cannot be shown: ${this.problem}`)
       : this.topic
       ? empty("No image yet", `No message has arrived on ${this.topic} since this panel was opened.`)
       : empty("No topic chosen", "Image topics appear above. To see some, play a bag, or start a camera:", command("pyros1 bag play camera.bag")));
   }
 
-  async _take(facts, blob) {
+  async _receive(facts, blob) {
     const data = new Uint8Array(blob.buffer, blob.offset);
     try {
       const bounds = await drawPicture(this.canvas, facts, data, this.range);
@@ -149,10 +149,10 @@ class Picture {
   _fit() {
     const { clientWidth, clientHeight } = this.frame;
     const { width, height } = this.canvas;
-    const [across, down] = this.turned % 2 ? [height, width] : [width, height];
+    const [across, down] = this.quarterTurns % 2 ? [height, width] : [width, height];
     const { scale: larger, shift: [x, y] } = this.zoom;
     const scale = (Math.min(clientWidth / across, clientHeight / down) || 1) * larger;
-    this.canvas.style.transform = `translate(calc(-50% + ${x}px), calc(-50% + ${y}px)) rotate(${this.turned * 90}deg) scale(${scale})`;
+    this.canvas.style.transform = `translate(calc(-50% + ${x}px), calc(-50% + ${y}px)) rotate(${this.quarterTurns * 90}deg) scale(${scale})`;
     this.canvas.style.imageRendering = scale > 2 ? "pixelated" : "auto";
   }
 
@@ -171,13 +171,13 @@ class Picture {
   }
 
   _point(event) {
-    this.pointed = [Math.floor(event.offsetX), Math.floor(event.offsetY)];
+    this.pointerPosition = [Math.floor(event.offsetX), Math.floor(event.offsetY)];
     this._status();
   }
 
   // Show the position and colour under the pointer, and update them with each image.
   _underPointer() {
-    const [x, y] = this.pointed || [-1, -1];
+    const [x, y] = this.pointerPosition || [-1, -1];
     if (x < 0 || y < 0 || x >= this.canvas.width || y >= this.canvas.height) return "";
     const [red, green, blue] = this.canvas.getContext("2d").getImageData(x, y, 1, 1).data;
     return `   (${x}, ${y}): ${red} ${green} ${blue}`;

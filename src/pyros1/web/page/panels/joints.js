@@ -23,8 +23,8 @@ class Joints {
     this.degrees = place.settings.degrees === true;
     this.rows = [];
     this.facts = null;
-    this.wanted = {}; // joint -> new position, not yet sent
-    this.kept = {}; // the same, of joints that are published from here
+    this.pending = {}; // joint -> new position, not yet sent
+    this.published = {}; // the same, of joints that are published from here
     if (!document.getElementById("joints-style")) {
       document.head.append(h("link", { id: "joints-style", rel: "stylesheet", href: "panels/joints.css" }));
     }
@@ -34,15 +34,15 @@ class Joints {
   }
 
   unmount() {
-    cancelAnimationFrame(this.telling);
+    cancelAnimationFrame(this.sendRequest);
     this.stream.close();
   }
 
   _open() {
     this.stream?.close();
     this.stream = this.place.robot.stream("joints", this.args, {
-      data: (data) => this._take(data),
-      problem: (text) => { this.wrong = text; this._tell(); },
+      data: (data) => this._receive(data),
+      problem: (text) => { this.problem = text; this._sendPositions(); },
     });
   }
 
@@ -50,12 +50,12 @@ class Joints {
     const { body, tools } = this.place;
     this.search = h("input", { placeholder: "find joints", "aria-label": "find joints", size: 10, oninput: () => this._filter() });
     this.unit = h("button", { title: "radians or degrees", onclick: () => { this.degrees = !this.degrees; this._save(); this._numbers(); } }, this.degrees ? "deg" : "rad");
-    this.centre = h("button", { title: "move all joints to zero", disabled: true, onclick: () => this._all((joint) => joint.zero) }, "Centre");
-    this.random = h("button", { title: "move all joints to random positions within their limits", disabled: true, onclick: () => this._all(anywhere) }, "Randomize");
+    this.centre = h("button", { title: "move all joints to zero", disabled: true, onclick: () => this._moveAll((joint) => joint.zero) }, "Centre");
+    this.random = h("button", { title: "move all joints to random positions within their limits", disabled: true, onclick: () => this._moveAll(randomPosition) }, "Randomize");
     this.stop = h("button", { title: "stop publishing the joints", hidden: true, onclick: () => this._publish(false) }, "Stop publishing");
-    this.which = h("select.mono", { "aria-label": "robot", hidden: true, onchange: () => this._describe(this.which.value) });
+    this.robotChoice = h("select.mono", { "aria-label": "robot", hidden: true, onchange: () => this._describe(this.robotChoice.value) });
     this.count = h("span.muted");
-    tools.append(this.which, this.search, this.centre, this.random, this.unit, this.stop, this.count);
+    tools.append(this.robotChoice, this.search, this.centre, this.random, this.unit, this.stop, this.count);
     this.hint = h("div.joints-hint", { hidden: true });
     this.list = h("div.joints-list");
     body.classList.add("joints");
@@ -73,13 +73,13 @@ class Joints {
   }
 
   _publish(on) {
-    this.kept = {};
-    this.args = { ...this.args, publish: on, positions: this.kept };
+    this.published = {};
+    this.args = { ...this.args, publish: on, positions: this.published };
     this.stream.change(this.args);
   }
 
-  _take({ facts, positions }) {
-    this.wrong = "";
+  _receive({ facts, positions }) {
+    this.problem = "";
     if (facts) {
       const before = JSON.stringify(this.facts?.joints);
       this.facts = facts;
@@ -87,9 +87,9 @@ class Joints {
       this._state();
     }
     if (positions) {
-      this.rows.forEach((row, index) => row.heard(positions[index]));
+      this.rows.forEach((row, index) => row.reported(positions[index]));
     }
-    this._tell();
+    this._sendPositions();
   }
 
   // Describe the robot, who publishes, and whether the sliders have any effect.
@@ -101,8 +101,8 @@ class Joints {
     this.centre.disabled = this.random.disabled = !this.movable;
     this.stop.hidden = !facts.publishing;
     const names = [...new Set([facts.description, ...facts.descriptions])];
-    this.which.hidden = names.length < 2;
-    fill(this.which, names.map((name) => h("option", { value: name, selected: name === facts.description }, name)));
+    this.robotChoice.hidden = names.length < 2;
+    fill(this.robotChoice, names.map((name) => h("option", { value: name, selected: name === facts.description }, name)));
     fill(this.count, facts.joints.length ? plural(facts.joints.length + facts.more, "joint") : "");
     const free = facts.there && facts.joints.length && !facts.movable;
     this.hint.hidden = !free;
@@ -142,26 +142,26 @@ class Joints {
     for (const row of this.rows) row.element.hidden = !row.joint.name.toLowerCase().includes(word);
   }
 
-  _all(place) {
+  _moveAll(place) {
     for (const row of this.rows) if (!row.joint.follows && !row.element.hidden) row.move(place(row.joint, row));
   }
 
   // Positions are sent at most once per frame, however often a slider moves.
   moved(name, position) {
-    this.wanted[name] = position;
-    this.telling ||= requestAnimationFrame(() => {
-      this.telling = 0;
+    this.pending[name] = position;
+    this.sendRequest ||= requestAnimationFrame(() => {
+      this.sendRequest = 0;
       const { publishing } = this.facts;
-      if (publishing) Object.assign(this.kept, this.wanted);
-      this.args = { ...this.args, publish: publishing, positions: publishing ? this.kept : this.wanted };
+      if (publishing) Object.assign(this.published, this.pending);
+      this.args = { ...this.args, publish: publishing, positions: publishing ? this.published : this.pending };
       this.stream.change(this.args);
-      this.args.positions = this.kept; // after a reconnect, nothing may move by itself
-      this.wanted = {};
+      this.args.positions = this.published; // after a reconnect, nothing may move by itself
+      this.pending = {};
     });
   }
 
-  _tell() {
-    this.place.problem(this.wrong || this.facts?.problem || "");
+  _sendPositions() {
+    this.place.problem(this.problem || this.facts?.problem || "");
   }
 }
 
@@ -170,7 +170,7 @@ class Row {
     this.joint = joint;
     this.panel = panel;
     this.position = null;
-    this.touched = -Infinity;
+    this.lastTouch = -Infinity;
     const { name, type, lower, upper, follows } = joint;
     this.step = 10 ** Math.floor(Math.log10((upper - lower || 1) / MIN_STEPS));
     this.slider = h("input", {
@@ -194,10 +194,10 @@ class Row {
   }
 
   // The robot reports a joint's position, perhaps only once.
-  heard(position) {
-    clearTimeout(this.later);
-    const left = FOLLOW_DELAY - (performance.now() - this.touched);
-    if (left > 0) this.later = setTimeout(() => this.heard(position), left);
+  reported(position) {
+    clearTimeout(this.lastReported);
+    const left = FOLLOW_DELAY - (performance.now() - this.lastTouch);
+    if (left > 0) this.lastReported = setTimeout(() => this.reported(position), left);
     else if (position !== this.position) {
       this.position = position;
       this.draw();
@@ -205,7 +205,7 @@ class Row {
   }
 
   move(position) {
-    this.touched = performance.now();
+    this.lastTouch = performance.now();
     this.position = position;
     this.draw();
     this.panel.moved(this.joint.name, position);
@@ -235,7 +235,7 @@ class Row {
     fill(this.unit, joint.type === "prismatic" ? "m" : scale === 1 ? "rad" : "°");
     fill(this.ends[0], shown(joint.lower));
     fill(this.ends[1], shown(joint.upper));
-    if (always || document.activeElement !== this.field || performance.now() - this.touched < FOLLOW_DELAY) {
+    if (always || document.activeElement !== this.field || performance.now() - this.lastTouch < FOLLOW_DELAY) {
       this.field.value = position === null || position === undefined ? "" : shown(position);
       this.field.classList.remove("wrong");
     }
@@ -244,6 +244,6 @@ class Row {
   }
 }
 
-function anywhere({ lower, upper }, row) {
+function randomPosition({ lower, upper }, row) {
   return row.round(lower + Math.random() * (upper - lower));
 }

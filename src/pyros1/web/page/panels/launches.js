@@ -21,17 +21,17 @@ class Launches {
     this.search = String(settings.search || "");
     this.folded = new Set(Array.isArray(settings.folded) ? settings.folded.slice(0, 100) : []);
     this.selected = settings.selected || null; // key of the selected process
-    this.wanted = settings.node || null; // a node to select when it appears
+    this.wantedNode = settings.node || null; // a node to select when it appears
     this.launches = new Map(); // parameter -> Launch
     this.about = null;
     this.trouble = ""; // affects the whole panel
-    this.failed = ""; // why the last command failed
+    this.commandProblem = ""; // why the last command failed
     this._build();
     this.stream = place.robot.stream("launches", {}, {
-      data: (data) => this._take(data),
+      data: (data) => this._receive(data),
       problem: (text) => { // every update reports it
         this.trouble = text;
-        this.fail(this.failed);
+        this.fail(this.commandProblem);
       },
     });
     this.onAbout = () => { for (const launch of this.launches.values()) launch.redraw(); };
@@ -46,13 +46,13 @@ class Launches {
 
   // Show why a command failed; "" for nothing.
   fail(text) {
-    this.failed = text;
+    this.commandProblem = text;
     this.place.problem(this.trouble || text);
   }
 
   accept({ node }) {
-    this.wanted = node || null;
-    if (this.data) this._take(this.data);
+    this.wantedNode = node || null;
+    if (this.data) this._receive(this.data);
   }
 
   _build() {
@@ -78,7 +78,7 @@ class Launches {
     });
   }
 
-  _take(data) {
+  _receive(data) {
     this.data = data;
     const there = new Set(data.launches.map((each) => each.param));
     for (const [param, launch] of this.launches) {
@@ -111,14 +111,14 @@ class Launches {
     fill(this.counter, count === all ? `${plural(launches.length, "launch").replace(/launchs$/, "launches")}, ${all} process${all === 1 ? "" : "es"}` : `${count} of ${all} processes`);
     this.rest.hidden = !more && !(all && !count);
     fill(this.rest, more ? `${more} more launches are not shown.` : "No names match.");
-    if (this.wanted) this._want(launches);
+    if (this.wantedNode) this._selectWanted(launches);
     const chosen = this._find(this.selected);
     if (chosen) this._open(chosen);
     else if (this.about) this.about.update(null);
-    if (!launches.length) this._nothing();
+    if (!launches.length) this._emptyMessage();
   }
 
-  _nothing() {
+  _emptyMessage() {
     fill(this.groups, empty("No launch is running", "Start one, in a terminal:",
       command("pyros1 launch minimal_nodes minimal_simulator.launch"),
       "Nodes that were started individually are in the Nodes tab."));
@@ -132,16 +132,16 @@ class Launches {
     if (wanted.length !== this.groups.children.length || wanted.some((each, index) => this.groups.children[index] !== each)) fill(this.groups, wanted);
   }
 
-  _want(launches) {
+  _selectWanted(launches) {
     for (const { param, processes = [] } of launches) {
-      const entry = processes.find((each) => each.node === this.wanted);
+      const entry = processes.find((each) => each.node === this.wantedNode);
       if (!entry) continue;
-      this.wanted = null;
+      this.wantedNode = null;
       this.selected = keyOf(param, entry);
       this.fail("");
       return;
     }
-    this.fail(`No launch is running ${this.wanted}: it was started in another way, or has ended with its launch.`);
+    this.fail(`No launch is running ${this.wantedNode}: it was started in another way, or has ended with its launch.`);
   }
 
   _find(key) {
@@ -153,10 +153,10 @@ class Launches {
 
   choose(key) {
     this.selected = key;
-    for (const launch of this.launches.values()) launch.mark();
+    for (const launch of this.launches.values()) launch.showSelection();
     const chosen = this._find(key);
     if (chosen) this._open(chosen);
-    else this._shut();
+    else this._closeDetails();
     this._save();
   }
 
@@ -172,10 +172,10 @@ class Launches {
     this.place.body.classList.add("chosen");
     fill(this.side, h("button.quiet.shut", { title: "close (Esc)", "aria-label": "close details", onclick: () => this.choose(null) },
       h("span.back", {}, "‹ back"), h("span.cross", {}, "✕")), this.about.element);
-    for (const launch of this.launches.values()) launch.mark();
+    for (const launch of this.launches.values()) launch.showSelection();
   }
 
-  _shut() {
+  _closeDetails() {
     this.about?.close();
     this.about = null;
     this.side.hidden = true;
@@ -184,7 +184,7 @@ class Launches {
   }
 
   // Send a command for a process to a launch; the promise rejects with the reason for a failure.
-  async tell(verb, param, entry) {
+  async sendCommand(verb, param, entry) {
     this.launches.get(param)?.expect(entry.label, verb);
     try {
       await this.place.robot.call("launches.control", { launch: param, process: entry.label, verb });

@@ -3,7 +3,7 @@
 import { command, empty, fill, h } from "../lib/dom.js";
 import { Action } from "../parts/action.js";
 import { Listing } from "../parts/listing.js";
-import { asking, copied, facts, links, outcome } from "../parts/pieces.js";
+import { confirmButton, copyable, definitionList, nameLinks, outcome } from "../parts/pieces.js";
 
 const LEVELS = ["debug", "info", "warn", "error", "fatal"];
 const MAX_ACTIONS = 10;
@@ -19,11 +19,11 @@ class Nodes {
   constructor(place) {
     this.place = place;
     this.system = null;
-    this.unfold = place.settings.loggers ? place.settings.selected : null; // the node whose loggers to show
+    this.unfoldLoggers = place.settings.loggers ? place.settings.selected : null; // the node whose loggers to show
     const number = { number: true, width: "62px", least: 520 };
     this.listing = new Listing(place, {
-      label: "nodes", word: "node",
-      words: (row) => `${row.name} ${row.machine}`,
+      label: "nodes", noun: "node",
+      searchText: (row) => `${row.name} ${row.machine}`,
       columns: [
         { title: "node", text: (row) => row.name, width: "minmax(140px, 1.6fr)" },
         { title: "machine", text: (row) => row.machine, width: "minmax(0, 1fr)", least: 420 },
@@ -36,7 +36,7 @@ class Nodes {
       empty: () => empty("No nodes yet", "Start one, in a terminal:", command("pyros1 run minimal_nodes minimal_publisher")),
     });
     this.stream = place.robot.stream("system", {}, {
-      data: (system) => this._take(system),
+      data: (system) => this._receive(system),
       problem: (text) => place.problem(text),
     });
   }
@@ -48,11 +48,11 @@ class Nodes {
 
   // Another panel asks for a node, or for the loggers of one.
   accept({ selected, loggers }) {
-    if (loggers) this.unfold = selected;
+    if (loggers) this.unfoldLoggers = selected;
     if (selected) this.listing.choose(selected);
   }
 
-  _take(system) {
+  _receive(system) {
     this.system = system;
     const silent = new Set(system.silent);
     const rows = new Map(Object.entries(system.nodes).map(([name, uri]) => [name, {
@@ -99,10 +99,10 @@ class Nodes {
       const text = JSON.stringify([now.publishes, now.subscribes, now.services, now.missing]);
       if (text === known) return;
       known = text;
-      fill(lists, facts([
-        ["publishes", links(now.publishes, open("topics"))],
-        ["subscribes to", links(now.subscribes, open("topics"))],
-        ["services", links(now.services, open("services"))],
+      fill(lists, definitionList([
+        ["publishes", nameLinks(now.publishes, open("topics"))],
+        ["subscribes to", nameLinks(now.subscribes, open("topics"))],
+        ["services", nameLinks(now.services, open("services"))],
       ]), now.missing.slice(0, 10).map(([topic, publisher, subscriber]) => h("p.wrong.hint", {}, `${subscriber} does not get ${topic} from ${publisher}: `, command("pyros1 wtf"))));
       const names = actionsOf(now).slice(0, MAX_ACTIONS);
       if (String(names) === this.actionNames && shown.length) return;
@@ -122,10 +122,10 @@ class Nodes {
     };
     const configure = row.services.includes(`${row.name}/set_parameters`);
     return {
-      element: h("div.about", {}, h("h3", {}, copied(row.name)), state,
-        facts([["machine", host], ["address", address], ["process", process]]),
+      element: h("div.about", {}, h("h3", {}, copyable(row.name)), state,
+        definitionList([["machine", host], ["address", address], ["process", process]]),
         h("div.actions", {},
-          !readOnly && asking("Stop", `Stop ${row.name}?`, stop),
+          !readOnly && confirmButton("Stop", `Stop ${row.name}?`, stop),
           configure && h("button", { onclick: () => place.open("params", { configure: row.name }) }, "Reconfigure"),
           h("button", { onclick: () => place.open("console", { node: row.name }) }, "Log"),
           h("button", { title: "its process, if a launch runs it: exit code, memory, restart", onclick: () => place.open("launches", { node: row.name }) }, "Process")),
@@ -158,7 +158,7 @@ class Nodes {
         fill(list, h("p.muted.hint", {}, error.message));
       }
     };
-    return h("details.group.loggers", { open: this.unfold === row.name, ontoggle: (event) => { if (event.target.open) load(); else this.unfold = null; } }, h("summary", {}, "Levels of loggers"), list, result.element);
+    return h("details.group.loggers", { open: this.unfoldLoggers === row.name, ontoggle: (event) => { if (event.target.open) load(); else this.unfoldLoggers = null; } }, h("summary", {}, "Levels of loggers"), list, result.element);
   }
 }
 

@@ -2,7 +2,7 @@
 
 import { command, empty, fill, h } from "../lib/dom.js";
 import { Listing } from "../parts/listing.js";
-import { asking, copied, outcome } from "../parts/pieces.js";
+import { confirmButton, copyable, outcome } from "../parts/pieces.js";
 import { Reconfigure } from "../parts/reconfigure.js";
 
 const RECONFIGURE_TYPE = "dynamic_reconfigure/Reconfigure";
@@ -25,8 +25,8 @@ class Parameters {
       this.configure.value = "";
     } });
     this.listing = new Listing(place, {
-      label: "parameters", word: "parameter", tree: true, tools: [add, this.configure],
-      words: (row) => `${row.name} ${row.text}`,
+      label: "parameters", noun: "parameter", tree: true, tools: [add, this.configure],
+      searchText: (row) => `${row.name} ${row.text}`,
       columns: [
         { title: "parameter", text: (row) => row.name, width: "minmax(140px, 1fr)" },
         { title: "value", text: (row) => row.text.split("\n")[0] + (row.more || row.text.trimEnd().includes("\n") ? " …" : ""), value: (row) => (row.kind === "int" || row.kind === "double" ? Number(row.text) : row.text), width: "minmax(0, 1fr)" },
@@ -36,7 +36,7 @@ class Parameters {
       empty: () => empty("No parameters yet", "Nodes and launch files set them. Try, in a terminal:", command("pyros1 param set /answer 42")),
     });
     this.stream = place.robot.stream("params", {}, {
-      data: (changes) => this._take(changes),
+      data: (changes) => this._receive(changes),
       problem: (text) => place.problem(text),
     });
     this.more = 0;
@@ -58,7 +58,7 @@ class Parameters {
     else if (selected) this.listing.choose(selected);
   }
 
-  _take({ all, set, gone, more }) {
+  _receive({ all, set, gone, more }) {
     if (all) this.params.clear();
     for (const [name, value] of Object.entries(set)) this.params.set(name, value);
     for (const name of gone) this.params.delete(name);
@@ -73,8 +73,8 @@ class Parameters {
     const there = Object.keys(services).filter((name) => name.endsWith(ends));
     for (const name of this.servers.keys()) if (!(name in services)) this.servers.delete(name); // another node may register the name
     const fresh = there.filter((name) => !this.servers.has(name)).slice(0, 50);
-    if (this.asking) return;
-    this.asking = true;
+    if (this.isRequesting) return;
+    this.isRequesting = true;
     try {
       if (fresh.length) {
         const types = await this.place.robot.call("services.types", { services: fresh });
@@ -83,7 +83,7 @@ class Parameters {
     } catch {
       return; // asked again after the next change
     } finally {
-      this.asking = false;
+      this.isRequesting = false;
     }
     const found = there.filter((name) => this.servers.get(name)).map((name) => name.slice(0, -ends.length)).sort();
     if (String(found) === this.found) return;
@@ -163,10 +163,10 @@ class Parameters {
       else changed.hidden = false;
     };
     const namespace = row.name.slice(0, row.name.lastIndexOf("/"));
-    const element = h("div.about", {}, h("h3", {}, copied(row.name)), h("div.actions", {}, kind, yaml), area, changed,
+    const element = h("div.about", {}, h("h3", {}, copyable(row.name)), h("div.actions", {}, kind, yaml), area, changed,
       !readOnly && h("div.actions", {}, sent, undo, h("span.gap"),
-        asking("Delete", "Delete this parameter?", () => this._delete(row.name, result)),
-        namespace && asking(`Delete ${namespace}/`, `Delete ${namespace}/ with all ${[...this.params.keys()].filter((name) => name.startsWith(`${namespace}/`)).length} parameters?`, () => this._delete(namespace, result))),
+        confirmButton("Delete", "Delete this parameter?", () => this._delete(row.name, result)),
+        namespace && confirmButton(`Delete ${namespace}/`, `Delete ${namespace}/ with all ${[...this.params.keys()].filter((name) => name.startsWith(`${namespace}/`)).length} parameters?`, () => this._delete(namespace, result))),
       result.element);
     return { element, update };
   }

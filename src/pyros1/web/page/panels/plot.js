@@ -3,11 +3,11 @@
 import { Points, grid, sample } from "../lib/curves.js";
 import { command, empty, fill, h, save } from "../lib/dom.js";
 import { clock, reading } from "../lib/format.js";
-import { lookOf, say, swatch } from "../parts/plot/looks.js";
+import { styleOf, showLegendText, swatch } from "../parts/plot/looks.js";
 import { Pairs } from "../parts/plot/pairs.js";
 import { picture } from "../parts/plot/picture.js";
 import { timeChart } from "../parts/plot/timechart.js";
-import { expand } from "../parts/plot/words.js";
+import { splitCurves } from "../parts/plot/words.js";
 import { XYChart } from "../parts/plot/xychart.js";
 
 const PERIODS = [2, 5, 10, 20, 60, 300];
@@ -49,8 +49,8 @@ class Plot {
     for (const pair of Array.isArray(pairs) ? pairs : []) if (Array.isArray(pair)) this.pairs.pair(String(pair[0]), String(pair[1] || ""));
     if (this.xy && !this.pairs.list.length) this.pairs.pairAll();
     this.startPaused = Boolean(place.settings.paused);
-    this.stream = place.robot.stream("plot", this._args(), {
-      data: (data, blob) => this._take(data, blob),
+    this.stream = place.robot.stream("plot", this._streamArgs(), {
+      data: (data, blob) => this._receive(data, blob),
       problem: (text) => place.problem(text),
     });
     this._layOut();
@@ -119,13 +119,13 @@ class Plot {
       h("button.quiet", { title: "save the image", onclick: () => this._png() }, "PNG"));
     this.legend = h("div.legend");
     this.area = h("div.charts");
-    this.when = h("span.when.mono", { hidden: true });
+    this.timeText = h("span.when.mono", { hidden: true });
     body.classList.add("plot");
     body.plot = this; // for tests and debugging
-    body.append(this.legend, this.area, this.when);
+    body.append(this.legend, this.area, this.timeText);
   }
 
-  _args() {
+  _streamArgs() {
     return { curves: this.curves.map(({ id, text }) => ({ id, text })) };
   }
 
@@ -139,7 +139,7 @@ class Plot {
   _submit(event) {
     event.preventDefault();
     // like rqt_plot: several separated by commas, and /topic/x:y:z for three fields of one message
-    const texts = expand(this.input.value).map((text) => (/^\s*[A-Za-z]/.test(text) ? `/${text.trim()}` : text));
+    const texts = splitCurves(this.input.value).map((text) => (/^\s*[A-Za-z]/.test(text) ? `/${text.trim()}` : text));
     if (this.xy) this.pairs.add(texts);
     else for (const text of texts) this._add(text);
     this.input.value = "";
@@ -159,7 +159,7 @@ class Plot {
   }
 
   _curvesChanged() {
-    this.stream.change(this._args());
+    this.stream.change(this._streamArgs());
     this._save();
     this._layOut();
   }
@@ -175,7 +175,7 @@ class Plot {
     }
   }
 
-  _take(data, blob) {
+  _receive(data, blob) {
     this.now = data.now;
     this.nowAt = performance.now();
     if (this.startPaused) {
@@ -198,7 +198,7 @@ class Plot {
     }
     for (const curve of this.curves) Object.assign(curve, { problem: data.problems[curve.id] || "", waits: data.waiting[curve.id] || "" });
     if (fresh) this._layOut();
-    this.dirty = true;
+    this.hasNewPoints = true;
   }
 
   // Each curve, or each element of an array, is a line.
@@ -206,7 +206,7 @@ class Plot {
     const lines = [];
     for (const curve of this.curves) {
       for (const [part, points] of [...curve.points].sort((one, other) => one[0] - other[0])) {
-        lines.push({ curve, points, label: part < 0 ? curve.text : `${curve.text}[${part}]`, ...lookOf(lines.length), at: undefined });
+        lines.push({ curve, points, label: part < 0 ? curve.text : `${curve.text}[${part}]`, ...styleOf(lines.length), at: undefined });
       }
     }
     return lines;
@@ -241,7 +241,7 @@ class Plot {
           this._showTime(found?.time);
         },
       }));
-      this.dirty = true;
+      this.hasNewPoints = true;
       return;
     }
     const on = {
@@ -251,7 +251,7 @@ class Plot {
       room: (width) => { this.axis = Math.max(this.axis, width); return this.axis; }, // the same for all charts, so that their time axes are aligned
     };
     for (const lines of groups) this.charts.push(timeChart(this.area, lines, this._size(groups.length), on));
-    this.dirty = true;
+    this.hasNewPoints = true;
   }
 
   _size(count) {
@@ -261,7 +261,7 @@ class Plot {
 
   _resize() {
     for (const chart of this.charts) chart.setSize(this._size(this.charts.length));
-    this.dirty = true;
+    this.hasNewPoints = true;
   }
 
   _pause() {
@@ -283,7 +283,7 @@ class Plot {
   _showPause() {
     this.pause.setAttribute("aria-pressed", String(Boolean(this.range)));
     fill(this.pause, this.range ? "Resume" : "Pause");
-    this.dirty = true;
+    this.hasNewPoints = true;
   }
 
   _shown() {
@@ -300,9 +300,9 @@ class Plot {
 
   _frame() {
     this.timer = requestAnimationFrame(() => this._frame());
-    if (this.now === null || (!this.dirty && this.range)) return;
-    const fresh = this.dirty; // otherwise only time has passed
-    this.dirty = false;
+    if (this.now === null || (!this.hasNewPoints && this.range)) return;
+    const fresh = this.hasNewPoints; // otherwise only time has passed
+    this.hasNewPoints = false;
     const [begin, end] = this._shown();
     if (!this.range) this.origin = end; // zero of the time axis; it is kept while the user looks at the past
     for (const chart of this.charts) {
@@ -351,9 +351,9 @@ class Plot {
       if (!curve.mark) continue;
       const texts = this.lines.filter((line) => line.curve === curve).map((line) => {
         const { min, max } = this.charts.find((chart) => chart.lines.includes(line))?.scales.y || {};
-        return reading(line.at ?? line.points.last(), max - min);
+        return reading(line.at ?? line.points.lastValue(), max - min);
       });
-      say(curve.mark, [curve], texts.join("  "));
+      showLegendText(curve.mark, [curve], texts.join("  "));
     }
   }
 
@@ -361,15 +361,15 @@ class Plot {
   _cursor(chart) {
     const inside = chart.cursor.left >= 0;
     const time = inside ? chart.posToVal(chart.cursor.left, "x") : null;
-    for (const line of this.lines) line.at = time === null ? undefined : line.points.near(time);
+    for (const line of this.lines) line.at = time === null ? undefined : line.points.valueNear(time);
     this._drawValues(); // also while paused
     this._showTime(time);
   }
 
   // Show the time under the cursor, relative to the axis and as the robot's clock.
   _showTime(time) {
-    this.when.hidden = time === null || time === undefined || this.now === null;
-    if (!this.when.hidden) fill(this.when, `${(time - (this.origin ?? this.now)).toFixed(3)} s · ${clock(time)}`);
+    this.timeText.hidden = time === null || time === undefined || this.now === null;
+    if (!this.timeText.hidden) fill(this.timeText, `${(time - (this.origin ?? this.now)).toFixed(3)} s · ${clock(time)}`);
   }
 
   _csv() {

@@ -1,7 +1,7 @@
 // The robot and its sensor data in 3D, like rviz.
 
 import { empty, fill, h, save } from "../lib/dom.js";
-import { ROBOT_DESCRIPTION, ROBOT_PREFIX, offersOf, picturesOf, readKey } from "../lib/scene/kinds.js";
+import { ROBOT_DESCRIPTION, ROBOT_PREFIX, addableDisplays, imageTopics, parseKey } from "../lib/scene/kinds.js";
 import { DisplayList } from "../lib/scene/list.js";
 import { FixedChoice } from "../lib/scene/fixed_choice.js";
 import { Toolbox } from "../lib/scene/toolbox.js";
@@ -23,7 +23,7 @@ const GRID_KEY = "grid";
  * @property {string} [topic]
  * @property {any} [display]
  * @property {string} [trouble]
- * @property {string} [told]
+ * @property {string} [shownFrames]
  */
 
 document.head.append(h("link", { rel: "stylesheet", href: "panels/scene.css" }));
@@ -44,16 +44,16 @@ class Scene {
     this.topics = texts(topics) || []; // keys of displayed topics
     this.robots = texts(robots) || [ROBOT_DESCRIPTION]; // parameters with URDFs
     this.options = { ...options }; // key of a display -> the chosen options
-    this.concealed = new Set(texts(hidden)); // keys
-    this.look = new ViewChoice({ view, target }, { changed: () => this.keep(), robot: () => this._robotAlone() });
+    this.hidden = new Set(texts(hidden)); // keys
+    this.look = new ViewChoice({ view, target }, { changed: () => this.saveSettings(), robot: () => this._robotAlone() });
     this.displays = new Map(); // key -> {key, topic, display, stream}
     this.types = {};
     this._build();
     const { notes } = place.settings; // what is in a file but not supported by this panel
     if (texts(notes)?.length) this.say(notes.join("\n"));
-    this.onAbout = () => this.toolbox.mayWrite();
+    this.onAbout = () => this.toolbox.updatePermissions();
     place.robot.addEventListener("about", this.onAbout);
-    this.toolbox.mayWrite();
+    this.toolbox.updatePermissions();
     this._begin();
   }
 
@@ -61,7 +61,7 @@ class Scene {
   async _begin() {
     try {
       const parts = await Promise.all(LIBRARY_MODULES.map((name) => import(`../lib/scene/${name}.js`)));
-      if (this.gone) return;
+      if (this.closed) return;
       this.lib = Object.assign({}, ...parts);
       this.stage = new this.lib.Stage(this.view);
       Object.assign(this.stage, { background: this.background }).colours();
@@ -71,7 +71,7 @@ class Scene {
     }
     this.frames = new this.lib.FrameSet();
     this.look.begin(this.stage, this.frames);
-    this.stage.before.push(() => this.frames.face(this.stage), () => this._ease());
+    this.stage.before.push(() => this.frames.faceCamera(this.stage), () => this._reportFrameTimes());
     this.place.body.scene = this; // for tests and debugging
     this.onTheme = () => { this.frames.colours(); this.stage.colours(); };
     addEventListener("themechange", this.onTheme);
@@ -84,11 +84,11 @@ class Scene {
       sets: () => [...this.displays.values()].map(({ display }) => display).filter((each) => each instanceof this.lib.InteractiveSet),
       fixed: () => this.fixedFrame(),
       publish: (topic, type, value) => robot.call("topics.publish", { topic, type, value }),
-      told: (text) => this.say(text),
+      onError: (text) => this.say(text),
     });
-    this.toolbox.mayWrite();
+    this.toolbox.updatePermissions();
     this.system = robot.stream("system", {}, { data: (data) => this._system(data) });
-    this.world = robot.stream("scene_frames", this._standing(), {
+    this.world = robot.stream("scene_frames", this._framesArgs(), {
       data: (data, blob) => this._frames(data, blob),
       problem: (text) => this.place.problem(text),
     });
@@ -96,7 +96,7 @@ class Scene {
   }
 
   unmount() {
-    this.gone = true;
+    this.closed = true;
     this.system?.close();
     this.world?.close();
     for (const key of [...this.displays.keys()]) this._hide(key);
@@ -122,17 +122,17 @@ class Scene {
       h("button", { title: "show everything", onclick: () => this.look.fit([...this.displays.values()]) }, "Fit"),
       h("button.fold-tools", { "aria-expanded": "false", onclick: ({ currentTarget }) => currentTarget.setAttribute("aria-expanded", String(more.classList.toggle("open"))) }, "Tools"), more);
     this.view = h("div.view");
-    this.word = h("div.word.mono", { hidden: true, role: "status" });
+    this.status = h("div.word.mono", { hidden: true, role: "status" });
     this.pictures = h("div.pictures");
-    this.view.append(this.pictures, this.word);
+    this.view.append(this.pictures, this.status);
     const element = h("div.displays");
     this.list = new DisplayList(element, {
       entries: () => [...this.displays.values()],
-      hidden: (key) => this.concealed.has(key),
-      show: (key, shown) => this._conceal(key, shown),
+      hidden: (key) => this.hidden.has(key),
+      show: (key, shown) => this._setHidden(key, shown),
       remove: (key) => this._remove(key),
       option: (key, name, value) => this._option(key, name, value),
-      offers: () => offersOf(this.types, this.topics, this.robots),
+      offers: () => addableDisplays(this.types, this.topics, this.robots),
       open: () => file.click(),
       add: (key) => (key.startsWith(ROBOT_PREFIX) ? this._addRobot(key.slice(ROBOT_PREFIX.length)) : this._add(key)),
     });
@@ -140,20 +140,20 @@ class Scene {
     body.append(element, this.view, file);
   }
 
-  keep() {
+  saveSettings() {
     const { topics } = this.toolbox;
-    this.place.save({ fixed: this.fixed.frame, topics: this.topics, robots: this.robots, options: this.options, hidden: [...this.concealed], view: this.look.kept, target: this.look.target, ...(this.background ? { background: this.background } : {}), ...(Object.keys(topics).length ? { tools: topics } : {}) });
+    this.place.save({ fixed: this.fixed.frame, topics: this.topics, robots: this.robots, options: this.options, hidden: [...this.hidden], view: this.look.kept, target: this.look.target, ...(this.background ? { background: this.background } : {}), ...(Object.keys(topics).length ? { tools: topics } : {}) });
   }
 
   _system(data) {
     this.types = Object.fromEntries(Object.entries(data.topics).map(([name, { type }]) => [name, type]));
-    const offered = JSON.stringify([offersOf(this.types, this.topics, this.robots), this.topics.map((key) => [readKey(key, this.types).kind, this.types[readKey(key, this.types).topic]])]);
+    const offered = JSON.stringify([addableDisplays(this.types, this.topics, this.robots), this.topics.map((key) => [parseKey(key, this.types).kind, this.types[parseKey(key, this.types).topic]])]);
     if (offered === this.offered) return;
     this.offered = offered;
     for (const key of this.topics) { // its type has become known, or has changed
-      const { kind, topic } = readKey(key, this.types);
+      const { kind, topic } = parseKey(key, this.types);
       const { kind: before, display } = this.displays.get(key);
-      if (!kind && !before) display.word = this._unknown(topic);
+      if (!kind && !before) display.status = this._unknown(topic);
       if (!kind || before === kind) continue;
       this._hide(key);
       this._show(key);
@@ -169,64 +169,64 @@ class Scene {
 
   _frames(data, blob) {
     this.known = data;
-    this.frames.take(data, blob);
+    this.frames.update(data, blob);
     const others = this._offer();
     for (const entry of this.displays.values()) {
       entry.display.place?.(this.frames);
-      this.list.tell(entry);
+      this.list.updateStatus(entry);
     }
-    this.look.seeRobot(others); // it may have moved
+    this.look.fitRobot(others); // it may have moved
     this.look.follow();
   }
 
   // The available frames: those of tf, and those of messages. Without tf, the first display's frame is fixed.
   _offer() {
     const { fixed, names, lost } = this.known;
-    const told = [...new Set([...this.displays.values()].map(({ display }) => display.frame).filter(Boolean))];
+    const shownFrames = [...new Set([...this.displays.values()].map(({ display }) => display.frame).filter(Boolean))];
     const tf = names.length + lost.length > 0;
-    this.alone = tf ? "" : told[0] || "";
-    const usual = this.alone ? `${this.alone} (there is no tf)` : this.fixed.frame ? (tf ? "the root" : "no frames yet") : `${tf ? "the root" : "no frames yet"} (${fixed})`;
-    const all = [...new Set([...names, ...lost, ...told, this.fixed.frame, this.look.target])].filter(Boolean).sort();
+    this.firstFrame = tf ? "" : shownFrames[0] || "";
+    const usual = this.firstFrame ? `${this.firstFrame} (there is no tf)` : this.fixed.frame ? (tf ? "the root" : "no frames yet") : `${tf ? "the root" : "no frames yet"} (${fixed})`;
+    const all = [...new Set([...names, ...lost, ...shownFrames, this.fixed.frame, this.look.target])].filter(Boolean).sort();
     const others = this.fixed.offer(all, usual);
     if (others) {
       this.look.offer(all);
       if (!this.fixed.frame) this._restream();
     }
-    const away = [...new Set([...lost, ...[...this.displays.values()].map(({ display }) => display.astray).filter(Boolean)])];
-    const { apart } = this.frames;
+    const away = [...new Set([...lost, ...[...this.displays.values()].map(({ display }) => display.missingFrame).filter(Boolean)])];
+    const { disconnected } = this.frames;
     const what = `no transform from ${this.fixedFrame()} to ${away.slice(0, 5).join(", ")}${away.length > 5 ? " …" : ""}`;
-    this.place.problem(away.length ? `${what}${apart ? `: ${apart}` : ": choose another fixed frame"}, or publish a transform between them (tf)` : "");
+    this.place.problem(away.length ? `${what}${disconnected ? `: ${disconnected}` : ": choose another fixed frame"}, or publish a transform between them (tf)` : "");
     return others;
   }
 
   _fix() {
     this.stage.followed = null;
-    this.world.change(this._standing());
+    this.world.change(this._framesArgs());
     this._restream();
-    this.keep();
+    this.saveSettings();
   }
 
   // The fixed frame: the chosen one, or the robot's root.
-  _standing() {
+  _framesArgs() {
     const [robot] = this._robots();
     return { fixed: this.fixed.frame, robot: robot?.root || "" };
   }
 
   _restream() {
-    for (const entry of this.displays.values()) if (entry.topic && entry.kind !== "Image") this.again(entry); // an image without camera has no pose
+    for (const entry of this.displays.values()) if (entry.topic && entry.kind !== "Image") this.updateStream(entry); // an image without camera has no pose
   }
 
   // A browser that was slow may be able to draw more points again.
-  _ease() {
-    for (const entry of this.displays.values()) if (entry.topic && entry.display.hurry?.(this.stage.lag, false)) this.again(entry);
+  _reportFrameTimes() {
+    for (const entry of this.displays.values()) if (entry.topic && entry.display.reportFrame?.(this.stage.lag, false)) this.updateStream(entry);
   }
 
-  again(/** @type {Entry} */ { stream, display, topic }) {
+  updateStream(/** @type {Entry} */ { stream, display, topic }) {
     stream.change({ topic, fixed: this.fixedFrame(), ...display.args });
   }
 
   fixedFrame() {
-    return this.fixed.frame || this.alone || this.known?.fixed || "";
+    return this.fixed.frame || this.firstFrame || this.known?.fixed || "";
   }
 
   _add(key) {
@@ -247,14 +247,14 @@ class Scene {
   _remove(key) {
     this.topics = this.topics.filter((each) => each !== key);
     this.robots = this.robots.filter((each) => ROBOT_PREFIX + each !== key);
-    this.concealed.delete(key);
+    this.hidden.delete(key);
     delete this.options[key];
     this._hide(key);
     this._changed();
   }
 
   _changed() {
-    this.keep();
+    this.saveSettings();
     this.offered = "";
     this.list.draw();
     this.stage.draw();
@@ -267,28 +267,28 @@ class Scene {
     if (display.object) this.stage.scene.add(display.object);
     const chosen = Object.entries(this.options[key] || {}).filter(([name, value]) => typeof value === typeof (display.options?.[name] ?? true));
     if (chosen.length) display.set?.(Object.fromEntries(chosen));
-    display.show?.(!this.concealed.has(key));
+    display.show?.(!this.hidden.has(key));
     return entry;
   }
 
   _showRobot(name) {
     const display = new this.lib.RobotModel(this.place.robot.token, () => {
-      this.look.seeRobot(true);
+      this.look.fitRobot(true);
       this._touched(entry);
     });
     const entry = this._enter({ key: ROBOT_PREFIX + name, title: name, kind: "RobotModel", display });
     entry.stream = this.place.robot.stream("param", { param: name }, {
-      data: (data) => { display.take(data); display.place(this.frames); this.world?.change(this._standing()); this.look.seeRobot(true); this._touched(entry); },
-      problem: (text) => { entry.trouble = text; this.list.tell(entry); },
+      data: (data) => { display.update(data); display.place(this.frames); this.world?.change(this._framesArgs()); this.look.fitRobot(true); this._touched(entry); },
+      problem: (text) => { entry.trouble = text; this.list.updateStatus(entry); },
     });
   }
 
   _show(key) {
-    const { topic, kind, view } = readKey(key, this.types);
+    const { topic, kind, view } = parseKey(key, this.types);
     const { stage, frames } = this;
     const changed = (what) => this._touched(entry, what);
     const { robot } = this.place;
-    const host = { robot, token: robot.token, stage, frames, changed, pictures: () => picturesOf(this.types) };
+    const host = { robot, token: robot.token, stage, frames, changed, pictures: () => imageTopics(this.types) };
     /** @type {Entry} */
     const entry = { key, title: key, kind, stream: { close() {}, change() {} } };
     if (kind === "InteractiveMarkers") {
@@ -299,33 +299,33 @@ class Scene {
     else if (kind === "Effort") entry.display = new this.lib.EffortSet(host);
     else if (kind === "Camera") entry.display = new this.lib.CameraView(this.pictures, topic, host);
     else entry.display = new this.lib.Display(COLOURS[(this.displays.size - 1) % COLOURS.length], kind, host);
-    entry.display.inspect?.(this.toolbox.using === "select");
+    entry.display.inspect?.(this.toolbox.activeTool === "select");
     this._enter(entry);
     if (!kind) { // its kind is not known before the system is
-      entry.display.word = this._unknown(topic);
+      entry.display.status = this._unknown(topic);
       return;
     }
     entry.topic = topic;
     entry.stream = robot.stream(view, { topic, fixed: this.fixedFrame(), ...entry.display.args }, {
       data: (data, blob) => {
-        const shown = entry.display.take(data, blob);
+        const shown = entry.display.update(data, blob);
         entry.display.place?.(this.frames);
-        if (entry.display.hurry?.(this.stage.lag, true)) this.again(entry);
+        if (entry.display.reportFrame?.(this.stage.lag, true)) this.updateStream(entry);
         this._touched(entry);
         return shown;
       },
-      problem: (text) => { entry.trouble = text; this.list.tell(entry); },
+      problem: (text) => { entry.trouble = text; this.list.updateStatus(entry); },
     });
   }
 
   _touched(entry, what) {
-    const told = `${entry.display.frame} ${entry.display.astray}`;
-    if (this.known && told !== entry.told) {
-      entry.told = told;
+    const shownFrames = `${entry.display.frame} ${entry.display.missingFrame}`;
+    if (this.known && shownFrames !== entry.shownFrames) {
+      entry.shownFrames = shownFrames;
       this._offer();
     }
     if (what === "controls") this.list.draw();
-    else this.list.tell(entry);
+    else this.list.updateStatus(entry);
     this.stage.draw();
   }
 
@@ -339,11 +339,11 @@ class Scene {
     this.stage.draw();
   }
 
-  _conceal(key, shown) {
-    if (shown) this.concealed.delete(key);
-    else this.concealed.add(key);
+  _setHidden(key, shown) {
+    if (shown) this.hidden.delete(key);
+    else this.hidden.add(key);
     this.displays.get(key).display.show(shown);
-    this.keep();
+    this.saveSettings();
     this.stage.draw();
   }
 
@@ -353,8 +353,8 @@ class Scene {
     this.options[key] = { ...this.options[key], [name]: value };
     const before = JSON.stringify(display.args);
     display.set({ [name]: value });
-    if (entry.topic && JSON.stringify(display.args) !== before) this.again(entry);
-    this.keep();
+    if (entry.topic && JSON.stringify(display.args) !== before) this.updateStream(entry);
+    this.saveSettings();
     this.stage.draw();
   }
 
@@ -370,8 +370,8 @@ class Scene {
   }
 
   say(text) {
-    this.word.hidden = !text;
-    fill(this.word, text);
+    this.status.hidden = !text;
+    fill(this.status, text);
   }
 
   async _open(input) {

@@ -3,7 +3,7 @@
 import { command, empty, fill, h } from "../lib/dom.js";
 import { Editor } from "../parts/editor.js";
 import { Listing } from "../parts/listing.js";
-import { copied, facts, links, outcome, tabbed } from "../parts/pieces.js";
+import { copyable, definitionList, nameLinks, outcome, tabbed } from "../parts/pieces.js";
 import { Tree } from "../parts/tree.js";
 
 const REQUESTED_TYPES = 40; // types to request at a time
@@ -30,8 +30,8 @@ class Services {
       this._show();
     } }, "Loggers");
     this.listing = new Listing(place, {
-      label: "services", word: "service", tools: [everything],
-      words: (row) => `${row.name} ${row.type || ""} ${row.nodes.join(" ")}`,
+      label: "services", noun: "service", tools: [everything],
+      searchText: (row) => `${row.name} ${row.type || ""} ${row.nodes.join(" ")}`,
       columns: [
         { title: "service", text: (row) => row.name, width: "minmax(140px, 1.6fr)" },
         { title: "type", text: (row) => row.type ?? "…", value: (row) => row.type, width: "minmax(0, 1.3fr)", least: 420 },
@@ -42,7 +42,7 @@ class Services {
     });
     this.listing.extra = { all: this.all };
     this.stream = place.robot.stream("system", {}, {
-      data: (system) => { this.services = system.services; this._show(); this._ask(); },
+      data: (system) => { this.services = system.services; this._show(); this._requestTypes(); },
       problem: (text) => place.problem(text),
     });
   }
@@ -65,9 +65,9 @@ class Services {
   }
 
   // The master does not know types: ask the providers, a few at a time.
-  async _ask() {
-    if (this.asking) return;
-    this.asking = true;
+  async _requestTypes() {
+    if (this.isRequesting) return;
+    this.isRequesting = true;
     try {
       for (;;) {
         const rows = (this.listing.rows || []).filter((row) => row.type === undefined).slice(0, REQUESTED_TYPES);
@@ -79,7 +79,7 @@ class Services {
     } catch {
       // the server or the master is unreachable; asked again after the next change
     } finally {
-      this.asking = false;
+      this.isRequesting = false;
     }
   }
 
@@ -94,10 +94,10 @@ class Services {
         !readOnly && ["Call", () => ({ element: this._caller(row.name, form) })],
         ["Definition", () => ({ element: h("pre.mono.definition", {}, form.request.text || "# no fields", "\n---\n", form.response.text || "# no fields") })],
       ].filter(Boolean));
-      fill(inside, facts([["type", h("span.mono", {}, form.type)]]), tabs.element);
+      fill(inside, definitionList([["type", h("span.mono", {}, form.type)]]), tabs.element);
     }, (error) => fill(inside, h("p.wrong.hint", { role: "alert" }, error.message)));
     return {
-      element: h("div.about", {}, h("h3", {}, copied(row.name)), facts([["provided by", links(row.nodes, node)]]), inside),
+      element: h("div.about", {}, h("h3", {}, copyable(row.name)), definitionList([["provided by", nameLinks(row.nodes, node)]]), inside),
       close: () => tabs?.close(),
     };
   }

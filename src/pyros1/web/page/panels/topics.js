@@ -4,7 +4,7 @@ import { command, empty, fill, h } from "../lib/dom.js";
 import { bytes, rate } from "../lib/format.js";
 import { Inspector } from "../parts/inspector.js";
 import { Listing } from "../parts/listing.js";
-import { copied, facts, links, tabbed } from "../parts/pieces.js";
+import { copyable, definitionList, nameLinks, tabbed } from "../parts/pieces.js";
 import { Publisher } from "../parts/publisher.js";
 
 const MAX_MEASURED = 50; // same as in pyros1/web/views/rates.py
@@ -21,14 +21,14 @@ class Topics {
   constructor(place) {
     this.place = place;
     this.measured = new Map(); // topic -> {hz, bytes}
-    this.looks = new Map(); // topic -> number of updates in which it had publishers and subscribers
+    this.updateCounts = new Map(); // topic -> number of updates in which it had publishers and subscribers
     this.system = null;
-    const publish = h("button", { title: "publish on a new topic", onclick: () => this._new() }, "New …");
+    const publish = h("button", { title: "publish on a new topic", onclick: () => this._newTopic() }, "New …");
     this.publish = publish;
     this.all = h("button", { hidden: true, "aria-pressed": "false", onclick: () => this._measureAll() });
     this.listing = new Listing(place, {
-      label: "topics", word: "topic", tools: [publish, this.all],
-      words: (row) => `${row.name} ${row.type}`,
+      label: "topics", noun: "topic", tools: [publish, this.all],
+      searchText: (row) => `${row.name} ${row.type}`,
       columns: [
         { title: "topic", text: (row) => row.name, width: "minmax(140px, 2.2fr)" },
         { title: "type", text: (row) => row.type, width: "minmax(0, 1.5fr)", least: 480, alone: true },
@@ -41,7 +41,7 @@ class Topics {
       empty: () => empty("No topics yet", "The topics of running nodes appear here. Try, in a terminal:", command("pyros1 launch minimal_nodes minimal_simulator.launch")),
     });
     this.stream = place.robot.stream("system", {}, {
-      data: (system) => { this._take(system); this._show(); this._begin(); },
+      data: (system) => { this._receive(system); this._show(); this._begin(); },
       problem: (text) => place.problem(text),
     });
     this.rates = null;
@@ -60,12 +60,12 @@ class Topics {
   // A command asks to publish, on a given topic or any.
   _begin() {
     const { publish } = this.place.settings;
-    if (publish === undefined || this.begun) return;
-    this.begun = true; // only once
+    if (publish === undefined || this.hasBegun) return;
+    this.hasBegun = true; // only once
     if (this.system.topics[publish]) {
       this.tab = 1;
       this.listing.choose(publish);
-    } else this._new(String(publish));
+    } else this._newTopic(String(publish));
   }
 
   // Another panel asks for a topic.
@@ -73,10 +73,10 @@ class Topics {
     if (selected) this.listing.choose(selected);
   }
 
-  _take(system) {
+  _receive(system) {
     this.system = system;
     const flows = Object.entries(system.topics).filter(([, { publishers, subscribers }]) => publishers.length && subscribers.length);
-    this.looks = new Map(flows.map(([name]) => [name, (this.looks.get(name) || 0) + 1]));
+    this.updateCounts = new Map(flows.map(([name]) => [name, (this.updateCounts.get(name) || 0) + 1]));
   }
 
   _show() {
@@ -86,7 +86,7 @@ class Topics {
       return { name, ...facts, ...(ours ? measured : {}), measured: Boolean(measured), problem: measured?.problem };
     }));
     const count = this.measured.size;
-    this.all.hidden = !count && !this._quiet().length;
+    this.all.hidden = !count && !this._unheardTopics().length;
     this.all.setAttribute("aria-pressed", String(count > 0));
     const text = count ? `Stop measuring (${count})` : "Measure all";
     if (this.all.textContent !== text) fill(this.all, text);
@@ -94,12 +94,12 @@ class Topics {
   }
 
   // Topics that match the search and have no subscribers.
-  _quiet() {
+  _unheardTopics() {
     return this.listing.found.filter(({ publishers, subscribers }) => publishers.length && !subscribers.length).map(({ name }) => name);
   }
 
   _measureAll() {
-    const names = this.measured.size ? [] : this._quiet().slice(0, MAX_MEASURED);
+    const names = this.measured.size ? [] : this._unheardTopics().slice(0, MAX_MEASURED);
     this.measured = new Map(names.map((name) => [name, {}]));
     this._listen();
   }
@@ -115,7 +115,7 @@ class Topics {
     if (row.subscribers.length) {
       if (row.hz === 0) return h("span.muted", {}, "0 Hz");
       if (row.hz === null) return h("span.muted", { title: "a rate needs two messages" }, "…");
-      return this.looks.get(row.name) < UPDATES_UNTIL_KNOWN ? h("span.muted", { title: "a moment: a rate needs two readings" }, "…") : h("span.muted", { title: "nothing is connected, or its publishers report no statistics" }, "?");
+      return this.updateCounts.get(row.name) < UPDATES_UNTIL_KNOWN ? h("span.muted", { title: "a moment: a rate needs two readings" }, "…") : h("span.muted", { title: "nothing is connected, or its publishers report no statistics" }, "?");
     }
     return h("button.measure", { title: "no subscribers: listen to measure the rate", onclick: () => this._measure(row.name) }, "measure");
   }
@@ -166,10 +166,10 @@ class Topics {
       fill(type, now ? now.type || "type not known" : "this topic is gone");
       if (!now) return;
       const node = (name) => place.open("nodes", { selected: name });
-      fill(people, facts([["published by", links(now.publishers, node)], ["subscribed by", links(now.subscribers, node)]]));
+      fill(people, definitionList([["published by", nameLinks(now.publishers, node)], ["subscribed by", nameLinks(now.subscribers, node)]]));
     };
     update(row);
-    return { element: h("div.about", {}, h("h3", {}, copied(row.name)), type, people, tabs.element), update, close: () => { tabs.close(); publisher?.close(); } };
+    return { element: h("div.about", {}, h("h3", {}, copyable(row.name)), type, people, tabs.element), update, close: () => { tabs.close(); publisher?.close(); } };
   }
 
   _definition(topic) {
@@ -181,7 +181,7 @@ class Topics {
   }
 
   // A topic that does not exist yet.
-  _new(begin = "") {
+  _newTopic(begin = "") {
     const name = h("input.mono", { value: begin, placeholder: "/topic", "aria-label": "topic", spellcheck: false, required: true });
     const type = h("input.mono", { placeholder: "std_msgs/String", "aria-label": "type", spellcheck: false, required: true });
     const list = h("datalist", { id: `types${Math.random()}` });

@@ -23,14 +23,14 @@ class Turtles {
     this.turtles = {};
     this.facts = null;
     this.drawing = document.createElement("canvas");
-    this.drawn = false;
+    this.hasDrawing = false;
     if (!document.getElementById("turtles-style")) {
       document.head.append(h("link", { id: "turtles-style", rel: "stylesheet", href: "panels/turtles.css" }));
     }
-    this.which = h("select.mono", { "aria-label": "simulator", hidden: true, onchange: () => this._choose(this.which.value) });
+    this.nodeChoice = h("select.mono", { "aria-label": "simulator", hidden: true, onchange: () => this._choose(this.nodeChoice.value) });
     this.buttons = [["clear", "clear the drawing"], ["reset", "start again with one turtle"]].map(([name, title]) => (
       h("button", { title, disabled: true, onclick: () => this._call(name) }, name === "clear" ? "Clear" : "Reset")));
-    place.tools.append(this.which, ...this.buttons);
+    place.tools.append(this.nodeChoice, ...this.buttons);
     this.canvas = h("canvas", { "aria-label": "turtles", role: "img" });
     this.frame = h("div.turtles-frame", { hidden: true }, this.canvas);
     this.status = h("div.turtles-status.mono", { hidden: true });
@@ -41,7 +41,7 @@ class Turtles {
     this.observer = new ResizeObserver(() => this._draw());
     this.observer.observe(this.frame);
     this.stream = place.robot.stream("turtles", { node: place.settings.node || "" }, {
-      data: (data, blob) => this._take(data, blob),
+      data: (data, blob) => this._receive(data, blob),
       problem: (text) => place.problem(text),
     });
   }
@@ -49,7 +49,7 @@ class Turtles {
   unmount() {
     this.stream.close();
     this.observer.disconnect();
-    cancelAnimationFrame(this.waiting);
+    cancelAnimationFrame(this.pendingDrawing);
   }
 
   _choose(node) {
@@ -67,22 +67,22 @@ class Turtles {
     }
   }
 
-  async _take({ facts, turtles, drawing }, blob) {
+  async _receive({ facts, turtles, drawing }, blob) {
     if (facts) {
-      if (facts.node !== this.facts?.node) this.drawn = false; // another node: its complete drawing follows
+      if (facts.node !== this.facts?.node) this.hasDrawing = false; // another node: its complete drawing follows
       this.facts = facts;
       this._state();
     }
     if (turtles) this.turtles = turtles;
     if (drawing) {
       try {
-        this.drawn = Boolean(await drawPicture(this.drawing, drawing, new Uint8Array(blob.buffer, blob.offset))) || this.drawn;
+        this.hasDrawing = Boolean(await drawPicture(this.drawing, drawing, new Uint8Array(blob.buffer, blob.offset))) || this.hasDrawing;
       } catch (error) {
         this.place.problem(error.message);
       }
     }
-    this.waiting ||= requestAnimationFrame(() => {
-      this.waiting = 0;
+    this.pendingDrawing ||= requestAnimationFrame(() => {
+      this.pendingDrawing = 0;
       this._draw();
     });
   }
@@ -93,8 +93,8 @@ class Turtles {
     this.frame.hidden = this.status.hidden = !there;
     for (const button of this.buttons) button.disabled = !there || this.place.robot.about.read_only;
     const names = [...new Set([...nodes, ...(node ? [node] : [])])].sort();
-    this.which.hidden = names.length < 2;
-    fill(this.which, names.map((name) => h("option", { value: name, selected: name === node }, name)));
+    this.nodeChoice.hidden = names.length < 2;
+    fill(this.nodeChoice, names.map((name) => h("option", { value: name, selected: name === node }, name)));
   }
 
   _draw() {
@@ -107,7 +107,7 @@ class Turtles {
     const scale = this.canvas.width / SIZE;
     pen.fillStyle = BACKGROUND;
     pen.fillRect(0, 0, this.canvas.width, this.canvas.height);
-    if (this.drawn) pen.drawImage(this.drawing, 0, 0, this.canvas.width, this.canvas.height);
+    if (this.hasDrawing) pen.drawImage(this.drawing, 0, 0, this.canvas.width, this.canvas.height);
     const rows = Object.entries(this.turtles).filter(([, place]) => place);
     rows.forEach(([name, [x, y, theta]], index) => {
       pen.setTransform(scale, 0, 0, scale, x * PIXELS_PER_UNIT * scale, (SIZE - 1 - y * PIXELS_PER_UNIT) * scale);

@@ -3,7 +3,7 @@
 import { fill, h } from "../lib/dom.js";
 import { clock } from "../lib/format.js";
 import { Editor } from "./editor.js";
-import { copied, outcome } from "./pieces.js";
+import { copyable, outcome } from "./pieces.js";
 import { Tree } from "./tree.js";
 
 const STATUS_NAMES = ["pending", "active", "preempted", "succeeded", "aborted", "rejected", "preempting", "recalling", "recalled", "lost"];
@@ -17,7 +17,7 @@ export class Action {
     this.outcome = outcome();
     this.list = h("div.goals", {}, h("p.muted.hint", {}, "No goals yet."));
     this.sender = h("div");
-    this.element = h("div.action", {}, h("h4", {}, "Action ", copied(name)), this.sender, this.outcome.element, this.list);
+    this.element = h("div.action", {}, h("h4", {}, "Action ", copyable(name)), this.sender, this.outcome.element, this.list);
     this.stream = robot.stream("action", { action: name }, {
       data: ({ goals }) => this._show(goals),
       problem: (text) => text && this.outcome.fail(text),

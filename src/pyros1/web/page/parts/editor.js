@@ -30,20 +30,20 @@ export class Editor {
     return this.value;
   }
 
-  _say(problem) {
+  _setProblem(problem) {
     this.problem = problem;
     this.outcome.fail(problem);
     this.onchange();
   }
 
   _asForm() {
-    const form = new Form(this.form.fields, this.value, () => this._say(form.problem));
-    this._say("");
+    const form = new Form(this.form.fields, this.value, () => this._setProblem(form.problem));
+    this._setProblem("");
     return { element: form.element };
   }
 
   _asText() {
-    this._say("");
+    this._setProblem("");
     this.area = h("textarea.mono.yaml", { rows: 12, spellcheck: false, "aria-label": "the message as YAML", oninput: () => {
       clearTimeout(this.timer);
       this.timer = setTimeout(() => this._read(), PARSE_DELAY);
@@ -51,7 +51,7 @@ export class Editor {
     this.robot.call("forms.yaml", { value: this.value }).then((text) => {
       this.area.value = text;
       this.area.rows = Math.max(4, Math.min(24, text.split("\n").length));
-    }, (error) => this._say(error.message));
+    }, (error) => this._setProblem(error.message));
     return { element: this.area, close: () => { if (this.timer) this._read(true); } };
   }
 
@@ -61,9 +61,9 @@ export class Editor {
     const yaml = this.area.value;
     this.reading = this.robot.call("forms.value", { type: this.form.name || this.form.type, part: this.part, yaml }).then((value) => {
       this.value = value;
-      this._say("");
+      this._setProblem("");
       if (again) this.tabs.choose(0);
-    }, (error) => this._say(error.message));
+    }, (error) => this._setProblem(error.message));
     return this.reading;
   }
 }

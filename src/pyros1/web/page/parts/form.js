@@ -64,7 +64,7 @@ export class Form {
   _number(kind, choices, get, set, label) {
     const input = h("input.num", { value: numberText(get()), size: 12, inputMode: "decimal", "aria-label": label, spellcheck: false, autocomplete: "off", oninput: () => {
       const { value, problem } = readNumber(input.value, kind);
-      if (this._judge(input, problem && `${label}: ${problem}`)) set(value);
+      if (this._validate(input, problem && `${label}: ${problem}`)) set(value);
     } });
     return choices ? this._withChoices(choices, input, get, set) : input;
   }
@@ -74,7 +74,7 @@ export class Form {
       const chosen = choices[Number(select.value)];
       if (!chosen) return;
       input.value = String(chosen[1]);
-      this._judge(input, "");
+      this._validate(input, "");
       set(chosen[1]);
     } }, h("option", { value: "" }, "…"), choices.map(([name], index) => h("option", { value: index }, name)));
     const show = () => { const at = choices.findIndex(([, value]) => value === get()); select.value = at < 0 ? "" : String(at); };
@@ -86,13 +86,13 @@ export class Form {
   _time(kind, get, set, label) {
     const input = h("input.num", { value: timeText(get()), size: 20, "aria-label": label, spellcheck: false, autocomplete: "off", title: kind === "time" ? "seconds, or now" : "seconds", oninput: () => {
       const { value, problem } = readTime(input.value, kind);
-      if (this._judge(input, problem && `${label}: ${problem}`)) set(value);
+      if (this._validate(input, problem && `${label}: ${problem}`)) set(value);
     } });
     if (kind === "duration") return input;
-    return h("span.choice", {}, input, h("button", { type: "button", title: "the time of publication", onclick: () => { input.value = "now"; this._judge(input, ""); set("now"); } }, "now"));
+    return h("span.choice", {}, input, h("button", { type: "button", title: "the time of publication", onclick: () => { input.value = "now"; this._validate(input, ""); set("now"); } }, "now"));
   }
 
-  _judge(input, problem) {
+  _validate(input, problem) {
     input.setAttribute("aria-invalid", String(Boolean(problem)));
     if (problem) this.problems.set(input, problem);
     else this.problems.delete(input);
@@ -122,13 +122,13 @@ export class Form {
 
   _numbers(kind, base, fixed, get, set, label) {
     const value = get();
-    const numbers = typeof value === "string" ? bytesOf(value) : value;
+    const numbers = typeof value === "string" ? parseBase64(value) : value;
     const area = h("textarea.num", { rows: Math.min(4, 1 + Math.floor(numbers.length / 12)), value: numbers.map(numberText).join(", "), placeholder: "1, 2, 3", "aria-label": `${label} (${kind})`, spellcheck: false, oninput: () => {
       const words = area.value.split(/[\s,;[\]]+/).filter(Boolean);
       const read = words.map((word) => readNumber(word, base));
       const wrong = read.find((each) => each.problem);
       const problem = wrong ? wrong.problem : fixed && words.length !== fixed ? `${fixed} numbers are needed, not ${words.length}` : "";
-      if (this._judge(area, problem && `${label}: ${problem}`)) set(read.map((each) => each.value));
+      if (this._validate(area, problem && `${label}: ${problem}`)) set(read.map((each) => each.value));
     } });
     return h("label.row", {}, h("span.label", {}, label), h("span.type", {}, kind), area);
   }
@@ -151,7 +151,7 @@ export function blank(kind, fields) {
   return 0;
 }
 
-function bytesOf(text) {
+function parseBase64(text) {
   try {
     return [...atob(text)].map((letter) => letter.charCodeAt(0));
   } catch {

@@ -24,7 +24,7 @@ export class Inspector {
     this.waiting = h("p.muted.hint", {}, "No message yet. This page is listening; messages will appear as they arrive.");
     this.element = h("div.inspector", {}, h("div.actions", {}, this.figures, h("span.gap"), this.freeze), this.problem, this.waiting, this.tree.element);
     this.stream = robot.stream("message", this._args(), {
-      data: (data) => this._take(data),
+      data: (data) => this._receive(data),
       problem: (text) => this._problem(text),
     });
     this.timer = setInterval(() => this._drawFigures(), 250);
@@ -55,10 +55,10 @@ export class Inspector {
     fill(this.problem, text);
   }
 
-  _take(data) {
+  _receive(data) {
     if (data.type !== this.data?.type) {
       this.tree.fields = null; // the type has changed
-      this._askForWords();
+      this._loadConstants();
     }
     this.at = performance.now() - 1000 * data.age;
     this.data = data;
@@ -69,7 +69,7 @@ export class Inspector {
   }
 
   // Load the names of constants. The type of a new topic may not be known yet.
-  async _askForWords(times = 5) {
+  async _loadConstants(times = 5) {
     try {
       const { type, fields } = await this.robot.call("topics.form", { topic: this.topic });
       if (type !== this.data.type) throw new Error("a message of another type has arrived in the meantime");
@@ -77,7 +77,7 @@ export class Inspector {
       this.tree.show(this.data.value);
     } catch {
       // without a definition, numbers have no names
-      if (times > 1) setTimeout(() => this._askForWords(times - 1), 1000);
+      if (times > 1) setTimeout(() => this._loadConstants(times - 1), 1000);
     }
   }
 

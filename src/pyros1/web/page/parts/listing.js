@@ -7,8 +7,8 @@ import { Table } from "./table.js";
 const style = h("link", { rel: "stylesheet", href: "parts/parts.css" });
 document.head.append(style);
 
-// options: {columns, label, word, tree, words(row), details(row), empty(), tools}
-// tree: whether it starts as a tree, or null: if there are many rows; word: noun for a row; words: the text to search; details: creates {element, update(row), close()};
+// options: {columns, label, noun, tree, searchText(row), details(row), empty(), tools}
+// tree: whether it starts as a tree, or null: if there are many rows; noun: what a row is; searchText: the text to search; details: creates {element, update(row), close()};
 // empty: what to show if there are no rows; tools: more elements for the panel's head.
 export class Listing {
   constructor(place, options) {
@@ -39,7 +39,7 @@ export class Listing {
   _build() {
     const { body, tools } = this.place;
     this.field = h("input.search", {
-      value: this.search, placeholder: `find ${this.options.word}s`, type: "search", size: Math.max(14, this.options.word.length + 9), "aria-label": `find ${this.options.word}s`,
+      value: this.search, placeholder: `find ${this.options.noun}s`, type: "search", size: Math.max(14, this.options.noun.length + 9), "aria-label": `find ${this.options.noun}s`,
       title: "words that the name or type must contain; /.../ is a regular expression",
       oninput: () => { this.search = this.field.value; this._filter(); this.save(); },
       onkeydown: (event) => { if (event.key === "ArrowDown") { this.table.element.focus(); event.preventDefault(); } },
@@ -103,7 +103,7 @@ export class Listing {
     this.details = details;
     this.side.hidden = !details;
     this.place.body.classList.toggle("chosen", Boolean(details));
-    this.table.setBeside(Boolean(details));
+    this.table.setDetailsShown(Boolean(details));
     if (details) {
       fill(this.side, h("button.quiet.shut", { title: "close (Esc)", "aria-label": "close details", onclick: () => this.choose(null) }, h("span.back", {}, "‹ back"), h("span.cross", {}, "✕")), details.element);
     } else fill(this.side);
@@ -111,29 +111,29 @@ export class Listing {
 
   // Return the rows that match the search.
   get found() {
-    return (this.rows || []).filter(this.table.fits);
+    return (this.rows || []).filter(this.table.matches);
   }
 
   _filter() {
     const { test, problem } = matcher(this.search);
     this.place.problem(problem || "");
-    this.table.filter((row) => test(this.options.words(row)), Boolean(this.search));
+    this.table.filter((row) => test(this.options.searchText(row)), Boolean(this.search));
     this._drawTools();
   }
 
   _drawTools() {
     this.folder.setAttribute("aria-pressed", String(this.table.isTree));
     const [all, count] = [this.rows?.length ?? 0, this.table.count ?? 0];
-    fill(this.counter, this.rows ? (count === all ? plural(all, this.options.word) : `${count} of ${all}`) : "");
+    fill(this.counter, this.rows ? (count === all ? plural(all, this.options.noun) : `${count} of ${all}`) : "");
     const nothing = this.rows && !count;
     this.nothing.hidden = !nothing;
     if (!nothing) return;
-    fill(this.nothing, all ? h("div.empty", {}, h("h3", {}, "No names match"), h("p", {}, `${plural(all, this.options.word)} in all.`)) : this.options.empty());
+    fill(this.nothing, all ? h("div.empty", {}, h("h3", {}, "No names match"), h("p", {}, `${plural(all, this.options.noun)} in all.`)) : this.options.empty());
   }
 
   save() {
-    const { sort, tree, turned } = this.table;
-    this.place.save({ ...this.extra, search: this.search, selected: this.selected, sort, tree, open: [...turned].slice(0, 500) });
+    const { sort, tree, toggled } = this.table;
+    this.place.save({ ...this.extra, search: this.search, selected: this.selected, sort, tree, open: [...toggled].slice(0, 500) });
   }
 }
 

@@ -3,7 +3,7 @@
 import { copy, fill, h } from "../lib/dom.js";
 
 // A text, copied by a click.
-export function copied(text, shown = text) {
+export function copyable(text, shown = text) {
   const element = h("button.copy.mono", { title: `click to copy ${text}`, onclick: () => {
     copy(text);
     element.classList.add("done");
@@ -13,7 +13,7 @@ export function copied(text, shown = text) {
 }
 
 // A button that asks for confirmation; act() may return a promise.
-export function asking(label, question, act, props = {}) {
+export function confirmButton(label, question, act, props = {}) {
   const holder = h("span.asking");
   const button = h("button.danger", { ...props, onclick: ask }, label);
   function ask() {
@@ -68,13 +68,13 @@ export function outcome() {
 }
 
 // Names as links to another panel; long lists are truncated.
-export function links(names, open, most = 30) {
+export function nameLinks(names, open, most = 30) {
   if (!names.length) return h("span.muted", {}, "none");
   return h("span.links", {}, names.slice(0, most).map((name) => h("button.link.mono", { onclick: () => open(name) }, name)),
     names.length > most && h("span.muted", {}, `and ${names.length - most} more`));
 }
 
 // A definition list: [[label, element or text], ...].
-export function facts(pairs) {
+export function definitionList(pairs) {
   return h("dl", {}, pairs.filter(Boolean).map(([label, value]) => [h("dt", {}, label), h("dd", {}, value)]));
 }

@@ -2,7 +2,7 @@
 
 import { fill, h } from "../lib/dom.js";
 import { number } from "../lib/format.js";
-import { copied, outcome } from "./pieces.js";
+import { copyable, outcome } from "./pieces.js";
 
 const MAX_SLIDER_RANGE = 1e6; // maximum range of a slider
 const MIN_STEPS = 500; // minimum number of steps of a slider
@@ -12,7 +12,7 @@ export class Reconfigure {
     this.robot = robot;
     this.node = node;
     this.controls = new Map(); // name -> {set(value)}
-    this.groups = new Map(); // path of a group -> {element, open, told}; open: the state of the node, or the requested one
+    this.groups = new Map(); // path of a group -> {element, open, pendingRequests}; open: the state of the node, or the requested one
     this.states = []; // of all groups, as reported by the node
     this.pending = null; // name -> value, to be sent next
     this.sent = null; // the same, waiting for the node's response
@@ -20,9 +20,9 @@ export class Reconfigure {
     this.busy = false;
     this.outcome = outcome();
     this.list = h("div.configure", {}, h("p.muted.hint", {}, "…"));
-    this.element = h("div.about", {}, h("h3", {}, copied(node)), h("span.muted", {}, "dynamic_reconfigure"), this.list, this.outcome.element);
+    this.element = h("div.about", {}, h("h3", {}, copyable(node)), h("span.muted", {}, "dynamic_reconfigure"), this.list, this.outcome.element);
     this.stream = robot.stream("reconfigure", { node }, {
-      data: (data) => this._take(data),
+      data: (data) => this._receive(data),
       problem: (text) => this.outcome.fail(text),
     });
   }
@@ -31,7 +31,7 @@ export class Reconfigure {
     this.stream.close();
   }
 
-  _take({ parameters, values, groups }) {
+  _receive({ parameters, values, groups }) {
     const shape = JSON.stringify(parameters);
     if (shape !== this.shape) {
       this.shape = shape;
@@ -51,26 +51,26 @@ export class Reconfigure {
       if (!group) continue; // an empty group
       group.element.hidden = type === "hide" && !state;
       const open = type !== "collapse" || state;
-      if (open !== group.open && !group.told) group.element.open = group.open = open;
+      if (open !== group.open && !group.pendingRequests) group.element.open = group.open = open;
     }
   }
 
   // The user has opened or closed a group. For the type "collapse" the node stores that for all clients.
-  async _turned(key) {
+  async _groupToggled(key) {
     const group = this.groups.get(key);
     const its = ({ path, type }) => type === "collapse" && this.groups.get(String(path));
     if (group.element.open === group.open || !this.states.some((each) => its(each) === group)) return;
     group.open = group.element.open;
-    if (this.forgets || this.robot.about.read_only) return;
-    group.told += 1;
+    if (this.losesGroupStates || this.robot.about.read_only) return;
+    group.pendingRequests += 1;
     const groups = this.states.map((each) => ({ name: each.name, id: each.id, parent: each.parent, state: its(each) ? its(each).open : each.state }));
     try {
       await this.robot.call("reconfigure.turn", { node: this.node, groups });
     } catch (error) {
-      this.forgets = true; // like stock's Python servers
+      this.losesGroupStates = true; // like stock's Python servers
       this.outcome.say(`This node does not store which groups are closed: ${error.message}`);
     } finally {
-      group.told -= 1;
+      group.pendingRequests -= 1;
     }
   }
 
@@ -100,8 +100,8 @@ export class Reconfigure {
       }
       return [rows(list.filter(({ groups }) => groups.length === depth)), [...below].map(([name, those]) => {
         const key = String(those[0].groups.slice(0, depth + 1));
-        const element = h("details.group", { open: true, ontoggle: () => this._turned(key) }, h("summary", {}, h("span.label", {}, name)), h("div.inner", {}, inside(those, depth + 1)));
-        this.groups.set(key, { element, open: true, told: 0 });
+        const element = h("details.group", { open: true, ontoggle: () => this._groupToggled(key) }, h("summary", {}, h("span.label", {}, name)), h("div.inner", {}, inside(those, depth + 1)));
+        this.groups.set(key, { element, open: true, pendingRequests: 0 });
         return element;
       })];
     };

@@ -19,20 +19,20 @@ export class Table {
     this.on = on;
     this.sort = sort || { column: 0, down: false };
     this.tree = tree; // true, false, or null: if there are many rows
-    this.turned = new Set(open); // namespaces folded or unfolded by the user
-    this.beside = false;
+    this.toggled = new Set(open); // namespaces folded or unfolded by the user
+    this.hasDetails = false;
     this.rows = [];
     this.items = [];
     this.selected = null;
-    this.fits = () => true;
+    this.matches = () => true;
     this.searching = false;
     this.drawn = new Map();
     this.head = h("div.head", { role: "row" });
-    this.tall = h("div.tall", { role: "rowgroup" });
+    this.content = h("div.tall", { role: "rowgroup" });
     this.element = h("div.table", {
       role: "treegrid", tabIndex: 0, "aria-label": label,
       onscroll: () => this._draw(), onkeydown: (event) => this._key(event), onclick: (event) => this._click(event),
-    }, this.head, this.tall);
+    }, this.head, this.content);
     this.observer = new ResizeObserver(() => this._resized());
     this.observer.observe(this.element);
   }
@@ -46,8 +46,8 @@ export class Table {
     this._arrange();
   }
 
-  filter(fits, searching) {
-    this.fits = fits;
+  filter(matches, searching) {
+    this.matches = matches;
     this.searching = searching;
     this._arrange();
   }
@@ -63,9 +63,9 @@ export class Table {
   }
 
   // Set whether details are shown beside the table: then some columns are omitted.
-  setBeside(beside) {
-    if (beside === this.beside) return;
-    this.beside = beside;
+  setDetailsShown(beside) {
+    if (beside === this.hasDetails) return;
+    this.hasDetails = beside;
     this._resized();
   }
 
@@ -77,11 +77,11 @@ export class Table {
   _resized() {
     const width = this.element.clientWidth;
     if (!width) return;
-    this.shown = this.columns.filter((column) => width >= (column.least || 0) && !(this.beside && column.alone));
+    this.shown = this.columns.filter((column) => width >= (column.least || 0) && !(this.hasDetails && column.alone));
     this.element.style.setProperty("--columns", this.shown.map((column) => column.width || "minmax(0, 1fr)").join(" "));
     this._drawHead();
     this.drawn.clear();
-    fill(this.tall);
+    fill(this.content);
     this._draw();
   }
 
@@ -115,7 +115,7 @@ export class Table {
       const order = typeof first === "number" && typeof second === "number" ? first - second : byName(String(first), String(second));
       return sign * order || byName(one.name, other.name);
     };
-    const rows = this.rows.filter(this.fits).sort(compare);
+    const rows = this.rows.filter(this.matches).sort(compare);
     this.count = rows.length;
     this.items = this.isTree ? this._fold(rows) : rows.map((row) => ({ key: row.name, row, depth: 0, label: row.name }));
     this._draw();
@@ -123,13 +123,13 @@ export class Table {
 
   // Return the tree of namespaces as a list of items; a namespace with a single entry is not a group.
   _fold(rows) {
-    const root = group("");
+    const root = makeGroup("");
     for (const row of rows) {
       const words = row.name.split("/").filter(Boolean);
       let at = root;
       for (const word of words.slice(0, -1)) {
         const path = `${at.path}/${word}`;
-        if (!at.below.has(word)) at.below.set(word, group(path));
+        if (!at.below.has(word)) at.below.set(word, makeGroup(path));
         at.count += 1;
         at = at.below.get(word);
       }
@@ -140,7 +140,7 @@ export class Table {
     const add = (here, from, depth) => {
       for (let inner of [...here.below.values()].sort((one, other) => byName(one.path, other.path))) {
         if (inner.count === 1) {
-          const row = only(inner);
+          const row = singleEntry(inner);
           items.push({ key: row.name, row, depth, label: row.name.slice(from.length) || row.name });
           continue;
         }
@@ -156,11 +156,11 @@ export class Table {
   }
 
   isOpen(path) {
-    return this.searching || (this.rows.length <= MANY_ROWS) !== this.turned.has(path);
+    return this.searching || (this.rows.length <= MANY_ROWS) !== this.toggled.has(path);
   }
 
-  _turn(path) {
-    if (!this.turned.delete(path)) this.turned.add(path);
+  _toggle(path) {
+    if (!this.toggled.delete(path)) this.toggled.add(path);
     this._arrange();
     this.on.changed();
   }
@@ -174,7 +174,7 @@ export class Table {
   }
 
   _drawNow() {
-    this.tall.style.height = `${this.items.length * ROW_HEIGHT}px`;
+    this.content.style.height = `${this.items.length * ROW_HEIGHT}px`;
     const top = this.element.scrollTop;
     const first = Math.max(0, Math.floor(top / ROW_HEIGHT) - EXTRA_ROWS);
     const last = Math.min(this.items.length, Math.ceil((top + this.element.clientHeight) / ROW_HEIGHT) + EXTRA_ROWS);
@@ -197,7 +197,7 @@ export class Table {
       line.cells = this.shown.map((column, at) => h(`div.cell${column.number ? ".number" : ""}${at ? "" : ".name"}`, { role: "gridcell" }, !at && h("bdi")));
       line.element.append(...line.cells);
       this.drawn.set(item.key, line);
-      this.tall.append(line.element);
+      this.content.append(line.element);
     }
     const { element, cells } = line;
     element.style.top = `${index * ROW_HEIGHT}px`;
@@ -207,17 +207,17 @@ export class Table {
     element.setAttribute("aria-level", String(item.depth + 1));
     if (item.group) {
       element.setAttribute("aria-expanded", String(item.open));
-      put(cells[0].firstChild, `${item.open ? "▾" : "▸"} ${item.label} (${item.group.count})`, item.group.path);
+      setText(cells[0].firstChild, `${item.open ? "▾" : "▸"} ${item.label} (${item.group.count})`, item.group.path);
       return;
     }
     element.classList.toggle("dim", Boolean(item.row.dim));
     this.shown.forEach((column, at) => {
       if (column.node) {
-        if (line.row !== item.row && column.changes !== false) replace(cells[at], column.node(item.row));
+        if (line.row !== item.row && column.changes !== false) replaceContent(cells[at], column.node(item.row));
         return;
       }
       const text = at ? column.text(item.row) : item.label;
-      put(at ? cells[at] : cells[0].firstChild, text, at ? undefined : item.row.name);
+      setText(at ? cells[at] : cells[0].firstChild, text, at ? undefined : item.row.name);
     });
     line.row = item.row;
   }
@@ -231,7 +231,7 @@ export class Table {
   _choose(key) {
     const item = this.items.find((each) => each.key === key);
     if (!item) return;
-    if (item.group) this._turn(item.group.path);
+    if (item.group) this._toggle(item.group.path);
     else this.on.select(item.row);
     this.at = key;
   }
@@ -245,7 +245,7 @@ export class Table {
       const next = Math.min(this.items.length - 1, Math.max(0, index + steps[event.key]));
       this._goTo(next);
     } else if (item?.group && (event.key === "Enter" || event.key === " " || (event.key === "ArrowRight") !== item.open) && ["Enter", " ", "ArrowLeft", "ArrowRight"].includes(event.key)) {
-      this._turn(item.group.path);
+      this._toggle(item.group.path);
     } else if (item && event.key === "Enter") {
       this.on.select(item.row);
     } else {
@@ -268,22 +268,22 @@ export class Table {
   }
 }
 
-function group(path) {
+function makeGroup(path) {
   return { path, below: new Map(), rows: [], count: 0 };
 }
 
-function only(from) {
+function singleEntry(from) {
   let at = from;
   while (!at.rows.length) [at] = at.below.values();
   return at.rows[0];
 }
 
 // Rows that look the same are kept, so that a click on them always hits.
-function replace(cell, node) {
+function replaceContent(cell, node) {
   if (!node || !cell.firstChild?.isEqualNode(node)) fill(cell, node);
 }
 
-function put(cell, text, title = text) {
+function setText(cell, text, title = text) {
   if (cell.textContent !== text) cell.textContent = text;
   if (cell.title !== title) cell.title = title;
 }

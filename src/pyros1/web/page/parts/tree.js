@@ -2,7 +2,7 @@
 
 import { fill, h } from "../lib/dom.js";
 import { clock, number, seconds } from "../lib/format.js";
-import { copied } from "./pieces.js";
+import { copyable } from "./pieces.js";
 
 const OPEN_DEPTH = 2;
 const MAX_OPEN_MESSAGES = 3; // maximum number of messages in an array that is initially open
@@ -49,7 +49,7 @@ export class Tree {
 
   _line(label, path, type, depth, ...rest) {
     const full = this.prefix ? `${this.prefix}/${path.replaceAll(".", "/")}` : path;
-    return h("div.twig", { role: "treeitem", style: { paddingLeft: `${6 + depth * 15}px` } }, ...rest.slice(0, 1), copied(full, label), h("span.type", {}, type), ...rest.slice(1));
+    return h("div.twig", { role: "treeitem", style: { paddingLeft: `${6 + depth * 15}px` } }, ...rest.slice(0, 1), copyable(full, label), h("span.type", {}, type), ...rest.slice(1));
   }
 
   _leaf(label, path, type, depth) {
@@ -58,13 +58,13 @@ export class Tree {
     const line = this._line(label, path, type, depth, h("i.caret"), shown.element, word);
     return { element: line, update: (value) => {
       shown.update(value);
-      const text = this._word(path, value);
+      const text = this._constantName(path, value);
       if (word.textContent !== text) word.textContent = text;
     } };
   }
 
   // Return the name of a constant.
-  _word(path, value) {
+  _constantName(path, value) {
     if (!this.fields) return "";
     let fields = this.fields;
     let field = null;

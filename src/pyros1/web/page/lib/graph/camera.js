@@ -6,10 +6,10 @@ const MAX_CLICK_MOVE = 5; // pixels that the pointer may move during a click
 const ANIMATION_MS = 260; // ms
 
 export class Camera {
-  // on: {changed(), click(x, y), double(x, y), hover(x, y), took(), grab(x, y, touch), drag(right, down), drop(), foot()}; x and y in plane coordinates.
+  // on: {changed(), click(x, y), double(x, y), hover(x, y), userMoved(), grab(x, y, touch), drag(right, down), drop(), coveredHeight()}; x and y in plane coordinates.
   // grab returns whether a drag moves an object there; otherwise it moves the plane.
-  // foot returns the height in pixels covered by the line of numbers at the bottom.
-  // took is called when the user moves the view, so that it is no longer fitted automatically.
+  // coveredHeight returns the height in pixels covered by the line of numbers at the bottom.
+  // userMoved is called when the user moves the view, so that it is no longer fitted automatically.
   constructor(element, on) {
     this.element = element;
     this.on = on;
@@ -43,7 +43,7 @@ export class Camera {
   }
 
   // Return the visible part of the plane: [left, top, right, bottom].
-  seen() {
+  visibleArea() {
     const [width, height] = this.size;
     return [...this.toPlane(0, 0), ...this.toPlane(width, height)];
   }
@@ -62,9 +62,9 @@ export class Camera {
   // Fit a part of the plane into the element, with a scale of at most `most`.
   show(/** @type {number[]} */ [left, top, right, bottom], most, glide = true) {
     const [width, height] = this.size;
-    const foot = this.on.foot();
-    const scale = Math.max(MIN_SCALE, Math.min(most, (width - 40) / Math.max(1, right - left), (height - 40 - foot) / Math.max(1, bottom - top)));
-    this.go((left + right) / 2, (top + bottom) / 2 + foot / 2 / scale, scale, glide);
+    const coveredHeight = this.on.coveredHeight();
+    const scale = Math.max(MIN_SCALE, Math.min(most, (width - 40) / Math.max(1, right - left), (height - 40 - coveredHeight) / Math.max(1, bottom - top)));
+    this.go((left + right) / 2, (top + bottom) / 2 + coveredHeight / 2 / scale, scale, glide);
   }
 
   go(x, y, scale, glide = true) {
@@ -92,7 +92,7 @@ export class Camera {
   _set(x, y, scale) {
     this.target = null;
     [this.x, this.y, this.scale] = [x, y, scale];
-    this.on.took();
+    this.on.userMoved();
     this.on.changed();
   }
 
@@ -112,8 +112,8 @@ export class Camera {
     this.element.setPointerCapture(event.pointerId);
     this.pointers.set(event.pointerId, [event.offsetX, event.offsetY]);
     this.moved = this.pointers.size > 1 ? MAX_CLICK_MOVE : 0;
-    if (this.held) this.on.drop(); // a second finger starts a pinch
-    this.held = this.pointers.size === 1 && event.button === 0 && this.on.grab(...this.toPlane(event.offsetX, event.offsetY), event.pointerType === "touch");
+    if (this.heldObject) this.on.drop(); // a second finger starts a pinch
+    this.heldObject = this.pointers.size === 1 && event.button === 0 && this.on.grab(...this.toPlane(event.offsetX, event.offsetY), event.pointerType === "touch");
   }
 
   _move(event) {
@@ -125,7 +125,7 @@ export class Camera {
     }
     this.moved += Math.hypot(now[0] - before[0], now[1] - before[1]);
     if (this.moved < MAX_CLICK_MOVE) return;
-    if (this.held) {
+    if (this.heldObject) {
       this.on.drag((now[0] - before[0]) / this.scale, (now[1] - before[1]) / this.scale);
     } else if (this.pointers.size === 1) {
       this.move(before[0] - now[0], before[1] - now[1]);
@@ -141,8 +141,8 @@ export class Camera {
   _up(event) {
     const before = this.pointers.get(event.pointerId);
     this.pointers.delete(event.pointerId);
-    if (this.held) this.on.drop();
-    this.held = false;
+    if (this.heldObject) this.on.drop();
+    this.heldObject = false;
     if (before && this.moved < MAX_CLICK_MOVE && event.type === "pointerup") this.on.click(...this.toPlane(event.offsetX, event.offsetY));
   }
 }

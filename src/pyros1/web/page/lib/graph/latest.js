@@ -9,16 +9,16 @@ const MAX_LINES = 80;
 const UPDATE_INTERVAL = 200; // milliseconds
 const MAX_ITEMS = 8;
 
-export class Latest {
+export class LatestMessage {
   // published: whether the topic has publishers; flow: bytes per second, if known
   constructor(place, topic, type, published, flow) {
     this.place = place;
     this.topic = topic;
-    this.first = null; // path of the first numeric field
+    this.firstNumber = null; // path of the first numeric field
     this.value = h("div.message.mono");
     this.facts = h("span.muted");
     this.definition = h("pre.mono");
-    const text = h("details", { ontoggle: () => text.open && this._define() }, h("summary", {}, "Definition"), this.definition);
+    const text = h("details", { ontoggle: () => text.open && this._loadDefinition() }, h("summary", {}, "Definition"), this.definition);
     this.element = h("section", {}, text, h("h3", {}, "latest message ", this.facts), this.value);
     if (!published) fill(this.value, h("p.muted", {}, "No node publishes it."));
     else if (LARGE_TYPES.test(type) || flow > MAX_AUTOMATIC_FLOW) fill(this.value, h("button", { title: "this subscribes to the topic", onclick: () => this._open() }, "Show messages"));
@@ -34,7 +34,7 @@ export class Latest {
   // Plot the first numeric field of the messages.
   async plot() {
     try {
-      const [field] = this.first ? [this.first] : await this.place.robot.call("topics.fields", { begin: `${this.topic}/` });
+      const [field] = this.firstNumber ? [this.firstNumber] : await this.place.robot.call("topics.fields", { begin: `${this.topic}/` });
       if (!field) throw new Error(`${this.topic} has no numbers`);
       this.place.open("plot", { curves: [field] });
     } catch (error) {
@@ -47,14 +47,14 @@ export class Latest {
     this.stream = this.place.robot.stream("message", { topic: this.topic }, {
       data: (data) => {
         this.data = data;
-        this._later(0);
+        this._scheduleUpdate(0);
       },
       problem: (text) => text && fill(this.value, h("p.trouble", {}, text)),
     });
   }
 
   // Show the latest message, at a readable rate.
-  _later(pause) {
+  _scheduleUpdate(pause) {
     this.timer ||= setTimeout(() => {
       this.timer = 0;
       if (this.data) this._show();
@@ -63,19 +63,19 @@ export class Latest {
 
   _show() {
     if (this.value.contains(document.activeElement)) { // do not replace a button that has the focus
-      this._later(UPDATE_INTERVAL);
+      this._scheduleUpdate(UPDATE_INTERVAL);
       return;
     }
     const { value, problem, count, hz, size, bytes: flow } = this.data;
     this.data = null;
-    this._later(UPDATE_INTERVAL);
+    this._scheduleUpdate(UPDATE_INTERVAL);
     fill(this.facts, [hz && rate(hz), bytes(size), flow > MAX_AUTOMATIC_FLOW && bytes(flow, "B/s"), `number ${count}`].filter(Boolean).join(" · "));
     if (problem) {
       fill(this.value, h("p.trouble", {}, problem));
       return;
     }
     const lines = [];
-    this.first = null;
+    this.firstNumber = null;
     this._lines(value, "", this.topic, 0, lines);
     fill(this.value, lines.slice(0, MAX_LINES), lines.length > MAX_LINES && h("div.muted", {}, "… (“Inspect” shows all)"));
   }
@@ -92,7 +92,7 @@ export class Latest {
       const more = value.length - Math.min(value.items.length, MAX_ITEMS);
       const items = value.items.slice(0, MAX_ITEMS);
       if (plain) {
-        row("[", items.map((item, index) => [index ? ", " : "", this._plain(item, `${path}[${index}]`)]), more > 0 ? `, … ${value.length} in all]` : "]");
+        row("[", items.map((item, index) => [index ? ", " : "", this._formatValue(item, `${path}[${index}]`)]), more > 0 ? `, … ${value.length} in all]` : "]");
         return;
       }
       row(h("span.muted", {}, `${value.length} in all`));
@@ -100,17 +100,17 @@ export class Latest {
     } else if (value && typeof value === "object") {
       row(seconds(value));
     } else {
-      row(this._plain(value, path));
+      row(this._formatValue(value, path));
     }
   }
 
-  _plain(value, path) {
+  _formatValue(value, path) {
     if (typeof value !== "number") return typeof value === "string" ? JSON.stringify(value) : String(value);
-    this.first ||= path;
+    this.firstNumber ||= path;
     return h("button.link", { title: `plot ${path}`, onclick: () => this.place.open("plot", { curves: [path] }) }, number(value));
   }
 
-  async _define() {
+  async _loadDefinition() {
     if (this.definition.textContent) return;
     try {
       const { text } = await this.place.robot.call("topics.form", { topic: this.topic });

@@ -16,18 +16,18 @@ export function layered(boxes, edges, { down, aspect }) {
     next.get(from).push(to);
     before.get(to).push(from);
   }
-  const rank = ranks(ids, next);
+  const rank = rankBoxes(ids, next);
   let layers = [];
   for (const id of ids) (layers[rank.get(id)] ||= []).push(id);
   layers = layers.filter(Boolean);
-  order(layers, next, before);
+  sortLayers(layers, next, before);
   const sizes = new Map(boxes.map(({ id, width, height }) => [id, down ? [height, width] : [width, height]]));
   const places = coordinates(layers, sizes, down ? 1 / aspect : aspect);
   return new Map([...places].map(([id, [along, across]]) => [id, down ? [across, along] : [along, across]]));
 }
 
 // Return the length of the longest path to each box; edges that would close a cycle are ignored.
-function ranks(ids, next) {
+function rankBoxes(ids, next) {
   const done = [];
   const seen = new Map(); // id -> 1 while being visited, 2 when done
   const forward = new Map(ids.map((id) => [id, []]));
@@ -61,7 +61,7 @@ function ranks(ids, next) {
 }
 
 // Sort the boxes of each layer by the mean position of their neighbours, alternating forwards and backwards.
-function order(layers, next, before) {
+function sortLayers(layers, next, before) {
   const at = new Map();
   const number = (layer) => layer.forEach((id, index) => at.set(id, (index + 0.5) / layer.length));
   layers.forEach(number);
@@ -79,7 +79,7 @@ function order(layers, next, before) {
 }
 
 // Split layers that are too tall into several columns.
-function wrapped(layers, sizes, most) {
+function splitTallLayers(layers, sizes, most) {
   return layers.flatMap((layer) => {
     const height = layer.reduce((sum, id) => sum + sizes.get(id)[1] + GAP, 0);
     const count = Math.ceil(height / most);
@@ -95,8 +95,8 @@ function wrapped(layers, sizes, most) {
 // Wrap a long sequence of layers into rows, like text.
 function coordinates(layers, sizes, aspect) {
   const area = layers.flat().reduce((sum, id) => sum + (sizes.get(id)[0] + LAYER_GAP) * (sizes.get(id)[1] + GAP), 0);
-  const columns = wrapped(layers, sizes, Math.max(MIN_HEIGHT, Math.sqrt(area / aspect)));
-  const rows = folded(columns, aspect);
+  const columns = splitTallLayers(layers, sizes, Math.max(MIN_HEIGHT, Math.sqrt(area / aspect)));
+  const rows = wrapRows(columns, aspect);
   const places = new Map();
   let top = 0;
   for (const row of rows) {
@@ -116,7 +116,7 @@ function coordinates(layers, sizes, aspect) {
 }
 
 // Choose the number of rows whose overall shape is closest to that of the element.
-function folded(columns, aspect) {
+function wrapRows(columns, aspect) {
   const whole = columns.reduce((sum, { width, room }) => sum + width + room, 0);
   let [best, found] = [Infinity, [columns]];
   for (let count = 1; count <= MAX_ROWS; count += 1) {

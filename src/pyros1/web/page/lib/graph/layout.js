@@ -31,24 +31,24 @@ const TITLE_HEIGHT = 20;
 export function layout(what) {
   const { down, room: [width, height] } = what;
   const scale = (found) => Math.min(width / found.width, height / found.height);
-  let best = directed(what, down);
+  let best = layoutInDirection(what, down);
   if (what.boxes.length + what.edges.length > LARGE_GRAPH) return best; // each attempt takes seconds
   for (const [way, plain, factor] of [[!down, false, BETTER_BY], [down, true, MUCH_BETTER_BY]]) {
     if (scale(best) > READABLE_SCALE) break;
-    const other = directed(what, way, plain);
+    const other = layoutInDirection(what, way, plain);
     if (scale(other) > scale(best) * factor) best = other;
   }
   return best;
 }
 
-function directed(what, down, plain = false) {
+function layoutInDirection(what, down, plain = false) {
   const aspect = what.room[0] / what.room[1];
   const parts = partsOf(what).map((part) => {
     const few = plain ? ALWAYS_DAGRE : MAX_FOR_DAGRE;
     const small = part.boxes.length + part.edges.length <= few;
-    return turned(small ? byDagre(part, down) : nested(part, { down, aspect }), part);
+    return withFrames(small ? layoutByDagre(part, down) : layoutNamespaces(part, { down, aspect }), part);
   });
-  return { ...packed(parts, aspect), down };
+  return { ...packParts(parts, aspect), down };
 }
 
 // Split the graph into connected parts; a top-level group is never split.
@@ -80,10 +80,10 @@ function partsOf({ boxes, edges, groups }) {
   return [...parts.values()];
 }
 
-function byDagre({ boxes, edges, groups }, down) {
+function layoutByDagre({ boxes, edges, groups }, down) {
   const graph = new dagre.Graph({ directed: true, multigraph: true, compound: true });
   graph.setGraph({ rankdir: down ? "TB" : "LR", nodesep: 22, ranksep: 46, edgesep: 14, marginx: 4, marginy: 4 });
-  const used = new Set(boxes.flatMap(({ group }) => upwards(group)));
+  const used = new Set(boxes.flatMap(({ group }) => ancestors(group)));
   for (const { name } of groups) if (used.has(name)) graph.setNode(`g:${name}/`, {});
   for (const { name, parent } of groups) if (used.has(name) && parent) graph.setParent(`g:${name}/`, `g:${parent}/`);
   for (const { id, width, height, group } of boxes) {
@@ -101,16 +101,16 @@ function byDagre({ boxes, edges, groups }, down) {
   }
   for (const { id, from, to } of edges) {
     const { points, x, y } = graph.edge(from, to, id);
-    points[0] = atSide(graph.node(from), points[1], down) || points[0];
-    points[points.length - 1] = atSide(graph.node(to), points.at(-2), down) || points.at(-1);
-    const line = sampled(points.flatMap((point) => [point.x, point.y]), POINTS);
+    points[0] = exitPoint(graph.node(from), points[1], down) || points[0];
+    points[points.length - 1] = exitPoint(graph.node(to), points.at(-2), down) || points.at(-1);
+    const line = resample(points.flatMap((point) => [point.x, point.y]), POINTS);
     found.edges[id] = { points: line, label: x === undefined ? middle(line) : [x, y] };
   }
   return found;
 }
 
 // Return where an edge leaves a box: on the side that faces the next layer, shifted towards its next point.
-function atSide({ x, y, width, height }, next, down) {
+function exitPoint({ x, y, width, height }, next, down) {
   const [ahead, aside, half, room] = down ? [next.y - y, next.x - x, height / 2, width * 0.3] : [next.x - x, next.y - y, width / 2, height * 0.22];
   if (Math.abs(ahead) <= half) return null;
   const [along, across] = [Math.sign(ahead) * half, Math.max(-room, Math.min(room, aside * 0.25))];
@@ -118,7 +118,7 @@ function atSide({ x, y, width, height }, next, down) {
 }
 
 // Lay out each namespace separately, then treat it as one box in its parent.
-function nested({ boxes, edges, groups }, { down, aspect }, outside = "") {
+function layoutNamespaces({ boxes, edges, groups }, { down, aspect }, outside = "") {
   const inner = groups.filter(({ parent }) => parent === outside);
   const rooms = [];
   for (const { name } of inner) {
@@ -128,9 +128,9 @@ function nested({ boxes, edges, groups }, { down, aspect }, outside = "") {
     const own = edges.filter(({ from, to }) => ids.has(from) && ids.has(to));
     const small = within.length + own.length <= MAX_IN_NAMESPACE;
     const placed = small && !groups.some(({ parent }) => parent === name)
-      ? byDagre({ boxes: within, edges: own, groups: [] }, down)
-      : nested({ boxes: within, edges: own, groups }, { down, aspect }, name);
-    rooms.push({ id: `g:${name}/`, ids, placed: turned(placed, { boxes: within, groups, edges: own }) });
+      ? layoutByDagre({ boxes: within, edges: own, groups: [] }, down)
+      : layoutNamespaces({ boxes: within, edges: own, groups }, { down, aspect }, name);
+    rooms.push({ id: `g:${name}/`, ids, placed: withFrames(placed, { boxes: within, groups, edges: own }) });
   }
   const home = new Map();
   for (const room of rooms) for (const id of room.ids) home.set(id, room.id);
@@ -150,7 +150,7 @@ function nested({ boxes, edges, groups }, { down, aspect }, outside = "") {
     const [x, y] = places.get(id);
     const [dx, dy] = [x - placed.width / 2, y - placed.height / 2];
     for (const [inside, at] of Object.entries(placed.boxes)) found.boxes[inside] = [at[0] + dx, at[1] + dy];
-    for (const [inside, edge] of Object.entries(placed.edges)) found.edges[inside] = moved(edge, dx, dy);
+    for (const [inside, edge] of Object.entries(placed.edges)) found.edges[inside] = moveEdge(edge, dx, dy);
   }
   const sizes = new Map(boxes.map((each) => [each.id, each]));
   const obstacles = outer.map(({ id, width, height }) => [...places.get(id), width, height]);
@@ -161,14 +161,14 @@ function nested({ boxes, edges, groups }, { down, aspect }, outside = "") {
     const ends = [found.boxes[from], sizes.get(from), found.boxes[to], sizes.get(to)];
     const axis = down ? 1 : 0;
     const ahead = ends[2][axis] - ends[0][axis] > 0;
-    const points = ahead ? curve(...ends, down) : detour(ends, seat(from), seat(to), obstacles, down);
+    const points = ahead ? curve(...ends, down) : routeBackwards(ends, seat(from), seat(to), obstacles, down);
     found.edges[id] = { points, label: middle(points) };
   }
   return found;
 }
 
 // Route a backward edge: out of one box, along a free channel between or around the others, and into the front of the target.
-export function detour([at1, one, at2, other], seat1, seat2, obstacles, down) {
+export function routeBackwards([at1, one, at2, other], seat1, seat2, obstacles, down) {
   const turn = ([x, y, ...size]) => (down ? [y, x, ...size.reverse()] : [x, y, ...size]); // computed as if it ran from left to right
   const [[x1, y1], [x2, y2], [s1, , w1], [s2, , w2]] = [at1, at2, seat1, seat2].map(turn);
   const [ax, bx] = [x1 + (down ? one.height : one.width) / 2, x2 - (down ? other.height : other.width) / 2];
@@ -202,7 +202,7 @@ export function curve([x1, y1], one, [x2, y2], other, down) {
 }
 
 // Resample a line at equal distances, so that lines can be interpolated.
-export function sampled(line, count) {
+export function resample(line, count) {
   const lengths = [0];
   for (let index = 2; index < line.length; index += 2) {
     lengths.push(lengths.at(-1) + Math.hypot(line[index] - line[index - 2], line[index + 1] - line[index - 1]));
@@ -227,12 +227,12 @@ function middle(line) {
   return [(line[at - 2] + line[at]) / 2, (line[at - 1] + line[at + 1]) / 2];
 }
 
-function moved({ points, label }, dx, dy) {
+function moveEdge({ points, label }, dx, dy) {
   return { points: points.map((value, index) => value + (index % 2 ? dy : dx)), label: [label[0] + dx, label[1] + dy] };
 }
 
 // Compute the frames of groups, and move everything so that it starts at 0, 0.
-function turned(found, { boxes, groups, edges }) {
+function withFrames(found, { boxes, groups, edges }) {
   const frames = {};
   const deepest = [...groups].sort((one, other) => other.name.split("/").length - one.name.split("/").length);
   const grow = (frame, left, top, right, bottom) => [
@@ -265,13 +265,13 @@ function turned(found, { boxes, groups, edges }) {
   return {
     width: whole[2] - whole[0], height: whole[3] - whole[1],
     boxes: Object.fromEntries(Object.entries(found.boxes).map(([id, [x, y]]) => [id, [x + dx, y + dy]])),
-    edges: Object.fromEntries(Object.entries(found.edges).map(([id, edge]) => [id, moved(edge, dx, dy)])),
+    edges: Object.fromEntries(Object.entries(found.edges).map(([id, edge]) => [id, moveEdge(edge, dx, dy)])),
     frames: Object.fromEntries(Object.entries(frames).map(([name, [a, b, c, d]]) => [name, [(a + c) / 2 + dx, (b + d) / 2 + dy, c - a, d - b]])),
   };
 }
 
 // Pack the parts into rows, largest first, in roughly the shape of the element.
-function packed(parts, aspect) {
+function packParts(parts, aspect) {
   const area = parts.reduce((sum, { width, height }) => sum + (width + GAP) * (height + GAP), 0);
   const widest = Math.max(0, ...parts.map(({ width }) => width));
   const room = Math.max(widest, Math.sqrt(area * aspect) * 1.05);
@@ -281,7 +281,7 @@ function packed(parts, aspect) {
   for (const [part] of order) {
     if (left && left + part.width > room) [left, top, tall] = [0, top + tall + GAP, 0];
     for (const [id, [x, y]] of Object.entries(part.boxes)) whole.boxes[id] = [x + left, y + top];
-    for (const [id, edge] of Object.entries(part.edges)) whole.edges[id] = moved(edge, left, top);
+    for (const [id, edge] of Object.entries(part.edges)) whole.edges[id] = moveEdge(edge, left, top);
     for (const [name, [x, y, width, height]] of Object.entries(part.frames)) whole.frames[name] = [x + left, y + top, width, height];
     left += part.width + GAP;
     tall = Math.max(tall, part.height);
@@ -291,7 +291,7 @@ function packed(parts, aspect) {
   return whole;
 }
 
-function upwards(name) {
+function ancestors(name) {
   const words = name.split("/").slice(1);
   return words.map((_, index) => `/${words.slice(0, index + 1).join("/")}`);
 }

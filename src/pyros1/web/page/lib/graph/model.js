@@ -40,27 +40,27 @@ export function build(system, choice) {
   const hide = new Set(choice.hide);
   const all = Object.keys(system.nodes);
   const listeners = new Set(all.filter((name) => !(hide.has("debug") && isDebugNode(name))));
-  const tools = hide.has("debug") ? toolsThatMatter(system, listeners) : []; // with the topics that they publish, not those that they subscribe to
+  const tools = hide.has("debug") ? toolsThatMove(system, listeners) : []; // with the topics that they publish, not those that they subscribe to
   const nodes = new Set([...listeners, ...tools]);
   const names = [...nodes];
   const silent = new Set(system.silent);
   const topics = topicsOf(system, hide, nodes, listeners);
   const links = linksOf(system, topics, nodes, listeners);
-  const boxes = names.sort().map((name) => box("node", name, { silent: silent.has(name) }));
+  const boxes = names.sort().map((name) => makeBox("node", name, { silent: silent.has(name) }));
   let edges;
   if (choice.mode === "nodes") {
     edges = links.map((link) => [`n:${link.publisher}`, `n:${link.subscriber}`, link]);
   } else {
     const shown = choice.mode === "active" ? new Set(links.map((link) => link.topic)) : new Set(topics.keys());
-    for (const [name, topic] of topics) if (shown.has(name)) boxes.push(box("topic", name, { type: topic.type }));
+    for (const [name, topic] of topics) if (shown.has(name)) boxes.push(makeBox("topic", name, { type: topic.type }));
     edges = topicEdges(topics, shown, links);
   }
   const count = all.length + (choice.mode === "nodes" ? 0 : Object.keys(system.topics).length);
-  return { ...limited(grouped({ boxes, edges: merged(edges) }, choice)), all: count, unheard: choice.mode === "nodes" ? 0 : unheard(system, choice, topics, nodes, listeners) };
+  return { ...limitBoxes(groupBoxes({ boxes, edges: mergeLinks(edges) }, choice)), all: count, unheard: choice.mode === "nodes" ? 0 : countUnheard(system, choice, topics, nodes, listeners) };
 }
 
 // Find tools that move the robot: a "topic pub" whose messages are received by a node.
-function toolsThatMatter(system, listeners) {
+function toolsThatMove(system, listeners) {
   const found = new Set();
   for (const [name, { publishers, subscribers }] of Object.entries(system.topics)) {
     if (DEBUG_TOPICS.test(name) || !subscribers.some((node) => listeners.has(node))) continue;
@@ -88,7 +88,7 @@ function topicsOf(system, hide, nodes, listeners) {
   return found;
 }
 
-function unheard(system, { mode, hide }, topics, nodes, listeners) {
+function countUnheard(system, { mode, hide }, topics, nodes, listeners) {
   const all = topicsOf(system, new Set(hide.filter((name) => name !== "dead" && name !== "leaf")), nodes, listeners);
   return [...all].filter(([name, { subscribers }]) => !subscribers.length && (mode === "active" || !topics.has(name))).length;
 }
@@ -135,7 +135,7 @@ function topicEdges(topics, shown, links) {
 }
 
 // Combine all links between two boxes into one edge.
-function merged(edges) {
+function mergeLinks(edges) {
   const found = new Map();
   for (const [from, to, link] of edges) {
     const id = `${from} ${to}`;
@@ -149,30 +149,30 @@ function merged(edges) {
   return [...found.values()];
 }
 
-function box(kind, name, more) {
+function makeBox(kind, name, more) {
   return { id: `${kind[0]}:${name}`, kind, name, label: name, group: "", silent: false, ...more };
 }
 
 // Put boxes into their namespaces up to a depth; a folded namespace becomes one box.
-function grouped({ boxes, edges }, { depth: wanted, toggled }) {
+function groupBoxes({ boxes, edges }, { depth: wanted, toggled }) {
   const automatic = wanted < 0 && boxes.length > MANY_BOXES;
   const depth = wanted < 0 ? Number(automatic) : wanted;
   if (!depth) return { boxes, edges, groups: [] };
   const groups = new Map();
   for (const each of boxes) each.group = namespace(each.name, depth);
   const sizes = new Map();
-  for (const each of boxes) for (const name of upwards(each.group)) sizes.set(name, (sizes.get(name) || 0) + 1);
+  for (const each of boxes) for (const name of ancestors(each.group)) sizes.set(name, (sizes.get(name) || 0) + 1);
   const changed = new Set(toggled);
   const closed = { has: (name) => changed.has(name) !== automatic };
   const kept = new Map();
   const home = new Map(); // id of a box -> id of the box that represents it
   for (const each of boxes) {
     while (each.group && sizes.get(each.group) < 2) each.group = parent(each.group); // a frame around a single box is useless
-    const line = upwards(each.group); // from the outermost inwards
+    const line = ancestors(each.group); // from the outermost inwards
     const outermost = line.find((name) => closed.has(name));
     if (outermost === undefined) {
       for (const name of line) groups.set(name, frame(name));
-      each.label = below(each.name, each.group);
+      each.label = isBelow(each.name, each.group);
       kept.set(each.id, each);
       continue;
     }
@@ -180,8 +180,8 @@ function grouped({ boxes, edges }, { depth: wanted, toggled }) {
     home.set(each.id, id);
     if (!kept.has(id)) {
       const above = parent(outermost);
-      for (const name of upwards(above)) groups.set(name, frame(name));
-      kept.set(id, { ...box("group", outermost, {}), label: below(outermost, above), group: above, nodes: 0, inside: [] });
+      for (const name of ancestors(above)) groups.set(name, frame(name));
+      kept.set(id, { ...makeBox("group", outermost, {}), label: isBelow(outermost, above), group: above, nodes: 0, inside: [] });
     }
     kept.get(id).inside.push(each);
     kept.get(id).nodes += each.kind === "node" ? 1 : 0;
@@ -193,11 +193,11 @@ function grouped({ boxes, edges }, { depth: wanted, toggled }) {
     if (from === to && from.startsWith("g:")) return [];
     return edge.links.map((link) => [from, to, link]);
   });
-  return { boxes: [...kept.values()], edges: merged(moved), groups: [...groups.values()] };
+  return { boxes: [...kept.values()], edges: mergeLinks(moved), groups: [...groups.values()] };
 }
 
 function frame(name) {
-  return { id: `g:${name}`, name, label: below(name, parent(name)), parent: parent(name) };
+  return { id: `g:${name}`, name, label: isBelow(name, parent(name)), parent: parent(name) };
 }
 
 export function namespace(name, depth) {
@@ -208,22 +208,22 @@ function parent(name) {
   return name.slice(0, Math.max(0, name.lastIndexOf("/")));
 }
 
-function upwards(name) {
+function ancestors(name) {
   const found = [];
   for (let each = name; each; each = parent(each)) found.unshift(each);
   return found;
 }
 
-function below(name, group) {
+function isBelow(name, group) {
   return group ? name.slice(group.length + 1) : name;
 }
 
 // Keep the first boxes if there are too many to be useful, nodes before topics.
-function limited({ boxes, edges, groups }) {
+function limitBoxes({ boxes, edges, groups }) {
   if (boxes.length <= MAX_BOXES) return { boxes, edges, groups, cut: 0 };
   const kept = boxes.slice(0, MAX_BOXES);
   const ids = new Set(kept.map(({ id }) => id));
-  const used = new Set(kept.flatMap(({ group }) => upwards(group)));
+  const used = new Set(kept.flatMap(({ group }) => ancestors(group)));
   return {
     boxes: kept, cut: boxes.length - kept.length, groups: groups.filter(({ name }) => used.has(name)),
     edges: edges.filter(({ from, to }) => ids.has(from) && ids.has(to)),
@@ -277,7 +277,7 @@ export function matching(model, text) {
 
 // Write the model in Graphviz's dot language; in the mode "nodes", like `pyros1 graph --dot`.
 export function dot(model) {
-  const quote = (text) => `"${shown(text).replaceAll("\\", "\\\\").replaceAll('"', '\\"')}"`;
+  const quote = (text) => `"${printable(text).replaceAll("\\", "\\\\").replaceAll('"', '\\"')}"`;
   const lines = ["digraph system {", "  rankdir=LR;"];
   const id = (each) => (each.kind === "node" ? each.name : each.id);
   const ids = new Map(model.boxes.map((each) => [each.id, quote(id(each))]));
@@ -315,7 +315,7 @@ export function dot(model) {
 
 // Escape control characters and marks that change the writing direction, like `pyros1.ground.terminal_text.one_line`:
 // the file may be viewed in a terminal.
-function shown(text) {
+function printable(text) {
   return text.replace(UNPRINTABLE, (letter) => SHORT_ESCAPES[letter] || `\\${letter < "\u0100" ? "x" : "u"}${letter.charCodeAt(0).toString(16).padStart(letter < "\u0100" ? 2 : 4, "0")}`);
 }
 

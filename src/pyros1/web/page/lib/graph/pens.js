@@ -24,11 +24,11 @@ export class CanvasPen {
     context.lineWidth = width;
     context.setLineDash(dash || []);
     context.beginPath();
-    for (const points of every) trace(points, (x, y) => context.moveTo(x, y), (x, y) => context.lineTo(x, y), (a, b, x, y) => context.quadraticCurveTo(a, b, x, y));
+    for (const points of every) tracePath(points, (x, y) => context.moveTo(x, y), (x, y) => context.lineTo(x, y), (a, b, x, y) => context.quadraticCurveTo(a, b, x, y));
     context.stroke();
   }
 
-  tip(x, y, angle, { fill, alpha = 1 }) {
+  arrowHead(x, y, angle, { fill, alpha = 1 }) {
     const { context } = this;
     context.globalAlpha = alpha;
     context.fillStyle = fill;
@@ -76,26 +76,26 @@ export class SvgPen {
 
   lines(every, { stroke, width, dash, alpha }) {
     const path = [];
-    const say = (letter) => (...numbers) => path.push(letter + numbers.map(short).join(" "));
-    for (const points of every) trace(points, say("M"), say("L"), say("Q"));
+    const say = (letter) => (...numbers) => path.push(letter + numbers.map(formatNumber).join(" "));
+    for (const points of every) tracePath(points, say("M"), say("L"), say("Q"));
     this._add("path", { d: path.join(""), fill: "none", stroke, "stroke-width": width, "stroke-dasharray": dash?.join(" "), opacity: alpha });
   }
 
-  tip(x, y, angle, { fill, alpha }) {
-    const turn = `translate(${short(x)} ${short(y)}) rotate(${short((angle * 180) / Math.PI)})`;
+  arrowHead(x, y, angle, { fill, alpha }) {
+    const turn = `translate(${formatNumber(x)} ${formatNumber(y)}) rotate(${formatNumber((angle * 180) / Math.PI)})`;
     this._add("polygon", { points: ARROW_HEAD.join(" "), transform: turn, fill, opacity: alpha });
   }
 
   box(x, y, width, height, /** @type {BoxStyle} */ { radius, fill, stroke, lineWidth = 1, dash, alpha }) {
     this._add("rect", {
-      x: short(x - width / 2), y: short(y - height / 2), width: short(width), height: short(height), rx: radius,
+      x: formatNumber(x - width / 2), y: formatNumber(y - height / 2), width: formatNumber(width), height: formatNumber(height), rx: radius,
       fill: fill || "none", stroke, "stroke-width": stroke && lineWidth, "stroke-dasharray": dash?.join(" "), opacity: alpha,
     });
   }
 
   text(x, y, text, { size, weight = 400, fill, align = "center", alpha }) {
     this._add("text", {
-      x: short(x), y: short(y), fill, opacity: alpha, "font-family": this.family, "font-size": size, "font-weight": weight,
+      x: formatNumber(x), y: formatNumber(y), fill, opacity: alpha, "font-family": this.family, "font-size": size, "font-weight": weight,
       "text-anchor": align === "center" ? "middle" : "start", "dominant-baseline": "central",
     }, text);
   }
@@ -105,7 +105,7 @@ export class SvgPen {
   }
 }
 
-function trace(points, move, line, bend) {
+function tracePath(points, move, line, bend) {
   move(points[0], points[1]);
   let index = 2;
   for (; index < points.length - 2; index += 2) {
@@ -115,6 +115,6 @@ function trace(points, move, line, bend) {
   line(points[index], points[index + 1]);
 }
 
-function short(value) {
+function formatNumber(value) {
   return Math.round(value * 10) / 10;
 }

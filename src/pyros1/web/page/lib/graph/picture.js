@@ -10,18 +10,18 @@ const KEY_STEP = 60; // pixels per press of an arrow key
 const HIT_DISTANCE = 7; // pixels from an edge that still count as a hit
 const ARROW_KEYS = { ArrowRight: [1, 0], ArrowLeft: [-1, 0], ArrowDown: [0, 1], ArrowUp: [0, -1] };
 
-export class Picture {
+export class GraphView {
   // room: the element whose shape the layout should have; the canvas may show only a part of it.
-  // on: {choose(found), fold(group), arranged(), moved(), foot()}; foot: pixels covered at the bottom; found is {box}, {edge} or null; moved: the user has moved boxes, or moved them back
+  // on: {choose(found), fold(group), arranged(), moved(), coveredHeight()}; coveredHeight: pixels covered at the bottom; found is {box}, {edge} or null; moved: the user has moved boxes, or moved them back
   constructor(canvas, room, on) {
     this.canvas = canvas;
     this.room = room;
     this.on = on;
     this.scene = new Scene();
     this.fitted = true; // fit everything until the user moves the view
-    this.pointed = null;
+    this.hovered = null;
     this.chosen = null;
-    this.lit = null;
+    this.highlighted = null;
     this.number = 0;
     this.widths = new Map(); // text widths in pixels
     this.times = { layout: 0, frames: [] };
@@ -30,18 +30,18 @@ export class Picture {
     this.pen = new CanvasPen(this.context, this.family);
     this.camera = new Camera(canvas, {
       changed: () => this.draw(),
-      took: () => { this.fitted = false; },
+      userMoved: () => { this.fitted = false; },
       hover: (x, y) => this._hover(x, y),
       click: (x, y) => this._click(x, y),
       double: (x, y) => this._double(x, y),
       grab: (x, y, touch) => this._grab(x, y, touch),
       drag: (right, down) => this._drag(right, down),
       drop: () => this._drop(),
-      foot: on.foot,
+      coveredHeight: on.coveredHeight,
     });
     canvas.addEventListener("keydown", (event) => this._key(event));
     this.worker = new Worker(new URL("./worker.js", import.meta.url), { type: "module" });
-    this.worker.onmessage = ({ data }) => this._arranged(data);
+    this.worker.onmessage = ({ data }) => this._applyLayout(data);
     this.observer = new ResizeObserver(() => this._resized());
     this.observer.observe(canvas);
     this.onTheme = () => {
@@ -65,35 +65,35 @@ export class Picture {
   show(model, rates) {
     this.rates = rates;
     const [width, height] = [this.room.clientWidth || 1, this.room.clientHeight || 1];
-    const tall = height > width * 1.15;
-    if (tall !== this.tall) this.tall = this.down = tall;
+    const isTall = height > width * 1.15;
+    if (isTall !== this.isTall) this.isTall = this.down = isTall;
     const what = plan(model, { rates, down: this.down, room: [width, height], measure: (...args) => this._measure(...args) });
-    const shape = JSON.stringify([what.boxes, what.edges, what.groups, tall]);
+    const shape = JSON.stringify([what.boxes, what.edges, what.groups, isTall]);
     this.model = model;
     if (shape !== this.shape) {
       this.shape = shape;
       this.number += 1;
-      this.waiting = { number: this.number, what };
-      this._ask();
-    } else if (!this.asked) {
+      this.nextRequest = { number: this.number, what };
+      this._requestLayout();
+    } else if (!this.request) {
       this.scene.refresh(model);
       this.draw();
     }
   }
 
   // Compute one layout at a time; of the pending ones, only the latest counts.
-  _ask() {
-    if (this.asked || !this.waiting) return;
-    this.asked = { ...this.waiting, model: this.model, at: performance.now() };
-    this.waiting = null;
-    this.worker.postMessage({ number: this.asked.number, what: this.asked.what });
-    clearTimeout(this.slow);
-    this.slow = setTimeout(() => this.asked && this.canvas.parentElement?.classList.add("busy"), 300);
+  _requestLayout() {
+    if (this.request || !this.nextRequest) return;
+    this.request = { ...this.nextRequest, model: this.model, at: performance.now() };
+    this.nextRequest = null;
+    this.worker.postMessage({ number: this.request.number, what: this.request.what });
+    clearTimeout(this.busyTimer);
+    this.busyTimer = setTimeout(() => this.request && this.canvas.parentElement?.classList.add("busy"), 300);
   }
 
-  _arranged({ found, problem, seconds }) {
-    const { what, model, at } = this.asked;
-    this.asked = null;
+  _applyLayout({ found, problem, seconds }) {
+    const { what, model, at } = this.request;
+    this.request = null;
     this.canvas.parentElement?.classList.remove("busy");
     if (problem) console.error(`layout: ${problem}`);
     else {
@@ -102,17 +102,17 @@ export class Picture {
       this.times.shown = (performance.now() - at) / 1000;
       const first = !this.scene.items.size;
       this.scene.arrange(model, what, found, this.chosen, first ? -Infinity : performance.now());
-      if (!this.waiting) this.scene.refresh(this.model);
+      if (!this.nextRequest) this.scene.refresh(this.model);
       if (this.fitted) this.fit(!first);
       this.on.arranged?.();
       this.draw();
     }
-    this._ask();
+    this._requestLayout();
   }
 
-  light(chosen, lit) {
+  highlight(chosen, highlighted) {
     this.chosen = chosen;
-    this.lit = lit;
+    this.highlighted = highlighted;
     this.draw();
   }
 
@@ -123,7 +123,7 @@ export class Picture {
 
   // Centre the view on boxes.
   centre(ids) {
-    const bounds = this.scene.around(ids);
+    const bounds = this.scene.boundsOf(ids);
     if (!Number.isFinite(bounds[0])) return;
     this.fitted = false;
     this.camera.show(bounds, Math.max(this.camera.scale, 1));
@@ -155,16 +155,16 @@ export class Picture {
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.clearRect(0, 0, this.canvas.width, this.canvas.height);
     context.setTransform(camera.scale * ratio, 0, 0, camera.scale * ratio, (width / 2 - camera.x * camera.scale) * ratio, (height / 2 - camera.y * camera.scale) * ratio);
-    this.scene.draw(this.pen, this._look(camera.scale, camera.seen()));
+    this.scene.draw(this.pen, this._drawOptions(camera.scale, camera.visibleArea()));
     context.globalAlpha = 1;
     this.times.frames.push([now, performance.now() - begin]);
     if (this.times.frames.length > 240) this.times.frames.shift();
     if (moving) this.draw();
   }
 
-  _look(scale, seen) {
+  _drawOptions(scale, visibleArea) {
     this.colours ||= palette();
-    return { colours: this.colours, scale, seen, lit: this.lit, chosen: this.chosen, pointed: this.pointed };
+    return { colours: this.colours, scale, visibleArea, highlighted: this.highlighted, chosen: this.chosen, hovered: this.hovered };
   }
 
   // Return the whole graph as an SVG file.
@@ -175,7 +175,7 @@ export class Picture {
     const pen = new SvgPen(root, this.family.replaceAll('"', "'"));
     this.scene.step(Infinity);
     pen.box(x + width / 2, y + height / 2, width, height, { fill: palette().surface });
-    this.scene.draw(pen, { ...this._look(1, [-Infinity, -Infinity, Infinity, Infinity]), lit: null, chosen: null, pointed: null });
+    this.scene.draw(pen, { ...this._drawOptions(1, [-Infinity, -Infinity, Infinity, Infinity]), highlighted: null, chosen: null, hovered: null });
     return new XMLSerializer().serializeToString(root);
   }
 
@@ -206,8 +206,8 @@ export class Picture {
   _hover(x, y) {
     const found = Number.isNaN(x) ? null : this._find(x, y);
     const of = found?.box || found?.group || found?.edge;
-    if ((of?.id || null) === this.pointed) return;
-    this.pointed = of?.id || null;
+    if ((of?.id || null) === this.hovered) return;
+    this.hovered = of?.id || null;
     this.canvas.style.cursor = of ? "pointer" : "";
     this.canvas.title = found?.box ? `${of.name}${of.type ? `\n${of.type}` : ""}${of.silent ? "\ndoes not answer" : ""}` : found?.group ? `fold ${of.name}` : "";
     this.draw();
@@ -257,7 +257,7 @@ export class Picture {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
     const way = ARROW_KEYS[event.key];
     if (way) {
-      const next = this.chosen && !event.shiftKey && this.scene.items.has(this.chosen) ? this.scene.beside(this.chosen, way) : null;
+      const next = this.chosen && !event.shiftKey && this.scene.items.has(this.chosen) ? this.scene.neighbour(this.chosen, way) : null;
       if (next) this.on.choose({ box: this.scene.items.get(next).box });
       else this.camera.move(way[0] * KEY_STEP, way[1] * KEY_STEP);
     } else if (event.key === "r") this.release();

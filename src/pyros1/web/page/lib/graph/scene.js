@@ -27,7 +27,7 @@ export function plan(model, { rates, down, room, measure }) {
     return { id: box.id, width: Math.max(width, 130), height: 48, group: box.group };
   });
   const edges = model.edges.map((edge) => {
-    edge.lines = namesOn(edge);
+    edge.lines = labelLines(edge);
     edge.flows = rates && edge.links.some(({ publisher, subscriber }) => publisher && subscriber); // a node that responds late must not change the layout
     const widest = Math.max(0, edge.flows ? FLOW_WIDTH : 0, ...edge.lines.map((line) => Math.ceil(measure(line, 11, 400)) + 6));
     const height = (edge.lines.length + (edge.flows ? 2 : 0)) * LINE_HEIGHT;
@@ -36,7 +36,7 @@ export function plan(model, { rates, down, room, measure }) {
   return { boxes, edges, groups: model.groups.map(({ name, parent }) => ({ name, parent })), down, room };
 }
 
-function namesOn(edge) {
+function labelLines(edge) {
   if (edge.from.startsWith("t:") || edge.to.startsWith("t:")) return [];
   const topics = topicsOn(edge);
   if (edge.from.startsWith("g:") || edge.to.startsWith("g:")) return [plural(topics.length, "topic")];
@@ -51,8 +51,8 @@ export class Scene {
     this.items = new Map(); // id -> {box, width, height, home, from, to, at}; home: position in the layout
     this.lines = new Map(); // id -> {edge, home, from, to, at}
     this.frames = new Map(); // group -> {group, home, from, to, at}: [x, y, width, height]
-    this.put = new Map(); // id -> [x, y]: boxes that the user has moved
-    this.asked = new Map(); // id -> [right, down]: the same for boxes that do not exist yet, as offsets from the layout's position
+    this.movedBoxes = new Map(); // id -> [x, y]: boxes that the user has moved
+    this.pendingOffsets = new Map(); // id -> [right, down]: the same for boxes that do not exist yet, as offsets from the layout's position
     this.begin = -Infinity;
     this.bounds = [0, 0, 1, 1];
   }
@@ -92,11 +92,11 @@ export class Scene {
     }
     Object.assign(this, { model, items, lines, frames, begin: now });
     this.whole = [dx, dy, dx + found.width, dy + found.height];
-    for (const [id, [right, down]] of this.asked) {
+    for (const [id, [right, down]] of this.pendingOffsets) {
       const item = items.get(id);
-      if (item && this.asked.delete(id)) this.put.set(id, [item.home[0] + right, item.home[1] + down]);
+      if (item && this.pendingOffsets.delete(id)) this.movedBoxes.set(id, [item.home[0] + right, item.home[1] + down]);
     }
-    this._settle();
+    this._computeTargets();
     for (const set of [items, lines, frames]) {
       for (const each of set.values()) {
         each.from ||= each.to;
@@ -109,58 +109,58 @@ export class Scene {
   move(id, right, down) {
     const item = this.items.get(id);
     if (!item) return;
-    if (this.put.size >= MAX_MOVED_BOXES && !this.put.has(id)) this.put.delete(this.put.keys().next().value);
-    this.put.set(id, [item.to[0] + right, item.to[1] + down]);
-    this._settle(id);
+    if (this.movedBoxes.size >= MAX_MOVED_BOXES && !this.movedBoxes.has(id)) this.movedBoxes.delete(this.movedBoxes.keys().next().value);
+    this.movedBoxes.set(id, [item.to[0] + right, item.to[1] + down]);
+    this._computeTargets(id);
   }
 
   // Offsets of the boxes that the user has moved, as stored in a link: [[id, right, down], ...].
   get offsets() {
-    const there = [...this.put].filter(([id]) => this.items.has(id)).map(([id, [x, y]]) => {
+    const there = [...this.movedBoxes].filter(([id]) => this.items.has(id)).map(([id, [x, y]]) => {
       const { home } = this.items.get(id);
       return [id, Math.round(x - home[0]), Math.round(y - home[1])];
     });
-    return [...[...this.asked].map(([id, way]) => [id, ...way]), ...there];
+    return [...[...this.pendingOffsets].map(([id, way]) => [id, ...way]), ...there];
   }
 
   // Links are untrusted input.
   set offsets(list) {
     const good = (each) => Array.isArray(each) && typeof each[0] === "string" && each.length === 3 && each.slice(1).every(Number.isFinite);
-    this.asked = new Map((Array.isArray(list) ? list : []).filter(good).slice(0, MAX_MOVED_BOXES).map(([id, ...way]) => [id, way]));
+    this.pendingOffsets = new Map((Array.isArray(list) ? list : []).filter(good).slice(0, MAX_MOVED_BOXES).map(([id, ...way]) => [id, way]));
   }
 
   // Animate all boxes back to the positions of the layout.
   release(now) {
-    this.put.clear();
-    this.asked.clear();
+    this.movedBoxes.clear();
+    this.pendingOffsets.clear();
     for (const set of [this.items, this.lines, this.frames]) for (const each of set.values()) each.from = each.at;
     this.begin = now;
-    this._settle();
+    this._computeTargets();
   }
 
   // Compute all target positions: those of the layout, unless the user has moved the box, or an end of the edge.
   // moved: the box that is being dragged; it and its edges move without animation.
-  _settle(moved = null) {
+  _computeTargets(moved = null) {
     const away = (id) => {
-      const [item, put] = [this.items.get(id), this.put.get(id)];
+      const [item, put] = [this.items.get(id), this.movedBoxes.get(id)];
       return item && put ? [put[0] - item.home[0], put[1] - item.home[1]] : null;
     };
     const set = (each, to, now) => {
       each.to = to;
       if (now) each.at = each.from = to;
     };
-    for (const [id, item] of this.items) if (!moved || id === moved) set(item, this.put.get(id) || item.home, moved);
+    for (const [id, item] of this.items) if (!moved || id === moved) set(item, this.movedBoxes.get(id) || item.home, moved);
     for (const line of this.lines.values()) {
       const { from, to } = line.edge;
-      if (!moved || from === moved || to === moved) set(line, bent(line.home, away(from), away(to)), moved);
+      if (!moved || from === moved || to === moved) set(line, moveEnds(line.home, away(from), away(to)), moved);
     }
     this.bounds = [...this.whole];
     for (const frame of this.frames.values()) {
-      const inside = [...this.put.keys()].map((id) => this.items.get(id)).filter((item) => item && within(item.box.group, frame.group.name));
-      set(frame, inside.length ? framed(frame.home, inside) : frame.home, moved);
+      const inside = [...this.movedBoxes.keys()].map((id) => this.items.get(id)).filter((item) => item && isWithin(item.box.group, frame.group.name));
+      set(frame, inside.length ? expandFrame(frame.home, inside) : frame.home, moved);
       if (inside.length) this._reach(frame.to, frame.to[2], frame.to[3]);
     }
-    for (const id of this.put.keys()) if (this.items.has(id)) this._reach(this.items.get(id).to, this.items.get(id).width, this.items.get(id).height);
+    for (const id of this.movedBoxes.keys()) if (this.items.has(id)) this._reach(this.items.get(id).to, this.items.get(id).width, this.items.get(id).height);
   }
 
   _reach([x, y], width, height) {
@@ -203,7 +203,7 @@ export class Scene {
   }
 
   // Return the nearest box in a direction: [1, 0] is to the right.
-  beside(id, [right, down]) {
+  neighbour(id, [right, down]) {
     const { at: [x, y] } = this.items.get(id);
     let [best, found] = [Infinity, null];
     for (const { box, at } of this.items.values()) {
@@ -216,7 +216,7 @@ export class Scene {
     return found;
   }
 
-  around(ids) {
+  boundsOf(ids) {
     const found = [Infinity, Infinity, -Infinity, -Infinity];
     for (const id of ids) {
       const item = this.items.get(id);
@@ -230,9 +230,9 @@ export class Scene {
     return found;
   }
 
-  // Draw with a pen (see pens.js). look: {colours, scale, seen: [left, top, right, bottom], lit: {boxes, edges} (sets of ids) or null, chosen: id, pointed: id}
+  // Draw with a pen (see pens.js). look: {colours, scale, visibleArea: [left, top, right, bottom], highlighted: {boxes, edges} (sets of ids) or null, chosen: id, hovered: id}
   draw(pen, look) {
-    const [left, top, right, bottom] = look.seen;
+    const [left, top, right, bottom] = look.visibleArea;
     const outside = (x, y, width, height) => x + width / 2 < left || x - width / 2 > right || y + height / 2 < top || y - height / 2 > bottom;
     const text = (size) => size * look.scale >= MIN_FONT;
     for (const frame of this.frames.values()) {
@@ -243,7 +243,7 @@ export class Scene {
     const strokes = new Map(); // when zoomed out, lines with the same style are drawn together
     for (const line of this.lines.values()) {
       const points = line.at.slice(0, -2);
-      if (outsideLine(points, look.seen)) continue;
+      if (outsideLine(points, look.visibleArea)) continue;
       const style = styleOf(look, line);
       if (look.scale < SHAPES_ONLY_SCALE) {
         const key = Object.values(style).join();
@@ -253,7 +253,7 @@ export class Scene {
       }
       pen.lines([points], style);
       const [x, y, bx, by] = points.slice(-4);
-      pen.tip(bx, by, Math.atan2(by - y, bx - x), { fill: style.stroke, alpha: style.alpha });
+      pen.arrowHead(bx, by, Math.atan2(by - y, bx - x), { fill: style.stroke, alpha: style.alpha });
       if (text(11)) labels.push(line);
     }
     for (const { style, lines } of strokes.values()) pen.lines(lines, style);
@@ -265,41 +265,41 @@ export class Scene {
   }
 }
 
-const faint = (look, lit) => (lit ? 1 : look.colours.dark ? 0.28 : 0.32);
+const faint = (look, highlighted) => (highlighted ? 1 : look.colours.dark ? 0.28 : 0.32);
 
-function drawFrame(pen, { colours, pointed, scale }, { group, at: [x, y, width, height], alpha }) {
-  const stroke = pointed === group.id ? colours.accent : colours.border;
+function drawFrame(pen, { colours, hovered, scale }, { group, at: [x, y, width, height], alpha }) {
+  const stroke = hovered === group.id ? colours.accent : colours.border;
   pen.box(x, y, width, height, { radius: 10, fill: colours.group, stroke, lineWidth: Math.max(1, 0.8 / scale), alpha });
 }
 
 // Group names never become too small to read: when zoomed out they are all that is left.
-function drawTitle(pen, { colours, pointed, scale, seen }, { group, at: [x, y, width, height], alpha }) {
+function drawTitle(pen, { colours, hovered, scale, visibleArea }, { group, at: [x, y, width, height], alpha }) {
   const size = Math.max(12, MIN_GROUP_FONT / scale);
-  const within = Math.min(Math.max(y - height / 2, seen[1]), y + height / 2 - 30); // keep the name of a large group visible
-  const [left, top] = [Math.max(x - width / 2, Math.min(seen[0], x)) + (size > 14 ? 0 : 12), size > 14 ? y - height / 2 - size * 0.7 : within + 16];
+  const within = Math.min(Math.max(y - height / 2, visibleArea[1]), y + height / 2 - 30); // keep the name of a large group visible
+  const [left, top] = [Math.max(x - width / 2, Math.min(visibleArea[0], x)) + (size > 14 ? 0 : 12), size > 14 ? y - height / 2 - size * 0.7 : within + 16];
   const text = `▾ ${group.label}`;
   if (size > 14) pen.box(left + text.length * size * 0.3, top, text.length * size * 0.6, size * 1.2, { radius: size / 4, fill: colours.surface, alpha });
-  pen.text(left, top, text, { size, weight: 600, fill: pointed === group.id ? colours.accent : colours.muted, align: "left", alpha });
+  pen.text(left, top, text, { size, weight: 600, fill: hovered === group.id ? colours.accent : colours.muted, align: "left", alpha });
 }
 
 function styleOf(look, { edge, alpha }) {
-  const { colours, lit, chosen, pointed, scale } = look;
+  const { colours, highlighted, chosen, hovered, scale } = look;
   const state = stateOf(edge);
-  const here = edge.id === pointed || edge.id === chosen;
+  const here = edge.id === hovered || edge.id === chosen;
   const { hz, bytes: size } = flowOf(edge);
   const dim = state === "unknown" || (state === "ok" && !hz);
   const stroke = here ? colours.accent : state === "broken" ? colours.error : dim ? colours.border2 : colours.edge;
   const width = size > 0 ? Math.min(4.5, 1.2 + Math.max(0, Math.log10(size) - 2) * 0.55) : 1.2;
   return {
     stroke, width: Math.max(width + (here ? 1 : 0), (here ? 2 : state === "broken" ? 1.2 : 0.6) / scale),
-    dash: state === "broken" ? [7, 5] : state === "unknown" ? [2, 4] : undefined, alpha: alpha * faint(look, !lit || lit.edges.has(edge.id)),
+    dash: state === "broken" ? [7, 5] : state === "unknown" ? [2, 4] : undefined, alpha: alpha * faint(look, !highlighted || highlighted.edges.has(edge.id)),
   };
 }
 
 // Leave out labels that would cover a box or another label, and those of dimmed edges.
 function drawLabel(pen, look, { edge, at, alpha }, taken) {
-  const { colours, lit } = look;
-  if (lit && !lit.edges.has(edge.id)) return;
+  const { colours, highlighted } = look;
+  if (highlighted && !highlighted.edges.has(edge.id)) return;
   const broken = new Set(edge.links.filter((link) => link.state === "broken").map(({ topic }) => shortened(topic)));
   const rows = edge.lines.map((line) => [line, broken.has(line) ? colours.error : colours.topic]);
   if (edge.flows) rows.push(...flowTexts(edge).map((text) => [text, colours.muted]));
@@ -323,13 +323,13 @@ export function flowTexts(edge) {
 }
 
 function drawBox(pen, look, { box, at: [x, y], width, height, alpha }, named) {
-  const { colours, lit, chosen, pointed, scale } = look;
-  const of = !lit || lit.boxes.has(box.id);
+  const { colours, highlighted, chosen, hovered, scale } = look;
+  const of = !highlighted || highlighted.boxes.has(box.id);
   const shade = alpha * faint(look, of);
   const here = chosen === box.id;
   const radius = box.kind === "node" ? height / 2 : 5;
   const [fill, edge] = { node: [colours.nodeSoft, colours.node], topic: [colours.topicSoft, colours.border2], group: [colours.raised, colours.muted] }[box.kind];
-  const stroke = here || pointed === box.id ? colours.accent : box.silent ? colours.error : edge;
+  const stroke = here || hovered === box.id ? colours.accent : box.silent ? colours.error : edge;
   if (!of) pen.box(x, y, width, height, { radius, fill: colours.surface, alpha });
   pen.box(x, y, width, height, {
     radius, fill: box.silent ? colours.surface : fill, stroke, dash: box.silent ? [5, 4] : undefined, alpha: shade,
@@ -358,7 +358,7 @@ function middle(values) {
 }
 
 // Move a line (points, then the position of its label) with its ends: its middle moves by half.
-function bent(home, first, last) {
+function moveEnds(home, first, last) {
   if (!first && !last) return home;
   const [[ax, ay], [bx, by]] = [first || [0, 0], last || [0, 0]];
   const count = home.length / 2 - 1;
@@ -369,12 +369,12 @@ function bent(home, first, last) {
   });
 }
 
-function within(group, name) {
+function isWithin(group, name) {
   return group === name || group.startsWith(`${name}/`);
 }
 
 // Return the frame of a group that has boxes moved by the user.
-function framed([x, y, width, height], items) {
+function expandFrame([x, y, width, height], items) {
   let [left, top, right, bottom] = [x - width / 2, y - height / 2, x + width / 2, y + height / 2];
   for (const { to, width: wide, height: high } of items) {
     left = Math.min(left, to[0] - wide / 2 - PADDING);

@@ -3,7 +3,7 @@
 import { fill, h } from "../dom.js";
 import { bytes, plural, rate } from "../format.js";
 import { findings } from "./findings.js";
-import { Latest } from "./latest.js";
+import { LatestMessage } from "./latest.js";
 
 const MAX_ROWS = 200;
 
@@ -13,9 +13,9 @@ export class Sheet {
     this.element = element;
     this.place = place;
     this.on = on;
-    this.shown = null;
+    this.selection = null;
     this.digest = "";
-    this.live = []; // functions that update what changes often
+    this.updaters = []; // functions that update what changes often
     this.latest = null;
   }
 
@@ -23,7 +23,7 @@ export class Sheet {
   show(chosen, system) {
     this.latest?.close();
     this.latest = null;
-    this.shown = chosen;
+    this.selection = chosen;
     this.digest = "";
     this.flow = (topic) => system?.topics[topic]?.bytes;
     this.element.hidden = !chosen;
@@ -37,20 +37,20 @@ export class Sheet {
 
   // The system has changed; the sheet is rebuilt only if something was added or removed.
   refresh(system) {
-    if (!this.shown) return;
-    const { box, edge } = this.shown;
+    if (!this.selection) return;
+    const { box, edge } = this.selection;
     const facts = box ? this._factsOf(box, system) : edge.links.map(({ topic, publisher, subscriber, state }) => [topic, publisher, subscriber, state]);
     const digest = JSON.stringify(facts);
     if (digest !== this.digest) {
       this.digest = digest;
-      this.live = [];
+      this.updaters = [];
       const [title, kind, ...parts] = edge ? this._edge(edge) : { node: this._node, topic: this._topic, group: this._group }[box.kind].call(this, box, facts);
       fill(this.element,
         h("header", {}, h("div", {}, h("p.kind.muted", {}, kind), h("h2.mono", {}, title)),
           h("button.quiet", { title: "close (Escape)", "aria-label": "close", onclick: () => this.on.close() }, "✕")),
         parts);
     }
-    for (const update of this.live) update(system);
+    for (const update of this.updaters) update(system);
   }
 
   _factsOf({ kind, name }, system) {
@@ -123,14 +123,14 @@ export class Sheet {
   _topic({ name }, { type, publishers, subscribers, missing, gone }) {
     if (gone) return [name, "topic", h("p", {}, "No node uses this topic any more.")];
     const flow = h("dd.mono");
-    this.live.push((system) => {
+    this.updaters.push((system) => {
       const topic = system.topics[name];
       const text = topic?.hz === null ? "…" : topic?.hz === undefined ? "unknown: it is counted per connection" : topic.hz && !topic.bytes ? rate(topic.hz) // nothing is serialised within a process
         : `${rate(topic.hz)}${topic.hz ? ` of ${bytes(topic.bytes / topic.hz)}` : ""}, ${bytes(topic.bytes, "B/s")}`;
       if (flow.textContent !== text) fill(flow, text);
     });
     this.latest?.close();
-    this.latest = new Latest(this.place, name, type, publishers.length > 0, this.flow(name));
+    this.latest = new LatestMessage(this.place, name, type, publishers.length > 0, this.flow(name));
     return [name, "topic",
       h("dl", {}, h("dt", {}, "type"), h("dd.mono", {}, type || "unknown"), h("dt", {}, "flow"), flow),
       missing.length > 0 && h("p.trouble", {}, `${plural(missing.length, "connection")} ${missing.length === 1 ? "is" : "are"} missing.`),
@@ -167,7 +167,7 @@ export class Sheet {
 
   _topicRow(topic) {
     const flow = h("span.muted");
-    this.live.push((system) => {
+    this.updaters.push((system) => {
       const text = rate(system.topics[topic]?.hz);
       if (flow.textContent !== text) fill(flow, text);
     });

@@ -2,7 +2,7 @@
 
 // boxes: {left, top, wide, high} in pixels, in order of importance. Returns for each whether it overlaps no visible one
 // before it.
-export function apart(boxes) {
+export function visibleLabels(boxes) {
   const kept = [];
   return boxes.map((box) => {
     const covered = kept.some((other) => box.left < other.left + other.wide && other.left < box.left + box.wide

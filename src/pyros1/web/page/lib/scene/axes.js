@@ -21,10 +21,10 @@ export function axesShape(length, width) {
   return shape;
 }
 
-export function axesMatter(alpha = 1) {
+export function axesMaterial(alpha = 1) {
   return new THREE.MeshLambertMaterial({ vertexColors: true, opacity: alpha, transparent: alpha < 1, depthWrite: alpha >= 1 });
 }
 
 export function axesOf(length, width, alpha = 1) {
-  return new THREE.Mesh(axesShape(length, width), axesMatter(alpha));
+  return new THREE.Mesh(axesShape(length, width), axesMaterial(alpha));
 }

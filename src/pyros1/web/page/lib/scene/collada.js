@@ -4,16 +4,16 @@
 const UNBOUND = "unbound"; // symbol of a material that does not exist: the loader uses its default
 
 // Return a file's text as the loader expects it. Throws an Error if the file is invalid.
-export function plainCollada(text) {
+export function normaliseCollada(text) {
   const document = new DOMParser().parseFromString(text, "application/xml");
   if (document.querySelector("parsererror")) throw new Error("it is not XML");
   if (!document.querySelector("scene > instance_visual_scene")) throw new Error("it has no scene");
-  const counts = [polygons(document), commas(document), materials(document)];
+  const counts = [convertPolygons(document), replaceCommas(document), bindMaterials(document)];
   return counts.some((count) => count > 0) ? new XMLSerializer().serializeToString(document) : text;
 }
 
 // Convert polygons, fans and strips to polylists. Holes in polygons are filled.
-function polygons(document) {
+function convertPolygons(document) {
   const found = [...document.querySelectorAll("polygons, trifans, tristrips")];
   for (const part of found) {
     const inputs = children(part, "input");
@@ -49,14 +49,14 @@ function cornersOf(list, size) {
 }
 
 // Replace decimal commas, which programs write in some locales.
-function commas(document) {
+function replaceCommas(document) {
   const found = [...document.querySelectorAll("float_array, matrix, translate, rotate, scale, color")].filter(({ textContent }) => /\d,\d/.test(textContent));
   for (const numbers of found) numbers.textContent = numbers.textContent.replaceAll(",", ".");
   return found.length;
 }
 
 // Bind materials that a node does not bind to those of the same name, or to the first one, like rviz.
-function materials(document) {
+function bindMaterials(document) {
   let count = 0;
   for (const part of document.querySelectorAll("triangles:not([material]), polylist:not([material])")) {
     part.setAttribute("material", UNBOUND);

@@ -1,15 +1,15 @@
 // Displays of topics in the scene. A display has an object, receives data of the view scene_topic, and has options.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
-import { Density, Pace } from "./density.js";
+import { PointBudget, RateMeter } from "./density.js";
 import * as draw from "./draw.js";
 import { MapPlane } from "./map.js";
 import { plural } from "../format.js";
 import { MarkerSet } from "./markers.js";
 import { MAX_POINTS_CONTROL, OPTIONS, TINT_CONTROL } from "./options.js";
 import { PointSet, levels, scanPoints } from "./points.js";
-import { numbers, placed } from "./select.js";
-import { dispose, put } from "./stage.js";
+import { formatNumbers, poseRows } from "./select.js";
+import { dispose, setPose } from "./stage.js";
 
 const NO_NUMBERS = new Float32Array(0);
 const COORDINATES = ["x", "y", "z"];
@@ -21,15 +21,15 @@ export class Display {
     this.object = new THREE.Group();
     this.colour = colour;
     this.kind = kind;
-    this.word = ""; // status, for the list
+    this.status = ""; // status, for the list
     this.problem = "";
     this.controls = { ...OPTIONS[kind] };
-    if (this.controls.tint === TINT_CONTROL) this.controls.tint = { ...TINT_CONTROL, usual: colour };
+    if (this.controls.tint === TINT_CONTROL) this.controls.tint = { ...TINT_CONTROL, defaultValue: colour };
     if (this.controls.colour) this.controls.colour = { ...this.controls.colour, choices: pictures };
-    this.options = Object.fromEntries(Object.entries(this.controls).map(([key, { usual }]) => [key, usual]));
+    this.options = Object.fromEntries(Object.entries(this.controls).map(([key, { defaultValue }]) => [key, defaultValue]));
     this.host = { token, changed };
-    this.density = new Density();
-    this.pace = new Pace();
+    this.budget = new PointBudget();
+    this.rate = new RateMeter();
     this.count = 0; // points drawn
     this.every = 1; // of this many points, one is drawn
   }
@@ -37,7 +37,7 @@ export class Display {
   // The arguments of its stream, in addition to topic and fixed frame.
   get args() {
     const { by, colour, info, most, auto, low, high } = this.options;
-    return most ? { by, colour, info, most: Math.min(most, this.density.enough), bounds: auto ? null : [low, high], numbers: this.inspected === true } : {};
+    return most ? { by, colour, info, most: Math.min(most, this.budget.maxPoints), bounds: auto ? null : [low, high], numbers: this.inspected === true } : {};
   }
 
   // Set whether the server should also send the numbers of the points.
@@ -48,34 +48,34 @@ export class Display {
   // Return what can be selected; see select.js.
   parts() {
     if (this.markers) return this.markers.parts();
-    const about = () => [["frame", this.frame], ["shows", this.word], ...placed(this.object)];
+    const about = () => [["frame", this.frame], ["shows", this.status], ...poseRows(this.object)];
     if (this.points) return [{ object: this.points.object, about: () => [["frame", this.frame]], points: { ...this.points.places, about: (index) => this._aboutPoint(index) } }];
-    if (this.plane) return [{ object: this.object, about: (place) => [["frame", this.frame], ["shows", this.word], ...this.plane.about(place)] }];
+    if (this.plane) return [{ object: this.object, about: (place) => [["frame", this.frame], ["shows", this.status], ...this.plane.about(place)] }];
     return [{ object: this.object, about }];
   }
 
   _aboutPoint(index) {
-    const { indices, values, by, bytes } = this.told || {};
+    const { indices, values, by, bytes } = this.pointData || {};
     const place = [...this.points.places.positions.slice(3 * index, 3 * index + 3)];
-    const rows = [["point", indices ? indices[index] : `${index} of the points drawn`], ["x, y, z", numbers(place)]];
-    if (values) rows.push([by, numbers([values[index]])]);
+    const rows = [["point", indices ? indices[index] : `${index} of the points drawn`], ["x, y, z", formatNumbers(place)]];
+    if (values) rows.push([by, formatNumbers([values[index]])]);
     if (bytes) rows.push([by, `${bytes[4 * index + 2]}, ${bytes[4 * index + 1]}, ${bytes[4 * index]}`]);
     return rows;
   }
 
   set(options) {
-    for (const [key, value] of Object.entries(options)) this.options[key] = fitting(value, this.controls[key]);
-    if (options.most) this.density.forget(); // the user's choice overrides the automatic one
+    for (const [key, value] of Object.entries(options)) this.options[key] = validOption(value, this.controls[key]);
+    if (options.most) this.budget.reset(); // the user's choice overrides the automatic one
     if (options.decay !== undefined) this._forget();
     this._style();
-    if (this.last) {
-      if (this.options.keep && this.object.children.length) this._drop(this.object.children.at(-1));
-      this._draw(...this.last, true);
+    if (this.lastMessage) {
+      if (this.options.keep && this.object.children.length) this._removeChild(this.object.children.at(-1));
+      this._draw(...this.lastMessage, true);
     }
     this.markers?.show(this.options);
   }
 
-  take(data, blob) {
+  update(data, blob) {
     if (data.kind !== "patch" && data.kind !== this.drawn) {
       if (this.drawn) this._forget(); // the type of the topic has changed
       this.drawn = data.kind;
@@ -89,9 +89,9 @@ export class Display {
       return;
     }
     this.frame = (data.frame ?? "").replace(/^\//, "");
-    this.astray = data.pose ? "" : this.frame;
+    this.missingFrame = data.pose ? "" : this.frame;
     if (!data.pose) {
-      this.problem = noTransform(data.frame);
+      this.problem = noTransformMessage(data.frame);
       this.lost = true;
       this.object.visible = false;
       return;
@@ -99,21 +99,21 @@ export class Display {
     this.problem = data.odd || "";
     this.lost = false;
     this.object.visible = !this.hidden;
-    if (!this._trailing) put(this.object, data.pose);
+    if (!this._keepsOld) setPose(this.object, data.pose);
     this._draw(data, blob);
   }
 
   // Move what is fixed to a moving frame.
   place(frames) {
     const pose = this.plane && frames.pose(this.frame);
-    if (pose) put(this.object, pose);
+    if (pose) setPose(this.object, pose);
     this.markers?.place(frames);
   }
 
   // Report how many milliseconds the last frame took. Returns whether its stream should send fewer or more points.
-  hurry(lag, fresh) {
+  reportFrame(lag, fresh) {
     const { count, every } = this;
-    return Boolean(count) && !this.hidden && this.density.told(lag, { count, all: every === 1, fresh });
+    return Boolean(count) && !this.hidden && this.budget.reportFrame(lag, { count, all: every === 1, fresh });
   }
 
   show(shown) {
@@ -131,7 +131,7 @@ export class Display {
   }
 
   // Whether older messages stay at their positions.
-  get _trailing() {
+  get _keepsOld() {
     return this.options.keep > 0 || this.options.decay > 0;
   }
 
@@ -142,45 +142,45 @@ export class Display {
 
   _shape(data, blob, again) {
     const values = blob ? new Float32Array(blob.buffer, blob.offset) : NO_NUMBERS;
-    if (!again && this._near(values)) return;
-    this.last = [data, blob];
-    const [object, word] = draw[data.kind](data, values, this.tint, this.options);
-    this.word = word;
-    if (!this._trailing) {
+    if (!again && this._isNearLast(values)) return;
+    this.lastMessage = [data, blob];
+    const [object, status] = draw[data.kind](data, values, this.tint, this.options);
+    this.status = status;
+    if (!this._keepsOld) {
       this._clear();
       this.object.add(object);
       return;
     }
-    this._placed(data.pose).add(object);
-    while (this.object.children.length > this.options.keep) this._drop(this.object.children[0]);
+    this._placeAt(data.pose).add(object);
+    while (this.object.children.length > this.options.keep) this._removeChild(this.object.children[0]);
   }
 
   // Return whether a pose is too close to the last one drawn.
-  _near(pose) {
+  _isNearLast(pose) {
     const { step, angle } = this.options;
     if (step === undefined) return false;
-    const before = this.before;
-    if (before && pose.length >= 7) {
-      const far = Math.hypot(...[0, 1, 2].map((axis) => pose[axis] - before[axis]));
-      if (far < step && turned(before).angleTo(turned(pose)) < angle) return true;
+    const lastPose = this.lastPose;
+    if (lastPose && pose.length >= 7) {
+      const far = Math.hypot(...[0, 1, 2].map((axis) => pose[axis] - lastPose[axis]));
+      if (far < step && rotationOf(lastPose).angleTo(rotationOf(pose)) < angle) return true;
     }
-    this.before = pose.slice(0, 7);
+    this.lastPose = pose.slice(0, 7);
     return false;
   }
 
   // A group of its own for a message.
-  _placed(pose) {
+  _placeAt(pose) {
     const place = new THREE.Group();
-    put(place, pose);
+    setPose(place, pose);
     this.object.add(place);
     return place;
   }
 
   // Return the points to fill with a message: the existing ones, or new ones if old ones are kept for a while.
-  _dots({ pose, count }) {
+  _pointsFor({ pose, count }) {
     const { decay } = this.options;
-    if (!(decay > 0)) return this.points ||= this._own(new PointSet());
-    const place = this._placed(pose);
+    if (!(decay > 0)) return this.points ||= this._addPart(new PointSet());
+    const place = this._placeAt(pose);
     const points = new PointSet();
     place.add(points.object);
     place.userData.count = count;
@@ -188,123 +188,123 @@ export class Display {
     for (const oldest of [...this.object.children]) {
       if (all <= MAX_POINTS_CONTROL.most || oldest === place) break;
       all -= oldest.userData.count;
-      this._drop(oldest);
+      this._removeChild(oldest);
     }
     setTimeout(() => {
       if (place.parent !== this.object) return;
-      this._drop(place);
+      this._removeChild(place);
       this.host.changed();
     }, 1000 * decay);
     return points;
   }
 
   _scan(data, blob) {
-    this.points = this._dots(data);
+    this.points = this._pointsFor(data);
     const by = this.options.by || (data.intensities ? "intensity" : "range");
     const [positions, values, indices] = scanPoints(data, new Float32Array(blob.buffer, blob.offset), by);
-    this.told = { indices, values, by };
+    this.pointData = { indices, values, by };
     this._style();
     const { auto, low, high } = this.options;
     if (COORDINATES.includes(by)) this.points.set(positions, by);
     else this.points.set(positions, "value", levels(values, auto ? null : [low, high]));
-    this._offer(["intensity", "range", ...COORDINATES]);
-    this.word = plural(positions.length / 3, "point");
+    this._updateFields(["intensity", "range", ...COORDINATES]);
+    this.status = plural(positions.length / 3, "point");
   }
 
   _cloud(data, blob) {
-    const { count, every, fields, by, colour, numbers: told } = data;
-    this.points = this._dots(data);
+    const { count, every, fields, by, colour, numbers: hasNumbers } = data;
+    this.points = this._pointsFor(data);
     const positions = new Float32Array(blob.buffer, blob.offset, 3 * count);
-    const more = (told ? 4 : 0) * count; // bytes before the colours: indices, and then values
+    const more = (hasNumbers ? 4 : 0) * count; // bytes before the colours: indices, and then values
     const after = blob.offset + 12 * count;
-    const levelled = told && colour === "value";
+    const levelled = hasNumbers && colour === "value";
     const bytes = new Uint8Array(blob.buffer, after + (levelled ? 2 : 1) * more);
-    this.told = told && { by, indices: new Uint32Array(blob.buffer, after, count), values: levelled && new Float32Array(blob.buffer, after + more, count), bytes: colour.startsWith("rgb") && bytes };
+    this.pointData = hasNumbers && { by, indices: new Uint32Array(blob.buffer, after, count), values: levelled && new Float32Array(blob.buffer, after + more, count), bytes: colour.startsWith("rgb") && bytes };
     this._style();
     this.points.set(positions, colour, bytes);
-    this._offer(fields);
+    this._updateFields(fields);
     this.count = count;
     this.every = every;
-    const why = this.density.enough < this.options.most ? ": this browser draws slowly" : "";
-    this.pace.tick(performance.now());
-    this.word = `${plural(count, "point")}${every > 1 ? ` (one of ${every}${why}), ${this.pace}` : ""}, colour: ${by}`;
+    const why = this.budget.maxPoints < this.options.most ? ": this browser draws slowly" : "";
+    this.rate.tick(performance.now());
+    this.status = `${plural(count, "point")}${every > 1 ? ` (one of ${every}${why}), ${this.rate}` : ""}, colour: ${by}`;
   }
 
   // Update the fields that points can be coloured by.
-  _offer(fields) {
+  _updateFields(fields) {
     if (!this.controls.by || this.controls.by.choices.length === fields.length + 1) return;
     this.controls.by = { ...this.controls.by, choices: ["", ...fields] };
     this.host.changed("controls");
   }
 
   _map(data, blob) {
-    this.plane ||= this._own(new MapPlane());
+    this.plane ||= this._addPart(new MapPlane());
     this._style();
     this.plane.set(data, new Int8Array(blob.buffer, blob.offset));
     const { every } = this.plane;
-    this.word = `${data.width} × ${data.height} cells${every > 1 ? `, one of ${every} across and down is shown` : ""}`;
+    this.status = `${data.width} × ${data.height} cells${every > 1 ? `, one of ${every} across and down is shown` : ""}`;
   }
 
   _markers(data) {
-    this.markers ||= this._own(new MarkerSet({ ...this.host, changed: (what) => { this._say(); this.host.changed(what); } }));
-    this.markers.take(data);
+    this.markers ||= this._addPart(new MarkerSet({ ...this.host, changed: (what) => { this._updateStatus(); this.host.changed(what); } }));
+    this.markers.update(data);
     this.markers.show(this.options);
     const { namespaces } = this.markers;
     const known = Object.keys(this.controls).length;
-    for (const name of namespaces) this.controls[`ns:${name}`] ||= { text: name || "“”", kind: "check", usual: true };
+    for (const name of namespaces) this.controls[`ns:${name}`] ||= { text: name || "“”", kind: "check", defaultValue: true };
     if (Object.keys(this.controls).length !== known) this.host.changed("controls");
-    this.astray = Object.entries(data.poses).find(([, pose]) => !pose)?.[0];
+    this.missingFrame = Object.entries(data.poses).find(([, pose]) => !pose)?.[0];
     this.frame = Object.keys(data.poses)[0] ?? this.frame;
-    this._say();
+    this._updateStatus();
   }
 
-  _say() {
-    const { count, faults, unseen } = this.markers;
-    this.word = `${plural(count, "marker")}${unseen.size ? `, ${unseen.size} transparent (color.a is 0)` : ""}`;
-    this.problem = this.astray === undefined ? [...faults.values()][0] || "" : noTransform(this.astray);
+  _updateStatus() {
+    const { count, faults, invisible } = this.markers;
+    this.status = `${plural(count, "marker")}${invisible.size ? `, ${invisible.size} transparent (color.a is 0)` : ""}`;
+    this.problem = this.missingFrame === undefined ? [...faults.values()][0] || "" : noTransformMessage(this.missingFrame);
   }
 
   _style() {
     const { options } = this;
     const { style, size, metres, alpha, auto, low, high, rainbow, inverted, first, last, local } = options;
-    this.points?.look({ style, size, extent: [metres, metres, metres], alpha, flat: options.flat ? this.tint : null, rainbow, inverted, low: first, high: last, bounds: auto ? null : [low, high], local });
+    this.points?.setStyle({ style, size, extent: [metres, metres, metres], alpha, flat: options.flat ? this.tint : null, rainbow, inverted, low: first, high: last, bounds: auto ? null : [low, high], local });
     this.plane?.style(options);
   }
 
-  _own(part) {
+  _addPart(part) {
     this.object.add(part.object);
     return part;
   }
 
-  _drop(child) {
+  _removeChild(child) {
     this.object.remove(child);
     dispose(child);
   }
 
   _forget() {
     this._clear();
-    this.points = this.plane = this.markers = this.last = this.told = this.before = undefined;
-    put(this.object, IDENTITY);
+    this.points = this.plane = this.markers = this.lastMessage = this.pointData = this.lastPose = undefined;
+    setPose(this.object, IDENTITY);
   }
 
   _clear() {
-    for (const child of [...this.object.children]) this._drop(child);
+    for (const child of [...this.object.children]) this._removeChild(child);
   }
 }
 
-function noTransform(frame) {
+function noTransformMessage(frame) {
   return frame ? `no transform to the frame ${frame}` : "its header.frame_id is empty";
 }
 
-function turned(pose) {
+function rotationOf(pose) {
   const place = new THREE.Object3D();
-  put(place, pose);
+  setPose(place, pose);
   return place.quaternion;
 }
 
 // Links are untrusted input.
-function fitting(value, /** @type {Partial<import("./options.js").Control>} */ { kind, least, most, usual } = {}) {
-  if (kind === "number") return Number.isFinite(value) ? Math.min(most, Math.max(least, value)) : usual;
-  if (kind === "colour") return /^#[0-9a-f]{6}$/i.test(value) ? value : usual;
+function validOption(value, /** @type {Partial<import("./options.js").Control>} */ { kind, least, most, defaultValue } = {}) {
+  if (kind === "number") return Number.isFinite(value) ? Math.min(most, Math.max(least, value)) : defaultValue;
+  if (kind === "colour") return /^#[0-9a-f]{6}$/i.test(value) ? value : defaultValue;
   return value;
 }

@@ -2,8 +2,8 @@
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { arrowOf } from "./markers.js";
-import { numbers, placed } from "./select.js";
-import { dispose, put } from "./stage.js";
+import { formatNumbers, poseRows } from "./select.js";
+import { dispose, setPose } from "./stage.js";
 import { readUrdf } from "./urdf.js";
 
 const ARC_ANGLE = 1.5 * Math.PI; // of an arc; its tip shows the direction
@@ -19,23 +19,23 @@ export class EffortSet {
     this.joints = new Map();
     this.now = { names: [], efforts: [] };
     this.controls = {
-      scale: { text: "size", kind: "number", usual: 0.3, least: 0.01, most: 100, step: 0.05 },
-      alpha: { text: "opacity", kind: "number", usual: 0.8, least: 0, most: 1, step: 0.05 },
-      description: { text: "robot", kind: "text", usual: "/robot_description", none: "/robot_description" },
-      prefix: { text: "tf prefix", kind: "text", usual: "", none: "none" },
+      scale: { text: "size", kind: "number", defaultValue: 0.3, least: 0.01, most: 100, step: 0.05 },
+      alpha: { text: "opacity", kind: "number", defaultValue: 0.8, least: 0, most: 1, step: 0.05 },
+      description: { text: "robot", kind: "text", defaultValue: "/robot_description", none: "/robot_description" },
+      prefix: { text: "tf prefix", kind: "text", defaultValue: "", none: "none" },
     };
     /** @type {Record<string, any>} */
-    this.options = Object.fromEntries(Object.entries(this.controls).map(([key, { usual }]) => [key, usual]));
-    this.word = "no message yet";
+    this.options = Object.fromEntries(Object.entries(this.controls).map(([key, { defaultValue }]) => [key, defaultValue]));
+    this.status = "no message yet";
     this.problem = "";
     this.robot = robot.stream("param", this._param, {
-      data: (data) => { this._read(data); changed(); },
-      problem: (text) => { this.why = text; this._tell([]); changed(); },
+      data: (data) => { this._readUrdf(data); changed(); },
+      problem: (text) => { this.why = text; this._updateStatus([]); changed(); },
     });
   }
 
   get _param() {
-    return { param: this.options.description || this.controls.description.usual };
+    return { param: this.options.description || this.controls.description.defaultValue };
   }
 
   set(options) {
@@ -45,7 +45,7 @@ export class EffortSet {
   }
 
   // Apply data of the view scene_topic.
-  take(data) {
+  update(data) {
     this.now = data;
     this._draw();
   }
@@ -68,11 +68,11 @@ export class EffortSet {
   parts() {
     return [...this.shapes].map(([name, { group, effort, limit }]) => ({
       object: group,
-      about: () => [["joint", name], ["effort", numbers([effort])], ["limit", limit ? numbers([limit]) : "none"], ...placed(group)],
+      about: () => [["joint", name], ["effort", formatNumbers([effort])], ["limit", limit ? formatNumbers([limit]) : "none"], ...poseRows(group)],
     }));
   }
 
-  _read({ text, why }) {
+  _readUrdf({ text, why }) {
     this._clear();
     this.joints = new Map();
     this.why = why || "";
@@ -100,7 +100,7 @@ export class EffortSet {
       const part = Math.abs(effort) / (joint.effort || greatest);
       const shape = this._shape(name, joint);
       Object.assign(shape, { effort, limit: joint.effort });
-      put(shape.group, pose);
+      setPose(shape.group, pose);
       shape.group.visible = part >= MIN_EFFORT;
       const size = Math.max(MIN_EFFORT, Math.min(1, part)) * scale;
       const side = effort < 0 ? -size : size; // half a turn about x reverses the direction
@@ -109,7 +109,7 @@ export class EffortSet {
       shape.material.opacity = alpha;
     });
     for (const [name, { group }] of this.shapes) if (!shown.has(name)) group.visible = false;
-    this._tell(unknown);
+    this._updateStatus(unknown);
   }
 
   _shape(name, { axis, type }) {
@@ -127,14 +127,14 @@ export class EffortSet {
     return shape;
   }
 
-  _tell(unknown) {
+  _updateStatus(unknown) {
     const { names, efforts } = this.now;
     if (this.why) this.problem = this.why;
     else if (this.joints.size && unknown.length) this.problem = `not in the robot's description: ${unknown.slice(0, 3).join(", ")}${unknown.length > 3 ? ` and ${unknown.length - 3} more` : ""}`;
     else this.problem = "";
     const parts = names.map((name, index) => [name, this.joints.get(name)?.effort ? Math.abs(efforts[index]) / this.joints.get(name).effort : 0]);
     const [most, part] = parts.sort((one, other) => other[1] - one[1])[0] || [];
-    if (this.now.kind) this.word = !names.length ? "its messages have no efforts" : `${names.length} joints${part > 0 ? `; ${most} has ${Math.round(100 * part)}% of its limit` : ""}`;
+    if (this.now.kind) this.status = !names.length ? "its messages have no efforts" : `${names.length} joints${part > 0 ? `; ${most} has ${Math.round(100 * part)}% of its limit` : ""}`;
   }
 
   _clear() {

@@ -1,12 +1,12 @@
 // Coordinate frames as axes with names, and lines to their parents.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
-import { apart } from "./apart.js";
+import { visibleLabels } from "./apart.js";
 import { axesOf } from "./axes.js";
 import { label } from "./label.js";
-import { pairs, ribbons, shades } from "./ribbons.js";
-import { placed } from "./select.js";
-import { dispose, put } from "./stage.js";
+import { pairs, ribbons, repeatColour } from "./ribbons.js";
+import { poseRows } from "./select.js";
+import { dispose, setPose } from "./stage.js";
 
 const NAME_HEIGHT = 0.12; // metres; height of a name
 const FONT_SIZE = 13; // pixels
@@ -20,18 +20,18 @@ export class FrameSet {
     this.object.add(this.lines);
     this.poses = new Map(); // name -> [x, y, z, qx, qy, qz, qw] in the fixed frame
     this.controls = {
-      names: { text: "names", kind: "check", usual: true },
-      axes: { text: "axes", kind: "check", usual: true },
-      lines: { text: "lines to parent frames", kind: "check", usual: true },
-      size: { text: "length of axes", kind: "number", usual: 0.3, least: 0.01, most: 100, step: 0.05 },
+      names: { text: "names", kind: "check", defaultValue: true },
+      axes: { text: "axes", kind: "check", defaultValue: true },
+      lines: { text: "lines to parent frames", kind: "check", defaultValue: true },
+      size: { text: "length of axes", kind: "number", defaultValue: 0.3, least: 0.01, most: 100, step: 0.05 },
     };
     this.options = { names: true, axes: true, lines: true, size: 0.3, concealed: [] }; // concealed: names of hidden frames
-    this.word = "no frames yet";
+    this.status = "no frames yet";
     this.problem = "";
   }
 
   // Apply data of the view scene_frames.
-  take({ fixed, names, parents, lost = [], trees = [] }, blob) {
+  update({ fixed, names, parents, lost = [], trees = [] }, blob) {
     this.fixed = fixed;
     this.lost = new Set(lost);
     this.trees = trees;
@@ -47,21 +47,21 @@ export class FrameSet {
     const ends = [];
     names.forEach((name, index) => {
       const pose = places.get(name);
-      put(this._axes(name), pose);
+      setPose(this._axes(name), pose);
       const parent = places.get(parents[index]);
       if (parent && !this.options.concealed.includes(name)) ends.push(...pose.subarray(0, 3), ...parent.subarray(0, 3));
     });
     const nameless = [...this.axes.values()].filter((axes) => axes.children[1].userData.missing).length;
-    this.word = names.length ? `${names.length} frames${nameless ? `, ${nameless} without their names: these are too many` : ""}` : lost.length ? "" : "no frames yet";
-    this.problem = names.length ? "" : this.apart;
+    this.status = names.length ? `${names.length} frames${nameless ? `, ${nameless} without their names: these are too many` : ""}` : lost.length ? "" : "no frames yet";
+    this.problem = names.length ? "" : this.disconnected;
     dispose(this.lines);
     this.lines.clear();
     const count = ends.length / 3;
-    if (count) this.lines.add(ribbons(Float32Array.from(ends), shades("#e0a000", 1, count), 1, pairs(count), "pixels"));
+    if (count) this.lines.add(ribbons(Float32Array.from(ends), repeatColour("#e0a000", 1, count), 1, pairs(count), "pixels"));
   }
 
   // Explain why frames are not connected to the fixed one; empty if there are none.
-  get apart() {
+  get disconnected() {
     if (!this.lost?.size) return "";
     const each = this.trees.map(([root, count]) => `${root} (${count} frame${count === 1 ? "" : "s"})`).join(", ");
     const one = this.trees.length === 1;
@@ -93,7 +93,7 @@ export class FrameSet {
 
   // Keep names at the size of the page's text at any distance; of overlapping ones, only the nearest is visible.
   // Called before each frame; camera, size and pixel(place) of the stage are used.
-  face(stage) {
+  faceCamera(stage) {
     const [width, height] = stage.size;
     const seen = [];
     for (const axes of this.axes.values()) {
@@ -108,7 +108,7 @@ export class FrameSet {
       seen.push({ name, z, left: (x + 1) * width / 2 - wide / 2, top: (1 - y) * height / 2 - high / 2, wide, high });
     }
     seen.sort((one, other) => one.z - other.z);
-    const free = apart(seen);
+    const free = visibleLabels(seen);
     seen.forEach(({ name }, index) => { name.visible = this.options.names && free[index]; });
   }
 
@@ -122,7 +122,7 @@ export class FrameSet {
 
   // Return what can be selected; see select.js.
   parts() {
-    return [...this.axes].map(([name, axes]) => ({ object: axes, about: () => [["frame", name], ["parent", this.parents.get(name) || "none"], ...placed(axes)] }));
+    return [...this.axes].map(([name, axes]) => ({ object: axes, about: () => [["frame", name], ["parent", this.parents.get(name) || "none"], ...poseRows(axes)] }));
   }
 
   // Return the pose of a frame in the fixed one; undefined if they are not connected.

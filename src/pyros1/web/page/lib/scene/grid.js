@@ -1,7 +1,7 @@
 // The grid on the ground plane of the fixed frame.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
-import { pairs, ribbons, shades } from "./ribbons.js";
+import { pairs, ribbons, repeatColour } from "./ribbons.js";
 import { dispose } from "./stage.js";
 
 const PLANE_ROTATIONS = { xy: [0, 0], xz: [Math.PI / 2, 0], yz: [0, -Math.PI / 2] }; // about x and y
@@ -9,21 +9,21 @@ const PLANE_ROTATIONS = { xy: [0, 0], xz: [Math.PI / 2, 0], yz: [0, -Math.PI / 2
 export class Grid {
   constructor() {
     this.object = new THREE.Group();
-    this.word = "";
+    this.status = "";
     this.problem = "";
     this.controls = {
-      count: { text: "cells", kind: "number", usual: 20, least: 1, most: 200, step: 1 },
-      cell: { text: "size of a cell", kind: "number", usual: 1, least: 0.01, most: 1000, step: 0.1 },
-      flat: { text: "one colour", kind: "check", usual: false },
-      tint: { text: "colour", kind: "colour", usual: "#a0a0a4" },
-      alpha: { text: "opacity", kind: "number", usual: 1, least: 0, most: 1, step: 0.05 },
-      line: { text: "lines", kind: "choice", usual: "pixel", choices: ["pixel", "metres"] },
-      width: { text: "their width", kind: "number", usual: 0.03, least: 0.001, most: 100, step: 0.01 },
-      plane: { text: "plane", kind: "choice", usual: "xy", choices: Object.keys(PLANE_ROTATIONS) },
-      ...Object.fromEntries(["x", "y", "z"].map((axis) => [axis, { text: `offset ${axis}`, kind: "number", usual: 0, least: -1e6, most: 1e6, step: 0.1 }])),
+      count: { text: "cells", kind: "number", defaultValue: 20, least: 1, most: 200, step: 1 },
+      cell: { text: "size of a cell", kind: "number", defaultValue: 1, least: 0.01, most: 1000, step: 0.1 },
+      flat: { text: "one colour", kind: "check", defaultValue: false },
+      tint: { text: "colour", kind: "colour", defaultValue: "#a0a0a4" },
+      alpha: { text: "opacity", kind: "number", defaultValue: 1, least: 0, most: 1, step: 0.05 },
+      line: { text: "lines", kind: "choice", defaultValue: "pixel", choices: ["pixel", "metres"] },
+      width: { text: "their width", kind: "number", defaultValue: 0.03, least: 0.001, most: 100, step: 0.01 },
+      plane: { text: "plane", kind: "choice", defaultValue: "xy", choices: Object.keys(PLANE_ROTATIONS) },
+      ...Object.fromEntries(["x", "y", "z"].map((axis) => [axis, { text: `offset ${axis}`, kind: "number", defaultValue: 0, least: -1e6, most: 1e6, step: 0.1 }])),
     };
     /** @type {Record<string, any>} */
-    this.options = Object.fromEntries(Object.entries(this.controls).map(([key, { usual }]) => [key, usual]));
+    this.options = Object.fromEntries(Object.entries(this.controls).map(([key, { defaultValue }]) => [key, defaultValue]));
   }
 
   // Set the page's colours for the lines in the middle and the others.
@@ -48,7 +48,7 @@ export class Grid {
   _draw() {
     this._clear();
     const { flat, tint, line, plane } = this.options;
-    const value = (name) => within(this.options[name], this.controls[name]); // links are untrusted input
+    const value = (name) => clampOption(this.options[name], this.controls[name]); // links are untrusted input
     const count = Math.round(value("count"));
     const size = count * value("cell");
     const [middle, others] = flat ? [tint, tint].map((each) => new THREE.Color(each)) : this.page;
@@ -58,7 +58,7 @@ export class Grid {
     const [about, over] = PLANE_ROTATIONS[plane] || PLANE_ROTATIONS.xy;
     this.object.rotation.set(about, over, 0);
     this.object.position.set(value("x"), value("y"), value("z"));
-    this.word = `${Number(size.toPrecision(4))} m`;
+    this.status = `${Number(size.toPrecision(4))} m`;
   }
 
   _clear() {
@@ -69,8 +69,8 @@ export class Grid {
   }
 }
 
-function within(/** @type {any} */ value, { least, most, usual }) {
-  return Number.isFinite(value) ? Math.min(most, Math.max(least, value)) : usual;
+function clampOption(/** @type {any} */ value, { least, most, defaultValue }) {
+  return Number.isFinite(value) ? Math.min(most, Math.max(least, value)) : defaultValue;
 }
 
 // Return the ends of the lines, and their colours. The middle lines come last, so that they are drawn over the others.
@@ -79,6 +79,6 @@ function linesOf(count, size, middle, others, alpha) {
   const half = size / 2;
   const places = rows.flatMap((row) => [-half, row * size, 0, half, row * size, 0, row * size, -half, 0, row * size, half, 0]);
   const colours = new Uint8Array(rows.length * 16);
-  rows.forEach((row, index) => colours.set(shades(row === 0 ? middle : others, alpha, 4), 16 * index));
+  rows.forEach((row, index) => colours.set(repeatColour(row === 0 ? middle : others, alpha, 4), 16 * index));
   return { places: Float32Array.from(places), colours };
 }

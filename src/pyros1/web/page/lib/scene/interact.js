@@ -9,13 +9,13 @@ const KEEP_ALIVE = 500; // milliseconds between poses of a marker that is held s
 const ROTATION_PER_PIXEL = 0.01; // radians per pixel
 
 export class Interaction {
-  // stage; sets() -> the InteractiveSets; fixed() -> the fixed frame; publish(topic, type, value) -> promise; told(text): report an error.
-  constructor(stage, { sets, fixed, publish, told }) {
+  // stage; sets() -> the InteractiveSets; fixed() -> the fixed frame; publish(topic, type, value) -> promise; onError(text).
+  constructor(stage, { sets, fixed, publish, onError }) {
     this.stage = stage;
     this.sets = sets;
     this.fixed = fixed;
     this.publish = publish;
-    this.told = told;
+    this.onError = onError;
     this.client = `/pyros1_web/${Math.random().toString(36).slice(2, 8)}`;
     this.place = stage.canvas.parentElement;
     this.listen = [
@@ -24,7 +24,7 @@ export class Interaction {
       ["contextmenu", (event) => this._context(event)],
     ];
     for (const [name, call] of this.listen) this.place.addEventListener(name, call, true); // capture: before the camera's controls
-    this.before = () => this.sets().forEach((set) => set.face(stage.camera));
+    this.before = () => this.sets().forEach((set) => set.faceCamera(stage.camera));
     stage.before.push(this.before);
     this.enabled = true;
     this.waiting = []; // feedback that is not yet published
@@ -33,7 +33,7 @@ export class Interaction {
   close() {
     for (const [name, call] of this.listen) this.place.removeEventListener(name, call, true);
     this._closeMenu();
-    clearInterval(this.beat);
+    clearInterval(this.heartbeat);
   }
 
   _hit(event) {
@@ -68,11 +68,11 @@ export class Interaction {
     if (control.facts.facing === FACING.VIEW) axis.copy(this.stage.camera.getWorldDirection(new THREE.Vector3())).negate();
     else axis.applyQuaternion((control.facts.facing === FACING.FIXED ? marker.outer : marker.inner).getWorldQuaternion(turn));
     this.drag = { control, name: control.facts.name, mode: control.facts.mode, axis, marker, from: point.clone(), at: [event.offsetX, event.offsetY] };
-    marker.held = (again) => { this.drag.marker = again; }; // its server may send it again meanwhile
+    marker.onReplaced = (again) => { this.drag.marker = again; }; // its server may send it again meanwhile
     this._feedback(EVENT.POSE_UPDATE, point); // the order of all these is rviz's
     this._feedback(EVENT.MOUSE_DOWN, point);
     if (control.facts.mode === MODE.BUTTON) this._feedback(EVENT.BUTTON_CLICK, point);
-    this.beat = setInterval(() => this._feedback(EVENT.POSE_UPDATE), KEEP_ALIVE);
+    this.heartbeat = setInterval(() => this._feedback(EVENT.POSE_UPDATE), KEEP_ALIVE);
   }
 
   _move(event) {
@@ -83,7 +83,7 @@ export class Interaction {
     event.stopPropagation();
     if (DRAG_HANDLERS[this.drag.mode]) {
       const { ray } = this.stage.ray(event.offsetX, event.offsetY);
-      if (DRAG_HANDLERS[this.drag.mode](this.drag, ray, event, this.stage.camera)) this._soon();
+      if (DRAG_HANDLERS[this.drag.mode](this.drag, ray, event, this.stage.camera)) this._scheduleFeedback();
     }
     this.drag.at = [event.offsetX, event.offsetY];
   }
@@ -99,16 +99,16 @@ export class Interaction {
     const { drag } = this;
     if (!drag) return;
     event.stopPropagation();
-    clearInterval(this.beat);
-    cancelAnimationFrame(this.due);
-    this.due = 0;
+    clearInterval(this.heartbeat);
+    cancelAnimationFrame(this.frameRequest);
+    this.frameRequest = 0;
     this._feedback(EVENT.POSE_UPDATE, drag.from);
     this._feedback(EVENT.MOUSE_UP, drag.from);
     this.drag = null;
-    drag.marker.held = null;
-    if (drag.marker.later) {
-      drag.marker.later = false;
-      drag.marker.set.take({ new: [], gone: [], moved: [drag.marker.facts] });
+    drag.marker.onReplaced = null;
+    if (drag.marker.hasPendingUpdate) {
+      drag.marker.hasPendingUpdate = false;
+      drag.marker.set.update({ new: [], gone: [], moved: [drag.marker.facts] });
       this.stage.draw();
     }
   }
@@ -118,13 +118,13 @@ export class Interaction {
   }
 
   // Send a pose at most once per frame, however often the mouse moves.
-  _soon() {
+  _scheduleFeedback() {
     this.stage.draw();
-    this.due ||= requestAnimationFrame(() => this._send());
+    this.frameRequest ||= requestAnimationFrame(() => this._send());
   }
 
   _send() {
-    this.due = 0;
+    this.frameRequest = 0;
     if (this.drag) this._feedback(EVENT.POSE_UPDATE);
   }
 
@@ -143,24 +143,24 @@ export class Interaction {
       pose: { position: xyz(position), orientation: { ...xyz(quaternion), w: quaternion.w } },
       mouse_point: xyz(mouse), mouse_point_valid: Boolean(point),
     };
-    this._tell({ topic: `${marker.set.topic}/feedback`, value, step: event === EVENT.POSE_UPDATE && !point });
+    this._queueFeedback({ topic: `${marker.set.topic}/feedback`, value, step: event === EVENT.POSE_UPDATE && !point });
   }
 
   // Publish one after the other, to keep the order; of the intermediate poses, only the latest is sent.
-  async _tell(message) {
+  async _queueFeedback(message) {
     if (message.step && this.waiting.at(-1)?.step) this.waiting.pop();
     this.waiting.push(message);
-    if (this.telling) return;
-    this.telling = true;
+    if (this.publishing) return;
+    this.publishing = true;
     while (this.waiting.length) {
       const { topic, value } = this.waiting.shift();
       try {
         await this.publish(topic, "visualization_msgs/InteractiveMarkerFeedback", value);
       } catch (error) {
-        this.told(error.message);
+        this.onError(error.message);
       }
     }
-    this.telling = false;
+    this.publishing = false;
   }
 
   _hover(control) {
@@ -204,41 +204,41 @@ export class Interaction {
 // What a drag does in each mode. Each function takes the drag, the ray of the mouse, the event and the camera; it returns whether something has moved.
 const DRAG_HANDLERS = {
   [MODE.MOVE_AXIS]: (drag, ray) => {
-    const place = along(drag.from, drag.axis, ray);
-    return place && shift(drag, place);
+    const place = nearestOnLine(drag.from, drag.axis, ray);
+    return place && moveMarker(drag, place);
   },
   [MODE.MOVE_PLANE]: (drag, ray) => {
-    const place = across(drag.from, drag.axis, ray);
-    return place && shift(drag, place);
+    const place = intersectPlane(drag.from, drag.axis, ray);
+    return place && moveMarker(drag, place);
   },
   [MODE.ROTATE_AXIS]: (drag, ray) => {
     const middle = drag.marker.inner.getWorldPosition(new THREE.Vector3());
-    const place = across(drag.from, drag.axis, ray);
-    return place && spin(drag, middle, place);
+    const place = intersectPlane(drag.from, drag.axis, ray);
+    return place && rotateAboutAxis(drag, middle, place);
   },
   [MODE.MOVE_ROTATE]: (drag, ray) => {
     const middle = drag.marker.inner.getWorldPosition(new THREE.Vector3());
-    const place = across(drag.from, drag.axis, ray);
+    const place = intersectPlane(drag.from, drag.axis, ray);
     if (!place) return false;
     const arm = drag.from.clone().sub(middle);
     const high = arm.clone().projectOnVector(drag.axis);
     const far = arm.sub(high).length();
-    spin(drag, middle, place);
+    rotateAboutAxis(drag, middle, place);
     // Rotate the grabbed point, then move the marker until that point is under the mouse.
     const from = place.clone().sub(middle).projectOnPlane(drag.axis).setLength(far).add(high).add(middle);
     drag.from.copy(from);
-    return shift(drag, place);
+    return moveMarker(drag, place);
   },
   [MODE.MOVE_3D]: (drag, ray, event, camera) => {
-    const place = across(drag.from, camera.getWorldDirection(new THREE.Vector3()), ray);
-    return place && shift(drag, place);
+    const place = intersectPlane(drag.from, camera.getWorldDirection(new THREE.Vector3()), ray);
+    return place && moveMarker(drag, place);
   },
-  [MODE.ROTATE_3D]: (drag, ray, event, camera) => tumble(drag, event, camera),
+  [MODE.ROTATE_3D]: (drag, ray, event, camera) => rotateFreely(drag, event, camera),
   [MODE.MOVE_ROTATE_3D]: (drag, ray, event, camera) => DRAG_HANDLERS[event.shiftKey ? MODE.ROTATE_3D : MODE.MOVE_3D](drag, ray, event, camera),
 };
 
 // Return the point of a line that is nearest to a ray; null if they are parallel.
-function along(from, axis, ray) {
+function nearestOnLine(from, axis, ray) {
   const between = from.clone().sub(ray.origin);
   const dot = axis.dot(ray.direction);
   const wide = 1 - dot * dot;
@@ -247,11 +247,11 @@ function along(from, axis, ray) {
 }
 
 // Return the intersection of a ray and a plane; null if there is none.
-function across(from, normal, ray) {
+function intersectPlane(from, normal, ray) {
   return ray.intersectPlane(new THREE.Plane().setFromNormalAndCoplanarPoint(normal, from), new THREE.Vector3());
 }
 
-function shift(drag, place) {
+function moveMarker(drag, place) {
   const { inner, outer } = drag.marker;
   const world = inner.getWorldPosition(new THREE.Vector3()).add(place).sub(drag.from);
   inner.position.copy(outer.worldToLocal(world));
@@ -259,27 +259,27 @@ function shift(drag, place) {
   return true;
 }
 
-function turnBy(drag, turn) {
+function rotateMarker(drag, turn) {
   const { inner, outer } = drag.marker;
   const world = inner.getWorldQuaternion(new THREE.Quaternion()).premultiply(turn);
   inner.quaternion.copy(outer.getWorldQuaternion(new THREE.Quaternion()).invert().multiply(world)).normalize();
   return true;
 }
 
-function spin(drag, middle, place) {
+function rotateAboutAxis(drag, middle, place) {
   const [one, two] = [drag.from, place].map((each) => each.clone().sub(middle).projectOnPlane(drag.axis));
   if (one.lengthSq() < 1e-8 || two.lengthSq() < 1e-8) return false;
   const angle = Math.atan2(one.clone().cross(two).dot(drag.axis), one.dot(two));
   drag.from.copy(place);
-  return turnBy(drag, new THREE.Quaternion().setFromAxisAngle(drag.axis, angle));
+  return rotateMarker(drag, new THREE.Quaternion().setFromAxisAngle(drag.axis, angle));
 }
 
-function tumble(drag, event, camera) {
+function rotateFreely(drag, event, camera) {
   const turn = new THREE.Quaternion();
   const [right, down] = [event.offsetX - drag.at[0], event.offsetY - drag.at[1]];
   for (const axis of [new THREE.Vector3(0, right, 0), new THREE.Vector3(down, 0, 0)]) {
     const angle = axis.length() * ROTATION_PER_PIXEL;
     turn.premultiply(new THREE.Quaternion().setFromAxisAngle(axis.normalize().applyQuaternion(camera.quaternion), angle));
   }
-  return turnBy(drag, turn);
+  return rotateMarker(drag, turn);
 }

@@ -3,8 +3,8 @@
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { arrowOf, disposeMarker, markerObject } from "./markers.js";
 import { label } from "./label.js";
-import { placed as placeOf } from "./select.js";
-import { put } from "./stage.js";
+import { poseRows as placeOf } from "./select.js";
+import { setPose } from "./stage.js";
 
 export const MODE = { NONE: 0, MENU: 1, BUTTON: 2, MOVE_AXIS: 3, MOVE_PLANE: 4, ROTATE_AXIS: 5, MOVE_ROTATE: 6, MOVE_3D: 7, ROTATE_3D: 8, MOVE_ROTATE_3D: 9 };
 export const FACING = { INHERIT: 0, FIXED: 1, VIEW: 2 };
@@ -16,26 +16,26 @@ export class InteractiveSet {
     this.object = new THREE.Group();
     this.topic = topic.replace(/\/update$/, "");
     this.known = new Map(); // server and name -> {facts, outer, inner, controls}
-    this.controls = { names: { text: "descriptions", kind: "check", usual: true } };
+    this.controls = { names: { text: "descriptions", kind: "check", defaultValue: true } };
     this.options = { names: true };
     this.faults = new Set();
-    this.word = "no markers yet";
+    this.status = "no markers yet";
     this.problem = "";
-    this.host = { token, changed, failed: (text) => { if (this.faults.size < 20) this.faults.add(text); this._tell(); changed("words"); } };
+    this.host = { token, changed, failed: (text) => { if (this.faults.size < 20) this.faults.add(text); this._updateStatus(); changed("words"); } };
   }
 
   // Apply data of the view scene_interactive.
-  take({ all, new: added, moved, gone }) {
+  update({ all, new: added, moved, gone }) {
     if (all) for (const key of [...this.known.keys()]) this._remove(key);
     for (const [server, name] of gone) this._remove(`${server}\n${name}`);
-    for (const facts of added) this._put(facts);
+    for (const facts of added) this._addMarker(facts);
     for (const { server, name, frame, pose } of moved) {
       const marker = this.known.get(`${server}\n${name}`);
       if (!marker) continue;
       Object.assign(marker.facts, { frame, pose });
       marker.placed = false;
-      if (marker.held) marker.later = true; // the user is dragging it
-      else put(marker.inner, pose);
+      if (marker.onReplaced) marker.hasPendingUpdate = true; // the user is dragging it
+      else setPose(marker.inner, pose);
     }
     this.place(this.frames);
   }
@@ -58,11 +58,11 @@ export class InteractiveSet {
       const pose = frames?.pose(marker.facts.frame);
       marker.outer.visible = Boolean(pose || marker.placed);
       if (pose) {
-        put(marker.outer, pose);
+        setPose(marker.outer, pose);
         marker.placed = true;
       } else this.lost ||= marker.facts.frame;
     }
-    this._tell();
+    this._updateStatus();
   }
 
   // Return what can be selected; see select.js.
@@ -74,7 +74,7 @@ export class InteractiveSet {
   }
 
   // Turn controls that face the camera. Called before each frame.
-  face(camera) {
+  faceCamera(camera) {
     for (const marker of this.known.values()) {
       for (const { facts, group } of marker.controls) {
         if (facts.facing === FACING.INHERIT) continue;
@@ -94,15 +94,15 @@ export class InteractiveSet {
     for (const key of [...this.known.keys()]) this._remove(key);
   }
 
-  _put(facts) {
+  _addMarker(facts) {
     const key = `${facts.server}\n${facts.name}`;
     const before = this.known.get(key);
-    const held = before?.held;
+    const held = before?.onReplaced;
     const pose = held ? [...before.inner.position.toArray(), ...before.inner.quaternion.toArray()] : facts.pose;
     this._remove(key);
-    const marker = { set: this, facts, outer: new THREE.Group(), inner: new THREE.Group(), controls: [], held, later: held };
+    const marker = { set: this, facts, outer: new THREE.Group(), inner: new THREE.Group(), controls: [], onReplaced: held, hasPendingUpdate: held };
     marker.outer.add(marker.inner);
-    put(marker.inner, pose);
+    setPose(marker.inner, pose);
     for (const control of facts.controls) marker.controls.push(this._control(marker, control));
     if (facts.description) {
       marker.title = label(facts.description, { height: 0.12 * facts.scale, color: [0.5, 0.5, 0.55, 1] });
@@ -119,8 +119,8 @@ export class InteractiveSet {
     const group = new THREE.Group();
     const control = { marker, facts, group };
     const shapes = facts.markers.length
-      ? facts.markers.map((each) => placed(markerObject(each, this.host), each.pose))
-      : usual(facts, marker.facts.scale);
+      ? facts.markers.map((each) => placeAt(markerObject(each, this.host), each.pose))
+      : defaultValue(facts, marker.facts.scale);
     for (const shape of shapes.filter(Boolean)) group.add(shape);
     group.userData.control = control;
     marker.inner.add(group);
@@ -135,17 +135,17 @@ export class InteractiveSet {
     disposeMarker(marker.outer);
   }
 
-  _tell() {
+  _updateStatus() {
     const count = this.known.size;
-    this.word = count ? `${count} interactive marker${count === 1 ? "" : "s"}` : "no markers yet";
+    this.status = count ? `${count} interactive marker${count === 1 ? "" : "s"}` : "no markers yet";
     this.problem = this.lost ? `no transform to the frame ${this.lost}` : [...this.faults][0] || "";
   }
 }
 
-function placed(object, pose) {
+function placeAt(object, pose) {
   if (!object) return null;
   const outer = new THREE.Group();
-  put(outer, pose);
+  setPose(outer, pose);
   outer.add(object);
   return outer;
 }
@@ -157,7 +157,7 @@ export function axisOf(facts) {
 }
 
 // Default shapes of controls without markers: arrows, rings, a ball.
-function usual(facts, scale) {
+function defaultValue(facts, scale) {
   const axis = axisOf(facts);
   const [red, green, blue] = axis.toArray().map(Math.abs);
   const material = new THREE.MeshStandardMaterial({ color: new THREE.Color(red, green, blue), roughness: 0.7, opacity: 0.85, transparent: true, side: THREE.DoubleSide });

@@ -43,7 +43,7 @@ const VIEWS = { Camera: "scene_camera", DepthCloud: "scene_depth", Image: "image
 
 // Return {topic, kind, view} of a key: rviz's name of its display ("" if the topic has no publishers yet), and the
 // server's view for it. types: topic -> type.
-export function readKey(key, types) {
+export function parseKey(key, types) {
   const [, made, topic] = /^(?:(camera|depth):)?(.*)$/s.exec(key);
   const type = types[topic];
   const kind = made ? (IMAGE_TYPES.includes(type) ? KEY_PREFIXES[made] : "") : DISPLAY_TYPES[type] || "";
@@ -51,7 +51,7 @@ export function readKey(key, types) {
 }
 
 // Return what can be added to the displayed topics and robots: [{key, title, kind, text, field}].
-export function offersOf(types, topics, robots) {
+export function addableDisplays(types, topics, robots) {
   const keys = [];
   for (const topic of Object.keys(types).sort()) {
     if (DISPLAY_TYPES[types[topic]]) keys.push(topic);
@@ -61,7 +61,7 @@ export function offersOf(types, topics, robots) {
   }
   /** @type {{key: string, title: string, kind: string, text: string, field?: boolean}[]} */
   const offers = keys.filter((key) => !topics.includes(key)).map((key) => {
-    const { topic, kind } = readKey(key, types);
+    const { topic, kind } = parseKey(key, types);
     return { key, title: topic, kind, text: `${topic}: ${types[topic]}` };
   });
   if (!robots.includes(ROBOT_DESCRIPTION)) offers.unshift({ key: ROBOT_PREFIX + ROBOT_DESCRIPTION, title: ROBOT_DESCRIPTION, kind: "RobotModel", text: "the robot as its URDF describes it" });
@@ -69,7 +69,7 @@ export function offersOf(types, topics, robots) {
   return [...offers, { key: ROBOT_PREFIX, title: "/other_robot", kind: "RobotModel", text: "the parameter with another robot's URDF", field: true }];
 }
 
-export function picturesOf(types) {
+export function imageTopics(types) {
   return Object.keys(types).filter((topic) => IMAGE_TYPES.includes(types[topic])).sort();
 }
 

@@ -8,13 +8,13 @@ const MAX_LENGTH = 300; // characters
 const MAX_WIDTH = 2048; // pixels; longer lines get smaller letters
 const MAX_TOTAL_PIXELS = 24e6; // pixels of all labels, about 100 MB; further ones are not drawn, and have userData.missing
 
-let held = 0; // pixels
+let totalPixels = 0; // pixels
 
 export function label(text, { height = 0.15, color = [1, 1, 1, 1], background = null, outline = "", onTop = false } = {}) {
   const lines = String(text).slice(0, MAX_LENGTH).split("\n").slice(0, 12);
   const canvas = document.createElement("canvas");
   const context = canvas.getContext("2d");
-  let size = held < MAX_TOTAL_PIXELS / 2 ? FONT_SIZE : SMALL_FONT;
+  let size = totalPixels < MAX_TOTAL_PIXELS / 2 ? FONT_SIZE : SMALL_FONT;
   const font = () => `${size}px "Liberation Sans", Arial, Helvetica, "DejaVu Sans", sans-serif`;
   context.font = font();
   const wide = Math.max(1, ...lines.map((line) => context.measureText(line).width));
@@ -23,10 +23,10 @@ export function label(text, { height = 0.15, color = [1, 1, 1, 1], background = 
   canvas.width = Math.ceil(wide * fits + size / 3);
   canvas.height = Math.ceil((lines.length * 1.25 + 1 / 6) * size);
   const pixels = canvas.width * canvas.height;
-  const missing = held + pixels > MAX_TOTAL_PIXELS;
+  const missing = totalPixels + pixels > MAX_TOTAL_PIXELS;
   if (missing) canvas.width = canvas.height = 1;
   else {
-    held += pixels;
+    totalPixels += pixels;
     context.font = font();
     context.textBaseline = "middle";
     context.textAlign = "left"; // lines are left-aligned, like rviz's
@@ -46,7 +46,7 @@ export function label(text, { height = 0.15, color = [1, 1, 1, 1], background = 
   }
   const texture = new THREE.CanvasTexture(canvas);
   texture.colorSpace = THREE.SRGBColorSpace;
-  if (!missing) texture.addEventListener("dispose", () => { held -= pixels; });
+  if (!missing) texture.addEventListener("dispose", () => { totalPixels -= pixels; });
   const sprite = new THREE.Sprite(new THREE.SpriteMaterial({ map: texture, depthTest: !onTop, transparent: true }));
   const scale = height / size;
   sprite.scale.set(canvas.width * scale, canvas.height * scale, 1);

@@ -21,15 +21,15 @@ export class DisplayList {
       offers.length ? h("h4", {}, "Add") : entries.every(({ fixed }) => fixed) && h("p.muted", {}, "No topics are published that can be drawn: scans, clouds, maps, markers, paths, poses, images."),
       offers.map((offer) => (offer.field ? this._field(offer) : h("button.quiet.add", { title: offer.text, onclick: () => this.host.add(offer.key) }, "+ ", h("span.mono", {}, offer.title), " ", h("span.muted", {}, offer.kind)))));
     if (focused) [...this.element.querySelectorAll("[data-mark]")].find((each) => each.dataset.mark === focused)?.focus();
-    for (const entry of entries) this.tell(entry);
+    for (const entry of entries) this.updateStatus(entry);
   }
 
   // Update the status of a display.
-  tell(/** @type {import("../../panels/scene.js").Entry} */ { key, display, trouble }) {
+  updateStatus(/** @type {import("../../panels/scene.js").Entry} */ { key, display, trouble }) {
     const line = this.lines?.get(key);
     if (!line) return;
     const problem = trouble || display.problem;
-    const text = problem || display.word || "";
+    const text = problem || display.status || "";
     const look = `word${problem ? " wrong" : " muted"}`;
     if (line.className !== look) line.className = look;
     if (line.textContent !== text) line.textContent = text;

@@ -8,7 +8,7 @@ const MAX_TEXTURE = 8192; // maximum texture size of graphics cards; of larger g
 export const COLOUR_SCHEMES = ["map", "costmap", "raw"];
 
 // rviz's colours of the 256 values of a cell, as pixels.
-function table(scheme) {
+function colourTable(scheme) {
   const pixels = new Uint32Array(256);
   const put = (cell, red, green, blue, alpha) => { pixels[cell & 255] = ((alpha << 24) | (blue << 16) | (green << 8) | red) >>> 0; };
   for (let cell = -128; cell < 128; cell += 1) {
@@ -56,7 +56,7 @@ export class MapPlane {
     const plane = new THREE.Mesh(
       new THREE.PlaneGeometry(across, up).translate(across / 2, up / 2, 0),
       new THREE.MeshBasicMaterial({ map: this.texture, opacity: this.alpha, side: THREE.DoubleSide, depthWrite: false, polygonOffset: true, polygonOffsetFactor: 1 }));
-    layer(plane, this.behind);
+    setLayer(plane, this.behind);
     plane.position.set(origin[0] ?? 0, origin[1] ?? 0, origin[2] ?? 0);
     plane.quaternion.fromArray(origin.slice(3).map((value) => value ?? 0));
     plane.quaternion.normalize(); // 0, 0, 0, 0 becomes the identity
@@ -87,12 +87,12 @@ export class MapPlane {
     this.behind = behind;
     if (!this.plane) return;
     this.plane.material.opacity = alpha;
-    layer(this.plane, behind);
+    setLayer(this.plane, behind);
     this._colour();
   }
 
   _colour(low = 0, high = Infinity) {
-    const colours = table(this.scheme);
+    const colours = colourTable(this.scheme);
     const { every, width, cells } = this;
     const { width: columns, height: rows, data } = this.texture.image;
     const pixels = new Uint32Array(data.buffer);
@@ -112,7 +112,7 @@ export class MapPlane {
 }
 
 // Behind everything: drawn first, before opaque objects, and without hiding any.
-function layer(plane, behind) {
+function setLayer(plane, behind) {
   const { material } = plane;
   plane.renderOrder = behind ? -2 : -1;
   Object.assign(material, { transparent: !behind, blending: behind ? THREE.CustomBlending : THREE.NormalBlending });

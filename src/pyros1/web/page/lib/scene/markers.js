@@ -1,8 +1,8 @@
 // Markers of all types; see https://wiki.ros.org/rviz/DisplayTypes/Marker.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
-import { placed } from "./select.js";
-import { dispose, put } from "./stage.js";
+import { poseRows } from "./select.js";
+import { dispose, setPose } from "./stage.js";
 import { label } from "./label.js";
 import { meshOf } from "./meshes.js";
 import { PointSet } from "./points.js";
@@ -49,24 +49,24 @@ export function markerObject(marker, host) {
   }
   if (type === ARROW) return arrowMarker(marker);
   if (type === CUBE || type === SPHERE || type === CYLINDER) {
-    const mesh = new THREE.Mesh([null, CUBE_SHAPE, SPHERE_SHAPE, CYLINDER_SHAPE][type], solid(color));
+    const mesh = new THREE.Mesh([null, CUBE_SHAPE, SPHERE_SHAPE, CYLINDER_SHAPE][type], solidMaterial(color));
     mesh.scale.fromArray(scale.map((size) => Math.abs(size) || MIN_SIZE));
     return mesh;
   }
-  if (type === LINE_STRIP || type === LINE_LIST) return lines(marker);
-  if (type === CUBE_LIST || type === SPHERE_LIST) return many(marker, type === CUBE_LIST ? CUBE_SHAPE : SPHERE_SHAPE);
-  if (type === POINTS) return points(marker);
+  if (type === LINE_STRIP || type === LINE_LIST) return linesMarker(marker);
+  if (type === CUBE_LIST || type === SPHERE_LIST) return instancesMarker(marker, type === CUBE_LIST ? CUBE_SHAPE : SPHERE_SHAPE);
+  if (type === POINTS) return pointsMarker(marker);
   if (type === TEXT) {
     const text = label(marker.text, { height: TEXT_SCALE * scale[2], color });
     if (text.userData.missing) host.failed("too many text markers to draw them all");
     return text;
   }
-  if (type === TRIANGLES) return triangles(marker);
-  if (type === MESH) return mesh(marker, host);
+  if (type === TRIANGLES) return trianglesMarker(marker);
+  if (type === MESH) return meshMarker(marker, host);
   return null;
 }
 
-function mesh({ mesh: uri, materials, scale, color }, { token, changed, failed }) {
+function meshMarker({ mesh: uri, materials, scale, color }, { token, changed, failed }) {
   const object = new THREE.Group();
   object.scale.fromArray(scale.map((size) => size || MIN_SIZE));
   meshOf(uri, token).then((found) => {
@@ -74,11 +74,11 @@ function mesh({ mesh: uri, materials, scale, color }, { token, changed, failed }
     found.traverse((each) => {
       if (!each.isMesh) return;
       if (!materials || (tint && found.userData.bare)) {
-        each.material = solid(color, { side: THREE.DoubleSide });
+        each.material = solidMaterial(color, { side: THREE.DoubleSide });
         return;
       }
       const copies = [each.material].flat().map((material) => material.clone());
-      if (tint) for (const material of copies) tinted(material, tint);
+      if (tint) for (const material of copies) tintMaterial(material, tint);
       each.material = copies.length === 1 ? copies[0] : copies;
     });
     object.add(found);
@@ -88,7 +88,7 @@ function mesh({ mesh: uri, materials, scale, color }, { token, changed, failed }
 }
 
 // rviz draws a mesh with its own materials, and again in the marker's color: half of each if that is opaque.
-function tinted(material, [red, green, blue, alpha]) {
+function tintMaterial(material, [red, green, blue, alpha]) {
   const opacity = alpha < 1 ? 1 - (1 - alpha) ** 2 : 1;
   const share = alpha < 1 ? 1 / (2 - alpha) : 0.5;
   const tint = new THREE.Color().setRGB(red, green, blue, THREE.SRGBColorSpace);
@@ -108,14 +108,14 @@ export function disposeMarker(object) {
   dispose(object);
 }
 
-function solid([red, green, blue, alpha], more = {}) {
+function solidMaterial([red, green, blue, alpha], more = {}) {
   return new THREE.MeshLambertMaterial({
     color: new THREE.Color(red, green, blue).convertSRGBToLinear(), opacity: alpha, transparent: alpha < 1, depthWrite: alpha > 0.99, ...more,
   });
 }
 
 function arrowMarker({ points: ends, scale, color }) {
-  const material = solid(color);
+  const material = solidMaterial(color);
   const group = new THREE.Group();
   if (ends.length) { // from one point to another: shaft diameter, head diameter and head length
     const from = new THREE.Vector3(...ends[0]);
@@ -152,22 +152,22 @@ function coloursOf({ colors, color, points: { length } }) {
 }
 
 // Return colours with another alpha.
-function opaque(colours, opacity) {
+function withAlpha(colours, opacity) {
   return colours.map(([red, green, blue, alpha]) => [red, green, blue, opacity(alpha)]);
 }
 
-function places(marker) {
+function positionsOf(marker) {
   return Float32Array.from(marker.points.flat());
 }
 
-function bytes(colours, [red, green, blue] = [0, 1, 2]) {
+function colourBytes(colours, [red, green, blue] = [0, 1, 2]) {
   const numbers = new Uint8Array(4 * colours.length);
   colours.forEach((colour, index) => numbers.set([colour[red], colour[green], colour[blue], colour[3]].map((value) => Math.round(255 * value)), 4 * index));
   return numbers;
 }
 
 // Return colours with alpha in three.js's linear colour space.
-function linear(colours) {
+function linearColours(colours) {
   const numbers = new Float32Array(4 * colours.length);
   colours.forEach(([red, green, blue, alpha], index) => {
     const { r, g, b } = new THREE.Color(red, green, blue).convertSRGBToLinear();
@@ -177,7 +177,7 @@ function linear(colours) {
 }
 
 // Interpolate colours as they are displayed, like rviz, not in three.js's linear colour space.
-function asShown(material) {
+function interpolateAsDisplayed(material) {
   material.onBeforeCompile = (shader) => {
     shader.vertexShader = shader.vertexShader.replace("#include <color_vertex>", "#include <color_vertex>\nvColor.rgb = pow(vColor.rgb, vec3(1.0 / 2.2));");
     shader.fragmentShader = shader.fragmentShader.replace("#include <color_fragment>", "diffuseColor *= vec4(pow(vColor.rgb, vec3(2.2)), vColor.a);");
@@ -185,31 +185,31 @@ function asShown(material) {
   return material;
 }
 
-function seeThrough(colours) {
+function transparency(colours) {
   const through = colours.some(([, , , alpha]) => alpha < 1);
   return { vertexColors: true, transparent: through, depthWrite: !through };
 }
 
 // Like rviz: points of lines are transparent only if the marker's color is, too.
-function lines(marker) {
+function linesMarker(marker) {
   const { points: { length }, color } = marker;
-  const colours = color[3] < 1 ? coloursOf(marker) : opaque(coloursOf(marker), () => 1);
-  return ribbons(places(marker), bytes(colours), marker.scale[0], marker.type === LINE_STRIP ? [[0, length]] : pairs(length));
+  const colours = color[3] < 1 ? coloursOf(marker) : withAlpha(coloursOf(marker), () => 1);
+  return ribbons(positionsOf(marker), colourBytes(colours), marker.scale[0], marker.type === LINE_STRIP ? [[0, length]] : pairs(length));
 }
 
-function points(marker) {
+function pointsMarker(marker) {
   const dots = new PointSet();
-  dots.look({ style: "squares", extent: [Math.abs(marker.scale[0]), Math.abs(marker.scale[1]), 1] });
-  dots.set(places(marker), "rgba", bytes(coloursOf(marker), [2, 1, 0]));
-  dots.touchable();
+  dots.setStyle({ style: "squares", extent: [Math.abs(marker.scale[0]), Math.abs(marker.scale[1]), 1] });
+  dots.set(positionsOf(marker), "rgba", colourBytes(coloursOf(marker), [2, 1, 0]));
+  dots.enablePicking();
   return dots.object;
 }
 
-function many(marker, shape) {
+function instancesMarker(marker, shape) {
   const colours = coloursOf(marker);
   const geometry = shape.clone();
-  geometry.setAttribute("color", new THREE.InstancedBufferAttribute(linear(colours), 4));
-  const mesh = new THREE.InstancedMesh(geometry, solid([1, 1, 1, 1], seeThrough(colours)), marker.points.length);
+  geometry.setAttribute("color", new THREE.InstancedBufferAttribute(linearColours(colours), 4));
+  const mesh = new THREE.InstancedMesh(geometry, solidMaterial([1, 1, 1, 1], transparency(colours)), marker.points.length);
   const matrix = new THREE.Matrix4();
   const [x, y, z] = marker.scale.map((size) => Math.abs(size) || MIN_SIZE);
   marker.points.forEach((point, index) => mesh.setMatrixAt(index, matrix.makeScale(x, y, z).setPosition(point[0], point[1], point[2])));
@@ -219,17 +219,17 @@ function many(marker, shape) {
 
 // Each corner has a colour, or each triangle. Like rviz: those of corners are transparent if one of them is, those of
 // triangles if the marker is, and then the marker's alpha is applied as well.
-function triangles(marker) {
+function trianglesMarker(marker) {
   const { colors, color, points: corners, scale } = marker;
   const faces = colors.length === corners.length / 3 && colors.length > 0;
   let colours = faces ? corners.map((_, index) => colors[Math.floor(index / 3)]) : coloursOf(marker);
-  if (colors.length) colours = opaque(colours, (faces ? [color] : colors).some(([, , , alpha]) => alpha < 1) ? (alpha) => alpha * color[3] : () => 1);
+  if (colors.length) colours = withAlpha(colours, (faces ? [color] : colors).some(([, , , alpha]) => alpha < 1) ? (alpha) => alpha * color[3] : () => 1);
   const geometry = new THREE.BufferGeometry();
-  geometry.setAttribute("position", new THREE.BufferAttribute(places(marker), 3));
-  geometry.setAttribute("color", new THREE.BufferAttribute(linear(colours), 4));
+  geometry.setAttribute("position", new THREE.BufferAttribute(positionsOf(marker), 3));
+  geometry.setAttribute("color", new THREE.BufferAttribute(linearColours(colours), 4));
   geometry.computeVertexNormals();
-  const material = solid([1, 1, 1, 1], { ...seeThrough(colours), side: THREE.DoubleSide });
-  const mesh = new THREE.Mesh(geometry, asShown(material));
+  const material = solidMaterial([1, 1, 1, 1], { ...transparency(colours), side: THREE.DoubleSide });
+  const mesh = new THREE.Mesh(geometry, interpolateAsDisplayed(material));
   mesh.scale.fromArray(scale.map((size) => size || MIN_SIZE));
   return mesh;
 }
@@ -247,12 +247,12 @@ export class MarkerSet {
     this.known = new Map();
     this.namespaces = new Set();
     this.faults = new Map(); // key of a marker -> why it is not drawn
-    this.unseen = new Set(); // keys of transparent markers
+    this.invisible = new Set(); // keys of transparent markers
     this.host = host;
   }
 
   // Apply data of the view scene_topic.
-  take({ new: added, gone, poses, all }) {
+  update({ new: added, gone, poses, all }) {
     if (all) for (const key of [...this.known.keys()]) this._remove(key);
     for (const [ns, id] of gone) this._remove(`${ns}\n${id}`);
     for (const marker of added) {
@@ -262,14 +262,14 @@ export class MarkerSet {
       const frame = poses[marker.frame];
       const object = frame && markerObject(marker, { ...this.host, failed: (text) => this._failed(key, marker, text) });
       if (!object) continue;
-      if (isUnseen(marker)) this.unseen.add(key);
+      if (isUnseen(marker)) this.invisible.add(key);
       const outer = new THREE.Group();
       const inner = new THREE.Group();
       outer.userData.ns = marker.ns;
       outer.userData.facts = marker;
       if (marker.locked) outer.userData.frame = marker.frame;
-      put(outer, frame);
-      put(inner, marker.pose);
+      setPose(outer, frame);
+      setPose(inner, marker.pose);
       inner.add(object);
       outer.add(inner);
       this.object.add(outer);
@@ -286,7 +286,7 @@ export class MarkerSet {
   place(frames) {
     for (const outer of this.known.values()) {
       const pose = outer.userData.frame && frames.pose(outer.userData.frame);
-      if (pose) put(outer, pose);
+      if (pose) setPose(outer, pose);
     }
   }
 
@@ -297,7 +297,7 @@ export class MarkerSet {
       const rows = [["namespace", ns], ["id", id], ["type", TYPE_NAMES[type] || type], ["frame", frame]];
       if (text) rows.push(["text", text]);
       if (length) rows.push(["points", length]);
-      return { object: outer, about: () => [...rows, ...placed(outer.children[0])] };
+      return { object: outer, about: () => [...rows, ...poseRows(outer.children[0])] };
     });
   }
 
@@ -312,7 +312,7 @@ export class MarkerSet {
 
   _remove(key) {
     this.faults.delete(key);
-    this.unseen.delete(key);
+    this.invisible.delete(key);
     const object = this.known.get(key);
     if (!object) return;
     this.known.delete(key);

@@ -2,15 +2,15 @@
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 
-import { plainCollada } from "./collada.js";
-import { soundNormals } from "./normals.js";
+import { normaliseCollada } from "./collada.js";
+import { repairNormals } from "./normals.js";
 
 const MAX_TEXT_BYTES = 48 << 20; // bytes of a text mesh: parsing it blocks the page for a while
 const MAX_FILES = 300; // cached, within a limit on their total size
 const MAX_BYTES = 256 << 20;
 const DEFAULT_COLOUR = "#999999"; // rviz's colour of files without materials, except STL
 const LOADERS = { stl: "STLLoader", obj: "OBJLoader", dae: "ColladaLoader" };
-const known = new Map(); // URI -> promise of an object
+const cache = new Map(); // URI -> promise of an object
 const sizes = new Map(); // URI -> bytes of its file
 
 // Return the URL of a package's file.
@@ -20,33 +20,33 @@ export function fileUrl(uri, token) {
 
 // Return a copy of the mesh in a file. Its materials are its own if object.userData.painted, otherwise rviz's defaults.
 export async function meshOf(uri, token) {
-  let found = known.get(uri);
+  let found = cache.get(uri);
   if (!found) {
-    found = load(uri, token);
-    known.set(uri, found);
-    found.catch(() => forget(uri)); // the next request tries again
+    found = loadMesh(uri, token);
+    cache.set(uri, found);
+    found.catch(() => dropFromCache(uri)); // the next request tries again
   }
   return (await found).clone();
 }
 
-function forget(uri) {
-  known.delete(uri);
+function dropFromCache(uri) {
+  cache.delete(uri);
   sizes.delete(uri);
 }
 
-function remember(uri, size) {
+function addToCache(uri, size) {
   sizes.set(uri, size);
   let all = [...sizes.values()].reduce((sum, each) => sum + each, 0);
   for (const [oldest, bytes] of sizes) {
     if (sizes.size <= MAX_FILES && all <= MAX_BYTES) break;
     all -= bytes;
-    forget(oldest);
+    dropFromCache(oldest);
   }
 }
 
 // Load a texture.
 export async function textureOf(uri, token) {
-  const answer = await ask(uri, token);
+  const answer = await fetchFile(uri, token);
   const url = URL.createObjectURL(await answer.blob());
   try {
     const texture = await new THREE.TextureLoader().loadAsync(url);
@@ -54,26 +54,26 @@ export async function textureOf(uri, token) {
     texture.wrapS = texture.wrapT = THREE.RepeatWrapping;
     return texture;
   } catch {
-    throw new Error(`${short(uri)} is not an image that a browser can show`);
+    throw new Error(`${shortUri(uri)} is not an image that a browser can show`);
   } finally {
     URL.revokeObjectURL(url);
   }
 }
 
-async function ask(uri, token) {
+async function fetchFile(uri, token) {
   if (!uri) throw new Error("a mesh or a texture without a name");
-  if (!/^(package|file):\/\//.test(uri)) throw new Error(`${short(uri)}: only package:// and file:// are supported`);
+  if (!/^(package|file):\/\//.test(uri)) throw new Error(`${shortUri(uri)}: only package:// and file:// are supported`);
   const answer = await fetch(fileUrl(uri, token));
   if (!answer.ok) throw new Error((await answer.text()).trim().slice(0, 300));
   return answer;
 }
 
-async function load(uri, token) {
+async function loadMesh(uri, token) {
   const kind = uri.split(".").pop().toLowerCase();
-  if (uri && !LOADERS[kind]) throw new Error(`${short(uri)}: STL, OBJ and DAE are supported, not ${kind.slice(0, 20)}`);
-  const answer = await ask(uri, token);
+  if (uri && !LOADERS[kind]) throw new Error(`${shortUri(uri)}: STL, OBJ and DAE are supported, not ${kind.slice(0, 20)}`);
+  const answer = await fetchFile(uri, token);
   const bytes = await answer.arrayBuffer();
-  remember(uri, bytes.byteLength);
+  addToCache(uri, bytes.byteLength);
   let object;
   try {
     const module = await import(`../../vendor/three/${LOADERS[kind]}.js`);
@@ -83,14 +83,14 @@ async function load(uri, token) {
     object = await { stl, obj, dae }[kind](loader, bytes, uri, token, manager);
     await settled();
   } catch (error) {
-    throw new Error(`${short(uri)} cannot be read: ${error.message}`);
+    throw new Error(`${shortUri(uri)} cannot be read: ${error.message}`);
   }
-  return tidy(object, uri);
+  return keepDrawable(object, uri);
 }
 
 // Load the textures of a mesh from its package as well. Returns a function that waits until all have loaded or failed.
 function texturesOf(manager, uri, token) {
-  manager.setURLModifier((url) => (/^(blob|data):/.test(url) ? url : fileUrl(beside(uri, url.replace(uri, "")), token)));
+  manager.setURLModifier((url) => (/^(blob|data):/.test(url) ? url : fileUrl(resolveUri(uri, url.replace(uri, "")), token)));
   const settled = new Promise((resolve) => { manager.onLoad = resolve; });
   manager.itemStart("");
   return () => {
@@ -100,7 +100,7 @@ function texturesOf(manager, uri, token) {
 }
 
 // Resolve a URI relative to another one: "package://arm/meshes/a.dae", "../textures/b.png" -> "package://arm/textures/b.png".
-export function beside(uri, name) {
+export function resolveUri(uri, name) {
   const given = name.replaceAll("\\", "/");
   const whole = given.match(/(?:package|file):\/\/.*$/);
   if (whole) return whole[0];
@@ -123,7 +123,7 @@ function stl(loader, bytes) {
   else {
     if (84 + 50 * faces > bytes.byteLength) throw new Error(`it claims to have ${faces} triangles, but has ${bytes.byteLength} bytes`);
   }
-  const geometry = quietly(() => loader.parse(content));
+  const geometry = withoutConsole(() => loader.parse(content));
   const colours = geometry.hasColors;
   const mesh = new THREE.Mesh(geometry, new THREE.MeshStandardMaterial({ roughness: 0.8, vertexColors: Boolean(colours), side: THREE.DoubleSide }));
   mesh.userData.bare = true; // white: only the tint is visible, like in rviz
@@ -134,7 +134,7 @@ function stl(loader, bytes) {
 // triangles if a corner is missing, and nothing if the end is.
 function asText(content) {
   const text = /\bFACET\b/.test(content) ? content.toLowerCase() : content;
-  const [facets, corners] = [/\bfacet\b/g, /\bvertex\b/g].map((word) => (text.match(word) || []).length);
+  const [facets, corners] = [/\bfacet\b/g, /\bvertex\b/g].map((status) => (text.match(status) || []).length);
   if (corners !== 3 * facets) throw new Error(`it has ${facets} triangles, but ${corners} corners`);
   const whole = /\bendsolid\b/.test(text) ? text : `${text}\nendsolid`;
   return whole.replace(/\bnormal\s+(\S+)\s+(\S+)\s+(\S+)/g, (whole, ...parts) => (
@@ -148,14 +148,14 @@ async function obj(loader, bytes, uri, token, manager) {
   for (const name of names) {
     const { MTLLoader } = await import("../../vendor/three/MTLLoader.js");
     try {
-      const materials = new MTLLoader(manager).parse(decode(await (await ask(beside(uri, name), token)).arrayBuffer()), "");
+      const materials = new MTLLoader(manager).parse(decode(await (await fetchFile(resolveUri(uri, name), token)).arrayBuffer()), "");
       materials.preload();
       loader.setMaterials(materials);
     } catch {
       continue; // same as without materials
     }
   }
-  const object = quietly(() => loader.parse(text.replace(/^[ \t]*[lp][ \t].*$/gm, ""))); // of a file that also has lines, the loader draws only those
+  const object = withoutConsole(() => loader.parse(text.replace(/^[ \t]*[lp][ \t].*$/gm, ""))); // of a file that also has lines, the loader draws only those
   object.userData.painted = Boolean(loader.materials);
   if (!loader.materials) object.traverse((each) => { for (const material of [each.material || []].flat()) if (!material.vertexColors) material.color.set(DEFAULT_COLOUR); });
   return object;
@@ -163,27 +163,27 @@ async function obj(loader, bytes, uri, token, manager) {
 
 function dae(loader, bytes) {
   // Like rviz: z is up whatever the file says, since a robot's description rotates its meshes as needed.
-  const text = plainCollada(decode(bytes).replace(/<up_axis>\s*[XZ]_UP\s*<\/up_axis>/, "<up_axis>Y_UP</up_axis>"));
-  const found = quietly(() => loader.parse(text, ""));
+  const text = normaliseCollada(decode(bytes).replace(/<up_axis>\s*[XZ]_UP\s*<\/up_axis>/, "<up_axis>Y_UP</up_axis>"));
+  const found = withoutConsole(() => loader.parse(text, ""));
   if (!found?.scene) throw new Error("it has no scene");
   const outer = new THREE.Group(); // the scene's scale is that of the file's unit
   outer.add(found.scene);
   outer.traverse((each) => {
-    if (each instanceof THREE.Mesh) each.material = Array.isArray(each.material) ? each.material.map(seen) : seen(each.material);
+    if (each instanceof THREE.Mesh) each.material = Array.isArray(each.material) ? each.material.map(visibleMaterial) : visibleMaterial(each.material);
   });
   outer.userData.painted = true;
   return outer;
 }
 
 // A Collada material like rviz's: grey for none, and never fully transparent, as some programs write it.
-function seen(material) {
+function visibleMaterial(material) {
   if (material.name === THREE.Loader.DEFAULT_MATERIAL_NAME) return new THREE.MeshLambertMaterial({ color: DEFAULT_COLOUR, side: THREE.DoubleSide });
   if (material.opacity === 0) Object.assign(material, { opacity: 1, transparent: false });
   return material;
 }
 
 // The loaders log every oddity to the console; errors are shown on the page instead.
-function quietly(work) {
+function withoutConsole(work) {
   const before = { warn: console.warn, error: console.error, log: console.log, debug: console.debug };
   for (const name of Object.keys(before)) console[name] = () => {};
   try {
@@ -199,7 +199,7 @@ function decode(bytes) {
 }
 
 // Keep only what can be drawn, and check that there is something.
-function tidy(object, uri) {
+function keepDrawable(object, uri) {
   let corners = 0;
   const others = [];
   object.traverse((each) => {
@@ -207,18 +207,18 @@ function tidy(object, uri) {
     if (!each.isMesh) return;
     const places = each.geometry.getAttribute("position");
     corners += places?.count || 0;
-    if (places && !places.array.every(Number.isFinite)) throw new Error(`${short(uri)} has positions that are not numbers`);
-    const normals = places && soundNormals(places.array, each.geometry.getAttribute("normal")?.array, each.geometry.index?.array);
+    if (places && !places.array.every(Number.isFinite)) throw new Error(`${shortUri(uri)} has positions that are not numbers`);
+    const normals = places && repairNormals(places.array, each.geometry.getAttribute("normal")?.array, each.geometry.index?.array);
     if (normals) each.geometry.setAttribute("normal", new THREE.BufferAttribute(normals, 3));
     for (const material of [each.material].flat()) {
       if (material.map && !material.map.image) material.map = null; // it has not loaded: the plain colour is better than black
     }
   });
   for (const each of others) each.removeFromParent();
-  if (!corners) throw new Error(`${short(uri)} has no triangles`);
+  if (!corners) throw new Error(`${shortUri(uri)} has no triangles`);
   return object;
 }
 
-function short(uri) {
+function shortUri(uri) {
   return uri.length > 120 ? `… ${uri.slice(-110)}` : uri;
 }

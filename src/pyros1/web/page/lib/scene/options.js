@@ -1,4 +1,4 @@
-// The options of displays: {key: {text, kind: "number" | "check" | "choice" | "colour" | "text", usual,
+// The options of displays: {key: {text, kind: "number" | "check" | "choice" | "colour" | "text", defaultValue,
 // least, most, step, choices, none}}. Defaults are rviz's, except that small points are drawn as pixels.
 
 import { COLOUR_SCHEMES } from "./map.js";
@@ -8,7 +8,7 @@ import { STYLES } from "./points.js";
  * @typedef {object} Control
  * @property {string} text
  * @property {"number" | "check" | "choice" | "colour" | "text"} kind
- * @property {any} usual
+ * @property {any} defaultValue
  * @property {number} [least]
  * @property {number} [most]
  * @property {number} [step]
@@ -16,13 +16,13 @@ import { STYLES } from "./points.js";
  * @property {string} [none]
  */
 
-const number = (text, usual, least, most, step) => ({ text, kind: "number", usual, least, most, step });
-const metres = (text, usual) => number(text, usual, 0, 1000, 0.01);
-const check = (text, usual) => ({ text, kind: "check", usual });
-const colour = (text, usual) => ({ text, kind: "colour", usual });
-const choice = (text, usual, choices) => ({ text, kind: "choice", usual, choices });
-const opacity = (usual = 1, text = "opacity") => number(text, usual, 0, 1, 0.05);
-const keep = (usual = 1) => ({ keep: number("keep", usual, 1, 1000, 1) });
+const number = (text, defaultValue, least, most, step) => ({ text, kind: "number", defaultValue, least, most, step });
+const metres = (text, defaultValue) => number(text, defaultValue, 0, 1000, 0.01);
+const check = (text, defaultValue) => ({ text, kind: "check", defaultValue });
+const colour = (text, defaultValue) => ({ text, kind: "colour", defaultValue });
+const choice = (text, defaultValue, choices) => ({ text, kind: "choice", defaultValue, choices });
+const opacity = (defaultValue = 1, text = "opacity") => number(text, defaultValue, 0, 1, 0.05);
+const keep = (defaultValue = 1) => ({ keep: number("keep", defaultValue, 1, 1000, 1) });
 
 export const TINT_CONTROL = colour("colour", ""); // the display's own
 export const MAX_POINTS_CONTROL = number("points at most", 1500000, 1000, 1500000, 1000);
@@ -49,7 +49,7 @@ const COVARIANCE = {
 const POSE = { tint: TINT_CONTROL, alpha: opacity(), ...ARROW, ...CROSS };
 
 export const OPTIONS = {
-  DepthCloud: { colour: { ...choice("colours of", ""), none: "no image" }, info: { text: "CameraInfo", kind: "text", usual: "", none: "next to the image" }, most: MAX_POINTS_CONTROL, ...looks(2), local: check("axes of its own frame", true) },
+  DepthCloud: { colour: { ...choice("colours of", ""), none: "no image" }, info: { text: "CameraInfo", kind: "text", defaultValue: "", none: "next to the image" }, most: MAX_POINTS_CONTROL, ...looks(2), local: check("axes of its own frame", true) },
   AccelStamped: SCREW, TwistStamped: SCREW, WrenchStamped: SCREW,
   LaserScan: { by: COLOUR_BY_CONTROL, ...looks(3) }, PointCloud: CLOUD, PointCloud2: CLOUD,
   Map: { scheme: choice("colours", "map", COLOUR_SCHEMES), alpha: opacity(0.7), behind: check("behind all", false) },

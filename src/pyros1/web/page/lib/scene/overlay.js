@@ -10,15 +10,15 @@ export class Overlay {
     this.figure = h("figure.overlay", { title, onclick: () => this.figure.classList.toggle("large") }, this.canvas, h("figcaption.mono", {}, title));
     place.append(this.figure);
     this.object = null; // no object in the scene
-    this.word = "no image yet";
+    this.status = "no image yet";
     this.problem = "";
     this.changed = changed;
   }
 
   // Apply data of the view image. Returns a promise that resolves when it is drawn.
-  async take(facts, blob) {
+  async update(facts, blob) {
     try {
-      if (await drawPicture(this.canvas, facts, new Uint8Array(blob.buffer, blob.offset))) this.word = `${this.canvas.width} × ${this.canvas.height}`;
+      if (await drawPicture(this.canvas, facts, new Uint8Array(blob.buffer, blob.offset))) this.status = `${this.canvas.width} × ${this.canvas.height}`;
       this.problem = "";
     } catch (error) {
       this.problem = error.message;

@@ -25,7 +25,7 @@ export function pointsIn(positions, count, matrix, /** @type {number[]} */ [left
 }
 
 // Return whether an object with these corners ([x, y, z]) overlaps a part of the screen.
-export function reaches(corners, [a, b, , d, e, f, , h, i, j, , l, m, n, , p], /** @type {number[]} */ [left, low, right, high]) {
+export function overlaps(corners, [a, b, , d, e, f, , h, i, j, , l, m, n, , p], /** @type {number[]} */ [left, low, right, high]) {
   const seen = [Infinity, Infinity, -Infinity, -Infinity];
   for (const [x, y, z] of corners) {
     const far = d * x + h * y + l * z + p;

@@ -2,7 +2,7 @@
 // Points are pixels, or have a size in metres: then each is a square or a disc that faces the camera, or a box.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
-import { sheer } from "./ribbons.js";
+import { isTransparent } from "./ribbons.js";
 
 // Return the points of a scan: [Float32Array of x, y, z, Float32Array of the values that colour them (the ranges if by is
 // "range"), Uint32Array of the indices of their ranges].
@@ -142,39 +142,39 @@ export class PointSet {
     /** @type {Record<string, THREE.IUniform<any>>} */
     this.uniforms = Object.fromEntries(Object.entries(values).map(([name, value]) => [name, { value }]));
     this.object = new THREE.Group();
-    this.object.userData.bound = () => this._bound();
+    this.object.userData.bound = () => this._computeBounds();
     this.colour = "value";
-    this.one = false;
-    this.through = false; // whether some of its colours are transparent
+    this.isUniform = false;
+    this.hasTransparentColours = false; // whether some of its colours are transparent
     this.style = "pixels";
     this.count = 0;
-    this.held = new Map(); // name -> attribute
+    this.attributes = new Map(); // name -> attribute
     this._build();
   }
 
   // style: one of STYLES; size: in pixels; extent: in metres; flat: one colour for all, or null for their own;
   // rainbow, inverted, low, high: the colour map; bounds: of an axis, or null for those of the points;
   // local: whether an axis is that of the points' own frame rather than of the fixed one.
-  look(/** @type {Look} */ { style: wanted = this.style, size, extent: metres, alpha, flat, rainbow, inverted, low, high, bounds = null, local = false }) {
+  setStyle(/** @type {Look} */ { style: wanted = this.style, size, extent: metres, alpha, flat, rainbow, inverted, low, high, bounds = null, local = false }) {
     const { uniforms } = this;
     const style = STYLES.includes(wanted) ? wanted : this.style;
     if (style !== this.style) {
       this.style = style;
-      for (const [name, { array, itemSize, normalized }] of this.held) this.held.set(name, this._attribute(array, itemSize, normalized));
+      for (const [name, { array, itemSize, normalized }] of this.attributes) this.attributes.set(name, this._attribute(array, itemSize, normalized));
       this._build();
     }
     if (size !== undefined) uniforms.size.value = size * Math.min(2, globalThis.devicePixelRatio || 1);
     if (metres) uniforms.extent.value.set(...metres);
     uniforms.facing.value = style !== "boxes";
     uniforms.disc.value = style === "spheres";
-    if (alpha !== undefined) this._sheer(alpha);
+    if (alpha !== undefined) this._setAlpha(alpha);
     if (rainbow !== undefined) Object.assign(uniforms.rainbow, { value: rainbow });
     if (inverted !== undefined) Object.assign(uniforms.inverted, { value: inverted });
     for (const [name, value] of [["low", low], ["high", high], ["tint", flat]]) if (value) uniforms[name].value.setStyle(value, THREE.LinearSRGBColorSpace); // the shader's colours are as they are shown
-    if (flat !== undefined) this.one = flat !== null;
-    this.wanted = { bounds, local };
-    uniforms.mode.value = this.one ? 3 : MODES[this.colour];
-    this.settle();
+    if (flat !== undefined) this.isUniform = flat !== null;
+    this.axisSettings = { bounds, local };
+    uniforms.mode.value = this.isUniform ? 3 : MODES[this.colour];
+    this.updateAxis();
   }
 
   // positions: Float32Array of x, y, z. colour: "rgb" or "rgba" with bytes (blue, green, red, and alpha or padding),
@@ -183,35 +183,35 @@ export class PointSet {
     this.count = positions.length / 3;
     this.colour = colour;
     const [name, size] = COLOUR_ATTRIBUTES[colour] || [];
-    for (const each of [...this.held.keys()]) if (each !== "place" && each !== name) this._drop(each);
-    this._put("place", positions, 3, false);
-    if (name) this._put(name, bytes, size, true);
-    if (this.stale) this._build();
-    const { geometry } = this.drawn;
+    for (const each of [...this.attributes.keys()]) if (each !== "place" && each !== name) this._drop(each);
+    this._setAttribute("place", positions, 3, false);
+    if (name) this._setAttribute(name, bytes, size, true);
+    if (this.needsRebuild) this._build();
+    const { geometry } = this.mesh;
     if (geometry instanceof THREE.InstancedBufferGeometry) geometry.instanceCount = this.count;
     else geometry.setDrawRange(0, this.count);
-    this.through = colour === "rgba" && sheer(bytes);
-    this._sheer(this.uniforms.alpha.value);
-    this.uniforms.mode.value = this.one ? 3 : MODES[colour];
-    this.settle();
+    this.hasTransparentColours = colour === "rgba" && isTransparent(bytes);
+    this._setAlpha(this.uniforms.alpha.value);
+    this.uniforms.mode.value = this.isUniform ? 3 : MODES[colour];
+    this.updateAxis();
   }
 
   // Update colours along an axis after the points have moved in the fixed frame.
-  settle() {
+  updateAxis() {
     const axis = AXES.indexOf(this.colour);
-    if (axis < 0 || this.one) return;
+    if (axis < 0 || this.isUniform) return;
     const row = new THREE.Vector4(0, 0, 0, 0).setComponent(axis, 1);
-    const { bounds, local } = this.wanted || {};
+    const { bounds, local } = this.axisSettings || {};
     if (!local) {
       this.object.updateWorldMatrix(true, false);
       row.fromArray([0, 4, 8, 12].map((column) => this.object.matrixWorld.elements[column + axis]));
     }
     this.uniforms.axis.value.copy(row);
-    this.uniforms.bounds.value.set(...(bounds || this._along(row)));
+    this.uniforms.bounds.value.set(...(bounds || this._extentAlong(row)));
   }
 
   // Return their extent along an axis.
-  _along({ x, y, z, w }) {
+  _extentAlong({ x, y, z, w }) {
     const { positions, count } = this.places;
     let [least, most] = [Infinity, -Infinity];
     for (let at = 0; at < 3 * count; at += 3) {
@@ -222,10 +222,10 @@ export class PointSet {
     return least < most ? [least, most] : [0, 0];
   }
 
-  _sheer(alpha) {
+  _setAlpha(alpha) {
     this.uniforms.alpha.value = alpha;
-    const { material } = this.drawn;
-    material.transparent = alpha < 1 || this.through;
+    const { material } = this.mesh;
+    material.transparent = alpha < 1 || this.hasTransparentColours;
     material.depthWrite = !material.transparent;
   }
 
@@ -239,12 +239,12 @@ export class PointSet {
   }
 
   // Allocate some reserve, so that a cloud whose size varies a little can reuse its buffers.
-  _put(name, numbers, size, normalized) {
-    let attribute = this.held.get(name);
+  _setAttribute(name, numbers, size, normalized) {
+    let attribute = this.attributes.get(name);
     if (!attribute || attribute.array.length < numbers.length || attribute.array.length > 4 * numbers.length + 4096) {
       attribute = this._attribute(new numbers.constructor(Math.ceil(numbers.length / size * 1.1) * size), size, normalized);
-      this.held.set(name, attribute);
-      this.stale = true;
+      this.attributes.set(name, attribute);
+      this.needsRebuild = true;
     }
     attribute.array.set(numbers);
     attribute.clearUpdateRanges();
@@ -253,14 +253,14 @@ export class PointSet {
   }
 
   _drop(name) {
-    this.held.delete(name);
-    this.stale = true;
+    this.attributes.delete(name);
+    this.needsRebuild = true;
   }
 
   // Rebuild the object, for another style or larger buffers.
   _build() {
-    this.stale = false;
-    const before = this.drawn;
+    this.needsRebuild = false;
+    const before = this.mesh;
     const { uniforms, solid } = this;
     const material = before && before.userData.solid === solid ? before.material : new THREE.ShaderMaterial({
       vertexShader: VERTEX_SHADER, fragmentShader: FRAGMENT_SHADER, uniforms, defines: solid ? { SOLID: "" } : {}, side: THREE.DoubleSide,
@@ -272,22 +272,22 @@ export class PointSet {
       geometry.setIndex(body.index).setAttribute("position", body.attributes.position).setAttribute("normal", body.attributes.normal);
       geometry.instanceCount = this.count;
     } else geometry.setDrawRange(0, this.count);
-    for (const [name, attribute] of this.held) geometry.setAttribute(!solid && name === "place" ? "position" : name, attribute);
-    this.drawn = solid ? new THREE.Mesh(geometry, material) : new THREE.Points(geometry, material);
-    this.drawn.frustumCulled = false;
-    this.drawn.userData.solid = solid;
-    this.drawn.raycast = (caster, hits) => this.hit?.(caster, hits);
+    for (const [name, attribute] of this.attributes) geometry.setAttribute(!solid && name === "place" ? "position" : name, attribute);
+    this.mesh = solid ? new THREE.Mesh(geometry, material) : new THREE.Points(geometry, material);
+    this.mesh.frustumCulled = false;
+    this.mesh.userData.solid = solid;
+    this.mesh.raycast = (caster, hits) => this.hit?.(caster, hits);
     if (before) {
       this.object.remove(before);
       before.geometry.dispose();
       if (before.material !== material) before.material.dispose();
     }
-    this.object.add(this.drawn);
+    this.object.add(this.mesh);
   }
 
   // Let rays of the mouse hit the points; there must be few.
-  touchable() {
-    this._bound();
+  enablePicking() {
+    this._computeBounds();
     this.hit = (caster, hits) => {
       const { positions, count } = this.places;
       const geometry = new THREE.BufferGeometry().setAttribute("position", new THREE.BufferAttribute(positions, 3));
@@ -296,12 +296,12 @@ export class PointSet {
       dots.matrixWorld.copy(this.object.matrixWorld);
       const from = hits.length;
       dots.raycast(caster, hits);
-      for (const hit of hits.slice(from)) hit.object = this.drawn;
+      for (const hit of hits.slice(from)) hit.object = this.mesh;
     };
   }
 
   // Compute the bounding box; unused parts of the buffers do not count, nor do points with NaN.
-  _bound() {
+  _computeBounds() {
     const { positions, count } = this.places;
     const box = new THREE.Box3();
     const point = new THREE.Vector3();
@@ -309,11 +309,11 @@ export class PointSet {
       point.fromArray(positions, 3 * index);
       if (Number.isFinite(point.x + point.y + point.z)) box.expandByPoint(point);
     }
-    this.drawn.geometry.boundingBox = box;
+    this.mesh.geometry.boundingBox = box;
   }
 
   // Return the positions: {positions, count}.
   get places() {
-    return { positions: this.held.get("place")?.array || [], count: this.count };
+    return { positions: this.attributes.get("place")?.array || [], count: this.count };
   }
 }

@@ -30,7 +30,7 @@ const FRAGMENT_SHADER = `
 // given: chains [[start, end]] of indices of connected places.
 export function ribbons(places, colours, width, given, unit = "metres") {
   // A line that becomes narrower than a pixel at a bend has gaps there, or vanishes: each part is drawn separately.
-  const chains = unit === "pixels" ? given.flatMap(parts) : given;
+  const chains = unit === "pixels" ? given.flatMap(segments) : given;
   const count = chains.reduce((sum, [start, end]) => sum + end - start, 0);
   const positions = new Float32Array(6 * count);
   const ways = new Float32Array(6 * count);
@@ -62,7 +62,7 @@ export function ribbons(places, colours, width, given, unit = "metres") {
   geometry.userData.spine = new THREE.BufferGeometry().setIndex(spine).setAttribute("position", geometry.getAttribute("position"));
   const uniforms = { width: { value: width }, pixels: { value: unit === "pixels" ? width : 0 }, high: { value: 1 } };
   return new Ribbons(geometry, new THREE.ShaderMaterial({
-    vertexShader: VERTEX_SHADER, fragmentShader: FRAGMENT_SHADER, uniforms, side: THREE.DoubleSide, transparent: sheer(colours), depthWrite: !sheer(colours),
+    vertexShader: VERTEX_SHADER, fragmentShader: FRAGMENT_SHADER, uniforms, side: THREE.DoubleSide, transparent: isTransparent(colours), depthWrite: !isTransparent(colours),
   }));
 }
 
@@ -90,13 +90,13 @@ export class Ribbons extends THREE.Mesh {
 }
 
 // Return whether any of the colours is transparent.
-export function sheer(colours) {
+export function isTransparent(colours) {
   for (let index = 3; index < colours.length; index += 4) if (colours[index] < 255) return true;
   return false;
 }
 
 // Return one colour for many places. colour: a THREE.Color, or CSS.
-export function shades(colour, alpha, count) {
+export function repeatColour(colour, alpha, count) {
   const { r, g, b } = colour.isColor ? colour.clone().convertLinearToSRGB() : new THREE.Color().setStyle(colour, THREE.LinearSRGBColorSpace);
   const bytes = new Uint8Array(4 * count);
   for (let index = 0; index < count; index += 1) bytes.set([r, g, b, alpha].map((value) => Math.round(255 * value)), 4 * index);
@@ -104,7 +104,7 @@ export function shades(colour, alpha, count) {
 }
 
 // Split a chain into chains of two neighbours each.
-function parts([start, end]) {
+function segments([start, end]) {
   return Array.from({ length: Math.max(0, end - start - 1) }, (_, index) => [start + index, start + index + 2]);
 }
 

@@ -2,8 +2,8 @@
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { meshOf, textureOf } from "./meshes.js";
-import { placed } from "./select.js";
-import { dispose, put } from "./stage.js";
+import { poseRows } from "./select.js";
+import { dispose, setPose } from "./stage.js";
 import { readUrdf } from "./urdf.js";
 
 const DEFAULT_COLOUR = [0.72, 0.74, 0.77, 1];
@@ -17,24 +17,24 @@ export class RobotModel {
     this.object = new THREE.Group();
     this.token = token;
     this.changed = changed;
-    this.word = "";
+    this.status = "";
     this.problem = "";
     this.controls = {
-      visual: { text: "visual", kind: "check", usual: true },
-      collision: { text: "collision", kind: "check", usual: false },
-      alpha: { text: "opacity", kind: "number", usual: 1, least: 0, most: 1, step: 0.05 },
-      prefix: { text: "tf prefix", kind: "text", usual: "" },
+      visual: { text: "visual", kind: "check", defaultValue: true },
+      collision: { text: "collision", kind: "check", defaultValue: false },
+      alpha: { text: "opacity", kind: "number", defaultValue: 1, least: 0, most: 1, step: 0.05 },
+      prefix: { text: "tf prefix", kind: "text", defaultValue: "" },
     };
     this.options = { visual: true, collision: false, alpha: 1, prefix: "", concealed: [] }; // concealed: names of hidden links
     this.links = new Map(); // name -> {group, joint}
-    this.turn = 0;
+    this.generation = 0;
   }
 
   // Apply data of the view param.
-  take({ text, why }) {
+  update({ text, why }) {
     this._clear();
     this.why = "";
-    this.none = why || ""; // having no robot is not an error
+    this.noRobotReason = why || ""; // having no robot is not an error
     this.robot = null;
     if (text) {
       try {
@@ -50,7 +50,7 @@ export class RobotModel {
   set(options) {
     Object.assign(this.options, options);
     if (!Array.isArray(this.options.concealed)) this.options.concealed = []; // links are untrusted input
-    this._look();
+    this._applyOptions();
     this.place(this.frames);
   }
 
@@ -71,20 +71,20 @@ export class RobotModel {
     const lost = [];
     for (const [name, { group, joint }] of this.links) { // parents come first
       const pose = frames?.pose(this._frame(name));
-      if (pose) put(group, pose);
+      if (pose) setPose(group, pose);
       else {
         lost.push(name);
         const parent = joint && this.links.get(joint.parent)?.group;
         group.position.set(0, 0, 0);
         group.quaternion.identity();
         if (parent) {
-          turned(group, joint);
+          applyOrigin(group, joint);
           group.position.applyQuaternion(parent.quaternion).add(parent.position);
           group.quaternion.premultiply(parent.quaternion);
         }
       }
     }
-    this._tell(lost);
+    this._updateStatus(lost);
   }
 
   show(shown) {
@@ -95,19 +95,19 @@ export class RobotModel {
   parts() {
     return [...this.links].map(([name, { group, joint }]) => ({
       object: group,
-      about: () => [["robot", this.robot.name], ["link", name], ["joint", joint ? `${joint.name} (${joint.type})` : "none: it is the root"], ...placed(group)],
+      about: () => [["robot", this.robot.name], ["link", name], ["joint", joint ? `${joint.name} (${joint.type})` : "none: it is the root"], ...poseRows(group)],
     }));
   }
 
   close() {
-    clearTimeout(this.telling);
+    clearTimeout(this.updateTimer);
     this._clear();
   }
 
   _clear() {
-    this.turn += 1; // results of earlier loads are ignored
+    this.generation += 1; // results of earlier loads are ignored
     this.links.clear();
-    this.solids = new Map(); // geometry as JSON -> its shape
+    this.geometries = new Map(); // geometry as JSON -> its shape
     this.faults = [];
     this.loading = 0;
     for (const child of [...this.object.children]) {
@@ -133,7 +133,7 @@ export class RobotModel {
       for (const each of below.get(name) || []) waiting.push([each.child, each]);
     }
     if (this.links.size < links.size) this.faults.push(`${links.size - this.links.size} links are in a loop of joints`);
-    this._look();
+    this._applyOptions();
   }
 
   _link({ name, visuals, collisions }) {
@@ -143,7 +143,7 @@ export class RobotModel {
       for (const shape of list) {
         const outer = new THREE.Group();
         outer.userData.kind = kind;
-        turned(outer, shape);
+        applyOrigin(outer, shape);
         group.add(outer);
         this._shape(outer, shape, kind);
       }
@@ -153,11 +153,11 @@ export class RobotModel {
   }
 
   async _shape(outer, { geometry, material }, kind) {
-    const { turn } = this;
+    const { generation } = this;
     const paint = kind === "collision" ? { color: [0.9, 0.5, 0.15, 0.5], texture: "" } : material;
     const own = paintOf(paint);
     if (geometry.kind !== "mesh") {
-      outer.add(new THREE.Mesh(this._solid(geometry), own));
+      outer.add(new THREE.Mesh(this._sharedGeometry(geometry), own));
       if (!paint?.texture) return;
     }
     this.loading += 1;
@@ -166,10 +166,10 @@ export class RobotModel {
       own.needsUpdate = true;
       if (geometry.kind === "mesh") {
         const mesh = await meshOf(geometry.uri, this.token);
-        if (turn !== this.turn) return;
+        if (generation !== this.generation) return;
         const painted = mesh.userData.painted && kind === "visual";
         mesh.traverse((each) => {
-          if (each.isMesh) each.material = painted ? copied(each.material) : own.map || !each.material.vertexColors ? own : copied(each.material);
+          if (each.isMesh) each.material = painted ? cloneMaterial(each.material) : own.map || !each.material.vertexColors ? own : cloneMaterial(each.material);
         });
         const scaled = new THREE.Group();
         scaled.scale.fromArray(geometry.scale);
@@ -177,34 +177,34 @@ export class RobotModel {
         outer.add(scaled);
       }
     } catch (error) {
-      if (turn === this.turn) this.faults.push(error.message);
+      if (generation === this.generation) this.faults.push(error.message);
     } finally {
-      if (turn === this.turn) {
+      if (generation === this.generation) {
         this.loading -= 1;
-        this._look(outer);
-        this._tellSoon();
+        this._applyOptions(outer);
+        this._scheduleUpdate();
       }
     }
   }
 
   // Equal shapes share one geometry, with fewer corners if there are many shapes.
-  _solid(geometry) {
+  _sharedGeometry(geometry) {
     const key = JSON.stringify(geometry);
-    if (!this.solids.has(key)) this.solids.set(key, solid(geometry, this.shapes > MANY_SHAPES ? 12 : 32));
-    return this.solids.get(key);
+    if (!this.geometries.has(key)) this.geometries.set(key, geometryOf(geometry, this.shapes > MANY_SHAPES ? 12 : 32));
+    return this.geometries.get(key);
   }
 
   // Thousands of shapes may be loaded at once: combine their notifications.
-  _tellSoon() {
-    this.telling ||= setTimeout(() => {
-      this.telling = 0;
+  _scheduleUpdate() {
+    this.updateTimer ||= setTimeout(() => {
+      this.updateTimer = 0;
       this.place(this.frames);
       this.changed();
     }, UPDATE_DELAY);
   }
 
   // Update visibility and transparency.
-  _look(part = this.object) {
+  _applyOptions(part = this.object) {
     const { alpha, concealed } = this.options;
     for (const [name, { group }] of this.links) group.visible = !concealed.includes(name);
     part.traverse((each) => {
@@ -220,34 +220,34 @@ export class RobotModel {
   }
 
   // Return whether tf has the missing links in another tree.
-  _isApart(lost) {
+  _isInOtherTree(lost) {
     return lost.some((name) => this.frames?.lost?.has(this._frame(name)));
   }
 
-  _tell(lost) {
+  _updateStatus(lost) {
     const faults = [...new Set(this.faults)];
     if (this.why) this.problem = this.why;
-    else if (faults.length) this.problem = some(faults, "; ");
-    else if (lost.length && this._isApart(lost)) this.problem = `no transform from ${this.frames.fixed} to ${some(lost, ", ")}, drawn with joints at 0: ${this.frames.apart}`;
+    else if (faults.length) this.problem = listSome(faults, "; ");
+    else if (lost.length && this._isInOtherTree(lost)) this.problem = `no transform from ${this.frames.fixed} to ${listSome(lost, ", ")}, drawn with joints at 0: ${this.frames.disconnected}`;
     else if (lost.length && lost.length === this.links.size) this.problem = "no tf of its links: all joints are drawn at 0. To publish it: pyros1 run robot_state_publisher robot_state_publisher";
-    else if (lost.length) this.problem = `no tf of ${some(lost, ", ")}: drawn with the joint at 0`;
+    else if (lost.length) this.problem = `no tf of ${listSome(lost, ", ")}: drawn with the joint at 0`;
     else this.problem = "";
     const count = this.links.size;
-    this.word = this.none || `${this.robot?.name || "robot"}: ${count} link${count === 1 ? "" : "s"}${this.loading ? ` (${this.loading} shapes are loading)` : ""}`;
+    this.status = this.noRobotReason || `${this.robot?.name || "robot"}: ${count} link${count === 1 ? "" : "s"}${this.loading ? ` (${this.loading} shapes are loading)` : ""}`;
   }
 }
 
-function some(list, between) {
+function listSome(list, between) {
   const more = list.length - MAX_NAMED;
   return list.slice(0, MAX_NAMED).join(between) + (more > 0 ? `${between}and ${more} more` : "");
 }
 
-function turned(object, { xyz, rpy }) {
+function applyOrigin(object, { xyz, rpy }) {
   object.position.set(...xyz);
   object.quaternion.setFromEuler(new THREE.Euler(rpy[0], rpy[1], rpy[2], "ZYX"));
 }
 
-function solid(geometry, corners) {
+function geometryOf(geometry, corners) {
   if (geometry.kind === "box") return new THREE.BoxGeometry(...geometry.size);
   if (geometry.kind === "sphere") return new THREE.SphereGeometry(geometry.radius, corners, Math.round(corners * 0.63));
   return new THREE.CylinderGeometry(geometry.radius, geometry.radius, geometry.length, corners).rotateX(Math.PI / 2);
@@ -260,6 +260,6 @@ function paintOf(material) {
   });
 }
 
-function copied(material) {
+function cloneMaterial(material) {
   return Array.isArray(material) ? material.map((each) => each.clone()) : material.clone();
 }

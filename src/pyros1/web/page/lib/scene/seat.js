@@ -10,7 +10,7 @@ const AXIS_DIRECTIONS = {
 };
 const ALIGNED_ANGLE = 1e-4; // radians, approximately; below this the view counts as aligned with the axis
 
-export class Seat {
+export class FrameView {
   constructor(stage) {
     this.stage = stage;
     this.axis = "x";
@@ -18,22 +18,22 @@ export class Seat {
   }
 
   // Enter the frame, at its origin or at a position in it.
-  sit(/** @type {{axis?: string, position?: number[], target?: number[]}} */ { axis, position = [0, 0, 0], target } = {}) {
+  enter(/** @type {{axis?: string, position?: number[], target?: number[]}} */ { axis, position = [0, 0, 0], target } = {}) {
     this.axis = Object.hasOwn(AXIS_DIRECTIONS, axis) ? axis : "x";
     this.frame = new THREE.Matrix4();
     this.stage.camera.position.fromArray(position);
-    this._face(target || AXIS_DIRECTIONS[this.axis][0].map((value, index) => value + position[index]));
+    this._lookAt(target || AXIS_DIRECTIONS[this.axis][0].map((value, index) => value + position[index]));
   }
 
   // Look along an axis of the frame from the current position.
   look(axis) {
     this.axis = axis;
     const eye = this.stage.camera.position.clone();
-    this._face(eye.applyMatrix4(this.frame.clone().invert()).add(new THREE.Vector3(...AXIS_DIRECTIONS[axis][0])).toArray());
+    this._lookAt(eye.applyMatrix4(this.frame.clone().invert()).add(new THREE.Vector3(...AXIS_DIRECTIONS[axis][0])).toArray());
   }
 
   // Look at a position in the frame.
-  _face(target) {
+  _lookAt(target) {
     const { camera, controls } = this.stage;
     camera.up.set(...AXIS_DIRECTIONS[this.axis][1]).transformDirection(this.frame);
     controls.target.set(...target).applyMatrix4(this.frame);
@@ -49,12 +49,12 @@ export class Seat {
   }
 
   // Update the pose of the frame.
-  take([x, y, z, ...turn]) {
+  update([x, y, z, ...turn]) {
     const frame = new THREE.Matrix4().makeRotationFromQuaternion(new THREE.Quaternion(...turn).normalize()).setPosition(x, y, z);
     if (frame.equals(this.frame)) return;
     const { position, target } = this.place;
     this.frame = frame;
     this.stage.camera.position.set(...position).applyMatrix4(frame);
-    this._face(target);
+    this._lookAt(target);
   }
 }

@@ -5,7 +5,7 @@
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { fill, h } from "../dom.js";
-import { pointsIn, reaches } from "./picking.js";
+import { pointsIn, overlaps } from "./picking.js";
 import { dispose } from "./stage.js";
 
 const HIT_DISTANCE = 5; // pixels around a click in which a point or a line counts as hit
@@ -30,7 +30,7 @@ export class SelectTool {
     stage.claimed = true;
     this.follow = () => this._follow();
     stage.before.push(this.follow);
-    this._tell();
+    this._showDetails();
   }
 
   close() {
@@ -63,26 +63,26 @@ export class SelectTool {
     const [x, y] = this.from;
     this.from = null;
     this.frame.hidden = true;
-    const found = Math.max(Math.abs(offsetX - x), Math.abs(offsetY - y)) > HIT_DISTANCE ? this._within(x, y, offsetX, offsetY) : this._at(x, y);
+    const found = Math.max(Math.abs(offsetX - x), Math.abs(offsetY - y)) > HIT_DISTANCE ? this._objectsIn(x, y, offsetX, offsetY) : this._objectAt(x, y);
     this.chosen = [...(shiftKey ? this.chosen : []), ...found].slice(0, MAX_SELECTED);
     this._mark();
-    this._tell();
+    this._showDetails();
   }
 
   // Return the visible parts, with their displays.
   _parts() {
     this.stage.scene.updateMatrixWorld(true);
-    return this.entries().flatMap((entry) => (entry.display.parts?.() || []).map((part) => ({ entry, part }))).filter(({ part }) => seen(part.object));
+    return this.entries().flatMap((entry) => (entry.display.parts?.() || []).map((part) => ({ entry, part }))).filter(({ part }) => isVisible(part.object));
   }
 
   // Return the nearest object under a position of the canvas.
-  _at(x, y) {
+  _objectAt(x, y) {
     const { camera } = this.stage;
     const found = [];
     const caster = this.stage.ray(x, y);
     for (const { entry, part } of this._parts()) {
       if (part.points) {
-        const { nearest, deep } = this._points(part, x - HIT_DISTANCE, y - HIT_DISTANCE, x + HIT_DISTANCE, y + HIT_DISTANCE, 0);
+        const { nearest, deep } = this._pointsIn(part, x - HIT_DISTANCE, y - HIT_DISTANCE, x + HIT_DISTANCE, y + HIT_DISTANCE, 0);
         if (nearest >= 0) found.push({ entry, part, place: null, indices: [nearest], total: 1, deep });
         continue;
       }
@@ -101,25 +101,25 @@ export class SelectTool {
   }
 
   // Return everything that overlaps a box.
-  _within(x, y, toX, toY) {
+  _objectsIn(x, y, toX, toY) {
     const box = this._box(x, y, toX, toY);
-    const matrix = this._view().elements;
+    const matrix = this._projection().elements;
     const found = [];
     for (const { entry, part } of this._parts()) {
       if (part.points) {
-        const { total, indices } = this._points(part, x, y, toX, toY, MAX_POINTS);
+        const { total, indices } = this._pointsIn(part, x, y, toX, toY, MAX_POINTS);
         if (total) found.push({ entry, part, place: null, indices, total });
-      } else if (reaches(corners(new THREE.Box3().setFromObject(part.object)), matrix, box)) found.push({ entry, part, place: null });
+      } else if (overlaps(corners(new THREE.Box3().setFromObject(part.object)), matrix, box)) found.push({ entry, part, place: null });
     }
     return found;
   }
 
-  _points({ object, points }, x, y, toX, toY, most) {
-    const matrix = this._view().multiply(object.matrixWorld).elements;
+  _pointsIn({ object, points }, x, y, toX, toY, most) {
+    const matrix = this._projection().multiply(object.matrixWorld).elements;
     return pointsIn(points.positions, points.count, matrix, this._box(x, y, toX, toY), most);
   }
 
-  _view() {
+  _projection() {
     const { camera } = this.stage;
     return new THREE.Matrix4().multiplyMatrices(camera.projectionMatrix, camera.matrixWorldInverse);
   }
@@ -153,12 +153,12 @@ export class SelectTool {
   _follow() {
     for (const mark of [...this.marks.children]) {
       if (!(mark instanceof THREE.BoxHelper)) continue;
-      mark.visible = seen(mark.userData.of);
+      mark.visible = isVisible(mark.userData.of);
       if (mark.visible) mark.update();
     }
   }
 
-  _tell() {
+  _showDetails() {
     fill(this.panel, this.chosen.length
       ? this.chosen.map((each) => this._about(each))
       : h("p.muted", {}, "Click something, or drag a box around it. Hold Shift to add to the selection."));
@@ -174,7 +174,7 @@ export class SelectTool {
 }
 
 // Return whether an object is in the scene and visible.
-function seen(object) {
+function isVisible(object) {
   for (let each = object; each; each = each.parent) {
     if (!each.visible) return false;
     if (each.isScene) return true;
@@ -188,12 +188,12 @@ function corners({ min, max }) {
 }
 
 // Return the pose of an object in the fixed frame, for parts.
-export function placed(object) {
+export function poseRows(object) {
   const place = object.getWorldPosition(new THREE.Vector3());
   const { x, y, z } = new THREE.Euler().setFromQuaternion(object.getWorldQuaternion(new THREE.Quaternion()), "ZYX");
-  return [["position", numbers(place.toArray())], ["roll, pitch, yaw", numbers([x, y, z])]];
+  return [["position", formatNumbers(place.toArray())], ["roll, pitch, yaw", formatNumbers([x, y, z])]];
 }
 
-export function numbers(values) {
+export function formatNumbers(values) {
   return values.map((value) => Number(value.toPrecision(6))).join(", ");
 }

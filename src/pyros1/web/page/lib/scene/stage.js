@@ -5,7 +5,7 @@ import { OrbitControls } from "../../vendor/three/OrbitControls.js";
 import { h } from "../dom.js";
 import { Grid } from "./grid.js";
 import { Ribbons } from "./ribbons.js";
-import { Seat } from "./seat.js";
+import { FrameView } from "./seat.js";
 import { Walk } from "./walk.js";
 
 // The camera's position relative to its target. "flat" is an orthographic view from above; in "walk" the view turns around
@@ -19,7 +19,7 @@ const VIEWS = {
   walk: { position: [-4, 0, 1.5], walks: true },
   ground: { position: [-6, -6, 5] },
   third: { position: [-5, 0, 2.5] },
-  frame: { position: [0, 0, 0], walks: true, sits: true },
+  frame: { position: [0, 0, 0], walks: true, isInFrame: true },
 };
 /** @typedef {{name?: string, position?: number[], target?: number[], zoom?: number, axis?: string, along?: boolean}} View */
 
@@ -31,7 +31,7 @@ export class Stage {
     this.scene = new THREE.Scene();
     this.background = ""; // as CSS writes colours; "" for the page's
     /** @type {(() => void) | null} */
-    this.moved = null; // called when the user has turned the view
+    this.onMove = null; // called when the user has turned the view
     /** @type {[THREE.PerspectiveCamera, THREE.OrthographicCamera]} */
     this.cameras = [new THREE.PerspectiveCamera(45, 1, 0.01, 5000), new THREE.OrthographicCamera(-1, 1, 1, -1, 0.01, 5000)];
     for (const camera of this.cameras) camera.up.set(0, 0, 1); // before the controls, which turn around it
@@ -40,7 +40,7 @@ export class Stage {
     this.canvas = h("canvas", { tabIndex: 0, "aria-label": "3D scene" });
     place.append(this.canvas);
     // Antialiasing takes six times as long in software rendering.
-    this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: hasCard() });
+    this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias: hasGraphicsCard() });
     this.renderer.setPixelRatio(Math.min(2, devicePixelRatio || 1));
     this.controls = new OrbitControls(this.camera, this.canvas);
     this.controls.enableDamping = false;
@@ -49,14 +49,14 @@ export class Stage {
     let before = "";
     const now = () => JSON.stringify(this.place);
     this.controls.addEventListener("start", () => { before = now(); });
-    this.controls.addEventListener("end", () => { if (now() !== before) this.moved?.(); });
+    this.controls.addEventListener("end", () => { if (now() !== before) this.onMove?.(); });
     const sun = new THREE.DirectionalLight(0xffffff, 2.2);
     sun.position.set(3, -5, 8);
     this.scene.add(new THREE.HemisphereLight(0xffffff, 0x888899, 2.4), sun);
     this.grid = new Grid();
     this.scene.add(this.grid.object);
     this.walk = new Walk(this);
-    this.seat = new Seat(this);
+    this.frameView = new FrameView(this);
     this.frames = 0;
     this.lag = 0; // milliseconds that the last frame took
     this.before = []; // called before each frame
@@ -82,7 +82,7 @@ export class Stage {
   // Select a view of a target. Walking starts at the given position, if there is one.
   view(name, target = [0, 0, 0], from = null) {
     this.name = Object.hasOwn(VIEWS, name) ? name : "orbit";
-    const { position, flat, walks, sits } = VIEWS[this.name];
+    const { position, flat, walks, isInFrame } = VIEWS[this.name];
     const eye = walks && from ? from : target.map((value, index) => value + position[index]);
     this.camera = this.cameras[flat ? 1 : 0];
     this.controls.object = this.camera;
@@ -90,28 +90,28 @@ export class Stage {
     this.controls.enableZoom = this.controls.enablePan = !walks;
     this.controls.screenSpacePanning = this.name !== "ground";
     this.walk.enabled = walks;
-    this.turned = 0;
-    this._grip();
+    this.followedYaw = 0;
+    this._assignButtons();
     this.camera.zoom = 1;
     this.camera.up.set(0, 0, 1);
     this.controls.target.fromArray(target);
     this.camera.position.fromArray(eye);
     this.controls.update();
-    if (sits) this.seat.sit();
+    if (isInFrame) this.frameView.enter();
     this.resize();
   }
 
   // Whether a tool uses the left mouse button; the others still move the view.
   set claimed(claimed) {
     this._claimed = claimed;
-    this._grip();
+    this._assignButtons();
   }
 
   get claimed() {
     return this._claimed;
   }
 
-  _grip() {
+  _assignButtons() {
     const { flat } = VIEWS[this.name];
     this.controls.mouseButtons.LEFT = this._claimed ? null : flat ? THREE.MOUSE.PAN : THREE.MOUSE.ROTATE;
     this.controls.touches.ONE = this._claimed ? null : flat ? THREE.TOUCH.PAN : THREE.TOUCH.ROTATE;
@@ -121,7 +121,7 @@ export class Stage {
   /** @returns {View} */
   get place() {
     /** @type {View} */
-    const place = this.sits ? this.seat.place : { position: this.camera.position.toArray(), target: this.controls.target.toArray(), zoom: this.camera.zoom };
+    const place = this.isInFrame ? this.frameView.place : { position: this.camera.position.toArray(), target: this.controls.target.toArray(), zoom: this.camera.zoom };
     for (const name of ["position", "target"]) place[name] = place[name].map((value) => Number(value.toFixed(3)));
     return { name: this.name, ...place };
   }
@@ -129,10 +129,10 @@ export class Stage {
   set place(/** @type {View} */ { name, position, target, zoom, axis }) {
     const good = (numbers) => Array.isArray(numbers) && numbers.length === 3 && numbers.every(Number.isFinite);
     this.view(name);
-    if (this.sits) this.seat.sit(good(position) && good(target) ? { axis, position, target } : { axis });
-    if (this.sits || !good(position) || !good(target)) return;
+    if (this.isInFrame) this.frameView.enter(good(position) && good(target) ? { axis, position, target } : { axis });
+    if (this.isInFrame || !good(position) || !good(target)) return;
     this.controls.target.fromArray(target);
-    this.turned = null; // it already includes the frame's rotation
+    this.followedYaw = null; // it already includes the frame's rotation
     const above = position[0] === target[0] && position[1] === target[1]; // then x is up on the screen, as in the view "top"
     this.camera.position.set(above ? position[0] - 0.001 : position[0], position[1], position[2]);
     this.camera.zoom = zoom > 0 ? zoom : 1;
@@ -168,7 +168,7 @@ export class Stage {
     const box = new THREE.Box3();
     for (const object of objects) object.traverse((each) => {
       each.userData.bound?.();
-      const own = roomOf(each);
+      const own = boundsOf(each);
       if (own) box.union(own);
     });
     const ball = box.getBoundingSphere(new THREE.Sphere());
@@ -184,17 +184,17 @@ export class Stage {
   }
 
   // Whether the camera is fixed to a frame.
-  get sits() {
-    return Boolean(VIEWS[this.name].sits);
+  get isInFrame() {
+    return Boolean(VIEWS[this.name].isInFrame);
   }
 
   // Move with a frame.
   follow([x, y, z, ...turn]) {
-    if (this.sits) {
-      this.seat.take([x, y, z, ...turn]);
+    if (this.isInFrame) {
+      this.frameView.update([x, y, z, ...turn]);
       return;
     }
-    if (this.name === "third") this._turn(turn);
+    if (this.name === "third") this._followRotation(turn);
     const step = new THREE.Vector3(x, y, z);
     const before = this.followed;
     this.followed = step.clone();
@@ -207,10 +207,10 @@ export class Stage {
   }
 
   // Stay behind a frame that turns.
-  _turn(/** @type {number[]} */ [x, y, z, w]) {
+  _followRotation(/** @type {number[]} */ [x, y, z, w]) {
     const yaw = Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
-    const way = this.camera.position.clone().sub(this.controls.target).applyAxisAngle(new THREE.Vector3(0, 0, 1), yaw - (this.turned ?? yaw));
-    this.turned = yaw;
+    const way = this.camera.position.clone().sub(this.controls.target).applyAxisAngle(new THREE.Vector3(0, 0, 1), yaw - (this.followedYaw ?? yaw));
+    this.followedYaw = yaw;
     this.camera.position.copy(this.controls.target).add(way);
     this.controls.update();
   }
@@ -285,7 +285,7 @@ export class Stage {
 
 // Return the bounding box of an object without its children; null if it has none, or none that is visible: a mesh with
 // invalid numbers must not affect the view of others.
-function roomOf(object) {
+function boundsOf(object) {
   if (!object.geometry) return null;
   object.updateWorldMatrix(true, false);
   if (object.isInstancedMesh) object.computeBoundingBox();
@@ -295,7 +295,7 @@ function roomOf(object) {
 }
 
 // Browsers name the renderer.
-function hasCard() {
+function hasGraphicsCard() {
   const probe = document.createElement("canvas").getContext("webgl2");
   const names = probe?.getExtension("WEBGL_debug_renderer_info");
   const name = names ? probe.getParameter(names.UNMASKED_RENDERER_WEBGL) : "";
@@ -315,7 +315,7 @@ export function dispose(object) {
 }
 
 // Set the pose of an object: [x, y, z, qx, qy, qz, qw].
-export function put(object, pose) {
+export function setPose(object, pose) {
   object.position.set(pose[0], pose[1], pose[2]);
   object.quaternion.set(pose[3], pose[4], pose[5], pose[6]).normalize(); // 0, 0, 0, 0 becomes the identity
 }

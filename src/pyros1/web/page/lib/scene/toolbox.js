@@ -13,16 +13,16 @@ const DEFAULT_TOPICS = { goal: "/move_base_simple/goal", estimate: "/initialpose
 const HINTS = { point: "click the point to publish", goal: "press at the position, and release in the direction", estimate: "press at the position, and release in the direction" };
 
 export class Toolbox {
-  // scene: the panel; used are its stage, lib, view, displays, mouse, place, say(text), again(entry), keep() and fixedFrame().
+  // scene: the panel; used are its stage, lib, view, displays, mouse, place, say(text), updateStream(entry), saveSettings() and fixedFrame().
   // topics: other topics for tools that publish; links are untrusted input.
   constructor(scene, topics) {
     this.scene = scene;
-    this.using = "";
+    this.activeTool = "";
     this.topics = Object.fromEntries(Object.keys(DEFAULT_TOPICS).filter((name) => typeof topics?.[name] === "string").map((name) => [name, topics[name]]));
     this.buttons = new Map(Object.entries(TOOLS).map(([name, [text, title]]) => [name, h("button", { "aria-pressed": "false", title, onclick: () => this.use(name) }, text)]));
     this.field = h("input.mono", { hidden: true, "aria-label": "topic of the tool", title: "where this tool publishes; empty: the usual topic", spellcheck: false, size: 20, maxLength: 200, onchange: () => this._publishOn(this.field.value.trim()) });
     this.elements = [...this.buttons.values(), this.field];
-    const escape = ({ key }) => { if (key === "Escape" && this.using) this.use(this.using); };
+    const escape = ({ key }) => { if (key === "Escape" && this.activeTool) this.use(this.activeTool); };
     for (const each of [scene.place.body, scene.place.tools]) each.addEventListener("keydown", escape);
   }
 
@@ -32,13 +32,13 @@ export class Toolbox {
 
   // Activate a tool, or deactivate it if it is active.
   use(name) {
-    const { scene, using: before } = this;
+    const { scene, activeTool: before } = this;
     this.tool?.close();
     this.tool = null;
-    this.using = "";
+    this.activeTool = "";
     scene.say("");
     if (name !== before && scene.stage) {
-      this.using = name;
+      this.activeTool = name;
       const { ArrowTool, MeasureTool, PointTool, SelectTool } = scene.lib;
       if (name === "select") this.tool = new SelectTool(scene.stage, scene.view, () => [...scene.displays.values()]);
       else if (name === "measure") this.tool = new MeasureTool(scene.stage, (text) => scene.say(text));
@@ -47,39 +47,39 @@ export class Toolbox {
       if (HINTS[name]) scene.say(`${HINTS[name]}; Escape ends it`);
     }
     this._showTopic();
-    this.mayWrite();
-    if ("select" === before || "select" === this.using) this._inspect();
-    for (const [each, button] of this.buttons) button.setAttribute("aria-pressed", String(each === this.using));
+    this.updatePermissions();
+    if ("select" === before || "select" === this.activeTool) this._inspect();
+    for (const [each, button] of this.buttons) button.setAttribute("aria-pressed", String(each === this.activeTool));
   }
 
   // Tools that publish, and interactive markers, are disabled if the server is read-only.
-  mayWrite() {
+  updatePermissions() {
     const { mouse, place } = this.scene;
     const { read_only: readOnly } = place.robot.about;
     for (const name of Object.keys(DEFAULT_TOPICS)) this.buttons.get(name).hidden = readOnly;
-    if (mouse) mouse.enabled = !this.using && !readOnly;
+    if (mouse) mouse.enabled = !this.activeTool && !readOnly;
   }
 
   // While the selection tool is active, the server also sends the values of points.
   _inspect() {
     for (const entry of this.scene.displays.values()) {
       const args = JSON.stringify(entry.display.args);
-      entry.display.inspect?.(this.using === "select");
-      if (entry.topic && JSON.stringify(entry.display.args) !== args) this.scene.again(entry);
+      entry.display.inspect?.(this.activeTool === "select");
+      if (entry.topic && JSON.stringify(entry.display.args) !== args) this.scene.updateStream(entry);
     }
   }
 
   _showTopic() {
-    this.field.hidden = !(this.using in DEFAULT_TOPICS);
-    this.field.value = this.topics[this.using] || DEFAULT_TOPICS[this.using] || "";
+    this.field.hidden = !(this.activeTool in DEFAULT_TOPICS);
+    this.field.value = this.topics[this.activeTool] || DEFAULT_TOPICS[this.activeTool] || "";
   }
 
   _publishOn(topic) {
-    const name = this.using;
+    const name = this.activeTool;
     delete this.topics[name];
     if (topic && topic !== DEFAULT_TOPICS[name]) this.topics[name] = topic.replace(/^\/?/, "/");
     this._showTopic();
-    this.scene.keep();
+    this.scene.saveSettings();
   }
 
   async _publish(name, [x, y, z], yaw = 0) {

@@ -2,7 +2,7 @@
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { arrowOf } from "./markers.js";
-import { dispose, put } from "./stage.js";
+import { dispose, setPose } from "./stage.js";
 
 const MAX_CLICK_MOVE = 4; // pixels that the pointer may move during a click
 const COVARIANCE = Object.assign(new Array(36).fill(0), { 0: 0.25, 7: 0.25, 35: 0.06853891909122467 }); // rviz's defaults: 0.5 m, 15°
@@ -72,7 +72,7 @@ export class ArrowTool {
 
   _show() {
     this.arrow.visible = true;
-    put(this.arrow, [this.from.x, this.from.y, 0.02, 0, 0, Math.sin(this.yaw / 2), Math.cos(this.yaw / 2)]);
+    setPose(this.arrow, [this.from.x, this.from.y, 0.02, 0, 0, Math.sin(this.yaw / 2), Math.cos(this.yaw / 2)]);
     this.stage.draw();
   }
 }
@@ -97,9 +97,9 @@ export class PointTool {
   }
 }
 
-// Click on objects or on the ground; told(text) reports the distances between the points, and the total.
+// Click on objects or on the ground; onMeasured(text) reports the distances between the points, and the total.
 export class MeasureTool {
-  constructor(stage, told) {
+  constructor(stage, onMeasured) {
     this.stage = stage;
     this.points = [];
     this.line = new THREE.Line(new THREE.BufferGeometry(), new THREE.LineBasicMaterial({ color: 0xe8590c, depthTest: false }));
@@ -109,10 +109,10 @@ export class MeasureTool {
       each.renderOrder = 10;
       stage.scene.add(each);
     }
-    this.clicked = new PointTool(stage, (point) => this._add(point, told));
-    this.anew = () => this._begin(told);
+    this.clicked = new PointTool(stage, (point) => this._add(point, onMeasured));
+    this.anew = () => this._begin(onMeasured);
     stage.canvas.addEventListener("dblclick", this.anew);
-    this._begin(told);
+    this._begin(onMeasured);
   }
 
   close() {
@@ -124,18 +124,18 @@ export class MeasureTool {
     this.stage.draw();
   }
 
-  _begin(told) {
+  _begin(onMeasured) {
     this.points = [];
     this._show();
-    told("click points on objects or on the ground; double-click to start again");
+    onMeasured("click points on objects or on the ground; double-click to start again");
   }
 
-  _add(point, told) {
+  _add(point, onMeasured) {
     this.points.push(point);
     this._show();
     const [{ x, y, z }, before] = [point, this.points.at(-2)];
     const all = this.points.slice(1).reduce((sum, each, index) => sum + each.distanceTo(this.points[index]), 0);
-    told(`(${x.toFixed(3)}, ${y.toFixed(3)}, ${z.toFixed(3)})${before ? ` ${before.distanceTo(point).toFixed(3)} m` : " …"}${this.points.length > 2 ? `, in all ${all.toFixed(3)} m` : ""}`);
+    onMeasured(`(${x.toFixed(3)}, ${y.toFixed(3)}, ${z.toFixed(3)})${before ? ` ${before.distanceTo(point).toFixed(3)} m` : " …"}${this.points.length > 2 ? `, in all ${all.toFixed(3)} m` : ""}`);
   }
 
   _show() {

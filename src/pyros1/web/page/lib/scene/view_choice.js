@@ -24,7 +24,7 @@ export class ViewChoice {
     this.stage = stage;
     this.poses = poses;
     if (this.kept) stage.place = this.kept;
-    stage.moved = () => this._moved();
+    stage.onMove = () => this._moved();
     this._show();
   }
 
@@ -34,15 +34,15 @@ export class ViewChoice {
 
   // Follow the frame. Without one, views from a frame use the fixed frame.
   follow() {
-    const name = this.target || (this.stage.sits ? this.poses.fixed : "");
+    const name = this.target || (this.stage.isInFrame ? this.poses.fixed : "");
     const pose = name && this.poses.pose(name);
     if (pose) this.stage.follow(pose);
     this.stage.draw();
   }
 
   // Keep a robot without other displays in view, until the user moves the view. again: its look has changed.
-  seeRobot(again) {
-    if (this.kept?.position || this.stage.sits) return;
+  fitRobot(again) {
+    if (this.kept?.position || this.stage.isInFrame) return;
     const robot = this.host.robot();
     if (robot && (again || (!this.target && !this.stage.shows(robot)))) this.stage.fit(robot);
   }
@@ -55,15 +55,15 @@ export class ViewChoice {
   // Fit all displays into the view, except for the grid.
   fit(entries) {
     const shown = entries.filter(({ kind, display }) => kind !== "Grid" && display.object?.visible).map(({ display }) => display.object);
-    if (!this.stage || this.stage.sits || !this.stage.fit(...shown)) return;
+    if (!this.stage || this.stage.isInFrame || !this.stage.fit(...shown)) return;
     this._moved();
   }
 
   _look(name) {
     if (!this.stage) return;
-    const { camera, controls, sits } = this.stage;
+    const { camera, controls, isInFrame } = this.stage;
     const eye = camera.isPerspectiveCamera ? camera.position.toArray() : null;
-    this._begun(sits ? [0, 0, 0] : controls.target.toArray(), eye, name);
+    this._begun(isInFrame ? [0, 0, 0] : controls.target.toArray(), eye, name);
     this.stage.canvas.focus({ preventScroll: true });
   }
 
@@ -71,14 +71,14 @@ export class ViewChoice {
     this.stage.view(name, target, eye);
     this.stage.followed = null;
     this.kept = { name };
-    this.seeRobot(true);
+    this.fitRobot(true);
     this.follow();
     this._show();
     this.host.changed();
   }
 
   _axis(name) {
-    this.stage.seat.look(name);
+    this.stage.frameView.look(name);
     this._moved();
     this.stage.canvas.focus({ preventScroll: true });
   }
@@ -101,9 +101,9 @@ export class ViewChoice {
 
   _show() {
     this.views.value = this.stage.name;
-    this.axes.hidden = !this.stage.sits;
-    if (!this.stage.sits) return;
-    const { axis, along } = this.stage.seat.place;
+    this.axes.hidden = !this.stage.isInFrame;
+    if (!this.stage.isInFrame) return;
+    const { axis, along } = this.stage.frameView.place;
     this.axes.value = along ? axis : "";
   }
 }

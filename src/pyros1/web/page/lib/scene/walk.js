@@ -45,14 +45,14 @@ export class Walk {
   _up() {
     if (!this.at) return;
     this.at = null;
-    this.stage.moved?.();
+    this.stage.onMove?.();
   }
 
   _wheel(event) {
     if (!this._has()) return;
     event.preventDefault();
     this._go(0, -Math.sign(event.deltaY) * METRES_PER_NOTCH, 0);
-    this.stage.moved?.();
+    this.stage.onMove?.();
   }
 
   _key(event) {
@@ -60,7 +60,7 @@ export class Walk {
     if (!way || !this._has() || event.ctrlKey || event.altKey || event.metaKey) return;
     event.preventDefault();
     this._go(...way.map((part) => part * METRES_PER_NOTCH * (event.shiftKey ? 5 : 1)));
-    this.stage.moved?.();
+    this.stage.onMove?.();
   }
 
   // Turn left and up, in radians.

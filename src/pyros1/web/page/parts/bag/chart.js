@@ -4,8 +4,8 @@ import uPlot from "../../vendor/uplot.js";
 import { Points, grid, sample } from "../../lib/curves.js";
 import { fill, h } from "../../lib/dom.js";
 import { reading } from "../../lib/format.js";
-import { dots, lookOf, say, swatch } from "../plot/looks.js";
-import { marks, spread } from "../plot/words.js";
+import { dots, styleOf, showLegendText, swatch } from "../plot/looks.js";
+import { tickLabels, paddedRange } from "../plot/words.js";
 import { RIGHT_MARGIN } from "./timeline.js";
 
 const MAX_CURVES = 16;
@@ -28,23 +28,23 @@ export class Chart {
   }
 
   close() {
-    this.forget();
+    this.closeStream();
     this.observer.disconnect();
     this.plot?.destroy();
     clearTimeout(this.timer);
   }
 
-  forget() {
+  closeStream() {
     this.stream?.close();
     this.stream = null;
   }
 
   show(path, view) {
-    this.forget();
+    this.closeStream();
     this.path = path;
     this.view = view;
     for (const curve of this.curves) Object.assign(curve, { lines: new Map(), problem: "", done: false });
-    this._ask();
+    this._requestPoints();
   }
 
   add(text) {
@@ -65,7 +65,7 @@ export class Chart {
   _changed() {
     this.on.problem("");
     this.on.changed(this.curves.map(({ text }) => text));
-    this._ask();
+    this._requestPoints();
   }
 
   // After zooming, the visible range is read again at a higher resolution; meanwhile the known points are shown.
@@ -73,7 +73,7 @@ export class Chart {
     this.view = view;
     this._draw();
     clearTimeout(this.timer);
-    if (this.curves.length) this.timer = setTimeout(() => this._ask(), ZOOM_DELAY);
+    if (this.curves.length) this.timer = setTimeout(() => this._requestPoints(), ZOOM_DELAY);
   }
 
   setTime(time) {
@@ -86,12 +86,12 @@ export class Chart {
     this._layOut();
   }
 
-  _ask() {
+  _requestPoints() {
     this.element.hidden = !this.curves.length;
     this._layOut();
     if (!this.path) return;
     if (!this.curves.length) {
-      this.forget();
+      this.closeStream();
       return;
     }
     const args = { path: this.path, begin: this.view[0], end: this.view[1], curves: this.curves.map(({ id, text }) => ({ id, text })) };
@@ -99,18 +99,18 @@ export class Chart {
     if (this.stream) this.stream.change(args);
     else {
       this.stream = this.robot.stream("bag_plot", args, {
-        data: (data, blob) => this._take(data, blob),
+        data: (data, blob) => this._receive(data, blob),
         problem: (text) => this.on.problem(text),
       });
     }
   }
 
   _cancel() {
-    this.forget();
+    this.closeStream();
     this.reading.hidden = true;
   }
 
-  _take(data, blob) {
+  _receive(data, blob) {
     const whole = data.progress >= 1;
     this.reading.hidden = whole;
     this.bar.value = data.progress;
@@ -143,7 +143,7 @@ export class Chart {
 
   _lines() {
     const lines = this.curves.flatMap((curve) => [...curve.lines].sort((one, other) => one[0] - other[0]).map(([part, points]) => ({ curve, points, label: part < 0 ? curve.text : `${curve.text}[${part}]` })));
-    return lines.map((line, index) => ({ ...line, ...lookOf(index) }));
+    return lines.map((line, index) => ({ ...line, ...styleOf(index) }));
   }
 
   _layOut() {
@@ -162,8 +162,8 @@ export class Chart {
       padding: [8, RIGHT_MARGIN, 4, 0],
       legend: { show: false },
       cursor: { drag: { x: false, y: false }, y: false },
-      scales: { x: { time: false, auto: false }, y: { range: (_, least, most) => spread(least, most) } },
-      axes: [{ ...axis, show: false }, { ...axis, size: this.on.gutter(), values: (_, ticks) => marks(ticks) }],
+      scales: { x: { time: false, auto: false }, y: { range: (_, least, most) => paddedRange(least, most) } },
+      axes: [{ ...axis, show: false }, { ...axis, size: this.on.gutter(), values: (_, ticks) => tickLabels(ticks) }],
       series: [{}, ...this.lines.map((line) => ({ label: line.label, stroke: line.colour, dash: line.dash, width: 1.5, points: dots(line.colour) }))],
     }, [new Float64Array(0), ...this.lines.map(() => [])], this.area);
     this.mark = h("i.cursor");
@@ -215,7 +215,7 @@ export class Chart {
     for (const curve of this.curves) {
       if (!curve.mark) continue;
       const values = [...curve.lines.values()].map((points) => points.values[points.indexOf((this.time ?? 0) + 1e-9) - 1]);
-      say(curve.mark, [curve], values.slice(0, 6).map((value) => (value === undefined ? "–" : reading(value, max - min))).join("  "));
+      showLegendText(curve.mark, [curve], values.slice(0, 6).map((value) => (value === undefined ? "–" : reading(value, max - min))).join("  "));
     }
   }
 }

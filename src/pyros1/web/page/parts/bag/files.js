@@ -17,17 +17,17 @@ export class Files {
   }
 
   async go(folder, fallback = true) {
-    const turn = this.turn = {};
+    const requestNumber = this.requestNumber = {};
     try {
       const listing = await this.robot.call("bags.files", { folder });
-      if (turn !== this.turn) return;
+      if (requestNumber !== this.requestNumber) return;
       this.listing = listing;
       this.filter = "";
       this.on.problem?.("");
       this.on.folder?.(this.listing.folder, this.listing.writable);
       this._draw();
     } catch (error) {
-      if (turn !== this.turn) return;
+      if (requestNumber !== this.requestNumber) return;
       if (folder && fallback) this.go("", false); // the stored folder does not exist on this server
       else if (this.robot.state !== "connected") this.robot.addEventListener("about", () => this.go(folder, fallback), { once: true });
       else this.on.problem?.(error.message);
@@ -44,7 +44,7 @@ export class Files {
       folders.map(({ name, path }) => entry("folder", name, null, () => this.go(path))),
       !this.folders && shown.map(({ name, path, size, time }) => entry("file", name, [h("span.muted.size", {}, bytes(size)), h("span.muted.date", {}, new Date(time * 1000).toLocaleString([], { dateStyle: "medium", timeStyle: "short" }))], () => this.on.open(path))),
       more && h("p.muted.hint", {}, "This folder has more than can be shown."));
-    const filter = !this.folders && files.length > FILTER_FROM && h("input", { placeholder: "filter", "aria-label": "filter", value: this.filter, oninput: (event) => { this.filter = event.target.value; this._drawAgain(); } });
+    const filter = !this.folders && files.length > FILTER_FROM && h("input", { placeholder: "filter", "aria-label": "filter", value: this.filter, oninput: (event) => { this.filter = event.target.value; this._filterChanged(); } });
     const nothing = !this.folders && !files.length && (folders.length
       ? h("p.muted.hint", {}, "There are no bags in this folder; its subfolders may have some. Record one with ● Record, or show another folder: ", command("pyros1 web --bags FOLDER"))
       : empty("No bags here", "Record one with ● Record above, or in a terminal:", command("pyros1 bag record -a"), "To show bags in another folder:", command("pyros1 web --bags FOLDER")));
@@ -53,7 +53,7 @@ export class Files {
       none ? empty("No folder with bags", "Tell the server which folder to show:", command("pyros1 web --bags FOLDER")) : [list, nothing]);
   }
 
-  _drawAgain() {
+  _filterChanged() {
     this._draw();
     const input = this.element.querySelector("input");
     input.focus();

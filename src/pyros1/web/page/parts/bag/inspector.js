@@ -30,7 +30,7 @@ export class Inspector {
     this.args = { path, time: 0, topics: [] };
     this.stream = this.robot.stream("bag_cursor", this.args, {
       opened: () => this.args && Object.assign(this.args, this._now()),
-      data: (data) => this._take(data),
+      data: (data) => this._receive(data),
       problem: (text) => this.on.problem(text),
     });
     this._hint();
@@ -108,7 +108,7 @@ export class Inspector {
     };
   }
 
-  _take({ messages }) {
+  _receive({ messages }) {
     for (const section of this.sections.values()) {
       const found = messages[section.name];
       if (!found || found.problem) {

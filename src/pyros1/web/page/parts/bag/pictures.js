@@ -6,15 +6,15 @@ const THUMBNAIL_HEIGHT = 46; // pixels
 const MIN_DISTANCE = 76; // minimum pixels between two thumbnails
 const CACHE_SIZE = 200;
 
-export class Pictures {
+export class Thumbnails {
   constructor(robot, path, topic, drawn, problem) {
     this.robot = robot;
     this.path = path;
     this.topic = topic;
     this.drawn = drawn;
-    this.said = problem;
+    this.lastProblem = problem;
     this.known = new Map(); // requested time -> {time, url, problem}
-    this.asked = new Set();
+    this.requested = new Set();
     this.problem = "";
   }
 
@@ -44,10 +44,10 @@ export class Pictures {
     this.text = text;
     const args = { path: this.path, topic: this.topic, times: missing.slice(0, 64), height: THUMBNAIL_HEIGHT * 2 };
     if (this.stream) this.stream.change(args);
-    else this.stream = this.robot.stream("bag_pictures", args, { data: (data, blob) => this._take(data, blob) });
+    else this.stream = this.robot.stream("bag_pictures", args, { data: (data, blob) => this._receive(data, blob) });
   }
 
-  _take(data, blob) {
+  _receive(data, blob) {
     const bytes = new Uint8Array(blob.buffer, blob.offset);
     const url = bytes.length ? URL.createObjectURL(new Blob([bytes], { type: "image/jpeg" })) : "";
     this.known.set(data.wanted, { ...data, url });

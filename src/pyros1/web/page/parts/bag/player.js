@@ -15,7 +15,7 @@ export class Player {
     this.loop = false;
     this.clock = clock;
     this.publish = false;
-    this.some = false;
+    this.onlySelected = false;
     this.time = 0;
     this._build();
   }
@@ -86,18 +86,18 @@ export class Player {
   // The user has moved the cursor.
   seek(time) {
     this.time = time;
-    this.before = performance.now();
+    this.previousTime = performance.now();
     if (this.stream) this._send(time);
   }
 
   // The user has selected other topics.
   selected() {
-    if (this.stream && this.some) this._changed();
+    if (this.stream && this.onlySelected) this._changed();
   }
 
   _mode(mode) {
     this.publish = mode !== "look";
-    this.some = mode === "some";
+    this.onlySelected = mode === "some";
     this.clockButton.hidden = !this.publish || this.hasClock;
     this.element.classList.toggle("live", this.publish);
     if (!this.publish) {
@@ -109,13 +109,13 @@ export class Player {
 
   _play() {
     if (this.time >= this.facts.length - 1e-9) this._at(0);
-    if (this.publish && this.some && !this.on.selected().length) {
+    if (this.publish && this.onlySelected && !this.on.selected().length) {
       this.on.problem("select the topics to publish first: click their names");
       return;
     }
     this.playing = true;
     this._draw();
-    this.before = performance.now();
+    this.previousTime = performance.now();
     if (this.publish) {
       if (this.stream) this._send(this.time);
       else this._open();
@@ -129,7 +129,7 @@ export class Player {
   _args(start) {
     return {
       path: this.path, rate: this.rate, loop: this.loop, paused: !this.playing,
-      clock: this.clock && !this.hasClock, topics: this.some ? this.on.selected() : null, ...(start === undefined ? {} : { start }),
+      clock: this.clock && !this.hasClock, topics: this.onlySelected ? this.on.selected() : null, ...(start === undefined ? {} : { start }),
     };
   }
 
@@ -146,13 +146,13 @@ export class Player {
         this.opened += 1;
         if (this.opened > 1 && this.playing) this.stop(); // after a reconnect, the user must start again
       },
-      data: (status) => this._take(status),
+      data: (status) => this._receive(status),
       problem: (text) => { if (text) this.on.problem(text); },
     });
     this._tick();
   }
 
-  _take(status) {
+  _receive(status) {
     const unplayable = Object.entries(status.unplayable).map(([topic, reason]) => `${topic} is not played: ${reason}`);
     const dropped = status.dropped ? [`${status.dropped} messages were dropped because subscribers were too slow`] : [];
     this.on.problem([status.problem, ...unplayable, ...dropped].filter(Boolean).join("; "));
@@ -162,7 +162,7 @@ export class Player {
     }
     this.state = status.state;
     if (this.playing || status.state === "ended") {
-      this.before = performance.now();
+      this.previousTime = performance.now();
       this._at(status.time);
     }
   }
@@ -174,8 +174,8 @@ export class Player {
       if (!this.playing) return;
       const now = performance.now();
       const running = !this.publish || (this.state === "running" && this.stream);
-      let time = this.time + (running ? ((now - this.before) / 1000) * this.rate : 0);
-      this.before = now;
+      let time = this.time + (running ? ((now - this.previousTime) / 1000) * this.rate : 0);
+      this.previousTime = now;
       if (time >= this.facts.length && !this.publish) {
         if (this.loop && this.facts.length > 0) time = 0;
         else {

@@ -14,7 +14,7 @@ export class Recorder {
     this.on = on;
     this.now = null;
     this.dismissed = "";
-    this.button = h("button.record", { title: "record topics into a bag", onclick: () => this._ask() }, h("i.dot"), "Record");
+    this.button = h("button.record", { title: "record topics into a bag", onclick: () => this._openDialog() }, h("i.dot"), "Record");
     this.strip = h("div.recording", { hidden: true });
     this.dialog = h("dialog.record-dialog", { "aria-label": "record" });
     this.dialog.addEventListener("close", () => { this.topics?.close(); this.topics = null; });
@@ -22,7 +22,7 @@ export class Recorder {
     this.onAbout = () => { this.button.disabled = robot.about.read_only; };
     robot.addEventListener("about", this.onAbout);
     this.onAbout();
-    this.seen = null; // a recording that ended earlier is shown only if it failed
+    this.shownRecording = null; // a recording that ended earlier is shown only if it failed
   }
 
   close() {
@@ -35,9 +35,9 @@ export class Recorder {
   _draw() {
     const now = this.now;
     const running = Boolean(now?.running);
-    if (running) this.seen = now.path;
+    if (running) this.shownRecording = now.path;
     this.button.setAttribute("aria-pressed", String(running));
-    this.strip.hidden = !now || (!running && ((this.seen !== now.path && !now.error) || this.dismissed === now.path));
+    this.strip.hidden = !now || (!running && ((this.shownRecording !== now.path && !now.error) || this.dismissed === now.path));
     if (this.strip.hidden) return;
     const name = now.path.split("/").at(-1);
     const open = this.strip.querySelector("details")?.open;
@@ -69,7 +69,7 @@ export class Recorder {
     }
   }
 
-  _ask() {
+  _openDialog() {
     if (this.now?.running) return;
     if (!this.dialog.isConnected) document.body.append(this.dialog);
     let folder = "";

@@ -2,7 +2,7 @@
 
 import { fill, h } from "../../lib/dom.js";
 import { plural, rate } from "../../lib/format.js";
-import { Pictures } from "./pictures.js";
+import { Thumbnails } from "./pictures.js";
 import { span, ticks } from "./times.js";
 
 const ROW_HEIGHT = 30; // pixels
@@ -23,7 +23,7 @@ export class Timeline {
     this.selected = new Set();
     this.rows = [];
     this.pictures = new Map(); // topic -> Thumbnails
-    this.tops = [];
+    this.rowTops = [];
     this._build();
   }
 
@@ -31,14 +31,14 @@ export class Timeline {
     this.axis = h("canvas");
     this.window = h("i.window");
     this.ruler = h("div.ruler", { title: "drag to pan, wheel to zoom" }, h("div.lane", {}, this.axis, this.window));
-    this.tall = h("div.tall");
+    this.content = h("div.tall");
     this.line = h("i.cursor", { hidden: true });
-    this.scroller = h("div.scroller", { onscroll: () => this.draw() }, this.tall);
+    this.scroller = h("div.scroller", { onscroll: () => this.draw() }, this.content);
     this.element = h("div.timeline", {
       tabIndex: 0, role: "slider", "aria-label": "time in the bag", "aria-orientation": "horizontal",
     }, this.ruler, this.scroller, this.line);
     this.ruler.querySelector(".lane").addEventListener("pointerdown", (event) => this._pan(event));
-    this.tall.addEventListener("pointerdown", (event) => this._scrub(event));
+    this.content.addEventListener("pointerdown", (event) => this._scrub(event));
     this.element.addEventListener("wheel", (event) => this._wheel(event), { passive: false });
     this.observer = new ResizeObserver(() => { this._measure(); this.draw(); });
     this.observer.observe(this.element);
@@ -46,10 +46,10 @@ export class Timeline {
 
   close() {
     this.observer.disconnect();
-    this.forget();
+    this.closeStream();
   }
 
-  forget() {
+  closeStream() {
     this.stream?.close();
     this.stream = null;
     for (const pictures of this.pictures.values()) pictures.close();
@@ -57,17 +57,17 @@ export class Timeline {
   }
 
   show(path, facts, view) {
-    this.forget();
+    this.closeStream();
     this.path = path;
     this.facts = facts;
-    this.full = whole(facts);
-    this.view = view || this.full;
+    this.fullView = fullViewOf(facts);
+    this.view = view || this.fullView;
     this.data = null;
     this.problem = "";
     this._layOut();
     this.stream = this.robot.stream("bag_timeline", this._args([]), {
       opened: () => { this.asked = ""; this.draw(); },
-      data: (data, blob) => this._take(data, blob),
+      data: (data, blob) => this._receive(data, blob),
       problem: (text) => this.on.problem(text),
     });
   }
@@ -75,12 +75,12 @@ export class Timeline {
   _layOut() {
     let top = 0;
     this.rows = this.facts.topics;
-    this.tops = this.rows.map((topic) => {
+    this.rowTops = this.rows.map((topic) => {
       const at = top;
       top += this._height(topic);
       return at;
     });
-    this.tall.style.height = `${top}px`;
+    this.content.style.height = `${top}px`;
     this.shown = "";
     this._measure();
   }
@@ -122,7 +122,7 @@ export class Timeline {
 
   // Show another time range; it is never wider than the bag, nor outside it.
   setView(begin, end) {
-    const [least, most] = this.full;
+    const [least, most] = this.fullView;
     const size = Math.min(most - least, Math.max(MIN_SPAN, end - begin));
     const middle = (begin + end) / 2;
     begin = Math.min(Math.max(least, middle - size / 2), most - size);
@@ -137,7 +137,7 @@ export class Timeline {
   }
 
   all() {
-    this.setView(...this.full);
+    this.setView(...this.fullView);
   }
 
   // Keep the cursor visible while it moves by itself.
@@ -167,7 +167,7 @@ export class Timeline {
     const from = event.clientX;
     const place = event.currentTarget;
     let moved = false;
-    track(place, event, (move) => {
+    trackPointer(place, event, (move) => {
       moved = moved || Math.abs(move.clientX - from) > 3;
       const by = ((from - move.clientX) / this.width) * (end - begin);
       if (moved) this.setView(begin + by, end + by);
@@ -187,7 +187,7 @@ export class Timeline {
     const topic = lane.parentElement.topic;
     if (topic && !this.selected.size) this.on.select(topic, false);
     this._seek(event);
-    track(this.tall, event, (move) => this._seek(move), () => {});
+    trackPointer(this.content, event, (move) => this._seek(move), () => {});
   }
 
   _seek(event) {
@@ -198,7 +198,7 @@ export class Timeline {
     return { path: this.path, begin: this.view[0], end: this.view[1], columns: Math.max(1, Math.min(4000, Math.round(this.width / 2))), topics };
   }
 
-  _take(data, blob) {
+  _receive(data, blob) {
     const counts = new Float32Array(blob.buffer, blob.offset, data.columns * data.topics.length);
     const rows = new Map(data.topics.map((topic, index) => [topic, counts.subarray(index * data.columns, (index + 1) * data.columns)]));
     this.data = { ...data, rows };
@@ -216,7 +216,7 @@ export class Timeline {
 
   _drawNow() {
     const { scrollTop, clientHeight } = this.scroller;
-    const seen = this.rows.map((_, index) => index).filter((index) => this.tops[index] + IMAGE_ROW_HEIGHT + 16 > scrollTop - EXTRA_ROWS * ROW_HEIGHT && this.tops[index] < scrollTop + clientHeight + EXTRA_ROWS * ROW_HEIGHT);
+    const seen = this.rows.map((_, index) => index).filter((index) => this.rowTops[index] + IMAGE_ROW_HEIGHT + 16 > scrollTop - EXTRA_ROWS * ROW_HEIGHT && this.rowTops[index] < scrollTop + clientHeight + EXTRA_ROWS * ROW_HEIGHT);
     const topics = seen.map((index) => this.rows[index].name).slice(0, 200);
     const args = this._args(topics);
     const asked = JSON.stringify(args);
@@ -227,9 +227,9 @@ export class Timeline {
     const shown = `${seen[0]} ${seen.length} ${this.narrow}`;
     if (shown !== this.shown) {
       this.shown = shown;
-      fill(this.tall, seen.map((index) => this._row(index)));
+      fill(this.content, seen.map((index) => this._row(index)));
     }
-    for (const row of this.tall.children) this._drawRow(row);
+    for (const row of this.content.children) this._drawRow(row);
     this._drawRuler();
     this._drawCursor();
     this._askPictures(seen);
@@ -238,7 +238,7 @@ export class Timeline {
   _row(index) {
     const topic = this.rows[index];
     const hz = this.facts.length > 0 && topic.count > 1 ? rate((topic.count - 1) / this.facts.length) : "";
-    const row = h("div.row", { style: { top: `${this.tops[index]}px`, height: `${this._height(topic)}px` } },
+    const row = h("div.row", { style: { top: `${this.rowTops[index]}px`, height: `${this._height(topic)}px` } },
       h("button.name", {
         title: `${topic.name}\n${topic.type}\n${plural(topic.count, "message")} ${hz}${topic.publishers > 1 ? `\n${topic.publishers} publishers` : ""}\nclick to see its messages; with Shift or Ctrl, several topics`,
         "aria-pressed": String(this.selected.has(topic.name)),
@@ -252,7 +252,7 @@ export class Timeline {
 
   select(selected) {
     this.selected = selected;
-    for (const row of this.tall.children) row.firstChild.setAttribute("aria-pressed", String(selected.has(row.topic)));
+    for (const row of this.content.children) row.firstChild.setAttribute("aria-pressed", String(selected.has(row.topic)));
     this.draw();
   }
 
@@ -260,7 +260,7 @@ export class Timeline {
     const counts = this.data?.rows.get(row.topic);
     const canvas = row.querySelector("canvas");
     const height = 18;
-    const context = prepared(canvas, this.width, height);
+    const context = prepareCanvas(canvas, this.width, height);
     if (counts) {
       const style = getComputedStyle(this.element);
       context.fillStyle = style.getPropertyValue(this.selected.has(row.topic) ? "--accent" : "--info");
@@ -281,7 +281,7 @@ export class Timeline {
   }
 
   _drawRuler() {
-    const context = prepared(this.axis, this.width, 24);
+    const context = prepareCanvas(this.axis, this.width, 24);
     const style = getComputedStyle(this.element);
     context.font = "11px system-ui, sans-serif";
     context.fillStyle = style.getPropertyValue("--muted");
@@ -297,7 +297,7 @@ export class Timeline {
       const half = context.measureText(text).width / 2;
       context.fillText(text, Math.min(Math.max(x, half), this.width - half) - half, 12);
     }
-    const [least, most] = this.full;
+    const [least, most] = this.fullView;
     const [begin, end] = this.view;
     const part = (end - begin) / (most - least);
     this.window.hidden = part > 0.999;
@@ -314,7 +314,7 @@ export class Timeline {
   _askPictures(seen) {
     const wanted = seen.map((index) => this.rows[index]).filter((topic) => topic.image).slice(0, MAX_IMAGE_ROWS);
     for (const { name } of wanted) {
-      if (!this.pictures.has(name)) this.pictures.set(name, new Pictures(this.robot, this.path, name, () => this.draw(), this.on.problem));
+      if (!this.pictures.has(name)) this.pictures.set(name, new Thumbnails(this.robot, this.path, name, () => this.draw(), this.on.problem));
       this.pictures.get(name).ask(this);
     }
     for (const [name, pictures] of this.pictures) {
@@ -326,12 +326,12 @@ export class Timeline {
 }
 
 // Return a bag's time range with a margin, so that the first and last messages are visible.
-function whole(facts) {
+function fullViewOf(facts) {
   const room = facts.length * 0.01 || 0.5;
   return [-room, facts.length + room];
 }
 
-function prepared(canvas, width, height) {
+function prepareCanvas(canvas, width, height) {
   const density = devicePixelRatio || 1;
   const [w, t] = [Math.round(width * density), Math.round(height * density)];
   if (canvas.width !== w || canvas.height !== t) {
@@ -347,7 +347,7 @@ function prepared(canvas, width, height) {
   return context;
 }
 
-function track(place, event, move, end) {
+function trackPointer(place, event, move, end) {
   place.setPointerCapture(event.pointerId);
   place.onpointermove = move;
   place.onpointerup = place.onpointercancel = (up) => {

@@ -2,8 +2,8 @@
 
 import { fill, h } from "../../lib/dom.js";
 import { bytes, duration } from "../../lib/format.js";
-import { copied, facts as list, outcome } from "../pieces.js";
-import { button, may } from "./verbs.js";
+import { copyable, definitionList as list, outcome } from "../pieces.js";
+import { commandButton, commandsFor } from "./verbs.js";
 
 export class About {
   constructor(panel, key, facts, entry) {
@@ -14,12 +14,12 @@ export class About {
     this.actions = h("div.actions");
     this.more = h("div");
     this.logs = h("div.logs", {}, h("p.muted.hint", {}, "…"));
-    this.element = h("div.about.process-about", {}, h("h3", {}, copied(entry.node || entry.label)), h("span.muted", {}, facts.title),
+    this.element = h("div.about.process-about", {}, h("h3", {}, copyable(entry.node || entry.label)), h("span.muted", {}, facts.title),
       this.actions, this.result.element, this.facts, this.more, h("h4", {}, "Log"), this.logs);
     const args = { launch: facts.param, process: entry.label };
     const { robot } = panel.place;
     robot.call("launches.info", args).then(({ command, cwd }) => fill(this.more, list([
-      command && ["command", copied(command)], cwd && ["folder", h("span.mono", {}, cwd)],
+      command && ["command", copyable(command)], cwd && ["folder", h("span.mono", {}, cwd)],
     ])), (error) => fill(this.more, h("p.muted.hint", {}, error.message)));
     this.stream = robot.stream("launch_log", args, {
       data: (data) => this._showLogs(data),
@@ -55,14 +55,14 @@ export class About {
     if (state === this.state) return;
     this.state = state;
     const launch = this.panel.launches.get(facts.param);
-    fill(this.actions, may(launch, entry).map((verb) => button(verb, false, () => this._tell(verb, facts.param, entry))),
+    fill(this.actions, commandsFor(launch, entry).map((verb) => commandButton(verb, false, () => this._sendCommand(verb, facts.param, entry))),
       h("button", { title: "the node's log, in the console", onclick: () => this.panel.place.open("console", { node: entry.node }) }, "Console"),
       h("button", { title: "its topics, services and loggers", onclick: () => this.panel.place.open("nodes", { selected: entry.node }) }, "Node"));
   }
 
-  async _tell(verb, param, entry) {
+  async _sendCommand(verb, param, entry) {
     try {
-      await this.panel.tell(verb, param, entry);
+      await this.panel.sendCommand(verb, param, entry);
       this.result.say("");
     } catch (error) {
       this.result.fail(error.message);
@@ -76,7 +76,7 @@ export class About {
       return;
     }
     fill(this.logs, files.map(({ path, size, text }) => h("div.log-file", {},
-      h("p.hint", {}, copied(path, path.slice(path.lastIndexOf("/") + 1)), h("span.muted", {}, ` ${bytes(size)}`)),
+      h("p.hint", {}, copyable(path, path.slice(path.lastIndexOf("/") + 1)), h("span.muted", {}, ` ${bytes(size)}`)),
       text ? h("pre.tail.mono", { tabIndex: 0 }, text) : h("p.muted.hint", {}, "empty"))));
     for (const element of this.logs.querySelectorAll(".tail")) element.scrollTop = element.scrollHeight;
   }

@@ -2,7 +2,7 @@
 
 import { fill, h } from "../../lib/dom.js";
 import { bytes, duration } from "../../lib/format.js";
-import { button, may } from "./verbs.js";
+import { commandButton, commandsFor } from "./verbs.js";
 
 const MAX_ROWS = 300;
 
@@ -11,7 +11,7 @@ export function keyOf(param, entry) {
 }
 
 // labels end with the number of the start
-function turn({ label }) {
+function startNumber({ label }) {
   return Number(/-(\d+)$/.exec(label)?.[1] || 0);
 }
 
@@ -52,7 +52,7 @@ export class Launch {
     if (this.note.textContent !== text) this.note.textContent = text;
     // Processes are in starting order; if there are too many, those with problems are kept.
     const few = entries.length > MAX_ROWS ? [...entries].sort((one, other) => Number(one.state === "running") - Number(other.state === "running")).slice(0, MAX_ROWS) : entries;
-    const shown = open ? [...few].sort((one, other) => turn(one) - turn(other)) : [];
+    const shown = open ? [...few].sort((one, other) => startNumber(one) - startNumber(other)) : [];
     const labels = new Set(shown.map((entry) => entry.label));
     for (const [label, row] of this.rows) {
       if (labels.has(label)) continue;
@@ -64,7 +64,7 @@ export class Launch {
       if (this.body.children[index] !== row.element) this.body.insertBefore(row.element, this.body.children[index] || null);
       this._draw(row, entry);
     });
-    this.mark();
+    this.showSelection();
   }
 
   redraw() {
@@ -117,17 +117,17 @@ export class Launch {
         entry.required && h("span.badge", { title: "its launch ends when it exits" }, "required"),
         entry.respawn && h("span.badge", { title: "it is restarted whenever it exits" }, "respawn"));
       fill(cells.state, h("i.lamp"), h("span.word", { title: entry.exit }, word, entry.exit && ["died", "ended", "waiting"].includes(word) && h("span.exit", {}, `, ${entry.exit}`)));
-      fill(cells.verbs, may(this, entry).map((verb) => button(verb, true, () => this._tell(verb, entry), Boolean(told))));
+      fill(cells.verbs, commandsFor(this, entry).map((verb) => commandButton(verb, true, () => this._sendCommand(verb, entry), Boolean(told))));
     }
-    put(cells.cpu, entry.cpu === null ? "" : `${entry.cpu.toFixed(1)}%`, "CPU");
-    put(cells.memory, bytes(entry.memory), "memory");
-    put(cells.uptime, duration(entry.uptime), "since its last start");
-    put(cells.starts, entry.starts > 1 ? `× ${entry.starts}` : "", `started ${entry.starts} times`);
+    setText(cells.cpu, entry.cpu === null ? "" : `${entry.cpu.toFixed(1)}%`, "CPU");
+    setText(cells.memory, bytes(entry.memory), "memory");
+    setText(cells.uptime, duration(entry.uptime), "since its last start");
+    setText(cells.starts, entry.starts > 1 ? `× ${entry.starts}` : "", `started ${entry.starts} times`);
   }
 
-  async _tell(verb, entry) {
+  async _sendCommand(verb, entry) {
     try {
-      await this.panel.tell(verb, this.param, entry);
+      await this.panel.sendCommand(verb, this.param, entry);
       this.panel.fail("");
     } catch (error) {
       this.panel.fail(error.message);
@@ -142,12 +142,12 @@ export class Launch {
     this.panel._show();
   }
 
-  mark() {
+  showSelection() {
     for (const row of this.rows.values()) row.element.setAttribute("aria-selected", String(row.element.dataset.key === this.panel.selected));
   }
 }
 
-function put(cell, text, title) {
+function setText(cell, text, title) {
   if (cell.textContent !== text) {
     cell.textContent = text;
     cell.title = text && title;

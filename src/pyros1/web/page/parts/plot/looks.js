@@ -1,12 +1,12 @@
 // Styles of curves: ten colours, then the same with dashes; and the text of a legend's entry.
 
-import { lone } from "../../lib/curves.js";
+import { isolated } from "../../lib/curves.js";
 
 const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9", "#c2255c", "#5c940d"];
 const DASHES = [undefined, [9, 5], [2, 4], [12, 4, 2, 4]];
 
 // Return the style of a curve by its index: {colour, dash}.
-export function lookOf(index) {
+export function styleOf(index) {
   return { colour: COLOURS[index % COLOURS.length], dash: DASHES[Math.floor(index / COLOURS.length) % DASHES.length] };
 }
 
@@ -18,11 +18,11 @@ export function swatch({ colour = "var(--border)", dash }) {
 
 // The dots of uPlot, for isolated points that no line connects.
 export function dots(colour) {
-  return { show: false, filter: (chart, number) => lone(chart.data[number]), size: 5, fill: colour };
+  return { show: false, filter: (chart, number) => isolated(chart.data[number]), size: 5, fill: colour };
 }
 
 // Show the problem of a curve, or what it waits for, which is not an error; otherwise the values.
-export function say(mark, curves, values) {
+export function showLegendText(mark, curves, values) {
   const problem = curves.map((curve) => curve?.problem).find(Boolean) || "";
   const waits = problem ? "" : curves.map((curve) => curve?.waits).find(Boolean) || "";
   const text = problem || waits || values;

@@ -2,7 +2,7 @@
 
 import { fill, h } from "../../lib/dom.js";
 import { number } from "../../lib/format.js";
-import { lookOf, say, swatch } from "./looks.js";
+import { styleOf, showLegendText, swatch } from "./looks.js";
 
 const MAX_PAIRS = 50;
 
@@ -53,7 +53,7 @@ export class Pairs {
       for (const [part, points] of y ? [...y.points].sort((one, other) => one[0] - other[0]) : []) {
         const across = x?.points.get(part) || x?.points.get(-1);
         if (!across) continue;
-        const look = lookOf(trails.length);
+        const look = styleOf(trails.length);
         pair.looks.push(look);
         trails.push({ pair, x: across, y: points, ...look });
       }
@@ -89,10 +89,10 @@ export class Pairs {
     for (const pair of this.list) {
       if (!pair.mark) continue;
       const [x, y] = [pair.x, pair.y].map((text) => this.on.curves().find((curve) => curve.text === text));
-      const last = (curve) => [...(curve?.points.values() || [])][0]?.last();
+      const last = (curve) => [...(curve?.points.values() || [])][0]?.lastValue();
       const at = pair.at ? [pair.at.x, pair.at.y] : [last(x), last(y)];
       const age = pair.at ? `, ${number(pair.at.time - now, 2)} s` : "";
-      say(pair.mark, [x, y], at.includes(undefined) ? "" : `${at.map((value) => number(value, 3)).join(", ")}${age}`);
+      showLegendText(pair.mark, [x, y], at.includes(undefined) ? "" : `${at.map((value) => number(value, 3)).join(", ")}${age}`);
     }
   }
 }

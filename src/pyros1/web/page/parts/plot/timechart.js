@@ -4,7 +4,7 @@ import uPlot from "../../vendor/uplot.js";
 import { number } from "../../lib/format.js";
 import { gestures } from "./gestures.js";
 import { dots } from "./looks.js";
-import { axisWidth, countable, marks, spread, ticksBefore } from "./words.js";
+import { axisWidth, safeRange, tickLabels, paddedRange, roundTimes } from "./words.js";
 
 /** @typedef {uPlot & {lines?: object[], high?: number[] | null}} TimeChart */
 
@@ -22,14 +22,14 @@ export function timeChart(area, lines, size, on) {
     padding: [10, 12, 0, 0],
     legend: { show: false },
     cursor: { sync: { key: "plots" }, drag: { x: true, y: true, uni: 40, setScale: false }, focus: { prox: 24 } },
-    scales: { x: { time: false, auto: false }, y: { range: (/** @type {TimeChart} */ plot, least, most) => (plot.high ? countable(plot.high) : spread(least, most)) } },
+    scales: { x: { time: false, auto: false }, y: { range: (/** @type {TimeChart} */ plot, least, most) => (plot.high ? safeRange(plot.high) : paddedRange(least, most)) } },
     axes: [
       {
         ...axis, size: 30,
-        splits: (plot, _, begin, end) => ticksBefore(on.origin() ?? end, begin, end, plot.over.clientWidth / 80),
+        splits: (plot, _, begin, end) => roundTimes(on.origin() ?? end, begin, end, plot.over.clientWidth / 80),
         values: (_, ticks) => ticks.map((tick) => `${number(tick - (on.origin() ?? 0), 3)} s`),
       },
-      { ...axis, size: (_, texts) => on.room(axisWidth(_, texts)), values: (_, ticks) => marks(ticks) },
+      { ...axis, size: (_, texts) => on.room(axisWidth(_, texts)), values: (_, ticks) => tickLabels(ticks) },
     ],
     series: [{}, ...lines.map((line) => ({
       label: line.label, stroke: line.colour, dash: line.dash, width: 1.5, points: dots(line.colour),

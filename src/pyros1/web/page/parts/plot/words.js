@@ -11,7 +11,7 @@ const EXPRESSION_PATTERN = new RegExp(`^\\s*[\\w/~]+\\s*:(?!${FIELD_PATTERN}(?::
 const FIELD_SEPARATOR = /:(?![^[\]]*\])/; // between fields, not in a slice
 
 // Split /a/x:y, /a/x[0]:y[0] and /a,/b into several curves; an expression is a single one.
-export function expand(text) {
+export function splitCurves(text) {
   if (EXPRESSION_PATTERN.test(text)) return [text];
   return text.split(",").filter(Boolean).flatMap((part) => {
     if (EXPRESSION_PATTERN.test(part)) return [part];
@@ -22,7 +22,7 @@ export function expand(text) {
 }
 
 // Return round numbers of seconds before a time, approximately a given number.
-export function ticksBefore(origin, begin, end, count) {
+export function roundTimes(origin, begin, end, count) {
   const least = (end - begin) / Math.max(2, count);
   const power = 10 ** Math.floor(Math.log10(least));
   const step = [1, 2, 5, 10].map((factor) => factor * power).find((size) => size >= least);
@@ -32,7 +32,7 @@ export function ticksBefore(origin, begin, end, count) {
 }
 
 // Format the ticks of an axis, with as many digits as their distance requires: 0.25, 1795706846.5, 1.8e+9.
-export function marks(ticks) {
+export function tickLabels(ticks) {
   const [largest, step] = [Math.max(...ticks.map(Math.abs)), Math.abs(ticks[1] - ticks[0])];
   if (!(step > 0) || !largest) return ticks.map((tick) => number(tick));
   let digits = -Math.floor(Math.log10(step)); // decimals; negative for zeros before the point
@@ -51,16 +51,16 @@ export function axisWidth(_, texts) {
 
 // Return the range of an axis for values from least to most, with a margin.
 /** @returns {[number, number]} */
-export function spread(least, most) {
+export function paddedRange(least, most) {
   if (least === null || most === null || !Number.isFinite(least) || !Number.isFinite(most)) return [0, 1];
   const room = least === most ? Math.abs(least) * 0.1 || 0.5 : (most - least) * 0.08;
-  return countable([least - room, most + room]);
+  return safeRange([least - room, most + room]);
 }
 
 // Widen a range until uPlot can compute its ticks: it would loop forever where a step changes nothing, as between 1e17 and
 // 1e17 + 16, and cannot start at an infinite value.
 /** @returns {[number, number]} */
-export function countable(ends) {
+export function safeRange(ends) {
   const [least, most] = ends.map((end) => Math.min(MAX_VALUE, Math.max(-MAX_VALUE, end)));
   const lacks = Math.max(Math.abs(least), Math.abs(most)) * MIN_RELATIVE_STEP - (most - least);
   return lacks > 0 ? [least - lacks / 2, most + lacks / 2] : [least, most];

@@ -2,7 +2,7 @@
 
 import uPlot from "../../vendor/uplot.js";
 import { gestures } from "./gestures.js";
-import { axisWidth, countable, marks } from "./words.js";
+import { axisWidth, safeRange, tickLabels } from "./words.js";
 import { boxAround, equal, join, nearest } from "../../lib/xy.js";
 
 const MAX_POINTS = 12000; // points per trail
@@ -22,7 +22,7 @@ export class XYChart {
     this.found = null;
     const style = getComputedStyle(document.documentElement);
     const colour = (name) => style.getPropertyValue(name).trim();
-    const axis = { stroke: colour("--muted"), grid: { stroke: colour("--border"), width: 1 }, ticks: { stroke: colour("--border"), width: 1 }, values: (_, ticks) => marks(ticks) };
+    const axis = { stroke: colour("--muted"), grid: { stroke: colour("--border"), width: 1 }, ticks: { stroke: colour("--border"), width: 1 }, values: (_, ticks) => tickLabels(ticks) };
     this.ink = colour("--text");
     const named = (key) => {
       const names = [...new Set(pairs.map(({ pair }) => pair[key]))].join(", ");
@@ -73,7 +73,7 @@ export class XYChart {
     const { clientWidth: width, clientHeight: height } = this.plot.over;
     const box = this.box || boxAround(this.trails);
     const { x, y } = this.equal ? equal(box, width, height) : box;
-    this.shown = { x: countable(x), y: countable(y) };
+    this.shown = { x: safeRange(x), y: safeRange(y) };
     this.plot.batch(() => {
       this.plot.setScale("x", { min: this.shown.x[0], max: this.shown.x[1] });
       this.plot.setScale("y", { min: this.shown.y[0], max: this.shown.y[1] });
