@@ -5,7 +5,7 @@ import test from "node:test";
 
 import { Points, grid, sample } from "../../../src/pyros1/web/page/lib/curves.js";
 import { seconds } from "../../../src/pyros1/web/page/lib/format.js";
-import { axisWidth, safeRange, splitCurves, tickLabels, paddedRange } from "../../../src/pyros1/web/page/parts/plot/words.js";
+import { axisWidth, safeRange, splitCurves, tickLabels, paddedRange } from "../../../src/pyros1/web/page/parts/plot/plot_text.js";
 import { written } from "../../../src/pyros1/web/page/parts/tree.js";
 
 test("marks of an axis differ, and are as short as that allows", () => {

@@ -6,10 +6,10 @@ import { test } from "node:test";
 
 import * as THREE from "../../../src/pyros1/web/page/vendor/three/three.module.min.js";
 import { fieldOfView } from "../../../src/pyros1/web/page/lib/scene/camera_view.js";
-import { visibleLabels } from "../../../src/pyros1/web/page/lib/scene/apart.js";
-import { PointBudget, RateMeter } from "../../../src/pyros1/web/page/lib/scene/density.js";
+import { visibleLabels } from "../../../src/pyros1/web/page/lib/scene/label_overlap.js";
+import { PointBudget, RateMeter } from "../../../src/pyros1/web/page/lib/scene/point_budget.js";
 import { MapPlane } from "../../../src/pyros1/web/page/lib/scene/map.js";
-import { infoTopic, addableDisplays, parseKey } from "../../../src/pyros1/web/page/lib/scene/kinds.js";
+import { infoTopic, addableDisplays, parseKey } from "../../../src/pyros1/web/page/lib/scene/display_kinds.js";
 import { resolveUri } from "../../../src/pyros1/web/page/lib/scene/meshes.js";
 import { pointsIn, overlaps } from "../../../src/pyros1/web/page/lib/scene/picking.js";
 import { PointSet, levels, scanPoints } from "../../../src/pyros1/web/page/lib/scene/points.js";

@@ -1,6 +1,6 @@
 // Panels beside and below each other. A layout is a tree: {panel, settings} or {split: "row" | "column", sizes, parts}.
 
-import { moved, panelsOf, sideOf, swapped, without } from "./arrange.js";
+import { moved, panelsOf, sideOf, swapped, without } from "./layout_tree.js";
 import { fill, h, s } from "./dom.js";
 
 const MAX_DEPTH = 6;

@@ -3,7 +3,7 @@
 import { fill, h } from "../lib/dom.js";
 import { bytes, moment, plural } from "../lib/format.js";
 import { Chart } from "../parts/bag/chart.js";
-import { Files } from "../parts/bag/files.js";
+import { FileChooser } from "../parts/bag/file_chooser.js";
 import { Inspector } from "../parts/bag/inspector.js";
 import { Player } from "../parts/bag/player.js";
 import { Recorder } from "../parts/bag/recorder.js";
@@ -96,7 +96,7 @@ class BagPanel {
     this.path = "";
     this._save();
     this.opener.hidden = true;
-    const files = new Files(this.place.robot, {
+    const files = new FileChooser(this.place.robot, {
       open: (path) => this.open(path), problem: (text) => this._problem("files", text), folder: (path) => { this.folder = path; },
     }, this.folder || "");
     fill(this.other, files.element);

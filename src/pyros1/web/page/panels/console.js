@@ -2,7 +2,7 @@
 
 import { empty, command, fill, h, save } from "../lib/dom.js";
 import { bytes, clock, plural } from "../lib/format.js";
-import { LogBuffer } from "../lib/kept.js";
+import { LogBuffer } from "../lib/log_buffer.js";
 
 /** @type {[number, string][]} */
 const LEVELS = [[1, "debug"], [2, "info"], [4, "warn"], [8, "error"], [16, "fatal"]];

@@ -3,8 +3,8 @@
 import { command, empty, fill, h, save } from "../lib/dom.js";
 import { plural } from "../lib/format.js";
 import { HIDE_OPTIONS, MODES, around, build, dot, matching } from "../lib/graph/model.js";
-import { GraphView } from "../lib/graph/picture.js";
-import { Sheet } from "../lib/graph/sheet.js";
+import { GraphView } from "../lib/graph/graph_view.js";
+import { Sheet } from "../lib/graph/side_sheet.js";
 
 const DEPTHS = [[-1, "group if many"], [0, "no groups"], [1, "groups: 1 level"], [2, "groups: 2 levels"], [3, "groups: 3 levels"]];
 const EXAMPLE_COMMAND = "pyros1 launch minimal_nodes minimal_simulator.launch";

@@ -2,7 +2,7 @@
 
 import { command, empty, fill, h } from "../lib/dom.js";
 import { plural } from "../lib/format.js";
-import { About } from "../parts/launches/about.js";
+import { ProcessDetails } from "../parts/launches/process_details.js";
 import { Launch, keyOf } from "../parts/launches/launch.js";
 
 document.head.append(h("link", { rel: "stylesheet", href: "parts/parts.css" }), h("link", { rel: "stylesheet", href: "panels/launches.css" }));
@@ -23,7 +23,7 @@ class Launches {
     this.selected = settings.selected || null; // key of the selected process
     this.wantedNode = settings.node || null; // a node to select when it appears
     this.launches = new Map(); // parameter -> Launch
-    this.about = null;
+    this.details = null;
     this.trouble = ""; // affects the whole panel
     this.commandProblem = ""; // why the last command failed
     this._build();
@@ -40,7 +40,7 @@ class Launches {
 
   unmount() {
     this.stream.close();
-    this.about?.close();
+    this.details?.close();
     this.place.robot.removeEventListener("about", this.onAbout);
   }
 
@@ -114,7 +114,7 @@ class Launches {
     if (this.wantedNode) this._selectWanted(launches);
     const chosen = this._find(this.selected);
     if (chosen) this._open(chosen);
-    else if (this.about) this.about.update(null);
+    else if (this.details) this.details.update(null);
     if (!launches.length) this._emptyMessage();
   }
 
@@ -162,22 +162,22 @@ class Launches {
 
   _open({ facts, entry }) {
     const key = keyOf(facts.param, entry);
-    if (this.about?.key === key) {
-      this.about.update({ facts, entry });
+    if (this.details?.key === key) {
+      this.details.update({ facts, entry });
       return;
     }
-    this.about?.close();
-    this.about = new About(this, key, facts, entry);
+    this.details?.close();
+    this.details = new ProcessDetails(this, key, facts, entry);
     this.side.hidden = false;
     this.place.body.classList.add("chosen");
     fill(this.side, h("button.quiet.shut", { title: "close (Esc)", "aria-label": "close details", onclick: () => this.choose(null) },
-      h("span.back", {}, "‹ back"), h("span.cross", {}, "✕")), this.about.element);
+      h("span.back", {}, "‹ back"), h("span.cross", {}, "✕")), this.details.element);
     for (const launch of this.launches.values()) launch.showSelection();
   }
 
   _closeDetails() {
-    this.about?.close();
-    this.about = null;
+    this.details?.close();
+    this.details = null;
     this.side.hidden = true;
     this.place.body.classList.remove("chosen");
     fill(this.side);

@@ -2,8 +2,8 @@
 
 import { command, empty, fill, h } from "../lib/dom.js";
 import { Action } from "../parts/action.js";
-import { Listing } from "../parts/listing.js";
-import { confirmButton, copyable, definitionList, nameLinks, outcome } from "../parts/pieces.js";
+import { TablePanel } from "../parts/table_panel.js";
+import { confirmButton, copyable, definitionList, nameLinks, outcome } from "../parts/widgets.js";
 
 const LEVELS = ["debug", "info", "warn", "error", "fatal"];
 const MAX_ACTIONS = 10;
@@ -21,7 +21,7 @@ class Nodes {
     this.system = null;
     this.unfoldLoggers = place.settings.loggers ? place.settings.selected : null; // the node whose loggers to show
     const number = { number: true, width: "62px", least: 520 };
-    this.listing = new Listing(place, {
+    this.tablePanel = new TablePanel(place, {
       label: "nodes", noun: "node",
       searchText: (row) => `${row.name} ${row.machine}`,
       columns: [
@@ -43,13 +43,13 @@ class Nodes {
 
   unmount() {
     this.stream.close();
-    this.listing.close();
+    this.tablePanel.close();
   }
 
   // Another panel asks for a node, or for the loggers of one.
   accept({ selected, loggers }) {
     if (loggers) this.unfoldLoggers = selected;
-    if (selected) this.listing.choose(selected);
+    if (selected) this.tablePanel.choose(selected);
   }
 
   _receive(system) {
@@ -65,7 +65,7 @@ class Nodes {
     }
     for (const [service, names] of Object.entries(system.services)) for (const name of names) rows.get(name)?.services.push(service);
     for (const edge of system.missing) for (const name of edge.slice(1, 3)) rows.get(name)?.missing.push(edge);
-    this.listing.show([...rows.values()]);
+    this.tablePanel.show([...rows.values()]);
   }
 
   _details(row) {

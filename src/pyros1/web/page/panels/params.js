@@ -1,8 +1,8 @@
 // The parameters as a tree with in-place editing; and dynamic_reconfigure servers with sliders.
 
 import { command, empty, fill, h } from "../lib/dom.js";
-import { Listing } from "../parts/listing.js";
-import { confirmButton, copyable, outcome } from "../parts/pieces.js";
+import { TablePanel } from "../parts/table_panel.js";
+import { confirmButton, copyable, outcome } from "../parts/widgets.js";
 import { Reconfigure } from "../parts/reconfigure.js";
 
 const RECONFIGURE_TYPE = "dynamic_reconfigure/Reconfigure";
@@ -24,7 +24,7 @@ class Parameters {
       if (this.configure.value) this._configure(this.configure.value);
       this.configure.value = "";
     } });
-    this.listing = new Listing(place, {
+    this.tablePanel = new TablePanel(place, {
       label: "parameters", noun: "parameter", tree: true, tools: [add, this.configure],
       searchText: (row) => `${row.name} ${row.text}`,
       columns: [
@@ -49,13 +49,13 @@ class Parameters {
   unmount() {
     this.stream.close();
     this.system.close();
-    this.listing.close();
+    this.tablePanel.close();
     this.place.robot.removeEventListener("about", this.onAbout);
   }
 
   accept({ selected, configure }) {
     if (configure) this._configure(configure);
-    else if (selected) this.listing.choose(selected);
+    else if (selected) this.tablePanel.choose(selected);
   }
 
   _receive({ all, set, gone, more }) {
@@ -64,7 +64,7 @@ class Parameters {
     for (const name of gone) this.params.delete(name);
     if (more !== this.more) this.place.problem(more ? `${more} more parameters are not shown` : "");
     this.more = more;
-    this.listing.show([...this.params].map(([name, [kind, text, cut]]) => ({ name, kind, text, more: cut })));
+    this.tablePanel.show([...this.params].map(([name, [kind, text, cut]]) => ({ name, kind, text, more: cut })));
   }
 
   // Nodes with dynamic_reconfigure have a service with a certain name and type.
@@ -102,7 +102,7 @@ class Parameters {
 
   _configure(name) {
     const panel = new Reconfigure(this.place.robot, name);
-    this.listing.showElement(panel.element, () => panel.close());
+    this.tablePanel.showElement(panel.element, () => panel.close());
   }
 
   _details(row) {
@@ -175,7 +175,7 @@ class Parameters {
     try {
       await this.place.robot.call("params.delete", { name });
       this.stream.change({});
-      this.listing.choose(null);
+      this.tablePanel.choose(null);
     } catch (error) {
       result.fail(error.message);
     }
@@ -192,12 +192,12 @@ class Parameters {
         await this.place.robot.call("params.put", { name: full, yaml: value.value });
         this.stream.change({});
         result.say(`${full} is set`);
-        this.listing.selected = full;
+        this.tablePanel.selected = full;
       } catch (error) {
         result.fail(error.message);
       }
     } }, h("div.row", {}, name), value, h("div.actions", {}, h("button.primary", {}, "Set")), result.element);
-    this.listing.showElement(h("div.about", {}, h("h3", {}, "A new parameter"), form));
+    this.tablePanel.showElement(h("div.about", {}, h("h3", {}, "A new parameter"), form));
     name.focus();
   }
 }

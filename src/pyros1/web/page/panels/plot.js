@@ -3,11 +3,11 @@
 import { Points, grid, sample } from "../lib/curves.js";
 import { command, empty, fill, h, save } from "../lib/dom.js";
 import { clock, reading } from "../lib/format.js";
-import { styleOf, showLegendText, swatch } from "../parts/plot/looks.js";
+import { styleOf, showLegendText, swatch } from "../parts/plot/curve_styles.js";
 import { Pairs } from "../parts/plot/pairs.js";
-import { picture } from "../parts/plot/picture.js";
+import { exportImage } from "../parts/plot/export_image.js";
 import { timeChart } from "../parts/plot/timechart.js";
-import { splitCurves } from "../parts/plot/words.js";
+import { splitCurves } from "../parts/plot/plot_text.js";
 import { XYChart } from "../parts/plot/xychart.js";
 
 const PERIODS = [2, 5, 10, 20, 60, 300];
@@ -385,6 +385,6 @@ class Plot {
     const canvases = this.charts.map((chart) => chart.ctx.canvas);
     if (!canvases.length) return;
     const entries = this.xy ? this.pairs.entries() : this.lines.filter(({ curve }) => !curve.hidden);
-    picture(canvases, entries).toBlob((blob) => save("plot.png", blob, "image/png"));
+    exportImage(canvases, entries).toBlob((blob) => save("plot.png", blob, "image/png"));
   }
 }

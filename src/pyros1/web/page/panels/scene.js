@@ -1,15 +1,15 @@
 // The robot and its sensor data in 3D, like rviz.
 
 import { empty, fill, h, save } from "../lib/dom.js";
-import { ROBOT_DESCRIPTION, ROBOT_PREFIX, addableDisplays, imageTopics, parseKey } from "../lib/scene/kinds.js";
-import { DisplayList } from "../lib/scene/list.js";
+import { ROBOT_DESCRIPTION, ROBOT_PREFIX, addableDisplays, imageTopics, parseKey } from "../lib/scene/display_kinds.js";
+import { DisplayList } from "../lib/scene/display_list.js";
 import { FixedChoice } from "../lib/scene/fixed_choice.js";
 import { Toolbox } from "../lib/scene/toolbox.js";
 import { ViewChoice } from "../lib/scene/view_choice.js";
 
 const COLOURS = ["#1c7ed6", "#e8590c", "#2f9e44", "#9c36b5", "#e03131", "#0c8599", "#f08c00", "#6741d9"];
-const LIBRARY_MODULES = ["stage", "displays", "frames", "tools", "robot_model", "interactive", "interact", "overlay", "camera_view", "efforts", "select"];
-const FRAMES_KEY = "frames"; // keys of displays: these, and those of kinds.js
+const LIBRARY_MODULES = ["stage", "displays", "frames", "tools", "robot_model", "interactive_markers", "interaction", "overlay", "camera_view", "efforts", "select_tool"];
+const FRAMES_KEY = "frames"; // keys of displays: these, and those of display_kinds.js
 const GRID_KEY = "grid";
 
 /**

@@ -2,8 +2,8 @@
 
 import { command, empty, fill, h } from "../lib/dom.js";
 import { Editor } from "../parts/editor.js";
-import { Listing } from "../parts/listing.js";
-import { copyable, definitionList, nameLinks, outcome, tabbed } from "../parts/pieces.js";
+import { TablePanel } from "../parts/table_panel.js";
+import { copyable, definitionList, nameLinks, outcome, tabbed } from "../parts/widgets.js";
 import { Tree } from "../parts/tree.js";
 
 const REQUESTED_TYPES = 40; // types to request at a time
@@ -25,11 +25,11 @@ class Services {
     const everything = this.everything = h("button", { "aria-pressed": String(this.all), title: "show the logger services, which every node has", onclick: () => {
       this.all = !this.all;
       everything.setAttribute("aria-pressed", String(this.all));
-      this.listing.extra = { all: this.all };
-      this.listing.save();
+      this.tablePanel.extra = { all: this.all };
+      this.tablePanel.save();
       this._show();
     } }, "Loggers");
-    this.listing = new Listing(place, {
+    this.tablePanel = new TablePanel(place, {
       label: "services", noun: "service", tools: [everything],
       searchText: (row) => `${row.name} ${row.type || ""} ${row.nodes.join(" ")}`,
       columns: [
@@ -40,7 +40,7 @@ class Services {
       details: (row) => this._details(row),
       empty: () => empty("No services", this.all ? "The services of running nodes appear here." : "“Loggers” shows the ones that every node has.", command("pyros1 run turtlesim turtlesim_node")),
     });
-    this.listing.extra = { all: this.all };
+    this.tablePanel.extra = { all: this.all };
     this.stream = place.robot.stream("system", {}, {
       data: (system) => { this.services = system.services; this._show(); this._requestTypes(); },
       problem: (text) => place.problem(text),
@@ -49,19 +49,19 @@ class Services {
 
   unmount() {
     this.stream.close();
-    this.listing.close();
+    this.tablePanel.close();
   }
 
   accept({ selected }) {
     if (!selected) return;
     if (INTERNAL_SERVICES.test(selected) && !this.all) this.everything.click();
     this._show();
-    this.listing.choose(selected);
+    this.tablePanel.choose(selected);
   }
 
   _show() {
     const rows = Object.entries(this.services).filter(([name]) => this.all || !INTERNAL_SERVICES.test(name));
-    this.listing.show(rows.map(([name, nodes]) => ({ name, nodes, type: this.types.get(`${name} ${nodes}`) })));
+    this.tablePanel.show(rows.map(([name, nodes]) => ({ name, nodes, type: this.types.get(`${name} ${nodes}`) })));
   }
 
   // The master does not know types: ask the providers, a few at a time.
@@ -70,7 +70,7 @@ class Services {
     this.isRequesting = true;
     try {
       for (;;) {
-        const rows = (this.listing.rows || []).filter((row) => row.type === undefined).slice(0, REQUESTED_TYPES);
+        const rows = (this.tablePanel.rows || []).filter((row) => row.type === undefined).slice(0, REQUESTED_TYPES);
         if (!rows.length) break;
         const found = await this.place.robot.call("services.types", { services: rows.map((row) => row.name) });
         for (const row of rows) this.types.set(`${row.name} ${row.nodes}`, found[row.name] || "");

@@ -3,8 +3,8 @@
 import { command, empty, fill, h } from "../lib/dom.js";
 import { bytes, rate } from "../lib/format.js";
 import { Inspector } from "../parts/inspector.js";
-import { Listing } from "../parts/listing.js";
-import { copyable, definitionList, nameLinks, tabbed } from "../parts/pieces.js";
+import { TablePanel } from "../parts/table_panel.js";
+import { copyable, definitionList, nameLinks, tabbed } from "../parts/widgets.js";
 import { Publisher } from "../parts/publisher.js";
 
 const MAX_MEASURED = 50; // same as in pyros1/web/views/rates.py
@@ -26,7 +26,7 @@ class Topics {
     const publish = h("button", { title: "publish on a new topic", onclick: () => this._newTopic() }, "New …");
     this.publish = publish;
     this.all = h("button", { hidden: true, "aria-pressed": "false", onclick: () => this._measureAll() });
-    this.listing = new Listing(place, {
+    this.tablePanel = new TablePanel(place, {
       label: "topics", noun: "topic", tools: [publish, this.all],
       searchText: (row) => `${row.name} ${row.type}`,
       columns: [
@@ -53,7 +53,7 @@ class Topics {
   unmount() {
     this.stream.close();
     this.rates?.close();
-    this.listing.close();
+    this.tablePanel.close();
     this.place.robot.removeEventListener("about", this.onAbout);
   }
 
@@ -64,13 +64,13 @@ class Topics {
     this.hasBegun = true; // only once
     if (this.system.topics[publish]) {
       this.tab = 1;
-      this.listing.choose(publish);
+      this.tablePanel.choose(publish);
     } else this._newTopic(String(publish));
   }
 
   // Another panel asks for a topic.
   accept({ selected }) {
-    if (selected) this.listing.choose(selected);
+    if (selected) this.tablePanel.choose(selected);
   }
 
   _receive(system) {
@@ -80,7 +80,7 @@ class Topics {
   }
 
   _show() {
-    this.listing.show(Object.entries(this.system.topics).map(([name, facts]) => {
+    this.tablePanel.show(Object.entries(this.system.topics).map(([name, facts]) => {
       const measured = this.measured.get(name);
       const ours = measured && measured.hz !== undefined && !facts.hz;
       return { name, ...facts, ...(ours ? measured : {}), measured: Boolean(measured), problem: measured?.problem };
@@ -95,7 +95,7 @@ class Topics {
 
   // Topics that match the search and have no subscribers.
   _unheardTopics() {
-    return this.listing.found.filter(({ publishers, subscribers }) => publishers.length && !subscribers.length).map(({ name }) => name);
+    return this.tablePanel.found.filter(({ publishers, subscribers }) => publishers.length && !subscribers.length).map(({ name }) => name);
   }
 
   _measureAll() {
@@ -201,7 +201,7 @@ class Topics {
       publisher = new Publisher(this.place.robot, topic, type.value.trim());
       fill(under, publisher.element);
     } }, name, type, list, h("button.primary", {}, "Fill in"));
-    this.listing.showElement(h("div.about", {}, h("h3", {}, "Publish on a new topic"), form, under), () => publisher?.close());
+    this.tablePanel.showElement(h("div.about", {}, h("h3", {}, "Publish on a new topic"), form, under), () => publisher?.close());
     name.focus();
   }
 }

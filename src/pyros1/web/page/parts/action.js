@@ -3,7 +3,7 @@
 import { fill, h } from "../lib/dom.js";
 import { clock } from "../lib/format.js";
 import { Editor } from "./editor.js";
-import { copyable, outcome } from "./pieces.js";
+import { copyable, outcome } from "./widgets.js";
 import { Tree } from "./tree.js";
 
 const STATUS_NAMES = ["pending", "active", "preempted", "succeeded", "aborted", "rejected", "preempting", "recalling", "recalled", "lost"];

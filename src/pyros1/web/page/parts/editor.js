@@ -2,7 +2,7 @@
 
 import { h } from "../lib/dom.js";
 import { Form } from "./form.js";
-import { outcome, tabbed } from "./pieces.js";
+import { outcome, tabbed } from "./widgets.js";
 
 const PARSE_DELAY = 250; // milliseconds after the last key until the text is parsed
 

@@ -3,7 +3,7 @@
 import { fill, h } from "../lib/dom.js";
 import { clock, plural } from "../lib/format.js";
 import { Editor } from "./editor.js";
-import { outcome } from "./pieces.js";
+import { outcome } from "./widgets.js";
 
 export class Publisher {
   constructor(robot, topic, type) {

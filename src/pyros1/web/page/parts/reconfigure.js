@@ -2,7 +2,7 @@
 
 import { fill, h } from "../lib/dom.js";
 import { number } from "../lib/format.js";
-import { copyable, outcome } from "./pieces.js";
+import { copyable, outcome } from "./widgets.js";
 
 const MAX_SLIDER_RANGE = 1e6; // maximum range of a slider
 const MIN_STEPS = 500; // minimum number of steps of a slider

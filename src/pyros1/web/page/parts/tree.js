@@ -2,7 +2,7 @@
 
 import { fill, h } from "../lib/dom.js";
 import { clock, number, seconds } from "../lib/format.js";
-import { copyable } from "./pieces.js";
+import { copyable } from "./widgets.js";
 
 const OPEN_DEPTH = 2;
 const MAX_OPEN_MESSAGES = 3; // maximum number of messages in an array that is initially open

@@ -225,7 +225,7 @@ class Kind(NamedTuple):
     Attributes:
         options: returns its options.
         topics: entries that name its topic; the first existing one counts.
-        made: prefix of the topic in its key (`page/lib/scene/kinds.js`).
+        made: prefix of the topic in its key (`page/lib/scene/display_kinds.js`).
         transport: whether it displays images, which may be compressed on another topic.
     """
 

@@ -1,14 +1,14 @@
 // Displays of topics in the scene. A display has an object, receives data of the view scene_topic, and has options.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
-import { PointBudget, RateMeter } from "./density.js";
-import * as draw from "./draw.js";
+import { PointBudget, RateMeter } from "./point_budget.js";
+import * as draw from "./shapes.js";
 import { MapPlane } from "./map.js";
 import { plural } from "../format.js";
 import { MarkerSet } from "./markers.js";
 import { MAX_POINTS_CONTROL, OPTIONS, TINT_CONTROL } from "./options.js";
 import { PointSet, levels, scanPoints } from "./points.js";
-import { formatNumbers, poseRows } from "./select.js";
+import { formatNumbers, poseRows } from "./select_tool.js";
 import { dispose, setPose } from "./stage.js";
 
 const NO_NUMBERS = new Float32Array(0);
@@ -45,7 +45,7 @@ export class Display {
     this.inspected = inspected;
   }
 
-  // Return what can be selected; see select.js.
+  // Return what can be selected; see select_tool.js.
   parts() {
     if (this.markers) return this.markers.parts();
     const about = () => [["frame", this.frame], ["shows", this.status], ...poseRows(this.object)];

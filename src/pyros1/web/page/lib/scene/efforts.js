@@ -2,7 +2,7 @@
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { arrowOf } from "./markers.js";
-import { formatNumbers, poseRows } from "./select.js";
+import { formatNumbers, poseRows } from "./select_tool.js";
 import { dispose, setPose } from "./stage.js";
 import { readUrdf } from "./urdf.js";
 
@@ -64,7 +64,7 @@ export class EffortSet {
     this._clear();
   }
 
-  // Return what can be selected; see select.js.
+  // Return what can be selected; see select_tool.js.
   parts() {
     return [...this.shapes].map(([name, { group, effort, limit }]) => ({
       object: group,

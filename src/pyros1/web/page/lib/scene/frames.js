@@ -1,11 +1,11 @@
 // Coordinate frames as axes with names, and lines to their parents.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
-import { visibleLabels } from "./apart.js";
+import { visibleLabels } from "./label_overlap.js";
 import { axesOf } from "./axes.js";
 import { label } from "./label.js";
 import { pairs, ribbons, repeatColour } from "./ribbons.js";
-import { poseRows } from "./select.js";
+import { poseRows } from "./select_tool.js";
 import { dispose, setPose } from "./stage.js";
 
 const NAME_HEIGHT = 0.12; // metres; height of a name
@@ -120,7 +120,7 @@ export class FrameSet {
     dispose(this.object);
   }
 
-  // Return what can be selected; see select.js.
+  // Return what can be selected; see select_tool.js.
   parts() {
     return [...this.axes].map(([name, axes]) => ({ object: axes, about: () => [["frame", name], ["parent", this.parents.get(name) || "none"], ...poseRows(axes)] }));
   }

@@ -73,7 +73,7 @@ export class MapPlane {
     this._colour(y, y + height);
   }
 
-  // Return the cell at a point of the scene, for select.js.
+  // Return the cell at a point of the scene, for select_tool.js.
   about(place) {
     if (!place || !this.plane) return [];
     const { x, y } = this.plane.worldToLocal(place.clone());

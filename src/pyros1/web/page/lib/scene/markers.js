@@ -1,7 +1,7 @@
 // Markers of all types; see https://wiki.ros.org/rviz/DisplayTypes/Marker.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
-import { poseRows } from "./select.js";
+import { poseRows } from "./select_tool.js";
 import { dispose, setPose } from "./stage.js";
 import { label } from "./label.js";
 import { meshOf } from "./meshes.js";
@@ -290,7 +290,7 @@ export class MarkerSet {
     }
   }
 
-  // Return what can be selected; see select.js.
+  // Return what can be selected; see select_tool.js.
   parts() {
     return [...this.known.values()].map((outer) => {
       const { ns, id, type, frame, text, points: { length } } = outer.userData.facts;

@@ -2,7 +2,7 @@
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { meshOf, textureOf } from "./meshes.js";
-import { poseRows } from "./select.js";
+import { poseRows } from "./select_tool.js";
 import { dispose, setPose } from "./stage.js";
 import { readUrdf } from "./urdf.js";
 
@@ -91,7 +91,7 @@ export class RobotModel {
     this.object.visible = shown;
   }
 
-  // Return what can be selected; see select.js.
+  // Return what can be selected; see select_tool.js.
   parts() {
     return [...this.links].map(([name, { group, joint }]) => ({
       object: group,

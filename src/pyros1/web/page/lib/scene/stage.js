@@ -5,7 +5,7 @@ import { OrbitControls } from "../../vendor/three/OrbitControls.js";
 import { h } from "../dom.js";
 import { Grid } from "./grid.js";
 import { Ribbons } from "./ribbons.js";
-import { FrameView } from "./seat.js";
+import { FrameView } from "./frame_view.js";
 import { Walk } from "./walk.js";
 
 // The camera's position relative to its target. "flat" is an orthographic view from above; in "walk" the view turns around

@@ -4,8 +4,8 @@ import uPlot from "../../vendor/uplot.js";
 import { Points, grid, sample } from "../../lib/curves.js";
 import { fill, h } from "../../lib/dom.js";
 import { reading } from "../../lib/format.js";
-import { dots, styleOf, showLegendText, swatch } from "../plot/looks.js";
-import { tickLabels, paddedRange } from "../plot/words.js";
+import { dots, styleOf, showLegendText, swatch } from "../plot/curve_styles.js";
+import { tickLabels, paddedRange } from "../plot/plot_text.js";
 import { RIGHT_MARGIN } from "./timeline.js";
 
 const MAX_CURVES = 16;

@@ -2,7 +2,7 @@
 
 import { fill, h } from "../../lib/dom.js";
 import { bytes, plural, rate } from "../../lib/format.js";
-import { Files } from "./files.js";
+import { FileChooser } from "./file_chooser.js";
 import { span } from "./times.js";
 
 const MAX_LISTED = 300; // maximum number of topics in the list
@@ -77,7 +77,7 @@ export class Recorder {
     const problem = h("p.wrong", { hidden: true, role: "alert" });
     const say = (text) => { problem.hidden = !text; fill(problem, text); };
     const begin = h("button.primary", { disabled: true }, "Record");
-    const files = new Files(this.robot, { folder: (path, writable) => {
+    const files = new FileChooser(this.robot, { folder: (path, writable) => {
       folder = path;
       begin.disabled = !path || !writable;
       say(path && !writable ? "this server may not write to this folder: choose another one, or restart it with: pyros1 web --bags FOLDER" : "");

@@ -2,7 +2,7 @@
 
 import { fill, h } from "../../lib/dom.js";
 import { plural, rate } from "../../lib/format.js";
-import { Thumbnails } from "./pictures.js";
+import { Thumbnails } from "./thumbnails.js";
 import { span, ticks } from "./times.js";
 
 const ROW_HEIGHT = 30; // pixels

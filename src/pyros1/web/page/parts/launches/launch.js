@@ -2,7 +2,7 @@
 
 import { fill, h } from "../../lib/dom.js";
 import { bytes, duration } from "../../lib/format.js";
-import { commandButton, commandsFor } from "./verbs.js";
+import { commandButton, commandsFor } from "./commands.js";
 
 const MAX_ROWS = 300;
 

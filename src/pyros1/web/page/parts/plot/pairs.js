@@ -2,7 +2,7 @@
 
 import { fill, h } from "../../lib/dom.js";
 import { number } from "../../lib/format.js";
-import { styleOf, showLegendText, swatch } from "./looks.js";
+import { styleOf, showLegendText, swatch } from "./curve_styles.js";
 
 const MAX_PAIRS = 50;
 

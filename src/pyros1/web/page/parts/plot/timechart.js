@@ -3,8 +3,8 @@
 import uPlot from "../../vendor/uplot.js";
 import { number } from "../../lib/format.js";
 import { gestures } from "./gestures.js";
-import { dots } from "./looks.js";
-import { axisWidth, safeRange, tickLabels, paddedRange, roundTimes } from "./words.js";
+import { dots } from "./curve_styles.js";
+import { axisWidth, safeRange, tickLabels, paddedRange, roundTimes } from "./plot_text.js";
 
 /** @typedef {uPlot & {lines?: object[], high?: number[] | null}} TimeChart */
 

@@ -2,8 +2,8 @@
 
 import uPlot from "../../vendor/uplot.js";
 import { gestures } from "./gestures.js";
-import { axisWidth, safeRange, tickLabels } from "./words.js";
-import { boxAround, equal, join, nearest } from "../../lib/xy.js";
+import { axisWidth, safeRange, tickLabels } from "./plot_text.js";
+import { boxAround, equal, join, nearest } from "../../lib/curve_pairs.js";
 
 const MAX_POINTS = 12000; // points per trail
 const MAX_TITLE_LENGTH = 60; // characters of an axis title

@@ -6,7 +6,7 @@ import { axesMaterial, axesOf, axesShape } from "./axes.js";
 import { arrowOf } from "./markers.js";
 import { label } from "./label.js";
 import { plural } from "../format.js";
-import { rainbow } from "./colours.js";
+import { rainbow } from "./rainbow.js";
 import { pairs, ribbons, repeatColour } from "./ribbons.js";
 import { setPose } from "./stage.js";
 

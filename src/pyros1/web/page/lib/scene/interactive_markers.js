@@ -1,9 +1,9 @@
-// Interactive markers: how they look, and where they are. interact.js handles the mouse.
+// Interactive markers: how they look, and where they are. interaction.js handles the mouse.
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { arrowOf, disposeMarker, markerObject } from "./markers.js";
 import { label } from "./label.js";
-import { poseRows as placeOf } from "./select.js";
+import { poseRows as placeOf } from "./select_tool.js";
 import { setPose } from "./stage.js";
 
 export const MODE = { NONE: 0, MENU: 1, BUTTON: 2, MOVE_AXIS: 3, MOVE_PLANE: 4, ROTATE_AXIS: 5, MOVE_ROTATE: 6, MOVE_3D: 7, ROTATE_3D: 8, MOVE_ROTATE_3D: 9 };
@@ -65,7 +65,7 @@ export class InteractiveSet {
     this._updateStatus();
   }
 
-  // Return what can be selected; see select.js.
+  // Return what can be selected; see select_tool.js.
   parts() {
     return [...this.known.values()].map(({ facts, outer, inner }) => ({
       object: outer,

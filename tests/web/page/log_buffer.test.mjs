@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import test from "node:test";
 
-import { LogBuffer } from "../../../src/pyros1/web/page/lib/kept.js";
+import { LogBuffer } from "../../../src/pyros1/web/page/lib/log_buffer.js";
 
 test("of many entries the newest are kept", () => {
   const kept = new LogBuffer(100, 1e6);

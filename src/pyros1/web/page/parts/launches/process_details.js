@@ -2,10 +2,10 @@
 
 import { fill, h } from "../../lib/dom.js";
 import { bytes, duration } from "../../lib/format.js";
-import { copyable, definitionList as list, outcome } from "../pieces.js";
-import { commandButton, commandsFor } from "./verbs.js";
+import { copyable, definitionList as list, outcome } from "../widgets.js";
+import { commandButton, commandsFor } from "./commands.js";
 
-export class About {
+export class ProcessDetails {
   constructor(panel, key, facts, entry) {
     this.panel = panel;
     this.key = key;

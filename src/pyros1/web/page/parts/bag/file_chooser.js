@@ -6,7 +6,7 @@ import { bytes } from "../../lib/format.js";
 const FILTER_FROM = 12; // number of files up to which no filter is needed
 
 // on: {open(path), problem(text), folder(path, writable)}; folders: choose a folder instead of a file.
-export class Files {
+export class FileChooser {
   constructor(robot, on, folder = "", folders = false) {
     this.robot = robot;
     this.on = on;

@@ -5,7 +5,7 @@ import { h } from "../../lib/dom.js";
 const [LINE, MARK, GAP] = [22, 22, 18]; // pixels: row height of the legend, width of its marks, and the gap between entries
 
 // entries: [{label, colour, dash}]
-export function picture(canvases, entries) {
+export function exportImage(canvases, entries) {
   const ratio = devicePixelRatio || 1;
   const style = getComputedStyle(document.documentElement);
   const width = Math.max(...canvases.map((each) => each.width)) / ratio;

@@ -3,7 +3,7 @@
 import { fill, h } from "../dom.js";
 import { bytes, plural, rate } from "../format.js";
 import { findings } from "./findings.js";
-import { LatestMessage } from "./latest.js";
+import { LatestMessage } from "./latest_message.js";
 
 const MAX_ROWS = 200;
 

@@ -10,7 +10,7 @@ document.head.append(style);
 // options: {columns, label, noun, tree, searchText(row), details(row), empty(), tools}
 // tree: whether it starts as a tree, or null: if there are many rows; noun: what a row is; searchText: the text to search; details: creates {element, update(row), close()};
 // empty: what to show if there are no rows; tools: more elements for the panel's head.
-export class Listing {
+export class TablePanel {
   constructor(place, options) {
     this.place = place;
     this.options = options;

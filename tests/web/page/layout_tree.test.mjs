@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 
-import { moved, panelsOf, sideOf, swapped, without } from "../../../src/pyros1/web/page/lib/arrange.js";
+import { moved, panelsOf, sideOf, swapped, without } from "../../../src/pyros1/web/page/lib/layout_tree.js";
 
 const [one, two, three] = ["one", "two", "three"].map((panel) => ({ panel }));
 const tree = { split: "row", sizes: [2, 1, 1], parts: [one, two, three] };

@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import test from "node:test";
 
 const page = new URL("../../../src/pyros1/web/page/", import.meta.url);
-const { boxAround, equal, join, nearest } = await import(new URL("lib/xy.js", page));
+const { boxAround, equal, join, nearest } = await import(new URL("lib/curve_pairs.js", page));
 const { Points } = await import(new URL("lib/curves.js", page));
 
 function curve(times, values) {

@@ -2,7 +2,7 @@
 
 import * as THREE from "../../vendor/three/three.module.min.js";
 import { fill, h } from "../dom.js";
-import { FACING, MODE, axisOf } from "./interactive.js";
+import { FACING, MODE, axisOf } from "./interactive_markers.js";
 
 const EVENT = { POSE_UPDATE: 1, MENU_SELECT: 2, BUTTON_CLICK: 3, MOUSE_DOWN: 4, MOUSE_UP: 5 };
 const KEEP_ALIVE = 500; // milliseconds between poses of a marker that is held still
