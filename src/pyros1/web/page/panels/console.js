@@ -82,7 +82,7 @@ class Console {
       field("exclude", "exclude", "no messages with this text; /.../ is a regular expression"),
       field("node", "node", "only messages of nodes, or about topics, with this in their names"),
       field("marking", "highlight", "mark messages with this in their text, severity, node or topics; /.../ is a regular expression"),
-      h("button.quiet", { title: "forget what is in the list", onclick: () => this._clear() }, "Clear"),
+      h("button.quiet", { title: "clear the list", onclick: () => this._clear() }, "Clear"),
       h("button.quiet", { title: "save the messages shown, as CSV like rqt_console", onclick: () => this._save() }, "Save"),
       h("button.quiet", { title: "load a saved log", onclick: () => file.click() }, "Load"), file,
       h("button.quiet", { title: "levels of the loggers of the chosen message's node", onclick: () => this._levels() }, "Levels"));

@@ -13,8 +13,8 @@ export class Grid {
     this.problem = "";
     this.controls = {
       count: { text: "cells", kind: "number", defaultValue: 20, least: 1, most: 200, step: 1 },
-      cell: { text: "size of a cell", kind: "number", defaultValue: 1, least: 0.01, most: 1000, step: 0.1 },
-      flat: { text: "one colour", kind: "check", defaultValue: false },
+      cell: { text: "cell size", kind: "number", defaultValue: 1, least: 0.01, most: 1000, step: 0.1 },
+      flat: { text: "single colour", kind: "check", defaultValue: false },
       tint: { text: "colour", kind: "colour", defaultValue: "#a0a0a4" },
       alpha: { text: "opacity", kind: "number", defaultValue: 1, least: 0, most: 1, step: 0.05 },
       line: { text: "lines", kind: "choice", defaultValue: "pixel", choices: ["pixel", "metres"] },

@@ -23,7 +23,7 @@ const MAX_FAULTS = 20;
 
 // Return why a marker is not drawn, neither by rviz; empty if it is.
 export function faultOf({ type, scale, finite = true, points: { length: points }, colors: { length: colours } }) {
-  if (!finite) return "some of its numbers are not numbers, or too large";
+  if (!finite) return "some of its numbers are not finite, or too large";
   const sizes = { [LINE_STRIP]: [0], [LINE_LIST]: [0], [POINTS]: [0, 1], [TEXT]: [2] }[type];
   const needed = sizes || (type === ARROW && !points ? [0, 1] : []);
   const none = needed.find((axis) => (sizes && type !== POINTS ? !(scale[axis] > 0) : !scale[axis]));

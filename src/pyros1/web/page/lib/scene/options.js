@@ -25,25 +25,25 @@ const opacity = (defaultValue = 1, text = "opacity") => number(text, defaultValu
 const keep = (defaultValue = 1) => ({ keep: number("keep", defaultValue, 1, 1000, 1) });
 
 export const TINT_CONTROL = colour("colour", ""); // the display's own
-export const MAX_POINTS_CONTROL = number("points at most", 1500000, 1000, 1500000, 1000);
+export const MAX_POINTS_CONTROL = number("maximum points", 1500000, 1000, 1500000, 1000);
 const COLOUR_BY_CONTROL = choice("colour by", "", [""]);
 const looks = (pixels) => ({
-  style: choice("drawn as", STYLES[0], STYLES), size: number("size in pixels", pixels, 1, 30, 1), metres: number("size in metres", 0.01, 0.0001, 100, 0.01),
-  flat: check("one colour", false), tint: TINT_CONTROL, alpha: opacity(),
-  auto: check("bounds of the values", true), low: number("least value", 0, -1e9, 1e9, 0.1), high: number("greatest value", 1, -1e9, 1e9, 0.1),
-  rainbow: check("rainbow", true), inverted: check("inverted rainbow", false), first: colour("least colour", "#000000"), last: colour("greatest colour", "#ffffff"),
+  style: choice("style", STYLES[0], STYLES), size: number("size in pixels", pixels, 1, 30, 1), metres: number("size in metres", 0.01, 0.0001, 100, 0.01),
+  flat: check("single colour", false), tint: TINT_CONTROL, alpha: opacity(),
+  auto: check("automatic range", true), low: number("minimum value", 0, -1e9, 1e9, 0.1), high: number("maximum value", 1, -1e9, 1e9, 0.1),
+  rainbow: check("rainbow", true), inverted: check("inverted rainbow", false), first: colour("minimum colour", "#000000"), last: colour("maximum colour", "#ffffff"),
   local: check("axes of its own frame", false), decay: number("seconds to keep", 0, 0, 3600, 1),
 });
 const CLOUD = { most: MAX_POINTS_CONTROL, by: COLOUR_BY_CONTROL, ...looks(2) };
 const SCREW = {
-  scale: number("length of 1", 2, 0.001, 1000, 0.1), scaleAround: number("length of 1, around", 2, 0.001, 1000, 0.1), width: metres("width", 0.5),
-  tint: colour("colour", "#cc3333"), tintAround: colour("colour, around", "#cccc33"), alpha: opacity(), small: check("hide small values", true), ...keep(),
+  scale: number("length per unit", 2, 0.001, 1000, 0.1), scaleAround: number("length per unit, angular", 2, 0.001, 1000, 0.1), width: metres("width", 0.5),
+  tint: colour("colour", "#cc3333"), tintAround: colour("colour, angular", "#cccc33"), alpha: opacity(), small: check("hide small values", true), ...keep(),
 };
 const AXES = check("as axes", false);
 const ARROW = { shaft: metres("length of the shaft", 1), shaftWidth: metres("its width", 0.05), head: metres("length of the head", 0.3), headWidth: metres("its width", 0.1) };
 const CROSS = { axes: AXES, axesLength: metres("length of the axes", 1), axesWidth: metres("their width", 0.1) };
 const COVARIANCE = {
-  covariance: check("covariance", true), place: check("of the position", true), placeTint: colour("its colour", "#cc33cc"), placeAlpha: opacity(0.3, "its opacity"), placeScale: number("times", 1, 0, 1000, 0.1),
+  covariance: check("covariance", true), place: check("of the position", true), placeTint: colour("its colour", "#cc33cc"), placeAlpha: opacity(0.3, "its opacity"), placeScale: number("scale", 1, 0, 1000, 0.1),
   turn: check("of the orientation", true), turnTint: colour("its colour", "#ffff7f"), turnAlpha: opacity(0.5, "its opacity"),
 };
 const POSE = { tint: TINT_CONTROL, alpha: opacity(), ...ARROW, ...CROSS };
@@ -52,7 +52,7 @@ export const OPTIONS = {
   DepthCloud: { colour: { ...choice("colours of", ""), none: "no image" }, info: { text: "CameraInfo", kind: "text", defaultValue: "", none: "next to the image" }, most: MAX_POINTS_CONTROL, ...looks(2), local: check("axes of its own frame", true) },
   AccelStamped: SCREW, TwistStamped: SCREW, WrenchStamped: SCREW,
   LaserScan: { by: COLOUR_BY_CONTROL, ...looks(3) }, PointCloud: CLOUD, PointCloud2: CLOUD,
-  Map: { scheme: choice("colours", "map", COLOUR_SCHEMES), alpha: opacity(0.7), behind: check("behind all", false) },
+  Map: { scheme: choice("colours", "map", COLOUR_SCHEMES), alpha: opacity(0.7), behind: check("behind everything", false) },
   GridCells: { tint: TINT_CONTROL, alpha: opacity() },
   Imu: { tint: TINT_CONTROL },
   Path: {
@@ -65,7 +65,7 @@ export const OPTIONS = {
   PointStamped: { tint: TINT_CONTROL, alpha: opacity(), radius: metres("radius", 0.2), ...keep() },
   Polygon: { tint: TINT_CONTROL, alpha: opacity() },
   Range: { tint: TINT_CONTROL, alpha: opacity(0.5), ...keep() },
-  Odometry: { ...POSE, ...COVARIANCE, keep: number("keep", 100, 1, 1000, 1), step: metres("metres between them", 0.1), angle: number("or radians", 0.1, 0, 7, 0.01) },
+  Odometry: { ...POSE, ...COVARIANCE, keep: number("keep", 100, 1, 1000, 1), step: metres("minimum distance in metres", 0.1), angle: number("minimum angle in radians", 0.1, 0, 7, 0.01) },
   Pose: POSE,
   PoseArray: { tint: TINT_CONTROL, alpha: opacity(), lines: check("flat arrows", true), arrow: metres("their length", 0.3), ...ARROW, shaft: metres("length of the shaft", 0.23), shaftWidth: metres("its width", 0.01), head: metres("length of the head", 0.07), headWidth: metres("its width", 0.03), ...CROSS, axesLength: metres("length of the axes", 0.3), axesWidth: metres("their width", 0.01) },
   PoseWithCovariance: { ...POSE, ...COVARIANCE },

@@ -28,6 +28,8 @@ export class RobotModel {
     this.options = { visual: true, collision: false, alpha: 1, prefix: "", concealed: [] }; // concealed: names of hidden links
     this.links = new Map(); // name -> {group, joint}
     this.generation = 0;
+    this.faults = [];
+    this.loading = 0; // meshes and textures
   }
 
   // Apply data of the view param.
