@@ -169,7 +169,7 @@ def test_pictures_over_the_scene(browser: Browser, web: Web, robot: Any) -> None
     assert browser.run(colours) == [255, 0, 0, 255, 0, 255, 0, 255]
     browser.wait_for_text("the browser cannot show images of the format jpeg")
     browser.choose("select[aria-label='fixed frame']", "base")
-    browser.wait(f"{SCENE}.known?.fixed === 'base'")
+    browser.wait(f"{SCENE}.lastFrames?.fixed === 'base'")
     assert not browser.run(f"return {SCENE}.displays.get('/camera').trouble")
     browser.click("button[aria-label='remove /camera']")
     assert browser.run("return document.querySelectorAll('.overlay').length") == 1

@@ -149,11 +149,11 @@ function decodeSingleChannel(out, data, width, height, step, [size, read], bigen
 // Two channels are blue and green, a third is red; a fourth is ignored. NaN is black.
 function decodeMultiChannel(out, data, width, height, step, [size, read, count], bigendian, range) {
   const view = new DataView(data.buffer, data.byteOffset, data.byteLength);
-  const shown = Math.min(3, count);
+  const colourChannels = Math.min(3, count);
   const each = (visit) => {
     for (let row = 0, to = 0; row < height; row += 1) {
       for (let column = 0, from = row * step; column < width; column += 1, from += size * count, to += 4) {
-        for (let channel = 0; channel < shown; channel += 1) visit(view[read](from + channel * size, !bigendian), to + 2 - channel);
+        for (let channel = 0; channel < colourChannels; channel += 1) visit(view[read](from + channel * size, !bigendian), to + 2 - channel);
         out[to + 3] = 255;
       }
     }

@@ -10,9 +10,9 @@ export function panelsOf(tree) {
 // Return the tree without a panel, or null if nothing is left.
 export function without(tree, panel) {
   if (!tree.parts) return tree === panel ? null : tree;
-  const kept = tree.parts.map((part) => without(part, panel));
-  const sizes = tree.sizes.filter((_, index) => kept[index]);
-  const parts = kept.filter(Boolean);
+  const remaining = tree.parts.map((part) => without(part, panel));
+  const sizes = tree.sizes.filter((_, index) => remaining[index]);
+  const parts = remaining.filter(Boolean);
   return parts.length > 1 ? { ...tree, sizes, parts } : parts[0] || null;
 }
 

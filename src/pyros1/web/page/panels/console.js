@@ -189,13 +189,13 @@ class Console {
     const first = Math.max(0, Math.floor(this.list.scrollTop / ROW_HEIGHT) - EXTRA_ROWS);
     const last = Math.min(count, Math.ceil((this.list.scrollTop + this.list.clientHeight) / ROW_HEIGHT) + EXTRA_ROWS);
     if (!this.rowElements.size) fill(this.content);
-    const gone = new Set(this.rowElements.keys());
+    const unused = new Set(this.rowElements.keys());
     for (let index = first; index < last; index += 1) {
       const entry = this.filtered[index];
-      gone.delete(entry);
+      unused.delete(entry);
       this._place(entry, index * ROW_HEIGHT);
     }
-    for (const entry of gone) {
+    for (const entry of unused) {
       this.rowElements.get(entry).remove();
       this.rowElements.delete(entry);
     }
@@ -322,8 +322,8 @@ function matcher(text) {
       return { test: () => true, problem: error.message };
     }
   }
-  const wanted = text.toLowerCase();
-  return { test: (value) => value.toLowerCase().includes(wanted) };
+  const lowered = text.toLowerCase();
+  return { test: (value) => value.toLowerCase().includes(lowered) };
 }
 
 // Parse a time as seconds and nanoseconds: a plain number has only microseconds.

@@ -62,9 +62,9 @@ class Frames {
       if (!children.has(frame.parent)) children.set(frame.parent, []);
       children.get(frame.parent).push(frame);
     }
-    this.seen = new Set();
+    this.drawnFrames = new Set();
     const rows = data.roots.flatMap((name) => this._rows({ name, root: true }, children, 0));
-    const left = data.frames.filter((frame) => !this.seen.has(frame.name)); // frames in a loop, which no root contains
+    const left = data.frames.filter((frame) => !this.drawnFrames.has(frame.name)); // frames in a loop, which no root contains
     this._drawRows([...rows, ...left.map((frame) => ({ frame, depth: 0, parent: false }))]);
     this._drawDetail();
   }
@@ -83,8 +83,8 @@ class Frames {
   }
 
   _rows(frame, children, depth) {
-    if (this.seen.has(frame.name) || depth > 200) return [];
-    this.seen.add(frame.name);
+    if (this.drawnFrames.has(frame.name) || depth > 200) return [];
+    this.drawnFrames.add(frame.name);
     const below = children.get(frame.name) || [];
     const open = !this.closed.has(frame.name) || this.search;
     const inner = below.flatMap((child) => this._rows(child, children, depth + 1));

@@ -27,8 +27,8 @@ class GraphPanel {
     this.toggled = new Set(Array.isArray(settings.toggled) ? settings.toggled.map(String) : []);
     this.rates = settings.rates !== false;
     this.chosen = null; // {id, kind: "box" | "edge"}
-    this.wanted = typeof settings.selected === "string" ? settings.selected : "";
-    this.found = [];
+    this.pendingSelection = typeof settings.selected === "string" ? settings.selected : "";
+    this.matchIds = [];
     this._style();
     this._build();
     this.picture = new GraphView(this.canvas, place.body, {
@@ -48,7 +48,7 @@ class GraphPanel {
 
   // Another panel asks to select something: {selected: "/node" or "/topic"}.
   accept({ selected }) {
-    this.wanted = String(selected || "");
+    this.pendingSelection = String(selected || "");
     this._update();
   }
 
@@ -157,9 +157,9 @@ class GraphPanel {
     if (!this.system) return;
     this.model = build(this.system, { mode: this.mode, hide: [...this.hide], depth: this.depth, toggled: [...this.toggled] });
     this.picture.show(this.model, this.rates);
-    if (this.wanted) {
-      const name = this.wanted;
-      this.wanted = "";
+    if (this.pendingSelection) {
+      const name = this.pendingSelection;
+      this.pendingSelection = "";
       if (name in this.system.nodes) this._selectById(`n:${name}`);
       else if (name in this.system.topics) this._selectById(`t:${name}`);
     }
@@ -195,11 +195,11 @@ class GraphPanel {
     const bad = [silent && `${silent} silent`, broken && `${broken} broken`].filter(Boolean);
     const text = parts.join(" · ");
     const hidden = unheard ? `${plural(unheard, "topic")} without subscribers hidden` : "";
-    const said = JSON.stringify([text, bad, hidden]);
-    if (said !== this.described) {
+    const description = JSON.stringify([text, bad, hidden]);
+    if (description !== this.described) {
       fill(this.note, h("span", {}, text), bad.map((each) => h("b.bad", {}, each)), hidden && h("span", {}, `${hidden} · `, h("button.link", { onclick: () => this._showUnheard() }, "show")));
     }
-    this.described = said;
+    this.described = description;
     this.canvas.setAttribute("aria-label", `graph: ${[...parts, ...bad].join(", ")}. Arrow keys move, Enter chooses`);
   }
 
@@ -280,16 +280,16 @@ class GraphPanel {
 
   _showMatches(move) {
     this.matches = this.model && matching(this.model, this.search.value);
-    this.found = this.matches ? [...this.matches] : [];
+    this.matchIds = this.matches ? [...this.matches] : [];
     if (move) this.next = 0;
-    fill(this.count, this.matches ? `${this.found.length} found` : "");
-    if (move && this.found.length) this.picture.centre(this.found);
+    fill(this.count, this.matches ? `${this.matchIds.length} found` : "");
+    if (move && this.matchIds.length) this.picture.centre(this.matchIds);
     this._highlight();
   }
 
   _searchKey(event) {
-    if (event.key === "Enter" && this.found.length) {
-      const id = this.found[this.next % this.found.length];
+    if (event.key === "Enter" && this.matchIds.length) {
+      const id = this.matchIds[this.next % this.matchIds.length];
       const box = this.model.boxes.find((each) => each.id === id);
       this.next += 1;
       if (box.inside && !box.name.toLowerCase().includes(this.search.value.trim().toLowerCase())) {

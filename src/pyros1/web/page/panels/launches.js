@@ -128,8 +128,8 @@ class Launches {
   _arrange(launches) {
     const rank = (facts) => (facts.problem ? 2 : facts.count ? 0 : 1);
     const sorted = [...launches].sort((one, other) => rank(one) - rank(other) || (one.title || "").localeCompare(other.title || "") || one.param.localeCompare(other.param));
-    const wanted = sorted.map((facts) => this.launches.get(facts.param).element);
-    if (wanted.length !== this.groups.children.length || wanted.some((each, index) => this.groups.children[index] !== each)) fill(this.groups, wanted);
+    const elements = sorted.map((facts) => this.launches.get(facts.param).element);
+    if (elements.length !== this.groups.children.length || elements.some((each, index) => this.groups.children[index] !== each)) fill(this.groups, elements);
   }
 
   _selectWanted(launches) {

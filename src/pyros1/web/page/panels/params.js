@@ -40,7 +40,7 @@ class Parameters {
       problem: (text) => place.problem(text),
     });
     this.more = 0;
-    this.system = place.robot.stream("system", {}, { data: ({ services }) => this._find(services), problem: () => {} });
+    this.system = place.robot.stream("system", {}, { data: ({ services }) => this._findServers(services), problem: () => {} });
     this.onAbout = () => { add.hidden = place.robot.about.read_only; };
     this.onAbout();
     place.robot.addEventListener("about", this.onAbout);
@@ -68,17 +68,17 @@ class Parameters {
   }
 
   // Nodes with dynamic_reconfigure have a service with a certain name and type.
-  async _find(services) {
+  async _findServers(services) {
     const ends = "/set_parameters";
     const there = Object.keys(services).filter((name) => name.endsWith(ends));
     for (const name of this.servers.keys()) if (!(name in services)) this.servers.delete(name); // another node may register the name
-    const fresh = there.filter((name) => !this.servers.has(name)).slice(0, 50);
+    const newServers = there.filter((name) => !this.servers.has(name)).slice(0, 50);
     if (this.isRequesting) return;
     this.isRequesting = true;
     try {
-      if (fresh.length) {
-        const types = await this.place.robot.call("services.types", { services: fresh });
-        for (const name of fresh) if (types[name]) this.servers.set(name, types[name] === RECONFIGURE_TYPE); // undefined: it did not respond
+      if (newServers.length) {
+        const types = await this.place.robot.call("services.types", { services: newServers });
+        for (const name of newServers) if (types[name]) this.servers.set(name, types[name] === RECONFIGURE_TYPE); // undefined: it did not respond
       }
     } catch {
       return; // asked again after the next change

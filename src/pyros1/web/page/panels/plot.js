@@ -90,7 +90,7 @@ class Plot {
       "aria-label": "period", title: "time range shown",
       onchange: (event) => {
         this.period = Number(event.target.value);
-        if (this.range) this._show([this.range[1] - this.period, this.range[1]]); // it remains paused
+        if (this.range) this._showRange([this.range[1] - this.period, this.range[1]]); // it remains paused
         this._save();
       },
     }, [...new Set([...PERIODS, this.period])].sort((one, other) => one - other).map((seconds) => h("option", { value: seconds, selected: seconds === this.period }, seconds < 60 ? `${seconds} s` : `${seconds / 60} min`)));
@@ -184,7 +184,7 @@ class Plot {
     }
     const numbers = new Float64Array(blob.buffer, blob.offset);
     let at = 0;
-    let fresh = false;
+    let changed = false;
     for (const { id, part, count } of data.curves) {
       const curve = this.curves.find((each) => each.id === id);
       const [times, values] = [numbers.subarray(at, at + count), numbers.subarray(at + count, at + 2 * count)];
@@ -192,12 +192,12 @@ class Plot {
       if (!curve) continue;
       if (!curve.points.has(part)) {
         curve.points.set(part, new Points());
-        fresh = true;
+        changed = true;
       }
       curve.points.get(part).add(times, values);
     }
     for (const curve of this.curves) Object.assign(curve, { problem: data.problems[curve.id] || "", waits: data.waiting[curve.id] || "" });
-    if (fresh) this._layOut();
+    if (changed) this._layOut();
     this.hasNewPoints = true;
   }
 
@@ -246,8 +246,8 @@ class Plot {
     }
     const on = {
       origin: () => this.origin, shown: () => this._shown(),
-      show: (range) => this._show(range),
-      all: () => this._follow(), cursor: (chart) => this._cursor(chart),
+      show: (range) => this._showRange(range),
+      all: () => this._followNewest(), cursor: (chart) => this._cursor(chart),
       room: (width) => { this.axis = Math.max(this.axis, width); return this.axis; }, // the same for all charts, so that their time axes are aligned
     };
     for (const lines of groups) this.charts.push(timeChart(this.area, lines, this._size(groups.length), on));
@@ -269,12 +269,12 @@ class Plot {
     this._showPause();
   }
 
-  _show(range) {
+  _showRange(range) {
     this.range = range;
     this._showPause();
   }
 
-  _follow() {
+  _followNewest() {
     this.range = null;
     for (const chart of this.charts) chart.high = null;
     this._showPause();
@@ -301,13 +301,13 @@ class Plot {
   _frame() {
     this.timer = requestAnimationFrame(() => this._frame());
     if (this.now === null || (!this.hasNewPoints && this.range)) return;
-    const fresh = this.hasNewPoints; // otherwise only time has passed
+    const changed = this.hasNewPoints; // otherwise only time has passed
     this.hasNewPoints = false;
     const [begin, end] = this._shown();
     if (!this.range) this.origin = end; // zero of the time axis; it is kept while the user looks at the past
     for (const chart of this.charts) {
       if (this.xy) {
-        if (fresh || performance.now() - this.drawnAt > REDRAW_DELAY) {
+        if (changed || performance.now() - this.drawnAt > REDRAW_DELAY) {
           chart.draw(begin, end);
           this.drawnAt = performance.now();
         }

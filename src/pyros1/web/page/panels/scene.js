@@ -40,7 +40,7 @@ class Scene {
     this.place = place;
     const { fixed, topics, robots, options, hidden, view, target, background } = place.settings; // links are untrusted input
     this.background = /^#[0-9a-f]{6}$/i.test(background) ? background : ""; // from an rviz file
-    this.fixed = new FixedChoice(String(fixed || ""), () => this._fix());
+    this.fixed = new FixedChoice(String(fixed || ""), () => this._fixedFrameChanged());
     this.topics = texts(topics) || []; // keys of displayed topics
     this.robots = texts(robots) || [ROBOT_DESCRIPTION]; // parameters with URDFs
     this.options = { ...options }; // key of a display -> the chosen options
@@ -54,11 +54,11 @@ class Scene {
     this.onAbout = () => this.toolbox.updatePermissions();
     place.robot.addEventListener("about", this.onAbout);
     this.toolbox.updatePermissions();
-    this._begin();
+    this._loadLibrary();
   }
 
   // three.js is loaded only when needed: it is large.
-  async _begin() {
+  async _loadLibrary() {
     try {
       const parts = await Promise.all(LIBRARY_MODULES.map((name) => import(`../lib/scene/${name}.js`)));
       if (this.closed) return;
@@ -76,8 +76,8 @@ class Scene {
     this.onTheme = () => { this.frames.colours(); this.stage.colours(); };
     addEventListener("themechange", this.onTheme);
     const { robot } = this.place;
-    this._enter({ key: FRAMES_KEY, display: this.frames, title: "TF", kind: "TF", fixed: true });
-    this._enter({ key: GRID_KEY, display: this.stage.grid, title: "Grid", kind: "Grid", fixed: true });
+    this._addEntry({ key: FRAMES_KEY, display: this.frames, title: "TF", kind: "TF", fixed: true });
+    this._addEntry({ key: GRID_KEY, display: this.stage.grid, title: "Grid", kind: "Grid", fixed: true });
     for (const name of this.robots) this._showRobot(name);
     for (const key of this.topics) this._show(key);
     this.mouse = new this.lib.Interaction(this.stage, {
@@ -142,7 +142,7 @@ class Scene {
 
   saveSettings() {
     const { topics } = this.toolbox;
-    this.place.save({ fixed: this.fixed.frame, topics: this.topics, robots: this.robots, options: this.options, hidden: [...this.hidden], view: this.look.kept, target: this.look.target, ...(this.background ? { background: this.background } : {}), ...(Object.keys(topics).length ? { tools: topics } : {}) });
+    this.place.save({ fixed: this.fixed.frame, topics: this.topics, robots: this.robots, options: this.options, hidden: [...this.hidden], view: this.look.stored, target: this.look.target, ...(this.background ? { background: this.background } : {}), ...(Object.keys(topics).length ? { tools: topics } : {}) });
   }
 
   _system(data) {
@@ -168,9 +168,9 @@ class Scene {
   }
 
   _frames(data, blob) {
-    this.known = data;
+    this.lastFrames = data;
     this.frames.update(data, blob);
-    const others = this._offer();
+    const others = this._updateFrameChoices();
     for (const entry of this.displays.values()) {
       entry.display.place?.(this.frames);
       this.list.updateStatus(entry);
@@ -180,14 +180,14 @@ class Scene {
   }
 
   // The available frames: those of tf, and those of messages. Without tf, the first display's frame is fixed.
-  _offer() {
-    const { fixed, names, lost } = this.known;
+  _updateFrameChoices() {
+    const { fixed, names, lost } = this.lastFrames;
     const shownFrames = [...new Set([...this.displays.values()].map(({ display }) => display.frame).filter(Boolean))];
     const tf = names.length + lost.length > 0;
     this.firstFrame = tf ? "" : shownFrames[0] || "";
-    const usual = this.firstFrame ? `${this.firstFrame} (there is no tf)` : this.fixed.frame ? (tf ? "the root" : "no frames yet") : `${tf ? "the root" : "no frames yet"} (${fixed})`;
+    const defaultText = this.firstFrame ? `${this.firstFrame} (there is no tf)` : this.fixed.frame ? (tf ? "the root" : "no frames yet") : `${tf ? "the root" : "no frames yet"} (${fixed})`;
     const all = [...new Set([...names, ...lost, ...shownFrames, this.fixed.frame, this.look.target])].filter(Boolean).sort();
-    const others = this.fixed.offer(all, usual);
+    const others = this.fixed.offer(all, defaultText);
     if (others) {
       this.look.offer(all);
       if (!this.fixed.frame) this._restream();
@@ -199,7 +199,7 @@ class Scene {
     return others;
   }
 
-  _fix() {
+  _fixedFrameChanged() {
     this.stage.followed = null;
     this.world.change(this._framesArgs());
     this._restream();
@@ -226,7 +226,7 @@ class Scene {
   }
 
   fixedFrame() {
-    return this.fixed.frame || this.firstFrame || this.known?.fixed || "";
+    return this.fixed.frame || this.firstFrame || this.lastFrames?.fixed || "";
   }
 
   _add(key) {
@@ -261,7 +261,7 @@ class Scene {
   }
 
   // Add a display to the scene, with its stored options.
-  _enter(entry) {
+  _addEntry(entry) {
     const { key, display } = entry;
     this.displays.set(key, entry);
     if (display.object) this.stage.scene.add(display.object);
@@ -274,11 +274,11 @@ class Scene {
   _showRobot(name) {
     const display = new this.lib.RobotModel(this.place.robot.token, () => {
       this.look.fitRobot(true);
-      this._touched(entry);
+      this._displayChanged(entry);
     });
-    const entry = this._enter({ key: ROBOT_PREFIX + name, title: name, kind: "RobotModel", display });
+    const entry = this._addEntry({ key: ROBOT_PREFIX + name, title: name, kind: "RobotModel", display });
     entry.stream = this.place.robot.stream("param", { param: name }, {
-      data: (data) => { display.update(data); display.place(this.frames); this.world?.change(this._framesArgs()); this.look.fitRobot(true); this._touched(entry); },
+      data: (data) => { display.update(data); display.place(this.frames); this.world?.change(this._framesArgs()); this.look.fitRobot(true); this._displayChanged(entry); },
       problem: (text) => { entry.trouble = text; this.list.updateStatus(entry); },
     });
   }
@@ -286,7 +286,7 @@ class Scene {
   _show(key) {
     const { topic, kind, view } = parseKey(key, this.types);
     const { stage, frames } = this;
-    const changed = (what) => this._touched(entry, what);
+    const changed = (what) => this._displayChanged(entry, what);
     const { robot } = this.place;
     const host = { robot, token: robot.token, stage, frames, changed, pictures: () => imageTopics(this.types) };
     /** @type {Entry} */
@@ -300,7 +300,7 @@ class Scene {
     else if (kind === "Camera") entry.display = new this.lib.CameraView(this.pictures, topic, host);
     else entry.display = new this.lib.Display(COLOURS[(this.displays.size - 1) % COLOURS.length], kind, host);
     entry.display.inspect?.(this.toolbox.activeTool === "select");
-    this._enter(entry);
+    this._addEntry(entry);
     if (!kind) { // its kind is not known before the system is
       entry.display.status = this._unknown(topic);
       return;
@@ -311,18 +311,18 @@ class Scene {
         const shown = entry.display.update(data, blob);
         entry.display.place?.(this.frames);
         if (entry.display.reportFrame?.(this.stage.lag, true)) this.updateStream(entry);
-        this._touched(entry);
+        this._displayChanged(entry);
         return shown;
       },
       problem: (text) => { entry.trouble = text; this.list.updateStatus(entry); },
     });
   }
 
-  _touched(entry, what) {
+  _displayChanged(entry, what) {
     const shownFrames = `${entry.display.frame} ${entry.display.missingFrame}`;
-    if (this.known && shownFrames !== entry.shownFrames) {
+    if (this.lastFrames && shownFrames !== entry.shownFrames) {
       entry.shownFrames = shownFrames;
-      this._offer();
+      this._updateFrameChoices();
     }
     if (what === "controls") this.list.draw();
     else this.list.updateStatus(entry);

@@ -59,15 +59,15 @@ export class Action {
 
   _show(goals) {
     if (!goals.length) return;
-    const gone = new Set(this.goals.keys());
+    const unused = new Set(this.goals.keys());
     const elements = goals.map((goal) => {
-      gone.delete(goal.id);
+      unused.delete(goal.id);
       if (!this.goals.has(goal.id)) this.goals.set(goal.id, this._goal(goal));
       const shown = this.goals.get(goal.id);
       shown.update(goal);
       return shown.element;
     });
-    for (const id of gone) this.goals.delete(id);
+    for (const id of unused) this.goals.delete(id);
     if (elements.some((element, index) => this.list.children[index] !== element) || this.list.children.length !== elements.length) fill(this.list, elements);
   }
 

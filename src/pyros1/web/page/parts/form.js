@@ -25,7 +25,7 @@ export class Form {
   _fields(fields, value, depth) {
     return fields.map((field) => {
       const [name, kind] = field;
-      return this._field(field, depth, () => value[name], (given) => { value[name] = given; this.onchange(); }, name, kind);
+      return this._field(field, depth, () => value[name], (newValue) => { value[name] = newValue; this.onchange(); }, name, kind);
     });
   }
 
@@ -110,7 +110,7 @@ export class Form {
       const items = get();
       fill(count, `${items.length} item${items.length === 1 ? "" : "s"}`);
       fill(list, items.slice(0, MAX_ITEMS).map((_, index) => h("div.item", {},
-        this._field(["", base, inner, choices], depth + 1, () => get()[index], (given) => { get()[index] = given; this.onchange(); }, `[${index}]`, base),
+        this._field(["", base, inner, choices], depth + 1, () => get()[index], (newValue) => { get()[index] = newValue; this.onchange(); }, `[${index}]`, base),
         !fixed && h("button.quiet", { type: "button", title: "remove", "aria-label": `remove ${label}[${index}]`, onclick: () => { get().splice(index, 1); draw(); this.onchange(); } }, "✕"))),
       items.length > MAX_ITEMS && h("p.muted", {}, "The others are shown as YAML."),
       !fixed && h("button.add", { type: "button", onclick: () => { get().push(blank(base, inner)); draw(); this.onchange(); } }, `Add to ${label}`));

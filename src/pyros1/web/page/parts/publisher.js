@@ -37,13 +37,13 @@ export class Publisher {
     this.repeat = h("button", { "aria-pressed": "false", onclick: () => (this.stream ? this._stop() : this._start()) }, "Repeat");
     this.outcome = outcome();
     fill(this.element, this.editor.element,
-      h("div.actions", {}, h("button.primary", { onclick: () => this._once() }, "Publish"),
+      h("div.actions", {}, h("button.primary", { onclick: () => this._publishOnce() }, "Publish"),
         this.repeat, h("label.check", {}, this.rate, "Hz"),
         h("label.check", { title: "later subscribers also receive the last message" }, this.latch, "latched")),
       this.outcome.element);
   }
 
-  async _once() {
+  async _publishOnce() {
     try {
       const { subscribers } = await this.robot.call("topics.publish", await this._args());
       this.outcome.say(`${clock(Date.now() / 1000)}: sent to ${plural(subscribers, "subscriber")}`);

@@ -17,7 +17,7 @@ export class Reconfigure {
     this.pending = null; // name -> value, to be sent next
     this.sent = null; // the same, waiting for the node's response
     this.values = {};
-    this.busy = false;
+    this.isBusy = false;
     this.outcome = outcome();
     this.list = h("div.configure", {}, h("p.muted.hint", {}, "…"));
     this.element = h("div.about", {}, h("h3", {}, copyable(node)), h("span.muted", {}, "dynamic_reconfigure"), this.list, this.outcome.element);
@@ -146,15 +146,15 @@ export class Reconfigure {
       if (value === null) return;
       if (document.activeElement !== field) field.value = number(value, 6);
       if (slider && document.activeElement !== slider) slider.value = String(value);
-      else if (slider && !this.busy) slider.value = String(value);
+      else if (slider && !this.isBusy) slider.value = String(value);
     } };
   }
 
   // One request at a time; changes made meanwhile are sent with the next one.
   async _send(name, value) {
     this.pending = { ...this.pending, [name]: value };
-    if (this.busy) return;
-    this.busy = true;
+    if (this.isBusy) return;
+    this.isBusy = true;
     try {
       while (this.pending) {
         const values = this.sent = this.pending;
@@ -170,7 +170,7 @@ export class Reconfigure {
       this._show();
       this.outcome.fail(error.message);
     } finally {
-      this.busy = false;
+      this.isBusy = false;
     }
   }
 }

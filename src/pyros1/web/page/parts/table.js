@@ -178,13 +178,13 @@ export class Table {
     const top = this.element.scrollTop;
     const first = Math.max(0, Math.floor(top / ROW_HEIGHT) - EXTRA_ROWS);
     const last = Math.min(this.items.length, Math.ceil((top + this.element.clientHeight) / ROW_HEIGHT) + EXTRA_ROWS);
-    const gone = new Set(this.drawn.keys());
+    const unused = new Set(this.drawn.keys());
     for (let index = first; index < last; index += 1) {
       const item = this.items[index];
-      gone.delete(item.key);
+      unused.delete(item.key);
       this._place(item, index);
     }
-    for (const key of gone) {
+    for (const key of unused) {
       this.drawn.get(key).element.remove();
       this.drawn.delete(key);
     }

@@ -128,7 +128,7 @@ export class Tree {
       }
       values(value).forEach((inner, index) => nodes[index].update(inner));
     };
-    return { element: h("div.branch", {}, line, inside), update: (given) => { value = given; draw(); } };
+    return { element: h("div.branch", {}, line, inside), update: (newValue) => { value = newValue; draw(); } };
   }
 
   _array(label, path, type, depth) {

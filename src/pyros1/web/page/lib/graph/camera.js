@@ -49,14 +49,14 @@ export class Camera {
   }
 
   move(right, down) {
-    this._set(this.x + right / this.scale, this.y + down / this.scale, this.scale);
+    this._moveTo(this.x + right / this.scale, this.y + down / this.scale, this.scale);
   }
 
   zoom(factor, left = this.size[0] / 2, top = this.size[1] / 2) {
     const [width, height] = this.size;
     const [x, y] = this.toPlane(left, top);
     const scale = Math.min(MAX_SCALE, Math.max(MIN_SCALE, this.scale * factor));
-    this._set(x - (left - width / 2) / scale, y - (top - height / 2) / scale, scale);
+    this._moveTo(x - (left - width / 2) / scale, y - (top - height / 2) / scale, scale);
   }
 
   // Fit a part of the plane into the element, with a scale of at most `most`.
@@ -89,7 +89,7 @@ export class Camera {
     return part < 1;
   }
 
-  _set(x, y, scale) {
+  _moveTo(x, y, scale) {
     this.target = null;
     [this.x, this.y, this.scale] = [x, y, scale];
     this.on.userMoved();

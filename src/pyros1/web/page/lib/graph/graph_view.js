@@ -216,20 +216,20 @@ export class GraphView {
   // A finger pans the plane, unless it touches the chosen box: there may be little free space between boxes.
   _grab(x, y, touch) {
     const { box } = this._find(x, y) || {};
-    this.held = box && (!touch || box.id === this.chosen) ? box.id : null;
-    return Boolean(this.held);
+    this.draggedBox = box && (!touch || box.id === this.chosen) ? box.id : null;
+    return Boolean(this.draggedBox);
   }
 
   _drag(right, down) {
     this.fitted = false;
     this.canvas.style.cursor = "grabbing";
-    this.scene.move(this.held, right, down);
+    this.scene.move(this.draggedBox, right, down);
     this.draw();
   }
 
   _drop() {
     this.canvas.style.cursor = "pointer";
-    this.held = null;
+    this.draggedBox = null;
     this.on.moved?.();
   }
 

@@ -117,10 +117,10 @@ function coordinates(layers, sizes, aspect) {
 
 // Choose the number of rows whose overall shape is closest to that of the element.
 function wrapRows(columns, aspect) {
-  const whole = columns.reduce((sum, { width, room }) => sum + width + room, 0);
+  const total = columns.reduce((sum, { width, room }) => sum + width + room, 0);
   let [best, found] = [Infinity, [columns]];
   for (let count = 1; count <= MAX_ROWS; count += 1) {
-    const most = whole / count;
+    const most = total / count;
     const rows = [[]];
     let [length, longest] = [0, 0];
     for (const column of columns) {

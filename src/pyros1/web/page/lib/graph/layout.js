@@ -207,11 +207,11 @@ export function resample(line, count) {
   for (let index = 2; index < line.length; index += 2) {
     lengths.push(lengths.at(-1) + Math.hypot(line[index] - line[index - 2], line[index + 1] - line[index - 1]));
   }
-  const whole = lengths.at(-1);
+  const total = lengths.at(-1);
   const found = [];
   let at = 0;
   for (let number = 0; number < count; number += 1) {
-    const wanted = (whole * number) / (count - 1);
+    const wanted = (total * number) / (count - 1);
     while (at < lengths.length - 2 && lengths[at + 1] < wanted) at += 1;
     const part = lengths[at + 1] > lengths[at] ? (wanted - lengths[at]) / (lengths[at + 1] - lengths[at]) : 0;
     for (const axis of [0, 1]) {
@@ -250,20 +250,20 @@ function withFrames(found, { boxes, groups, edges }) {
     frames[name] = [left - PADDING, top - PADDING - TITLE_HEIGHT, right + PADDING, bottom + PADDING];
     if (parent) frames[parent] = grow(frames[parent] || none, ...frames[name]);
   }
-  let whole = none;
+  let total = none;
   for (const { id, width, height } of boxes) {
     const [x, y] = found.boxes[id];
-    whole = grow(whole, x - width / 2, y - height / 2, x + width / 2, y + height / 2);
+    total = grow(total, x - width / 2, y - height / 2, x + width / 2, y + height / 2);
   }
-  for (const frame of Object.values(frames)) whole = grow(whole, ...frame);
+  for (const frame of Object.values(frames)) total = grow(total, ...frame);
   for (const { id, width, height } of edges) {
     const { points, label: [x, y] } = found.edges[id];
-    for (let index = 0; index < points.length; index += 2) whole = grow(whole, points[index], points[index + 1], points[index], points[index + 1]);
-    if (width) whole = grow(whole, x - width / 2, y - height / 2, x + width / 2, y + height / 2);
+    for (let index = 0; index < points.length; index += 2) total = grow(total, points[index], points[index + 1], points[index], points[index + 1]);
+    if (width) total = grow(total, x - width / 2, y - height / 2, x + width / 2, y + height / 2);
   }
-  const [dx, dy] = [-whole[0], -whole[1]];
+  const [dx, dy] = [-total[0], -total[1]];
   return {
-    width: whole[2] - whole[0], height: whole[3] - whole[1],
+    width: total[2] - total[0], height: total[3] - total[1],
     boxes: Object.fromEntries(Object.entries(found.boxes).map(([id, [x, y]]) => [id, [x + dx, y + dy]])),
     edges: Object.fromEntries(Object.entries(found.edges).map(([id, edge]) => [id, moveEdge(edge, dx, dy)])),
     frames: Object.fromEntries(Object.entries(frames).map(([name, [a, b, c, d]]) => [name, [(a + c) / 2 + dx, (b + d) / 2 + dy, c - a, d - b]])),
@@ -276,19 +276,19 @@ function packParts(parts, aspect) {
   const widest = Math.max(0, ...parts.map(({ width }) => width));
   const room = Math.max(widest, Math.sqrt(area * aspect) * 1.05);
   const order = parts.map((part, index) => [part, index]).sort(([one, a], [other, b]) => other.height * other.width - one.height * one.width || a - b);
-  const whole = { boxes: {}, edges: {}, frames: {}, width: 0, height: 0 };
+  const total = { boxes: {}, edges: {}, frames: {}, width: 0, height: 0 };
   let [left, top, tall] = [0, 0, 0];
   for (const [part] of order) {
     if (left && left + part.width > room) [left, top, tall] = [0, top + tall + GAP, 0];
-    for (const [id, [x, y]] of Object.entries(part.boxes)) whole.boxes[id] = [x + left, y + top];
-    for (const [id, edge] of Object.entries(part.edges)) whole.edges[id] = moveEdge(edge, left, top);
-    for (const [name, [x, y, width, height]] of Object.entries(part.frames)) whole.frames[name] = [x + left, y + top, width, height];
+    for (const [id, [x, y]] of Object.entries(part.boxes)) total.boxes[id] = [x + left, y + top];
+    for (const [id, edge] of Object.entries(part.edges)) total.edges[id] = moveEdge(edge, left, top);
+    for (const [name, [x, y, width, height]] of Object.entries(part.frames)) total.frames[name] = [x + left, y + top, width, height];
     left += part.width + GAP;
     tall = Math.max(tall, part.height);
-    whole.width = Math.max(whole.width, left - GAP);
-    whole.height = Math.max(whole.height, top + tall);
+    total.width = Math.max(total.width, left - GAP);
+    total.height = Math.max(total.height, top + tall);
   }
-  return whole;
+  return total;
 }
 
 function ancestors(name) {

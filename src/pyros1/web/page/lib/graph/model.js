@@ -51,9 +51,9 @@ export function build(system, choice) {
   if (choice.mode === "nodes") {
     edges = links.map((link) => [`n:${link.publisher}`, `n:${link.subscriber}`, link]);
   } else {
-    const shown = choice.mode === "active" ? new Set(links.map((link) => link.topic)) : new Set(topics.keys());
-    for (const [name, topic] of topics) if (shown.has(name)) boxes.push(makeBox("topic", name, { type: topic.type }));
-    edges = topicEdges(topics, shown, links);
+    const topicNames = choice.mode === "active" ? new Set(links.map((link) => link.topic)) : new Set(topics.keys());
+    for (const [name, topic] of topics) if (topicNames.has(name)) boxes.push(makeBox("topic", name, { type: topic.type }));
+    edges = topicEdges(topics, topicNames, links);
   }
   const count = all.length + (choice.mode === "nodes" ? 0 : Object.keys(system.topics).length);
   return { ...limitBoxes(groupBoxes({ boxes, edges: mergeLinks(edges) }, choice)), all: count, unheard: choice.mode === "nodes" ? 0 : countUnheard(system, choice, topics, nodes, listeners) };
@@ -119,16 +119,16 @@ function linksOf(system, topics, nodes, listeners) {
     || compare(one.subscriber, other.subscriber));
 }
 
-function topicEdges(topics, shown, links) {
+function topicEdges(topics, topicNames, links) {
   const edges = [];
   for (const [name, { publishers, subscribers }] of topics) {
-    if (!shown.has(name)) continue;
+    if (!topicNames.has(name)) continue;
     const nothing = { topic: name, state: "ok", hz: null, bytes: null };
     for (const publisher of publishers) edges.push([`n:${publisher}`, `t:${name}`, { ...nothing, publisher, subscriber: "" }]);
     for (const subscriber of subscribers) edges.push([`t:${name}`, `n:${subscriber}`, { ...nothing, publisher: "", subscriber }]);
   }
   for (const link of links) {
-    if (!shown.has(link.topic)) continue;
+    if (!topicNames.has(link.topic)) continue;
     edges.push([`n:${link.publisher}`, `t:${link.topic}`, link], [`t:${link.topic}`, `n:${link.subscriber}`, link]);
   }
   return edges;
@@ -154,9 +154,9 @@ function makeBox(kind, name, more) {
 }
 
 // Put boxes into their namespaces up to a depth; a folded namespace becomes one box.
-function groupBoxes({ boxes, edges }, { depth: wanted, toggled }) {
-  const automatic = wanted < 0 && boxes.length > MANY_BOXES;
-  const depth = wanted < 0 ? Number(automatic) : wanted;
+function groupBoxes({ boxes, edges }, { depth: query, toggled }) {
+  const automatic = query < 0 && boxes.length > MANY_BOXES;
+  const depth = query < 0 ? Number(automatic) : query;
   if (!depth) return { boxes, edges, groups: [] };
   const groups = new Map();
   for (const each of boxes) each.group = namespace(each.name, depth);
@@ -269,9 +269,9 @@ export function around(model, id) {
 
 // Return the ids of the boxes that match a search, or that contain a match; null for an empty search.
 export function matching(model, text) {
-  const wanted = text.trim().toLowerCase();
-  if (!wanted) return null;
-  const fits = ({ name, type, inside }) => name.toLowerCase().includes(wanted) || type?.toLowerCase() === wanted || inside?.some(fits);
+  const query = text.trim().toLowerCase();
+  if (!query) return null;
+  const fits = ({ name, type, inside }) => name.toLowerCase().includes(query) || type?.toLowerCase() === query || inside?.some(fits);
   return new Set(model.boxes.filter(fits).map(({ id }) => id));
 }
 

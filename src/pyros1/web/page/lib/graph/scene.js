@@ -69,11 +69,11 @@ export class Scene {
   arrange(model, what, found, chosen, now) {
     const sizes = new Map(what.boxes.map((box) => [box.id, box]));
     const still = found.boxes[chosen] && this.items.has(chosen) ? [[chosen, found.boxes[chosen]]] : Object.entries(found.boxes);
-    const kept = still.filter(([id]) => this.items.has(id)).map(([id, at]) => {
+    const staying = still.filter(([id]) => this.items.has(id)).map(([id, at]) => {
       const old = this.items.get(id).home;
       return [old[0] - at[0], old[1] - at[1]];
     });
-    const [dx, dy] = kept.length ? [middle(kept.map(([x]) => x)), middle(kept.map(([, y]) => y))] : [0, 0];
+    const [dx, dy] = staying.length ? [middle(staying.map(([x]) => x)), middle(staying.map(([, y]) => y))] : [0, 0];
     const shift = (list) => list.map((value, index) => value + (index % 2 ? dy : dx));
     const first = !this.items.size;
     const follow = (old, home) => ({ home, to: home, from: old?.at, at: old?.at, fresh: !old && !first });
@@ -258,8 +258,8 @@ export class Scene {
     }
     for (const { style, lines } of strokes.values()) pen.lines(lines, style);
     const boxes = [...this.items.values()].filter(({ at, width, height }) => !outside(...at, width, height));
-    const taken = boxes.map(({ at: [x, y], width, height }) => [x, y, width, height]);
-    if (labels.length <= MAX_LABELS) for (const line of labels) drawLabel(pen, look, line, taken);
+    const occupied = boxes.map(({ at: [x, y], width, height }) => [x, y, width, height]);
+    if (labels.length <= MAX_LABELS) for (const line of labels) drawLabel(pen, look, line, occupied);
     for (const item of boxes) drawBox(pen, look, item, text(13));
     for (const frame of this.frames.values()) drawTitle(pen, look, frame);
   }
@@ -297,7 +297,7 @@ function styleOf(look, { edge, alpha }) {
 }
 
 // Leave out labels that would cover a box or another label, and those of dimmed edges.
-function drawLabel(pen, look, { edge, at, alpha }, taken) {
+function drawLabel(pen, look, { edge, at, alpha }, occupied) {
   const { colours, highlighted } = look;
   if (highlighted && !highlighted.edges.has(edge.id)) return;
   const broken = new Set(edge.links.filter((link) => link.state === "broken").map(({ topic }) => shortened(topic)));
@@ -307,8 +307,8 @@ function drawLabel(pen, look, { edge, at, alpha }, taken) {
   if (!rows.length) return;
   const widest = Math.max(...rows.map(([text]) => text.length)) * CHARACTER_WIDTH + 8;
   const height = rows.length * LINE_HEIGHT + 2;
-  if (taken.some(([left, top, wide, high]) => Math.abs(left - x) * 2 < wide + widest - 4 && Math.abs(top - y) * 2 < high + height - 4)) return;
-  taken.push([x, y, widest, height]);
+  if (occupied.some(([left, top, wide, high]) => Math.abs(left - x) * 2 < wide + widest - 4 && Math.abs(top - y) * 2 < high + height - 4)) return;
+  occupied.push([x, y, widest, height]);
   pen.box(x, y, widest, height, { radius: 3, fill: colours.surface, alpha });
   rows.forEach(([text, fill], index) => {
     pen.text(x, y + (index - (rows.length - 1) / 2) * LINE_HEIGHT, text, { size: 11, fill, alpha });

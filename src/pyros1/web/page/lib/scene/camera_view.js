@@ -73,8 +73,8 @@ export class CameraView {
     this.changed();
   }
 
-  show(shown) {
-    this.figure.hidden = !shown;
+  show(visible) {
+    this.figure.hidden = !visible;
   }
 
   close() {

@@ -92,12 +92,12 @@ export class Display {
     this.missingFrame = data.pose ? "" : this.frame;
     if (!data.pose) {
       this.problem = noTransformMessage(data.frame);
-      this.lost = true;
+      this.hasNoPose = true;
       this.object.visible = false;
       return;
     }
     this.problem = data.odd || "";
-    this.lost = false;
+    this.hasNoPose = false;
     this.object.visible = !this.hidden;
     if (!this._keepsOld) setPose(this.object, data.pose);
     this._draw(data, blob);
@@ -116,9 +116,9 @@ export class Display {
     return Boolean(count) && !this.hidden && this.budget.reportFrame(lag, { count, all: every === 1, fresh });
   }
 
-  show(shown) {
-    this.hidden = !shown;
-    this.object.visible = shown && !this.lost;
+  show(visible) {
+    this.hidden = !visible;
+    this.object.visible = visible && !this.hasNoPose;
   }
 
   close() {

@@ -17,11 +17,11 @@ export class FixedChoice {
   }
 
   // names: known frames; usual: describes the default fixed frame. Returns whether anything has changed.
-  offer(names, usual) {
-    const key = JSON.stringify([names, usual, this.frame]);
+  offer(names, defaultText) {
+    const key = JSON.stringify([names, defaultText, this.frame]);
     if (key === this.key) return false;
     this.key = key;
-    fill(this.list, h("option", { value: "" }, usual), names.map((name) => h("option", { value: name, selected: name === this.frame }, name)),
+    fill(this.list, h("option", { value: "" }, defaultText), names.map((name) => h("option", { value: name, selected: name === this.frame }, name)),
       h("option", { value: OTHER }, "another …"));
     return true;
   }

@@ -33,7 +33,7 @@ export class FrameSet {
   // Apply data of the view scene_frames.
   update({ fixed, names, parents, lost = [], trees = [] }, blob) {
     this.fixed = fixed;
-    this.lost = new Set(lost);
+    this.unconnected = new Set(lost);
     this.trees = trees;
     const poses = new Float64Array(blob.buffer, blob.offset);
     const places = this.poses = new Map(names.map((name, index) => [name, poses.subarray(7 * index, 7 * index + 7)]));
@@ -62,10 +62,10 @@ export class FrameSet {
 
   // Explain why frames are not connected to the fixed one; empty if there are none.
   get disconnected() {
-    if (!this.lost?.size) return "";
+    if (!this.unconnected?.size) return "";
     const each = this.trees.map(([root, count]) => `${root} (${count} frame${count === 1 ? "" : "s"})`).join(", ");
     const one = this.trees.length === 1;
-    const no = this.poses.size ? `${this.lost.size} frames are not connected to ${this.fixed}` : `no frame is connected to ${this.fixed}`;
+    const no = this.poses.size ? `${this.unconnected.size} frames are not connected to ${this.fixed}` : `no frame is connected to ${this.fixed}`;
     return each ? `${no}; there ${one ? "is the tree" : "are the trees"} ${each}: choose ${one ? "its root" : "one of these roots"} as fixed frame` : no;
   }
 
@@ -95,7 +95,7 @@ export class FrameSet {
   // Called before each frame; camera, size and pixel(place) of the stage are used.
   faceCamera(stage) {
     const [width, height] = stage.size;
-    const seen = [];
+    const visibleNames = [];
     for (const axes of this.axes.values()) {
       if (!axes.visible) continue;
       const name = axes.children[1];
@@ -105,15 +105,15 @@ export class FrameSet {
       name.position.z = 0.75 * NAME_HEIGHT * size;
       const { x, y, z } = axes.localToWorld(name.position.clone()).project(stage.camera);
       const [wide, high] = [name.scale.x / pixel, name.scale.y / pixel];
-      seen.push({ name, z, left: (x + 1) * width / 2 - wide / 2, top: (1 - y) * height / 2 - high / 2, wide, high });
+      visibleNames.push({ name, z, left: (x + 1) * width / 2 - wide / 2, top: (1 - y) * height / 2 - high / 2, wide, high });
     }
-    seen.sort((one, other) => one.z - other.z);
-    const free = visibleLabels(seen);
-    seen.forEach(({ name }, index) => { name.visible = this.options.names && free[index]; });
+    visibleNames.sort((one, other) => one.z - other.z);
+    const free = visibleLabels(visibleNames);
+    visibleNames.forEach(({ name }, index) => { name.visible = this.options.names && free[index]; });
   }
 
-  show(shown) {
-    this.object.visible = shown;
+  show(visible) {
+    this.object.visible = visible;
   }
 
   close() {

@@ -37,8 +37,8 @@ export class Grid {
     this._draw();
   }
 
-  show(shown) {
-    this.object.visible = shown;
+  show(visible) {
+    this.object.visible = visible;
   }
 
   close() {

@@ -187,17 +187,17 @@ export class Interaction {
         ? [h("span.muted", {}, entry.title), h("ul", {}, inner)]
         : h("button.quiet", { role: "menuitem", onclick: choose }, entry.title));
     });
-    this.list = fill(h("div.scene-menu", { role: "menu", onkeydown: (key) => { if (key.key === "Escape") this._closeMenu(); } }), h("ul", {}, branch(0, 0)));
-    this.place.append(this.list);
+    this.menu = fill(h("div.scene-menu", { role: "menu", onkeydown: (key) => { if (key.key === "Escape") this._closeMenu(); } }), h("ul", {}, branch(0, 0)));
+    this.place.append(this.menu);
     const box = this.place.getBoundingClientRect();
-    this.list.style.left = `${Math.max(0, Math.min(event.clientX - box.left, box.width - this.list.offsetWidth - 4))}px`;
-    this.list.style.top = `${Math.max(0, Math.min(event.clientY - box.top, box.height - this.list.offsetHeight - 4))}px`;
-    this.list.querySelector("button")?.focus();
+    this.menu.style.left = `${Math.max(0, Math.min(event.clientX - box.left, box.width - this.menu.offsetWidth - 4))}px`;
+    this.menu.style.top = `${Math.max(0, Math.min(event.clientY - box.top, box.height - this.menu.offsetHeight - 4))}px`;
+    this.menu.querySelector("button")?.focus();
   }
 
   _closeMenu() {
-    this.list?.remove();
-    this.list = null;
+    this.menu?.remove();
+    this.menu = null;
   }
 }
 

@@ -45,14 +45,14 @@ export class InteractiveSet {
     for (const { title } of this.known.values()) if (title) title.visible = this.options.names;
   }
 
-  show(shown) {
-    this.object.visible = shown;
+  show(visible) {
+    this.object.visible = visible;
   }
 
   // Markers with stamp 0 move with their frame; others stay where they were when they were received.
   place(frames) {
     this.frames = frames;
-    this.lost = "";
+    this.unknownFrame = "";
     for (const marker of this.known.values()) {
       if (marker.placed && !marker.facts.locked) continue;
       const pose = frames?.pose(marker.facts.frame);
@@ -60,7 +60,7 @@ export class InteractiveSet {
       if (pose) {
         setPose(marker.outer, pose);
         marker.placed = true;
-      } else this.lost ||= marker.facts.frame;
+      } else this.unknownFrame ||= marker.facts.frame;
     }
     this._updateStatus();
   }
@@ -97,10 +97,10 @@ export class InteractiveSet {
   _addMarker(facts) {
     const key = `${facts.server}\n${facts.name}`;
     const before = this.known.get(key);
-    const held = before?.onReplaced;
-    const pose = held ? [...before.inner.position.toArray(), ...before.inner.quaternion.toArray()] : facts.pose;
+    const onReplaced = before?.onReplaced;
+    const pose = onReplaced ? [...before.inner.position.toArray(), ...before.inner.quaternion.toArray()] : facts.pose;
     this._remove(key);
-    const marker = { set: this, facts, outer: new THREE.Group(), inner: new THREE.Group(), controls: [], onReplaced: held, hasPendingUpdate: held };
+    const marker = { set: this, facts, outer: new THREE.Group(), inner: new THREE.Group(), controls: [], onReplaced, hasPendingUpdate: onReplaced };
     marker.outer.add(marker.inner);
     setPose(marker.inner, pose);
     for (const control of facts.controls) marker.controls.push(this._control(marker, control));
@@ -112,7 +112,7 @@ export class InteractiveSet {
     }
     this.object.add(marker.outer);
     this.known.set(key, marker);
-    if (held) held(marker);
+    if (onReplaced) onReplaced(marker);
   }
 
   _control(marker, facts) {
@@ -138,7 +138,7 @@ export class InteractiveSet {
   _updateStatus() {
     const count = this.known.size;
     this.status = count ? `${count} interactive marker${count === 1 ? "" : "s"}` : "no markers yet";
-    this.problem = this.lost ? `no transform to the frame ${this.lost}` : [...this.faults][0] || "";
+    this.problem = this.unknownFrame ? `no transform to the frame ${this.unknownFrame}` : [...this.faults][0] || "";
   }
 }
 

@@ -3,11 +3,11 @@
 // boxes: {left, top, wide, high} in pixels, in order of importance. Returns for each whether it overlaps no visible one
 // before it.
 export function visibleLabels(boxes) {
-  const kept = [];
+  const visible = [];
   return boxes.map((box) => {
-    const covered = kept.some((other) => box.left < other.left + other.wide && other.left < box.left + box.wide
+    const covered = visible.some((other) => box.left < other.left + other.wide && other.left < box.left + box.wide
       && box.top < other.top + other.high && other.top < box.top + box.high);
-    if (!covered) kept.push(box);
+    if (!covered) visible.push(box);
     return !covered;
   });
 }

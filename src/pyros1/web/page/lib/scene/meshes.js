@@ -101,12 +101,12 @@ function texturesOf(manager, uri, token) {
 
 // Resolve a URI relative to another one: "package://arm/meshes/a.dae", "../textures/b.png" -> "package://arm/textures/b.png".
 export function resolveUri(uri, name) {
-  const given = name.replaceAll("\\", "/");
-  const whole = given.match(/(?:package|file):\/\/.*$/);
-  if (whole) return whole[0];
+  const reference = name.replaceAll("\\", "/");
+  const absolute = reference.match(/(?:package|file):\/\/.*$/);
+  if (absolute) return absolute[0];
   const [, start, path] = uri.match(/^(\w+:\/\/[^/]*\/)(.*)$/) || ["", "", uri];
   const parts = path.split("/").slice(0, -1);
-  for (const part of given.replace(/^file:\/*/, "").split("/")) {
+  for (const part of reference.replace(/^file:\/*/, "").split("/")) {
     if (part === "..") parts.pop();
     else if (part && part !== ".") parts.push(part);
   }

@@ -6,13 +6,13 @@ const MIN_LENGTH = 0.03; // rviz recomputes shorter ones, too
 // places, normals: three numbers per corner; normals may be null. index: the corners of the triangles, three by three;
 // null if they are in order. An unusable normal is replaced by that of the corner's triangles, averaged by area.
 export function repairNormals(places, normals, index = null) {
-  const given = normals?.length === places.length ? normals : null;
+  const usable = normals?.length === places.length ? normals : null;
   const found = new Float32Array(places.length);
   const missing = new Uint8Array(places.length / 3);
-  let same = Boolean(given);
-  if (!given) missing.fill(1);
+  let same = Boolean(usable);
+  if (!usable) missing.fill(1);
   else for (let corner = 0; corner < missing.length; corner += 1) {
-    const length = normaliseInto(given, found, 3 * corner, MIN_LENGTH);
+    const length = normaliseInto(usable, found, 3 * corner, MIN_LENGTH);
     if (!length) missing[corner] = 1;
     same &&= Math.abs(length - 1) < 0.01;
   }

@@ -26,8 +26,8 @@ export class Overlay {
     this.changed();
   }
 
-  show(shown) {
-    this.figure.hidden = !shown;
+  show(visible) {
+    this.figure.hidden = !visible;
   }
 
   close() {

@@ -26,16 +26,16 @@ export function pointsIn(positions, count, matrix, /** @type {number[]} */ [left
 
 // Return whether an object with these corners ([x, y, z]) overlaps a part of the screen.
 export function overlaps(corners, [a, b, , d, e, f, , h, i, j, , l, m, n, , p], /** @type {number[]} */ [left, low, right, high]) {
-  const seen = [Infinity, Infinity, -Infinity, -Infinity];
+  const screenBox = [Infinity, Infinity, -Infinity, -Infinity];
   for (const [x, y, z] of corners) {
     const far = d * x + h * y + l * z + p;
     if (!(far > 0)) continue;
     const across = (a * x + e * y + i * z + m) / far;
     const up = (b * x + f * y + j * z + n) / far;
-    seen[0] = Math.min(seen[0], across);
-    seen[1] = Math.min(seen[1], up);
-    seen[2] = Math.max(seen[2], across);
-    seen[3] = Math.max(seen[3], up);
+    screenBox[0] = Math.min(screenBox[0], across);
+    screenBox[1] = Math.min(screenBox[1], up);
+    screenBox[2] = Math.max(screenBox[2], across);
+    screenBox[3] = Math.max(screenBox[3], up);
   }
-  return seen[0] <= right && seen[2] >= left && seen[1] <= high && seen[3] >= low;
+  return screenBox[0] <= right && screenBox[2] >= left && screenBox[1] <= high && screenBox[3] >= low;
 }

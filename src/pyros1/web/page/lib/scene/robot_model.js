@@ -70,12 +70,12 @@ export class RobotModel {
   // Move each link to its frame. One without a frame is placed as if its joint were at 0.
   place(frames) {
     this.frames = frames;
-    const lost = [];
+    const missing = [];
     for (const [name, { group, joint }] of this.links) { // parents come first
       const pose = frames?.pose(this._frame(name));
       if (pose) setPose(group, pose);
       else {
-        lost.push(name);
+        missing.push(name);
         const parent = joint && this.links.get(joint.parent)?.group;
         group.position.set(0, 0, 0);
         group.quaternion.identity();
@@ -86,11 +86,11 @@ export class RobotModel {
         }
       }
     }
-    this._updateStatus(lost);
+    this._updateStatus(missing);
   }
 
-  show(shown) {
-    this.object.visible = shown;
+  show(visible) {
+    this.object.visible = visible;
   }
 
   // Return what can be selected; see select_tool.js.
@@ -222,17 +222,17 @@ export class RobotModel {
   }
 
   // Return whether tf has the missing links in another tree.
-  _isInOtherTree(lost) {
-    return lost.some((name) => this.frames?.lost?.has(this._frame(name)));
+  _isInOtherTree(missing) {
+    return missing.some((name) => this.frames?.unconnected?.has(this._frame(name)));
   }
 
-  _updateStatus(lost) {
+  _updateStatus(missing) {
     const faults = [...new Set(this.faults)];
     if (this.why) this.problem = this.why;
     else if (faults.length) this.problem = listSome(faults, "; ");
-    else if (lost.length && this._isInOtherTree(lost)) this.problem = `no transform from ${this.frames.fixed} to ${listSome(lost, ", ")}, drawn with joints at 0: ${this.frames.disconnected}`;
-    else if (lost.length && lost.length === this.links.size) this.problem = "no tf of its links: all joints are drawn at 0. To publish it: pyros1 run robot_state_publisher robot_state_publisher";
-    else if (lost.length) this.problem = `no tf of ${listSome(lost, ", ")}: drawn with the joint at 0`;
+    else if (missing.length && this._isInOtherTree(missing)) this.problem = `no transform from ${this.frames.fixed} to ${listSome(missing, ", ")}, drawn with joints at 0: ${this.frames.disconnected}`;
+    else if (missing.length && missing.length === this.links.size) this.problem = "no tf of its links: all joints are drawn at 0. To publish it: pyros1 run robot_state_publisher robot_state_publisher";
+    else if (missing.length) this.problem = `no tf of ${listSome(missing, ", ")}: drawn with the joint at 0`;
     else this.problem = "";
     const count = this.links.size;
     this.status = this.noRobotReason || `${this.robot?.name || "robot"}: ${count} link${count === 1 ? "" : "s"}${this.loading ? ` (${this.loading} shapes are loading)` : ""}`;

@@ -19,7 +19,7 @@ export class SelectTool {
     this.stage = stage;
     this.place = place;
     this.entries = entries;
-    this.chosen = []; // {entry, part, place, indices, total}
+    this.selected = []; // {entry, part, place, indices, total}
     this.marks = new THREE.Group();
     stage.scene.add(this.marks);
     this.panel = h("div.selection", { role: "region", "aria-label": "selection" });
@@ -64,7 +64,7 @@ export class SelectTool {
     this.from = null;
     this.frame.hidden = true;
     const found = Math.max(Math.abs(offsetX - x), Math.abs(offsetY - y)) > HIT_DISTANCE ? this._objectsIn(x, y, offsetX, offsetY) : this._objectAt(x, y);
-    this.chosen = [...(shiftKey ? this.chosen : []), ...found].slice(0, MAX_SELECTED);
+    this.selected = [...(shiftKey ? this.selected : []), ...found].slice(0, MAX_SELECTED);
     this._mark();
     this._showDetails();
   }
@@ -135,7 +135,7 @@ export class SelectTool {
   _mark() {
     dispose(this.marks);
     this.marks.clear();
-    for (const { part: { object, points }, indices } of this.chosen) {
+    for (const { part: { object, points }, indices } of this.selected) {
       if (!points) {
         const mark = new THREE.BoxHelper(object, COLOUR);
         mark.userData.of = object;
@@ -159,8 +159,8 @@ export class SelectTool {
   }
 
   _showDetails() {
-    fill(this.panel, this.chosen.length
-      ? this.chosen.map((each) => this._about(each))
+    fill(this.panel, this.selected.length
+      ? this.selected.map((each) => this._about(each))
       : h("p.muted", {}, "Click something, or drag a box around it. Hold Shift to add to the selection."));
   }
 

@@ -34,8 +34,8 @@ export function readUrdf(text) {
         }
       }
     }
-    const [usual] = link.visuals.map((each) => each.material).filter(Boolean);
-    if (usual) for (const each of link.visuals) each.material ||= usual; // like rviz: a link has one material
+    const [defaults] = link.visuals.map((each) => each.material).filter(Boolean);
+    if (defaults) for (const each of link.visuals) each.material ||= defaults; // like rviz: a link has one material
     links.set(name, link);
   }
   const joints = children(robot, "joint").map(joint).filter(({ parent, child }) => links.has(parent) && links.has(child));
@@ -52,11 +52,11 @@ function child(element, tag) {
 }
 
 // Parse the numbers of an attribute; invalid ones are an error, a missing attribute gives the default.
-function numbers(element, attribute, usual) {
+function numbers(element, attribute, defaults) {
   const text = element?.getAttribute(attribute);
-  if (text === null || text === undefined) return usual;
+  if (text === null || text === undefined) return defaults;
   const found = text.trim().split(/\s+/).map(Number);
-  if (found.length !== usual.length || !found.every((value) => Math.abs(value) < MAX_NUMBER)) throw new Error(`${attribute}="${text.slice(0, 60)}" is not ${usual.length === 1 ? "a number" : `${usual.length} numbers`}`);
+  if (found.length !== defaults.length || !found.every((value) => Math.abs(value) < MAX_NUMBER)) throw new Error(`${attribute}="${text.slice(0, 60)}" is not ${defaults.length === 1 ? "a number" : `${defaults.length} numbers`}`);
   return found;
 }
 
@@ -101,8 +101,8 @@ function scale(element) {
 function material(element) {
   let color = null;
   try {
-    const given = child(element, "color");
-    if (given) color = numbers(given, "rgba", [1, 1, 1, 1]).map((value) => Math.min(1, Math.max(0, value)));
+    const colour = child(element, "color");
+    if (colour) color = numbers(colour, "rgba", [1, 1, 1, 1]).map((value) => Math.min(1, Math.max(0, value)));
   } catch {
     // the default colour
   }

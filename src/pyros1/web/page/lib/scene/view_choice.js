@@ -9,7 +9,7 @@ const AXES = ["x", "-x", "y", "-y", "z", "-z"];
 export class ViewChoice {
   // kept: {view, target}, perhaps from a link. host: {changed(): store it, robot() -> the object to fit into the view, if any}.
   constructor({ view, target }, host) {
-    this.kept = view && typeof view === "object" ? view : null;
+    this.stored = view && typeof view === "object" ? view : null;
     this.target = String(target || ""); // the followed frame
     this.host = host;
     this.frames = h("select.mono", { "aria-label": "followed frame", title: "the frame that the view follows", onchange: (event) => this._goWith(event.target.value) });
@@ -23,7 +23,7 @@ export class ViewChoice {
   begin(stage, poses) {
     this.stage = stage;
     this.poses = poses;
-    if (this.kept) stage.place = this.kept;
+    if (this.stored) stage.place = this.stored;
     stage.onMove = () => this._moved();
     this._show();
   }
@@ -42,7 +42,7 @@ export class ViewChoice {
 
   // Keep a robot without other displays in view, until the user moves the view. again: its look has changed.
   fitRobot(again) {
-    if (this.kept?.position || this.stage.isInFrame) return;
+    if (this.stored?.position || this.stage.isInFrame) return;
     const robot = this.host.robot();
     if (robot && (again || (!this.target && !this.stage.shows(robot)))) this.stage.fit(robot);
   }
@@ -70,7 +70,7 @@ export class ViewChoice {
   _begun(target, eye = null, name = this.stage.name) {
     this.stage.view(name, target, eye);
     this.stage.followed = null;
-    this.kept = { name };
+    this.stored = { name };
     this.fitRobot(true);
     this.follow();
     this._show();
@@ -94,7 +94,7 @@ export class ViewChoice {
 
   // The user has moved the view.
   _moved() {
-    this.kept = this.stage.place;
+    this.stored = this.stage.place;
     this._show();
     this.host.changed();
   }

@@ -124,16 +124,16 @@ export class Chart {
       if (!found.has(id)) found.set(id, new Map());
       found.get(id).set(part, points);
     }
-    let fresh = false;
+    let changed = false;
     for (const curve of this.curves) {
       curve.problem = data.problems[curve.id] || "";
       const lines = found.get(curve.id) || new Map();
       if (!whole && curve.whole) continue; // complete old data is better than incomplete new data
-      fresh = fresh || [...lines.keys()].join() !== [...curve.lines.keys()].join();
+      changed = changed || [...lines.keys()].join() !== [...curve.lines.keys()].join();
       curve.lines = lines;
       curve.whole = whole;
     }
-    if (fresh || !this.plot) this._layOut();
+    if (changed || !this.plot) this._layOut();
     else {
       this.lines = this._lines();
       this._draw();

@@ -13,7 +13,7 @@ export class Inspector {
     this.on = on;
     this.element = h("div.inspected");
     this.sections = new Map();
-    this._hint();
+    this._drawHint();
   }
 
   close() {
@@ -29,14 +29,14 @@ export class Inspector {
     this.facts = facts;
     this.args = { path, time: 0, topics: [] };
     this.stream = this.robot.stream("bag_cursor", this.args, {
-      opened: () => this.args && Object.assign(this.args, this._now()),
+      opened: () => this.args && Object.assign(this.args, this._streamArgs()),
       data: (data) => this._receive(data),
       problem: (text) => this.on.problem(text),
     });
-    this._hint();
+    this._drawHint();
   }
 
-  _now() {
+  _streamArgs() {
     return { path: this.path, time: this.time || 0, topics: [...this.sections.keys()] };
   }
 
@@ -48,7 +48,7 @@ export class Inspector {
       this.sections.delete(name);
     }
     for (const name of wanted) if (!this.sections.has(name)) this.sections.set(name, this._section(name));
-    if (!this.sections.size) this._hint();
+    if (!this.sections.size) this._drawHint();
     else fill(this.element, [...this.sections.values()].map((section) => section.element), selected.size > MAX_TOPICS && h("p.muted.hint", {}, `${selected.size - MAX_TOPICS} more topics are selected; the first ${MAX_TOPICS} are shown.`));
     this.seek(this.time || 0);
   }
@@ -56,12 +56,12 @@ export class Inspector {
   seek(time) {
     this.time = time;
     if (!this.stream) return;
-    this.args = this._now();
+    this.args = this._streamArgs();
     this.stream.change(this.args);
     for (const section of this.sections.values()) section.picture?.(time);
   }
 
-  _hint() {
+  _drawHint() {
     fill(this.element, empty("Messages", "Click a topic to see its messages at the cursor.", "Click a number in a message to plot it over the bag's time."));
   }
 

@@ -32,7 +32,7 @@ export class Player {
     this.button = h("button.play", { title: "play or pause (space)", "aria-label": "play", onclick: () => this.toggle() }, "▶");
     const rates = h("select", { "aria-label": "rate", title: "speed", onchange: (event) => { this.rate = Number(event.target.value); this._changed(); } },
       RATES.map((rate) => h("option", { value: rate, selected: rate === 1 }, `${rate}×`)));
-    const mode = h("select.mode", { "aria-label": "mode", title: "whether to publish the messages to the robot while playing", onchange: (event) => this._mode(event.target.value) },
+    const mode = h("select.mode", { "aria-label": "mode", title: "whether to publish the messages to the robot while playing", onchange: (event) => this._setMode(event.target.value) },
       h("option", { value: "look" }, "view only"), h("option", { value: "publish" }, "publish all"), h("option", { value: "some" }, "publish selected"));
     this.mode = mode;
     this.clockButton = toggle("/clock", "publish the time of the bag on /clock", "clock");
@@ -95,7 +95,7 @@ export class Player {
     if (this.stream && this.onlySelected) this._changed();
   }
 
-  _mode(mode) {
+  _setMode(mode) {
     this.publish = mode !== "look";
     this.onlySelected = mode === "some";
     this.clockButton.hidden = !this.publish || this.hasClock;
@@ -108,7 +108,7 @@ export class Player {
   }
 
   _play() {
-    if (this.time >= this.facts.length - 1e-9) this._at(0);
+    if (this.time >= this.facts.length - 1e-9) this._showTime(0);
     if (this.publish && this.onlySelected && !this.on.selected().length) {
       this.on.problem("select the topics to publish first: click their names");
       return;
@@ -163,7 +163,7 @@ export class Player {
     this.state = status.state;
     if (this.playing || status.state === "ended") {
       this.previousTime = performance.now();
-      this._at(status.time);
+      this._showTime(status.time);
     }
   }
 
@@ -183,12 +183,12 @@ export class Player {
           this._draw();
         }
       }
-      if (time !== this.time) this._at(Math.min(time, this.facts.length));
+      if (time !== this.time) this._showTime(Math.min(time, this.facts.length));
       this._tick();
     });
   }
 
-  _at(time) {
+  _showTime(time) {
     this.time = time;
     this.on.time(time);
   }

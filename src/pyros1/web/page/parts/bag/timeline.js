@@ -22,7 +22,7 @@ export class Timeline {
     this.view = [0, 1];
     this.selected = new Set();
     this.rows = [];
-    this.pictures = new Map(); // topic -> Thumbnails
+    this.thumbnails = new Map(); // topic -> Thumbnails
     this.rowTops = [];
     this._build();
   }
@@ -52,8 +52,8 @@ export class Timeline {
   closeStream() {
     this.stream?.close();
     this.stream = null;
-    for (const pictures of this.pictures.values()) pictures.close();
-    this.pictures.clear();
+    for (const pictures of this.thumbnails.values()) pictures.close();
+    this.thumbnails.clear();
   }
 
   show(path, facts, view) {
@@ -66,7 +66,7 @@ export class Timeline {
     this.problem = "";
     this._layOut();
     this.stream = this.robot.stream("bag_timeline", this._args([]), {
-      opened: () => { this.asked = ""; this.draw(); },
+      opened: () => { this.lastRequest = ""; this.draw(); },
       data: (data, blob) => this._receive(data, blob),
       problem: (text) => this.on.problem(text),
     });
@@ -216,23 +216,23 @@ export class Timeline {
 
   _drawNow() {
     const { scrollTop, clientHeight } = this.scroller;
-    const seen = this.rows.map((_, index) => index).filter((index) => this.rowTops[index] + IMAGE_ROW_HEIGHT + 16 > scrollTop - EXTRA_ROWS * ROW_HEIGHT && this.rowTops[index] < scrollTop + clientHeight + EXTRA_ROWS * ROW_HEIGHT);
-    const topics = seen.map((index) => this.rows[index].name).slice(0, 200);
+    const visibleRows = this.rows.map((_, index) => index).filter((index) => this.rowTops[index] + IMAGE_ROW_HEIGHT + 16 > scrollTop - EXTRA_ROWS * ROW_HEIGHT && this.rowTops[index] < scrollTop + clientHeight + EXTRA_ROWS * ROW_HEIGHT);
+    const topics = visibleRows.map((index) => this.rows[index].name).slice(0, 200);
     const args = this._args(topics);
-    const asked = JSON.stringify(args);
-    if (asked !== this.asked && this.stream) {
-      this.asked = asked;
+    const request = JSON.stringify(args);
+    if (request !== this.lastRequest && this.stream) {
+      this.lastRequest = request;
       this.stream.change(args);
     }
-    const shown = `${seen[0]} ${seen.length} ${this.narrow}`;
+    const shown = `${visibleRows[0]} ${visibleRows.length} ${this.narrow}`;
     if (shown !== this.shown) {
       this.shown = shown;
-      fill(this.content, seen.map((index) => this._row(index)));
+      fill(this.content, visibleRows.map((index) => this._row(index)));
     }
     for (const row of this.content.children) this._drawRow(row);
     this._drawRuler();
     this._drawCursor();
-    this._askPictures(seen);
+    this._requestThumbnails(visibleRows);
   }
 
   _row(index) {
@@ -277,7 +277,7 @@ export class Timeline {
       }
     }
     const holder = row.querySelector(".pictures");
-    if (holder) this.pictures.get(row.topic)?.draw(holder, this);
+    if (holder) this.thumbnails.get(row.topic)?.draw(holder, this);
   }
 
   _drawRuler() {
@@ -311,16 +311,16 @@ export class Timeline {
     this.line.style.transform = `translateX(${this.gutter + x}px)`;
   }
 
-  _askPictures(seen) {
-    const wanted = seen.map((index) => this.rows[index]).filter((topic) => topic.image).slice(0, MAX_IMAGE_ROWS);
-    for (const { name } of wanted) {
-      if (!this.pictures.has(name)) this.pictures.set(name, new Thumbnails(this.robot, this.path, name, () => this.draw(), this.on.problem));
-      this.pictures.get(name).ask(this);
+  _requestThumbnails(visibleRows) {
+    const imageTopics = visibleRows.map((index) => this.rows[index]).filter((topic) => topic.image).slice(0, MAX_IMAGE_ROWS);
+    for (const { name } of imageTopics) {
+      if (!this.thumbnails.has(name)) this.thumbnails.set(name, new Thumbnails(this.robot, this.path, name, () => this.draw(), this.on.problem));
+      this.thumbnails.get(name).ask(this);
     }
-    for (const [name, pictures] of this.pictures) {
-      if (wanted.some((topic) => topic.name === name)) continue;
+    for (const [name, pictures] of this.thumbnails) {
+      if (imageTopics.some((topic) => topic.name === name)) continue;
       pictures.close();
-      this.pictures.delete(name);
+      this.thumbnails.delete(name);
     }
   }
 }

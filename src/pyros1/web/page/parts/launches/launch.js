@@ -107,8 +107,8 @@ export class Launch {
 
   _draw(row, entry) {
     const { cells, element } = row;
-    const told = this.expected.get(entry.label);
-    const word = told ? { stop: "stopping", start: "starting", restart: "restarting" }[told.verb] : entry.state;
+    const expectedCommand = this.expected.get(entry.label);
+    const word = expectedCommand ? { stop: "stopping", start: "starting", restart: "restarting" }[expectedCommand.verb] : entry.state;
     const state = JSON.stringify([word, entry.exit, entry.required, entry.respawn, this.facts.refusal]);
     if (state !== row.state) {
       row.state = state;
@@ -117,7 +117,7 @@ export class Launch {
         entry.required && h("span.badge", { title: "its launch ends when it exits" }, "required"),
         entry.respawn && h("span.badge", { title: "it is restarted whenever it exits" }, "respawn"));
       fill(cells.state, h("i.lamp"), h("span.word", { title: entry.exit }, word, entry.exit && ["died", "ended", "waiting"].includes(word) && h("span.exit", {}, `, ${entry.exit}`)));
-      fill(cells.verbs, commandsFor(this, entry).map((verb) => commandButton(verb, true, () => this._sendCommand(verb, entry), Boolean(told))));
+      fill(cells.verbs, commandsFor(this, entry).map((verb) => commandButton(verb, true, () => this._sendCommand(verb, entry), Boolean(expectedCommand))));
     }
     setText(cells.cpu, entry.cpu === null ? "" : `${entry.cpu.toFixed(1)}%`, "CPU");
     setText(cells.memory, bytes(entry.memory), "memory");
