@@ -208,7 +208,7 @@ def test_a_goal_is_rejected_and_cannot_change_after_that(make_node: Make, stack:
             change()
     refused[0].ask_to_cancel()
     assert not refused[0].cancel_requested
-    with pytest.raises(TypeError, match="feedback is a"):
+    with pytest.raises(TypeError, match="feedback must be a"):
         refused[0].feedback(FibonacciGoal())
 
 

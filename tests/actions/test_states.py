@@ -13,7 +13,7 @@ from hypothesis.stateful import RuleBasedStateMachine, invariant, precondition, 
 from pyros1.actions.goal_id import GoalNames, matches
 from pyros1.actions.goal_table import GoalTable, Tracked
 from pyros1.actions.progress import Progress
-from pyros1.actions.states import Move, Stage, Status, stages_after, status_after
+from pyros1.actions.states import Stage, Status, Transition, stages_after, status_after
 from pyros1.ground.timing import Duration, Time
 
 FOLLOWING = {
@@ -65,10 +65,10 @@ class OneGoal(RuleBasedStateMachine):
         if Status(status.status).ended:
             self.ended = status
 
-    @rule(move=st.sampled_from(list(Move)))
-    def server_moves(self, move: Move) -> None:
+    @rule(move=st.sampled_from(list(Transition)))
+    def server_moves(self, move: Transition) -> None:
         before = self.server.status.status
-        moved = self.server.move(move, move.value)
+        moved = self.server.apply(move, move.value)
         assert moved == (status_after(before, move) is not None)
         assert not (moved and Status(before).ended)
         if moved:
@@ -121,8 +121,8 @@ def test_every_end_leads_to_the_result(stage: Stage, status: Status) -> None:
 def test_unknown_statuses_are_odd() -> None:
     assert stages_after(Stage.ACTIVE, 77) is None
     assert stages_after(Stage.DONE, Status.ACTIVE) is None
-    assert status_after(77, Move.ACCEPT) is None
-    assert status_after(-1, Move.ACCEPT) is None
+    assert status_after(77, Transition.ACCEPT) is None
+    assert status_after(-1, Transition.ACCEPT) is None
 
 
 def test_a_goal_that_the_server_forgets_is_lost() -> None:
@@ -175,13 +175,13 @@ def test_the_table_forgets_goals_some_time_after_their_end() -> None:
 
 def test_a_goal_that_comes_after_its_cancel_is_recalled() -> None:
     table: GoalTable[Tracked] = GoalTable(Duration(5))
-    assert table.repeat("g", Time(1)) == (None, False)
+    assert table.find_arrived("g", Time(1)) == (None, False)
     early = Tracked(goal_id("g"), Status.RECALLING)
     table.goals.append(early)
-    assert table.repeat("g", Time(1)) == (early, True)
+    assert table.find_arrived("g", Time(1)) == (early, True)
     assert early.status.status == Status.RECALLED
-    assert table.repeat("g", Time(1)) == (early, False)
-    assert table.matching(goal_id("", 3)) == [early]
+    assert table.find_arrived("g", Time(1)) == (early, False)
+    assert table.match_cancel(goal_id("", 3)) == [early]
     assert table.is_too_old(goal_id("h", 2))
     assert not table.is_too_old(goal_id("h", 4))
     assert not table.is_too_old(goal_id("h", 0))
@@ -198,7 +198,7 @@ def test_goals_are_forgotten_when_simulated_time_begins_again() -> None:
     goal = Tracked(goal_id("old", 90), 3)
     goal.ended = Time(95, 0)
     table.goals.append(goal)
-    table.matching(goal_id("", 99))
+    table.match_cancel(goal_id("", 99))
     assert table.forget(Time(99, 0)) == []
     assert table.is_too_old(goal_id("new", 98))
     assert table.forget(Time(2, 0)) == []  # the bag is played again

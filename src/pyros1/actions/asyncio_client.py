@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from pyros1.aio import Node
 
 _POLL_INTERVAL = 0.5
-"""Maximum seconds until the end of the node or of the server is noticed."""
+"""Maximum number of seconds until a shutdown of the node or the server is noticed."""
 
 
 class AsyncGoal:
@@ -29,15 +29,15 @@ class AsyncGoal:
         self._changed = asyncio.Event()
         loop = asyncio.get_running_loop()
 
-        def tell() -> None:
+        def wake() -> None:
             with suppress(RuntimeError):  # the loop is closed
                 loop.call_soon_threadsafe(self._changed.set)
 
-        goal.on_change(tell)
+        goal.on_change(wake)
 
     @property
     def name(self) -> str:
-        """The goal's name in the system."""
+        """The goal's name, unique in the ROS system."""
         return self._goal.name
 
     @property
@@ -52,7 +52,7 @@ class AsyncGoal:
 
     @property
     def text(self) -> str:
-        """The server's text for its latest status."""
+        """The message that the server sent with its latest status."""
         return self._goal.text
 
     @property
@@ -66,7 +66,7 @@ class AsyncGoal:
         return await self._wait_until(lambda: self._goal.done, timeout)
 
     async def result(self, timeout: float | None = None) -> Any:
-        """Wait for the result and return it; raises as `ClientGoal.result` does."""
+        """Wait for the result and return it; raises the same errors as `ClientGoal.result`."""
         if not await self.wait(timeout):
             raise WaitTimeoutError(f"goal {self.name} did not finish within {timeout} s ({self.stage.name})")
         return self._goal.outcome()
@@ -119,15 +119,15 @@ class AsyncClient:
     Args:
         node: a :class:`pyros1.aio.Node`.
         name: name of the action.
-        action: its class, or its type's name.
+        action: the action's class, or the name of its type.
     """
 
     def __init__(self, node: Node, name: str, action: Any) -> None:
-        self._make = lambda: Client(node.sync, name, action)
+        self._create_client = lambda: Client(node.sync, name, action)
         self._client: Client | None = None
 
     async def __aenter__(self) -> AsyncClient:
-        self._client = await asyncio.to_thread(self._make)
+        self._client = await asyncio.to_thread(self._create_client)
         return self
 
     async def __aexit__(self, *_: object) -> None:
@@ -154,5 +154,5 @@ class AsyncClient:
         return AsyncGoal(client.send(goal, timeout=0.0), client)
 
     def cancel_all(self) -> None:
-        """Request the server to cancel all its goals, including those of other clients; does not wait."""
+        """Request the server to cancel all its goals, including those of other clients. Does not wait."""
         self.sync.cancel_all()

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class AsyncServer:
-    """Works on each goal in a separate task on the asyncio loop. Use it with ``async with``.
+    """Executes each goal in a separate task of the asyncio loop. Use it with ``async with``.
 
     ::
 
@@ -31,13 +31,13 @@ class AsyncServer:
     Args:
         node: a :class:`pyros1.aio.Node`.
         name: name of the action.
-        action: its class, or its type's name.
+        action: the action's class, or the name of its type.
         execute: coroutine function, called with each `ServerGoal`. If it returns a result message, the goal has
-            succeeded with that result; otherwise it ends the goal itself, and returns None. If a client requests to
-            cancel the goal, the task is cancelled; to send a result then, the coroutine catches
-            ``asyncio.CancelledError`` and calls ``goal.cancel(result)``.
-        most: maximum number of concurrent goals; more are rejected.
-        frequency, kept: as for `Server`.
+            succeeded with that result; otherwise it must end the goal itself and return None. If a client requests to
+            cancel the goal, the task is cancelled; to send a result then, the coroutine must catch
+            ``asyncio.CancelledError`` and call ``goal.cancel(result)``.
+        most: maximum number of concurrent goals; further ones are rejected.
+        frequency, kept: see `Server`.
     """
 
     def __init__(
@@ -57,12 +57,12 @@ class AsyncServer:
         self._max_goals = most
         self._tasks: set[asyncio.Task[None]] = set()
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._make = lambda: Server(node.sync, name, action, self._take, frequency=frequency, kept=kept)
+        self._create_server = lambda: Server(node.sync, name, action, self._on_goal, frequency=frequency, kept=kept)
         self._server: Server | None = None
 
     async def __aenter__(self) -> AsyncServer:
         self._loop = asyncio.get_running_loop()
-        self._server = await asyncio.to_thread(self._make)
+        self._server = await asyncio.to_thread(self._create_server)
         return self
 
     async def __aexit__(self, *_: object) -> None:
@@ -74,12 +74,12 @@ class AsyncServer:
         if self._server is not None:
             await asyncio.to_thread(self._server.close)
 
-    def _take(self, goal: ServerGoal) -> None:
+    def _on_goal(self, goal: ServerGoal) -> None:
         assert self._loop is not None
         with suppress(RuntimeError):  # the loop is closed
-            self._loop.call_soon_threadsafe(self._begin, goal)
+            self._loop.call_soon_threadsafe(self._start, goal)
 
-    def _begin(self, goal: ServerGoal) -> None:
+    def _start(self, goal: ServerGoal) -> None:
         loop = self._loop
         assert loop is not None
         try:
@@ -88,18 +88,18 @@ class AsyncServer:
                 return
             goal.accept()
         except ActionError:
-            return  # a client has cancelled it just now
-        task = loop.create_task(self._work(goal))
+            return  # a client has just cancelled it
+        task = loop.create_task(self._run(goal))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
 
-        def stop() -> None:
+        def cancel_task() -> None:
             with suppress(RuntimeError):
                 loop.call_soon_threadsafe(task.cancel)
 
-        goal.on_cancel(stop)
+        goal.on_cancel(cancel_task)
 
-    async def _work(self, goal: ServerGoal) -> None:
+    async def _run(self, goal: ServerGoal) -> None:
         try:
             result = await self._execute(goal)
             if not goal.ended and result is None:

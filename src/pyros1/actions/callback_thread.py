@@ -1,4 +1,4 @@
-"""Callbacks in a separate thread, which exists while there is something to call or to check."""
+"""Runs callbacks in a separate thread, which exists only while there are callbacks or checks to run."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ _IDLE_TIMEOUT = 0.5
 
 
 class CallbackThread:
-    """Calls functions one after the other; they may wait for messages that other threads receive meanwhile.
+    """Runs callbacks one after the other; a callback may wait for messages, which other threads receive.
 
     Args:
         name: the thread's name.
-        log: for exceptions of these functions.
-        check: called each half second while there is nothing to call, from `keep_checking` on until it returns False.
+        log: the log for exceptions raised by callbacks.
+        check: called every half second while no callback is queued, from `keep_checking` until it returns False.
     """
 
     def __init__(self, name: str, log: Log, check: Callable[[], bool] = lambda: False) -> None:
@@ -27,20 +27,20 @@ class CallbackThread:
         self._log = log
         self._check = check
         self._check_requested = False
-        self._calls: deque[Callable[[], object]] = deque()
+        self._queue: deque[Callable[[], object]] = deque()
         self._lock = threading.RLock()
         self._condition = Condition()
         self._thread: threading.Thread | None = None
 
-    def add(self, call: Callable[[], object]) -> None:
-        """Call a function after all earlier ones."""
+    def add(self, callback: Callable[[], object]) -> None:
+        """Queue a callback."""
         with self._lock:
-            self._calls.append(call)
+            self._queue.append(callback)
             self._start()
         self._condition.notify_all()
 
     def keep_checking(self) -> None:
-        """Keep checking until it is no longer needed."""
+        """Start calling ``check`` regularly, until it returns False."""
         with self._lock:
             self._check_requested = True
             self._start()
@@ -53,18 +53,18 @@ class CallbackThread:
     def _run(self) -> None:
         check_again = False
         while True:
-            self._condition.wait_for(lambda: self._calls, _IDLE_TIMEOUT)
-            if not self._calls:
-                self._check_requested = False  # before the check: a request after it causes another one
+            self._condition.wait_for(lambda: self._queue, _IDLE_TIMEOUT)
+            if not self._queue:
+                self._check_requested = False  # before the check, so that a request during it causes another check
                 check_again = self._check()
             with self._lock:
-                if not self._calls:
+                if not self._queue:
                     if check_again or self._check_requested:
                         continue
                     self._thread = None
                     return
-                call = self._calls.popleft()
+                callback = self._queue.popleft()
             try:
-                call()
-            except Exception as error:  # noqa: BLE001 - the program's code
+                callback()
+            except Exception as error:  # noqa: BLE001 - callbacks may raise anything
                 self._log.exception("error in a callback (%s)", self._name, error=error)

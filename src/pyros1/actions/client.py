@@ -12,7 +12,7 @@ from pyros1.actions.callback_thread import CallbackThread
 from pyros1.actions.client_goal import ClientGoal
 from pyros1.actions.errors import ActionError
 from pyros1.actions.goal_id import GoalNames
-from pyros1.actions.messages import ActionTypes, links_of_node, subscribe_now
+from pyros1.actions.messages import ActionTypes, links_of_node, subscribe_direct
 from pyros1.actions.progress import LOST_AFTER
 from pyros1.actions.states import Stage
 from pyros1.ground.errors import NodeShutdownError, WaitTimeoutError
@@ -24,20 +24,20 @@ from pyros1.node.checks import check_timeout
 if TYPE_CHECKING:
     from pyros1.node import Node
 
-_QUEUE = 10
-_INCOMING = 1000
+_QUEUE_SIZE = 10
+_INBOX_SIZE = 1000
 
 
 class Client:
-    """Sends goals to an action's server, and follows them. Safe for any number of threads. Also a context manager.
+    """Sends goals to an action's server, and follows them. Thread-safe. Also a context manager.
 
     The callbacks of goals run one after the other, in a separate thread, even in a node that spins. They may send goals
     and wait for them.
 
     Args:
-        node: the node whose topics and time are used.
+        node: the node used for communication and time.
         name: name of the action.
-        action: its class, such as FibonacciAction, or its type's name, "actionlib_tutorials/Fibonacci".
+        action: the action's class, such as FibonacciAction, or the name of its type, "actionlib_tutorials/Fibonacci".
 
     Raises:
         ActionError: ``action`` is not an action.
@@ -53,34 +53,36 @@ class Client:
         self._open_goals: dict[str, ClientGoal] = {}
         self._condition = Condition()
         self._callbacks = CallbackThread(f"pyros1-action {self.name}", node.log, self._check)
-        self._got_status = False  # a status has come: a server is running
-        self._server = ""  # the node that sent it
+        self._got_status = False  # a status was received, so a server is running
+        self._server = ""  # the node that sent the status
         self._disconnected_since: float | None = None
         self._closed = False
-        self._goals = node.advertise(f"{self.name}/goal", self.types.action_goal, queue_size=_QUEUE)
-        self._cancels = node.advertise(f"{self.name}/cancel", self._goal_id, queue_size=_QUEUE)
-        self._results = subscribe_now(node, f"{self.name}/result", self.types.action_result, self._on_result, _INCOMING)
-        self._feedback = subscribe_now(
-            node, f"{self.name}/feedback", self.types.action_feedback, self._on_feedback, _INCOMING
+        self._goals = node.advertise(f"{self.name}/goal", self.types.action_goal, queue_size=_QUEUE_SIZE)
+        self._cancels = node.advertise(f"{self.name}/cancel", self._goal_id, queue_size=_QUEUE_SIZE)
+        self._results = subscribe_direct(
+            node, f"{self.name}/result", self.types.action_result, self._on_result, _INBOX_SIZE
         )
-        statuses = load_message("actionlib_msgs/GoalStatusArray")
-        self._statuses = subscribe_now(node, f"{self.name}/status", statuses, self._on_statuses, _INCOMING)
+        self._feedback = subscribe_direct(
+            node, f"{self.name}/feedback", self.types.action_feedback, self._on_feedback, _INBOX_SIZE
+        )
+        status_array = load_message("actionlib_msgs/GoalStatusArray")
+        self._statuses = subscribe_direct(node, f"{self.name}/status", status_array, self._on_statuses, _INBOX_SIZE)
         node.on_shutdown(self._wake)
 
     @property
     def is_connected(self) -> bool:
         """Whether a server is connected on all topics."""
-        pairs = (self._goals, self._cancels, self._results, self._feedback, self._statuses)
-        return self._got_status and all(pair.num_connections for pair in pairs)
+        endpoints = (self._goals, self._cancels, self._results, self._feedback, self._statuses)
+        return self._got_status and all(endpoint.num_connections for endpoint in endpoints)
 
     def wait_for_server(self, timeout: float | None = None) -> bool:
         """Wait until a server is connected.
 
         Args:
-            timeout: seconds of wall time; None waits until the node ends.
+            timeout: maximum number of seconds of wall time; None waits until the node shuts down.
 
         Returns:
-            Whether it is connected.
+            Whether a server is connected.
 
         Raises:
             NodeShutdownError: the node is shutting down.
@@ -104,7 +106,7 @@ class Client:
             on_feedback: called with each feedback message of the goal.
             on_stage: called with the goal and each stage that it reaches.
             on_done: called with the goal after it has ended.
-            timeout: seconds to wait until a server is connected; None waits until the node ends.
+            timeout: seconds to wait until a server is connected; None waits until the node shuts down.
 
         Raises:
             WaitTimeoutError: no server is connected.
@@ -112,22 +114,22 @@ class Client:
             TypeError: ``goal`` is a message of another type.
         """
         if not isinstance(goal, self.types.goal):
-            raise TypeError(f"a goal of {self.name} is a {self.types.goal.__name__}, not {goal!r:.80}")
+            raise TypeError(f"a goal of {self.name} must be a {self.types.goal.__name__}, not {goal!r:.80}")
         if self._closed:
             raise ActionError(f"the client of {self.name} is closed")
         if not self.wait_for_server(timeout):
             raise WaitTimeoutError(f"no server of action {self.name} within {timeout} s")
         now = self.node.now()
-        sent = ClientGoal(self, self._names.next(now), on_feedback, on_stage, on_done)
-        sent.links = self._links
-        message = self.types.action_goal(goal_id=self._goal_id(now, sent.name), goal=goal)
+        client_goal = ClientGoal(self, self._names.next(now), on_feedback, on_stage, on_done)
+        client_goal.links = self._links
+        message = self.types.action_goal(goal_id=self._goal_id(now, client_goal.name), goal=goal)
         message.header.stamp = now
         with self.lock:
-            self._open_goals[sent.name] = sent  # before the answer can arrive
+            self._open_goals[client_goal.name] = client_goal  # before a response can arrive
         self._goals.publish(message)
         if on_feedback or on_stage or on_done:
-            self._callbacks.keep_checking()  # nobody may wait for the goal
-        return sent
+            self._callbacks.keep_checking()  # the program might not wait for the goal
+        return client_goal
 
     def cancel_all(self) -> None:
         """Request the server to cancel all its goals, including those of other clients."""
@@ -149,11 +151,11 @@ class Client:
             self._open_goals.pop(name, None)
 
     def close(self) -> None:
-        """Stop publishing and subscribing; open goals are lost for this client, but not cancelled."""
+        """Stop publishing and subscribing; open goals become LOST for this client, but are not cancelled."""
         self._closed = True
         for topic in (self._goals, self._cancels, self._results, self._feedback, self._statuses):
             topic.unregister()
-        self._lose("the client was closed")
+        self._lose_goals("the client was closed")
 
     def __enter__(self) -> Client:
         return self
@@ -161,10 +163,10 @@ class Client:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    # Waits ------------------------------------------------------------------------------------------------------------
+    # Waiting ----------------------------------------------------------------------------------------------------------
 
     def wait(self, ready: Callable[[], object], timeout: float | None, step: float = 0.2) -> bool:
-        """Wait for something about this client's goals or server; see `wait_for_server`."""
+        """Wait until a condition about this client's goals or server is met; see `wait_for_server`."""
         deadline = None if timeout is None else monotonic() + timeout
         while not ready():
             self.watch()
@@ -175,7 +177,7 @@ class Client:
         return True
 
     def watch(self) -> None:
-        """Check whether the server still exists: goals of one that has been gone for `LOST_AFTER` seconds are lost.
+        """Check whether the server still exists; if it has been gone for `LOST_AFTER` seconds, its goals are lost.
 
         Raises:
             NodeShutdownError: the node is shutting down.
@@ -187,35 +189,35 @@ class Client:
         elif self._disconnected_since is None:
             self._disconnected_since = monotonic()
         elif monotonic() - self._disconnected_since > LOST_AFTER:
-            self._lose("the action server is gone")
+            self._lose_goals("the action server is gone")
 
     def _check(self) -> bool:
-        """Check for the server while goals are open; returns whether to check again."""
+        """Check whether the server still exists; return whether to check again, because goals are open."""
         with suppress(NodeShutdownError):
             self.watch()
             return bool(self._open_goals)
         return False
 
     def changed(self) -> None:
-        """Wake waits, after a change of a goal."""
+        """Wake up waiting threads after a goal has changed."""
         self._condition.notify_all()
 
     _wake = changed
 
     def call(self, callback: Callable[[], object]) -> None:
-        """Call a function of the program after earlier ones, in a separate thread: it may wait for goals."""
+        """Queue one of the program's callbacks. It runs in a separate thread, so it may wait for goals."""
         self._callbacks.add(callback)
 
     @property
     def _links(self) -> frozenset[object]:
-        """The links for goals to the server and results from it; none unless both exist."""
+        """The links that carry goals to the server and results from it; empty unless both exist."""
         goal_links = links_of_node(self._goals.links, self._server, lambda link: link.peer)
         result_links = links_of_node(self._results.links, self._server, lambda link: link.header.get("callerid"))
         return goal_links | result_links if goal_links and result_links else frozenset()
 
     @property
     def _cancel_links(self) -> frozenset[object]:
-        """The links for cancel requests to the server."""
+        """The links that carry cancel requests to the server."""
         return links_of_node(self._cancels.links, self._server, lambda link: link.peer)
 
     # Received ---------------------------------------------------------------------------------------------------------
@@ -242,6 +244,6 @@ class Client:
         if goal is not None:
             goal.take_feedback(message.feedback)
 
-    def _lose(self, text: str) -> None:
+    def _lose_goals(self, reason: str) -> None:
         for goal in list(self._open_goals.values()):
-            goal.take(lambda progress: progress.lose(text))
+            goal.take(lambda progress: progress.lose(reason))

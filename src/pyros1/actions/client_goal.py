@@ -1,4 +1,4 @@
-"""A goal that was sent: the handle of its client's program."""
+"""The client's handle of a goal that was sent."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ if TYPE_CHECKING:
     from pyros1.actions.client import Client
 
 _MAX_FEEDBACK = 100
-"""Maximum number of feedback messages waiting for an iteration; older ones are dropped."""
+"""Maximum number of feedback messages queued for an iteration; older ones are dropped."""
 
 
 class ClientGoal:
     """A goal that was sent.
 
     Attributes:
-        name: the goal's name in the system.
-        links: those for sending it and for its result; none if some were missing at the time.
+        name: the goal's name, unique in the ROS system.
+        links: the links used to send the goal and to receive its result; empty if one of them did not exist then.
     """
 
     def __init__(
@@ -38,8 +38,8 @@ class ClientGoal:
         self.name = name
         self.links: frozenset[object] = frozenset()
         self._client = client
-        self._cancel_requested_on: frozenset[object] | None = None  # the links used for the request to cancel it
-        self._progress = Progress(name, self._entered, lambda text: client.node.log.warn("%s", text))
+        self._cancel_requested_on: frozenset[object] | None = None  # the links used for the cancel request
+        self._progress = Progress(name, self._on_stage_entered, lambda message: client.node.log.warn("%s", message))
         self._on_feedback = on_feedback
         self._on_stage = on_stage
         self._on_done = on_done
@@ -58,7 +58,7 @@ class ClientGoal:
 
     @property
     def text(self) -> str:
-        """The server's text for its latest status."""
+        """The message that the server sent with its latest status."""
         return self._progress.text
 
     @property
@@ -70,7 +70,7 @@ class ClientGoal:
         """Wait until the goal has ended.
 
         Args:
-            timeout: seconds of wall time; None for no limit.
+            timeout: maximum number of seconds of wall time; None for no limit.
 
         Returns:
             Whether it has ended.
@@ -85,11 +85,11 @@ class ClientGoal:
         """Wait for the result and return it.
 
         Args:
-            timeout: seconds of wall time; None for no limit.
+            timeout: maximum number of seconds of wall time; None for no limit.
 
         Raises:
             GoalError: the goal did not succeed; the error has its status, text and result.
-            WaitTimeoutError: it has not ended in time. It continues; see `cancel`.
+            WaitTimeoutError: the goal has not ended in time. It continues; see `cancel`.
             NodeShutdownError: the node is shutting down.
         """
         if not self.wait(timeout):
@@ -97,20 +97,20 @@ class ClientGoal:
         return self.outcome()
 
     def outcome(self) -> Any:
-        """Return the result of a goal that has ended; raises GoalError as `result` does."""
+        """Return the result of a goal that has ended; raise GoalError like `result`."""
         progress = self._progress
         if progress.status is not Status.SUCCEEDED:
             raise GoalError(self.name, progress.status, progress.text, progress.result)
         return progress.result
 
     def feedback(self, timeout: float | None = None) -> Iterator[Any]:
-        """Iterate over the feedback messages until the goal ends; the newest 100 wait for the iteration.
+        """Iterate over the feedback messages until the goal ends; up to 100 are queued, then the oldest are dropped.
 
         Args:
-            timeout: seconds of wall time to wait for each; None for no limit.
+            timeout: maximum number of seconds of wall time to wait for each message; None for no limit.
 
         Raises:
-            WaitTimeoutError: none came in time, and the goal has not ended.
+            WaitTimeoutError: no message arrived in time, and the goal has not ended.
             NodeShutdownError: the node is shutting down.
         """
         check_timeout(timeout)
@@ -131,13 +131,13 @@ class ClientGoal:
         return self._feedback.popleft()
 
     def cancel(self) -> None:
-        """Request the server to cancel the goal; it ends when the server says so. Do nothing if it has ended."""
+        """Request the server to cancel the goal, which ends when the server confirms. Do nothing if it has ended."""
         sent = [False]
 
-        def ask(progress: Progress) -> None:
+        def request_cancel(progress: Progress) -> None:
             sent[0] = progress.ask_to_cancel()
 
-        self.take(ask)
+        self.take(request_cancel)
         if sent[0]:
             self._cancel_requested_on = self._client.cancel(self.name)
 
@@ -147,13 +147,13 @@ class ClientGoal:
         self.take(lambda progress: progress.lose("the client has forgotten the goal"))
 
     def on_change(self, listener: Callable[[], object]) -> None:
-        """Call a function, in any thread, after each change and feedback message."""
+        """Call a function after each change and each feedback message, in any thread."""
         self._listeners.append(listener)
 
     # Received, in any thread ------------------------------------------------------------------------------------------
 
     def take(self, change: Callable[[Progress], object]) -> None:
-        """Change the progress; the callbacks follow."""
+        """Apply a change to the progress, then call the callbacks."""
         with self._client.lock:
             before = self._progress.stage
             change(self._progress)
@@ -169,15 +169,15 @@ class ClientGoal:
         """Handle a list of statuses: see `Progress.take_statuses`. A lost cancel request is sent again.
 
         Args:
-            statuses, now: as there.
-            links: the current ones for goals and results.
-            asking: the current ones for cancel requests.
+            statuses, now: see there.
+            links: the current links for goals and results.
+            asking: the current links for cancel requests.
         """
         has_all_links = bool(self.links) and self.links <= links
         self.take(lambda progress: progress.take_statuses(statuses, not has_all_links, now))
         requested_on = self._cancel_requested_on
-        waits = self.stage is Stage.WAITING_FOR_CANCEL_ACK and self.name in statuses
-        if waits and requested_on is not None and asking and not requested_on & asking:
+        awaits_cancel_ack = self.stage is Stage.WAITING_FOR_CANCEL_ACK and self.name in statuses
+        if awaits_cancel_ack and requested_on is not None and asking and not requested_on & asking:
             self._cancel_requested_on = self._client.cancel(self.name)
 
     def take_feedback(self, feedback: Any) -> None:
@@ -191,7 +191,7 @@ class ClientGoal:
                 self._client.call(lambda: callback(feedback))
         self._notify_listeners()
 
-    def _entered(self, stage: Stage) -> None:
+    def _on_stage_entered(self, stage: Stage) -> None:
         on_stage, on_done = self._on_stage, self._on_done
         if on_stage is not None:
             self._client.call(lambda: on_stage(self, stage))

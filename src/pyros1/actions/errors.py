@@ -9,16 +9,16 @@ from pyros1.ground.errors import Error
 
 
 class ActionError(Error):
-    """Base class of the errors of actions; itself: something is not an action, or a goal cannot change as requested."""
+    """Something is not an action, or a goal cannot change as requested. Also the base class of all action errors."""
 
 
 class GoalError(ActionError):
     """A goal did not succeed.
 
     Attributes:
-        status: how it ended.
-        text: the server's text.
-        result: the action's result message; None if none came.
+        status: the goal's final status.
+        text: the server's message.
+        result: the action's result message; None if none was received.
     """
 
     def __init__(self, name: str, status: Status, text: str, result: Any) -> None:

@@ -1,4 +1,4 @@
-"""Names of goals, and which goals a cancel request matches (pure)."""
+"""Goal names, and matching of goals to cancel requests (pure)."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from pyros1.ground.timing import Time
 
 
 class GoalNames:
-    """Creates names of goals that are unique in the whole system.
+    """Creates goal names that are unique in the whole ROS system.
 
     Args:
-        node: the node's full name.
+        node_name: the node's full name.
     """
 
-    def __init__(self, node: str) -> None:
-        self._node = node
-        self._numbers = itertools.count(1)
+    def __init__(self, node_name: str) -> None:
+        self._node_name = node_name
+        self._counter = itertools.count(1)
 
     def next(self, now: Time) -> str:
         """Return a new name: ``/node-1-1700000000.123``."""
-        return f"{self._node}-{next(self._numbers)}-{now.secs}.{now.nsecs // 1_000_000:03}"
+        return f"{self._node_name}-{next(self._counter)}-{now.secs}.{now.nsecs // 1_000_000:03}"
 
 
 def matches(request: Any, goal: Any) -> bool:

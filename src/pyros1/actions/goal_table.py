@@ -5,18 +5,18 @@ from __future__ import annotations
 from typing import Any, Generic, TypeVar
 
 from pyros1.actions.goal_id import matches
-from pyros1.actions.states import Move, Status, status_after
+from pyros1.actions.states import Status, Transition, status_after
 from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import load_message
 
 
 class Tracked:
-    """One goal.
+    """A goal and its status.
 
     Attributes:
         status: its actionlib_msgs/GoalStatus, as published; ``status.goal_id`` names it.
-        goal: the message of the action's goal topic; None if only a cancel request for it has come.
-        ended: time from which its status is kept only for a while; None while the goal is active.
+        goal: the message of the action's goal topic; None if only a cancel request for it was received.
+        ended: when the goal ended, after which its status is kept for a while; None while the goal is active.
     """
 
     def __init__(self, goal_id: Any, status: int = Status.PENDING, goal: Any = None) -> None:
@@ -24,20 +24,20 @@ class Tracked:
         self.goal = goal
         self.ended: Time | None = None
 
-    def move(self, move: Move, text: str = "") -> bool:
-        """Change the status and its text; return False, and change nothing, if the move is not possible now."""
-        status = status_after(self.status.status, move)
+    def apply(self, transition: Transition, text: str = "") -> bool:
+        """Change the status and its text; return False, and change nothing, if the transition is not possible now."""
+        status = status_after(self.status.status, transition)
         if status is None:
             return False
         self.status.status = int(status)
-        if move is not Move.ASK_TO_CANCEL:
+        if transition is not Transition.ASK_TO_CANCEL:
             self.status.text = text
         return True
 
 
 _T = TypeVar("_T", bound=Tracked)
 
-TOO_OLD = (
+TOO_OLD_TEXT = (
     "This goal handle was canceled by the action server because its timestamp is before the timestamp of the last "
     "cancel request"
 )
@@ -45,11 +45,11 @@ TOO_OLD = (
 
 
 class GoalTable(Generic[_T]):
-    """All goals whose status a server publishes. The caller holds the locks.
+    """All goals whose status a server publishes. The caller must hold the locks.
 
     Attributes:
         goals: in the order of arrival.
-        kept: how long a goal's status is published after its end.
+        kept: how long a goal's status is published after the goal has ended.
         last_cancel: the latest time up to which goals were cancelled.
     """
 
@@ -57,18 +57,18 @@ class GoalTable(Generic[_T]):
         self.goals: list[_T] = []
         self.kept = kept
         self.last_cancel = Time()
-        self._seen = Time()  # the latest time passed to `forget`
+        self._last_time = Time()  # the time last passed to `forget`
 
     def find(self, name: str) -> _T | None:
         """Return the goal with a name; None if it is not known."""
-        return next((each for each in self.goals if each.status.goal_id.id == name), None)
+        return next((goal for goal in self.goals if goal.status.goal_id.id == name), None)
 
-    def repeat(self, name: str, now: Time) -> tuple[_T | None, bool]:
+    def find_arrived(self, name: str, now: Time) -> tuple[_T | None, bool]:
         """Check whether an arriving goal is already known.
 
         Returns:
-            The known goal, or None; and whether it was cancelled before it arrived, so that the client now needs a
-            result.
+            The known goal, or None; and whether it was cancelled before it arrived, in which case the client needs a
+            result now.
         """
         known = self.find(name) if name else None
         if known is None:
@@ -80,26 +80,26 @@ class GoalTable(Generic[_T]):
         return known, recalled
 
     def is_too_old(self, goal_id: Any) -> bool:
-        """Return whether a new goal was already cancelled by its time."""
+        """Return whether an earlier request has already cancelled a new goal, by its time."""
         return bool(goal_id.stamp) and bool(goal_id.stamp <= self.last_cancel)
 
-    def matching(self, request: Any) -> list[_T]:
+    def match_cancel(self, request: Any) -> list[_T]:
         """Return the goals that a cancel request matches, and remember its time."""
         self.last_cancel = max(self.last_cancel, request.stamp)
-        return [each for each in self.goals if matches(request, each.status.goal_id)]
+        return [goal for goal in self.goals if matches(request, goal.status.goal_id)]
 
     def forget(self, now: Time) -> list[_T]:
         """Remove and return the goals that ended long enough ago.
 
-        Called at each change and regularly. When simulated time has jumped back, as when a bag is played again, the
-        ended goals' time is counted from then on, and earlier cancel requests no longer apply.
+        Called at each change and regularly. When simulated time has jumped back, as when a bag is replayed, the time
+        of ended goals is counted from then on, and earlier cancel requests no longer apply.
         """
-        if now < self._seen:
+        if now < self._last_time:
             self.last_cancel = min(self.last_cancel, now)
-            for each in self.goals:
-                each.ended = each.ended and min(each.ended, now)
-        self._seen = now
-        expired = [each for each in self.goals if each.ended is not None and each.ended + self.kept < now]
+            for goal in self.goals:
+                goal.ended = goal.ended and min(goal.ended, now)
+        self._last_time = now
+        expired = [goal for goal in self.goals if goal.ended is not None and goal.ended + self.kept < now]
         if expired:
-            self.goals = [each for each in self.goals if each not in expired]
+            self.goals = [goal for goal in self.goals if goal not in expired]
         return expired

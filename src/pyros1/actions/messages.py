@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class ActionTypes(NamedTuple):
-    """The classes of the messages on an action's topics, and of the users' messages within them."""
+    """The classes of the messages on an action's topics, and of the goal, result and feedback inside them."""
 
     action_goal: Any
     action_result: Any
@@ -24,44 +24,44 @@ class ActionTypes(NamedTuple):
     feedback: Any
 
     @classmethod
-    def of(cls, given: Any) -> ActionTypes:
+    def of(cls, action: Any) -> ActionTypes:
         """Return the classes that belong to an action.
 
         Args:
-            given: class of the action, such as FibonacciAction, or its type's name, "actionlib_tutorials/Fibonacci",
-                with or without "Action" at its end.
+            action: the action's class, such as FibonacciAction, or the name of its type, such as
+                "actionlib_tutorials/Fibonacci", with or without "Action" at its end.
 
         Raises:
-            ActionError: that is not an action.
+            ActionError: ``action`` is not an action.
             UnknownTypeError: there is no such type.
         """
-        if isinstance(given, str):
-            given = load_message(given if given.endswith("Action") else f"{given}Action")
+        if isinstance(action, str):
+            action = load_message(action if action.endswith("Action") else f"{action}Action")
         try:
-            parts = given()
-            inner = (parts.action_goal, parts.action_result, parts.action_feedback)
-            outer = (parts.action_goal.goal, parts.action_result.result, parts.action_feedback.feedback)
+            fields = action()
+            outer = (fields.action_goal, fields.action_result, fields.action_feedback)
+            inner = (fields.action_goal.goal, fields.action_result.result, fields.action_feedback.feedback)
         except (AttributeError, TypeError):
             raise ActionError(
-                f"{given!r:.80} is not an action: give its class, as FibonacciAction, or its name"
+                f"{action!r:.80} is not an action: pass its class, such as FibonacciAction, or its name"
             ) from None
-        return cls(*map(type, inner + outer))
+        return cls(*map(type, outer + inner))
 
 
-def subscribe_now(
-    node: Node, topic: str, kind: Any, callback: Callable[[Any], None], queue_size: int
+def subscribe_direct(
+    node: Node, topic: str, message_type: Any, callback: Callable[[Any], None], queue_size: int
 ) -> Subscriber[Any]:
-    """Subscribe for an action: even in a node that spins, callbacks run at once, since the program may wait in one."""
-    return node._topics.subscribe(node.resolve(topic), kind, callback, queue_size, direct=True)
+    """Subscribe with a callback that runs at once, even in a node that spins: the program may wait in a callback."""
+    return node._topics.subscribe(node.resolve(topic), message_type, callback, queue_size, direct=True)
 
 
 def links_of_node(links: Iterable[Any], name: str, name_of: Callable[[Any], str | None]) -> frozenset[object]:
-    """Return a node's links, as other nodes may just listen. All links, if none is the node's: a relay is in between.
+    """Return the links to one node: others may only be listening. Return all links if none leads to it, due to a relay.
 
     Args:
-        links: of a publisher or subscriber.
+        links: the links of a publisher or subscriber.
         name: the node's full name.
         name_of: returns the name of the node at the other end of a link.
     """
-    found = list(links)
-    return frozenset([link for link in found if name_of(link) == name] or found)
+    all_links = list(links)
+    return frozenset([link for link in all_links if name_of(link) == name] or all_links)

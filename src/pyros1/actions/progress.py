@@ -12,18 +12,19 @@ LOST_AFTER = 5.0
 
 
 class Progress:
-    """Stage, status and result of one goal. The caller holds the locks.
+    """Stage, status and result of one goal. The caller must hold the locks.
 
     Attributes:
         name: the goal's name, unique in the system.
         stage: the current stage.
-        status: the server's latest status. text: the server's text for it.
-        result: the action's result message, once it has come.
+        status: the server's latest status.
+        text: the message that the server sent with this status.
+        result: the action's result message; None until it is received.
 
     Args:
         name: the goal's name.
-        on_stage: called at each stage, while ``stage`` is set to it.
-        on_violation: called with a text about a message that no server should send.
+        on_stage: called with each stage when it is entered.
+        on_violation: called with a description of each violation of the protocol by the server.
     """
 
     def __init__(
@@ -34,7 +35,7 @@ class Progress:
         self.status = Status.PENDING
         self.text = ""
         self.result: Any = None
-        self._known = False  # whether the server has reported it
+        self._known = False  # whether the server has reported the goal
         self._silent_since: float | None = None
         self._on_stage = on_stage
         self._on_violation = on_violation
@@ -44,16 +45,16 @@ class Progress:
         """Whether the goal has ended for this client."""
         return self.stage is Stage.DONE
 
-    def take_statuses(self, statuses: dict[str, Any], broken: bool = False, now: float = 0.0) -> None:
+    def take_statuses(self, statuses: dict[str, Any], link_lost: bool = False, now: float = 0.0) -> None:
         """Handle a list of statuses.
 
         A server that no longer knows a goal has been restarted: the goal is lost. It is also lost if links have broken,
         perhaps with the goal or its result in transit, and the server does not report it for `LOST_AFTER` seconds.
 
         Args:
-            statuses: actionlib_msgs/GoalStatus by name of the goal.
-            broken: whether a link for goals or results has been lost since the goal was sent.
-            now: seconds of a monotonic clock.
+            statuses: the actionlib_msgs/GoalStatus of each goal, by the goal's name.
+            link_lost: whether a link for goals or results has been lost since the goal was sent.
+            now: monotonic time in seconds.
         """
         if self.done:
             return
@@ -63,14 +64,14 @@ class Progress:
             self._take_status(status.status, status.text)
         elif self._known and self.stage is not Stage.WAITING_FOR_RESULT:
             self.lose("the action server no longer knows the goal")
-        elif broken:
+        elif link_lost:
             if self._silent_since is None:
                 self._silent_since = now
             elif now - self._silent_since > LOST_AFTER:
                 self.lose("a connection broke, and the action server does not know the goal")
 
     def take_result(self, status: Any, result: Any) -> None:
-        """Handle the goal's result, with the actionlib_msgs/GoalStatus that came with it; only the first counts."""
+        """Handle the goal's result and the actionlib_msgs/GoalStatus sent with it; all but the first are ignored."""
         if self.done:
             return
         self.result = result
@@ -81,24 +82,24 @@ class Progress:
         self._enter(Stage.DONE)
 
     def ask_to_cancel(self) -> bool:
-        """Note that the client has requested to cancel the goal; return whether this may still have an effect."""
+        """Record that the client requests to cancel the goal; return whether this can still have an effect."""
         if self.stage in (Stage.DONE, Stage.WAITING_FOR_RESULT):
             return False
         if self.stage not in (Stage.RECALLING, Stage.PREEMPTING):
             self._enter(Stage.WAITING_FOR_CANCEL_ACK)
         return True
 
-    def lose(self, text: str) -> None:
+    def lose(self, reason: str) -> None:
         """End the goal without a message from the server."""
         if not self.done:
-            self.status, self.text = Status.LOST, text
+            self.status, self.text = Status.LOST, reason
             self._enter(Stage.DONE)
 
     def _take_status(self, status: int, text: str) -> None:
         self._known = True
         stages = stages_after(self.stage, status)
         if stages is None:
-            self._on_violation(f"goal {self.name} was {self.stage.name}, and its server now says status {status}")
+            self._on_violation(f"goal {self.name} was {self.stage.name}, but its server now reports status {status}")
             return
         self.status, self.text = Status(status), text
         for stage in stages:

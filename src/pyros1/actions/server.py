@@ -7,10 +7,10 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from pyros1.actions.goal_id import GoalNames
-from pyros1.actions.goal_table import TOO_OLD, GoalTable, Tracked
-from pyros1.actions.messages import ActionTypes, subscribe_now
+from pyros1.actions.goal_table import TOO_OLD_TEXT, GoalTable, Tracked
+from pyros1.actions.messages import ActionTypes, subscribe_direct
 from pyros1.actions.server_goal import ServerGoal
-from pyros1.actions.states import Move
+from pyros1.actions.states import Transition
 from pyros1.ground.timing import Duration
 from pyros1.msgs import load_message
 from pyros1.node.checks import check_callback, check_positive
@@ -18,23 +18,23 @@ from pyros1.node.checks import check_callback, check_positive
 if TYPE_CHECKING:
     from pyros1.node import Node
 
-_QUEUE = 50
-_INCOMING = 1000
+_QUEUE_SIZE = 50
+_INBOX_SIZE = 1000
 
 
 class Server:
     """Receives goals and reports their state to clients. Also a context manager. See `SimpleServer` for the usual case.
 
-    The callbacks run in separate threads, even in a node that spins. They should return soon: hand goals to threads.
+    The callbacks run in separate threads, even in a node that spins. They should return quickly: use threads for goals.
 
     Args:
-        node: the node whose topics and time are used.
+        node: the node used for communication and time.
         name: name of the action.
-        action: its class, such as FibonacciAction, or its type's name, "actionlib_tutorials/Fibonacci".
-        on_goal: called with each new `ServerGoal`; the goal is accepted or rejected there or later.
+        action: the action's class, such as FibonacciAction, or the name of its type, "actionlib_tutorials/Fibonacci".
+        on_goal: called with each new `ServerGoal`, which it accepts or rejects, now or later.
         on_cancel: called with each goal that a client requests to cancel; its ``cancel_requested`` is already set.
-        frequency: status messages per second; they are also sent at every change.
-        kept: seconds for which the status of a goal is sent after its end.
+        frequency: status messages per second; one is also sent after every change.
+        kept: seconds for which a goal's status is still published after the goal has ended.
 
     Raises:
         ActionError: ``action`` is not an action.
@@ -62,15 +62,15 @@ class Server:
         self._names = GoalNames(node.name)
         self._table: GoalTable[Tracked] = GoalTable(Duration.from_sec(kept))
         self._goals: dict[str, ServerGoal] = {}
-        self._array: Any = load_message("actionlib_msgs/GoalStatusArray")
+        self._status_array: Any = load_message("actionlib_msgs/GoalStatusArray")
         self._closed = False
-        self._statuses = node.advertise(f"{self.name}/status", self._array, queue_size=_QUEUE, latch=True)
-        self._results = node.advertise(f"{self.name}/result", self.types.action_result, queue_size=_QUEUE)
-        self._feedback = node.advertise(f"{self.name}/feedback", self.types.action_feedback, queue_size=_QUEUE)
+        self._statuses = node.advertise(f"{self.name}/status", self._status_array, queue_size=_QUEUE_SIZE, latch=True)
+        self._results = node.advertise(f"{self.name}/result", self.types.action_result, queue_size=_QUEUE_SIZE)
+        self._feedback = node.advertise(f"{self.name}/feedback", self.types.action_feedback, queue_size=_QUEUE_SIZE)
         goal_id = load_message("actionlib_msgs/GoalID")
-        self._cancels = subscribe_now(node, f"{self.name}/cancel", goal_id, self._on_cancel_message, _INCOMING)
-        self._incoming = subscribe_now(
-            node, f"{self.name}/goal", self.types.action_goal, self._on_goal_message, _INCOMING
+        self._cancels = subscribe_direct(node, f"{self.name}/cancel", goal_id, self._on_cancel_message, _INBOX_SIZE)
+        self._incoming = subscribe_direct(
+            node, f"{self.name}/goal", self.types.action_goal, self._on_goal_message, _INBOX_SIZE
         )
         self.publish_status()
         self._timer = node.timer(1.0 / frequency, lambda _: self.publish_status())
@@ -89,7 +89,7 @@ class Server:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    # Sent by goals ----------------------------------------------------------------------------------------------------
+    # Called by goals --------------------------------------------------------------------------------------------------
 
     def publish_status(self) -> None:
         """Send the status of all goals."""
@@ -99,7 +99,7 @@ class Server:
             now = self.node.now()
             for expired in self._table.forget(now):
                 self._goals.pop(expired.status.goal_id.id, None)
-            message = self._array(status_list=[tracked.status for tracked in self._table.goals])
+            message = self._status_array(status_list=[tracked.status for tracked in self._table.goals])
             message.header.stamp = now
             self._statuses.publish(message)
 
@@ -130,7 +130,7 @@ class Server:
         with self.lock:
             now = self.node.now()
             goal_id = message.goal_id
-            known, recalled = self._table.repeat(goal_id.id, now)
+            known, recalled = self._table.find_arrived(goal_id.id, now)
             if known is not None:
                 if recalled:
                     self.publish_result(known.status, None)
@@ -142,27 +142,27 @@ class Server:
             self._table.goals.append(tracked)
             goal = self._goals[goal_id.id] = ServerGoal(self, tracked)
             if self._table.is_too_old(goal_id):
-                goal.cancel(text=TOO_OLD)
+                goal.cancel(text=TOO_OLD_TEXT)
                 return
             self.publish_status()
         self._on_goal(goal)
 
     def _on_cancel_message(self, request: Any) -> None:
-        requested_at = []
+        goals_to_cancel = []
         with self.lock:
-            matching = self._table.matching(request)
+            matching = self._table.match_cancel(request)
             for tracked in matching:
-                if tracked.move(Move.ASK_TO_CANCEL):
+                if tracked.apply(Transition.ASK_TO_CANCEL):
                     goal = self._goals.get(tracked.status.goal_id.id)
                     if goal is not None:
-                        requested_at.append(goal)
+                        goals_to_cancel.append(goal)
             if request.id and self._table.find(request.id) is None:  # its goal may still arrive
-                early = Tracked(request)
-                early.move(Move.ASK_TO_CANCEL)
-                early.ended = self.node.now()
-                self._table.goals.append(early)
+                placeholder = Tracked(request)
+                placeholder.apply(Transition.ASK_TO_CANCEL)
+                placeholder.ended = self.node.now()
+                self._table.goals.append(placeholder)
             self.publish_status()
-        for goal in requested_at:
+        for goal in goals_to_cancel:
             goal.hear_cancel()
             if self._on_cancel is not None:
                 self._on_cancel(goal)

@@ -1,4 +1,4 @@
-"""A received goal: the handle of its server's program."""
+"""The server's handle of a received goal."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from pyros1.actions.errors import ActionError
-from pyros1.actions.states import Move, Status
+from pyros1.actions.states import Status, Transition
 
 if TYPE_CHECKING:
     from pyros1.actions.goal_table import Tracked
@@ -17,8 +17,8 @@ class ServerGoal:
     """A goal that a client has sent.
 
     Attributes:
-        name: the goal's name in the system.
-        goal: the request: the action's goal message, such as FibonacciGoal.
+        name: the goal's name, unique in the ROS system.
+        goal: the action's goal message sent by the client, such as FibonacciGoal.
     """
 
     def __init__(self, server: Server, tracked: Tracked) -> None:
@@ -35,7 +35,7 @@ class ServerGoal:
 
     @property
     def cancel_requested(self) -> bool:
-        """Whether the client, or a newer goal, requests to stop: then call `cancel` or end the goal otherwise, soon."""
+        """Whether the client or a newer goal requests this goal to stop; then it should end soon, as by `cancel`."""
         return self.status in (Status.RECALLING, Status.PREEMPTING)
 
     @property
@@ -44,46 +44,46 @@ class ServerGoal:
         return self.status.ended
 
     def accept(self, text: str = "") -> None:
-        """Begin; raises ActionError, like the other methods here, if the goal's state does not allow it."""
-        self._move(Move.ACCEPT, text)
+        """Accept the goal; raises ActionError, like the other methods here, if the goal's state does not allow it."""
+        self._transition(Transition.ACCEPT, text)
 
     def reject(self, result: Any = None, text: str = "") -> None:
-        """Refuse the goal, before `accept`."""
-        self._end(Move.REJECT, result, text)
+        """Reject the goal; not possible after `accept`."""
+        self._end(Transition.REJECT, result, text)
 
     def succeed(self, result: Any = None, text: str = "") -> None:
-        """End the goal: it was reached.
+        """End the goal because it was reached.
 
         Args:
             result: the action's result message, such as FibonacciResult; None for one with default values.
             text: a description for users.
         """
-        self._end(Move.SUCCEED, result, text)
+        self._end(Transition.SUCCEED, result, text)
 
     def abort(self, result: Any = None, text: str = "") -> None:
-        """End the goal: it could not be reached."""
-        self._end(Move.ABORT, result, text)
+        """End the goal because it could not be reached."""
+        self._end(Transition.ABORT, result, text)
 
     def cancel(self, result: Any = None, text: str = "") -> None:
-        """End the goal: it was stopped."""
-        self._end(Move.CANCEL, result, text)
+        """End the goal because it was cancelled."""
+        self._end(Transition.CANCEL, result, text)
 
     def feedback(self, feedback: Any) -> None:
         """Send the action's feedback message, such as FibonacciFeedback."""
         if not isinstance(feedback, self._server.types.feedback):
-            raise TypeError(f"feedback is a {self._server.types.feedback.__name__}, not {feedback!r:.80}")
+            raise TypeError(f"feedback must be a {self._server.types.feedback.__name__}, not {feedback!r:.80}")
         self._server.publish_feedback(self._tracked.status, feedback)
 
     def ask_to_cancel(self) -> None:
-        """Request the goal to stop, like a client."""
+        """Request the goal to stop, as a client would."""
         with self._server.lock:
-            if not self._tracked.move(Move.ASK_TO_CANCEL):
+            if not self._tracked.apply(Transition.ASK_TO_CANCEL):
                 return
             self._server.publish_status()
         self.hear_cancel()
 
     def on_cancel(self, listener: Callable[[], object]) -> None:
-        """Call a function, in any thread, when the goal is requested to stop; at once if that has already happened."""
+        """Call a function when the goal is requested to stop, in any thread; at once if this has already happened."""
         with self._server.lock:
             self._listeners.append(listener)
             already_requested = self.cancel_requested
@@ -91,22 +91,22 @@ class ServerGoal:
             listener()
 
     def hear_cancel(self) -> None:
-        """Call the listeners."""
+        """Call the listeners added by `on_cancel`."""
         for listener in list(self._listeners):
             listener()
 
-    def _move(self, move: Move, text: str) -> None:
+    def _transition(self, transition: Transition, text: str) -> None:
         with self._server.lock:
-            if not self._tracked.move(move, text):
-                raise ActionError(f"cannot {move.value} goal {self.name}: it is {self.status.name}")
+            if not self._tracked.apply(transition, text):
+                raise ActionError(f"cannot {transition.value} goal {self.name}: it is {self.status.name}")
             self._server.publish_status()
 
-    def _end(self, move: Move, result: Any, text: str) -> None:
-        kind = self._server.types.result
-        if result is not None and not isinstance(result, kind):
-            raise TypeError(f"a result of {self._server.name} is a {kind.__name__}, not {result!r:.80}")
+    def _end(self, transition: Transition, result: Any, text: str) -> None:
+        result_class = self._server.types.result
+        if result is not None and not isinstance(result, result_class):
+            raise TypeError(f"a result of {self._server.name} must be a {result_class.__name__}, not {result!r:.80}")
         with self._server.lock:
-            if not self._tracked.move(move, text):
-                raise ActionError(f"cannot {move.value} goal {self.name}: it is {self.status.name}")
+            if not self._tracked.apply(transition, text):
+                raise ActionError(f"cannot {transition.value} goal {self.name}: it is {self.status.name}")
             self._tracked.ended = self._server.node.now()
             self._server.publish_result(self._tracked.status, result)

@@ -15,12 +15,12 @@ from pyros1.node.checks import check_callback
 if TYPE_CHECKING:
     from pyros1.node import Node
 
-REPLACED = "This goal was canceled because another goal was received by the simple action server"
+REPLACED_TEXT = "This goal was canceled because another goal was received by the simple action server"
 _POLL_INTERVAL = 0.5
 
 
 class SimpleServer:
-    """Works on one goal at a time: a new goal requests the current one to stop, and replaces a waiting one.
+    """Executes one goal at a time: a new goal requests the current one to stop, and replaces a waiting one.
 
     ::
 
@@ -36,13 +36,13 @@ class SimpleServer:
         pyros1.actions.SimpleServer(node, "fibonacci", FibonacciAction, execute)
 
     Args:
-        node: the node whose topics and time are used.
+        node: the node used for communication and time.
         name: name of the action.
-        action: its class, or its type's name.
+        action: the action's class, or the name of its type.
         execute: called with each `ServerGoal`, in a separate thread. If it returns a result message, the goal has
-            succeeded with that result; otherwise it ends the goal with ``goal.abort``, ``goal.cancel`` or
-            ``goal.succeed``, and returns None. After an exception, or if the goal was not ended, it is aborted.
-        frequency, kept: as for `Server`.
+            succeeded with that result; otherwise it must end the goal with ``goal.abort``, ``goal.cancel`` or
+            ``goal.succeed``, and return None. The goal is aborted after an exception, or if it was not ended.
+        frequency, kept: see `Server`.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class SimpleServer:
         self._next: ServerGoal | None = None
         self._closed = False
         node.on_shutdown(self._condition.notify_all)
-        self._server = Server(node, name, action, self._take, self._end_early, frequency=frequency, kept=kept)
+        self._server = Server(node, name, action, self._on_goal, self._on_cancel, frequency=frequency, kept=kept)
         self.name = self._server.name
         self._thread = threading.Thread(target=self._run, name=f"pyros1-action {self.name}", daemon=True)
         self._thread.start()
@@ -73,7 +73,7 @@ class SimpleServer:
         """Request the current goal to stop, wait for it, and stop.
 
         Args:
-            timeout: maximum seconds to wait for the current goal.
+            timeout: maximum number of seconds to wait for the current goal.
         """
         self._closed = True
         current = self._current
@@ -90,22 +90,22 @@ class SimpleServer:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _take(self, goal: ServerGoal) -> None:
+    def _on_goal(self, goal: ServerGoal) -> None:
         with self._lock:
             replaced, self._next = self._next, goal
             current = self._current
         if replaced is not None:
-            self._cancel(replaced, REPLACED)
+            self._cancel(replaced, REPLACED_TEXT)
         if current is not None:
             current.ask_to_cancel()
         self._condition.notify_all()
 
-    def _end_early(self, goal: ServerGoal) -> None:
+    def _on_cancel(self, goal: ServerGoal) -> None:
         with self._lock:
-            waits = goal is self._next
-            if waits:
+            is_waiting = goal is self._next
+            if is_waiting:
                 self._next = None
-        if waits:
+        if is_waiting:
             self._cancel(goal, "")
 
     @staticmethod
@@ -119,15 +119,15 @@ class SimpleServer:
             with self._lock:
                 self._current, self._next = self._next, None
             if self._current is not None:
-                self._work(self._current)
+                self._execute_goal(self._current)
                 self._current = None
 
-    def _work(self, goal: ServerGoal) -> None:
+    def _execute_goal(self, goal: ServerGoal) -> None:
         log = self._node.log
         try:
             goal.accept()
         except ActionError:
-            return  # a client has cancelled it just now
+            return  # a client has just cancelled it
         result, text = None, "execute() returned without finishing the goal"
         try:
             result = self._execute(goal)

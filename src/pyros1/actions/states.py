@@ -1,4 +1,4 @@
-"""States of goals, on both sides, and how they follow each other (pure).
+"""Goal states in clients and servers, and their transitions (pure).
 
 The server knows a goal's status, which it publishes; the client derives from it the stage of its conversation with the
 server (https://wiki.ros.org/actionlib/DetailedDescription).
@@ -25,7 +25,7 @@ class Status(IntEnum):
 
     @property
     def ended(self) -> bool:
-        """Whether no other status follows."""
+        """Whether this status is final."""
         return self in _ENDED
 
 
@@ -45,31 +45,31 @@ class Stage(IntEnum):
     DONE = 7
 
 
-class Move(Enum):
-    """What a server does with a goal, or a client requests."""
+class Transition(Enum):
+    """A change of a goal's status, made by the server or requested by a client."""
 
     ACCEPT = "accept"
     REJECT = "reject"
     ABORT = "abort"
     SUCCEED = "succeed"
-    CANCEL = "cancel"  # the server has stopped it
+    CANCEL = "cancel"  # the server has stopped the goal
     ASK_TO_CANCEL = "ask to cancel"
 
 
-_MOVES: dict[Move, dict[Status, Status]] = {
-    Move.ACCEPT: {Status.PENDING: Status.ACTIVE, Status.RECALLING: Status.PREEMPTING},
-    Move.REJECT: dict.fromkeys((Status.PENDING, Status.RECALLING), Status.REJECTED),
-    Move.ABORT: dict.fromkeys((Status.ACTIVE, Status.PREEMPTING), Status.ABORTED),
-    Move.SUCCEED: dict.fromkeys((Status.ACTIVE, Status.PREEMPTING), Status.SUCCEEDED),
-    Move.CANCEL: dict.fromkeys((Status.PENDING, Status.RECALLING), Status.RECALLED)
+_TRANSITIONS: dict[Transition, dict[Status, Status]] = {
+    Transition.ACCEPT: {Status.PENDING: Status.ACTIVE, Status.RECALLING: Status.PREEMPTING},
+    Transition.REJECT: dict.fromkeys((Status.PENDING, Status.RECALLING), Status.REJECTED),
+    Transition.ABORT: dict.fromkeys((Status.ACTIVE, Status.PREEMPTING), Status.ABORTED),
+    Transition.SUCCEED: dict.fromkeys((Status.ACTIVE, Status.PREEMPTING), Status.SUCCEEDED),
+    Transition.CANCEL: dict.fromkeys((Status.PENDING, Status.RECALLING), Status.RECALLED)
     | dict.fromkeys((Status.ACTIVE, Status.PREEMPTING), Status.PREEMPTED),
-    Move.ASK_TO_CANCEL: {Status.PENDING: Status.RECALLING, Status.ACTIVE: Status.PREEMPTING},
+    Transition.ASK_TO_CANCEL: {Status.PENDING: Status.RECALLING, Status.ACTIVE: Status.PREEMPTING},
 }
 
 
-def status_after(status: int, move: Move) -> Status | None:
-    """Return the status that follows a move of the server; None if the move is not possible now."""
-    return _MOVES[move].get(Status(status)) if 0 <= status <= Status.LOST else None
+def status_after(status: int, transition: Transition) -> Status | None:
+    """Return the status after a transition; None if the transition is not possible now."""
+    return _TRANSITIONS[transition].get(Status(status)) if 0 <= status <= Status.LOST else None
 
 
 _LETTERS = {
@@ -80,8 +80,8 @@ _LETTERS = {
     "W": Stage.WAITING_FOR_RESULT,
 }
 # A column for each stage except DONE, a row for each status that a server may publish. Letters are the next stages,
-# one after the other: the client may have missed messages, but passes through each stage. "." is no change, "!" is
-# wrong.
+# one after the other: the client may have missed messages, but passes through each stage. "." means no change, "!" is
+# a violation of the protocol.
 _COLUMNS = (
     Stage.WAITING_FOR_GOAL_ACK,
     Stage.PENDING,
@@ -103,9 +103,9 @@ _ROWS = {
     Status.ABORTED: "AW  AW  W  . XW XW W",
 }
 _STAGES: dict[tuple[int, int], tuple[Stage, ...] | None] = {
-    (stage, status): None if word == "!" else tuple(_LETTERS[letter] for letter in word if letter != ".")
+    (stage, status): None if cell == "!" else tuple(_LETTERS[letter] for letter in cell if letter != ".")
     for status, row in _ROWS.items()
-    for stage, word in zip(_COLUMNS, row.split(), strict=True)
+    for stage, cell in zip(_COLUMNS, row.split(), strict=True)
 }
 
 

@@ -14,7 +14,7 @@ from actionlib.goal_id_generator import GoalIDGenerator
 from actionlib.handle_tracker_deleter import HandleTrackerDeleter
 from actionlib.server_goal_handle import ServerGoalHandle
 from actionlib.status_tracker import StatusTracker
-from pyros1.actions.goal_table import TOO_OLD, GoalTable
+from pyros1.actions.goal_table import TOO_OLD_TEXT, GoalTable
 from pyros1.actions.states import Status
 from pyros1.drop_in.missing import missing
 from pyros1.msgs.actionlib_msgs.msg import GoalID, GoalStatus, GoalStatusArray
@@ -227,7 +227,7 @@ class ActionServer:
             self.status_list.append(tracker)
             handle = self._handle(tracker)
             if self._table.is_too_old(goal.goal_id):
-                handle.set_canceled(None, TOO_OLD)
+                handle.set_canceled(None, TOO_OLD_TEXT)
             else:
                 self.goal_callback(handle)
 
@@ -237,7 +237,7 @@ class ActionServer:
             if not self.started:
                 return
             rospy.logdebug("The action server has received a new cancel request")
-            for tracker in self._table.matching(goal_id):
+            for tracker in self._table.match_cancel(goal_id):
                 if tracker.handle_tracker is None:
                     tracker.handle_destruction_time = rospy.Time.now()
                 handle = self._handle(tracker)

@@ -6,7 +6,7 @@ from typing import Any
 
 import rospy
 
-from pyros1.actions.states import Move
+from pyros1.actions.states import Transition
 from pyros1.drop_in.missing import missing
 from pyros1.msgs.actionlib_msgs.msg import GoalID, GoalStatus
 
@@ -19,10 +19,10 @@ __getattr__ = missing("actionlib.server_goal_handle")
 
 _PLACE = "To transition to %s state, the goal must be in a %s state, it is currently in state: %d"
 _ENDS = {
-    Move.CANCEL: ("canceled", "a cancelled", "pending, recalling, active, or preempting"),
-    Move.REJECT: ("rejected", "a rejected", "pending or recalling"),
-    Move.ABORT: ("aborted", "an aborted", "preempting or active"),
-    Move.SUCCEED: ("succeeded", "a succeeded", "preempting or active"),
+    Transition.CANCEL: ("canceled", "a cancelled", "pending, recalling, active, or preempting"),
+    Transition.REJECT: ("rejected", "a rejected", "pending or recalling"),
+    Transition.ABORT: ("aborted", "an aborted", "preempting or active"),
+    Transition.SUCCEED: ("succeeded", "a succeeded", "preempting or active"),
 }
 
 
@@ -90,7 +90,7 @@ class ServerGoalHandle:
     def set_accepted(self, text: str = "") -> None:
         """Accept the goal. If its state does not allow that, an error is logged, like in the following methods."""
         self._log("Accepting goal, id: %s, stamp: %.2f")
-        if self._move(Move.ACCEPT, text, "an active", "pending or recalling"):
+        if self._transition(Transition.ACCEPT, text, "an active", "pending or recalling"):
             with self.action_server.lock:
                 self.action_server.publish_status()
 
@@ -101,19 +101,19 @@ class ServerGoalHandle:
             result: the action's result message, such as TestResult; None for one with default values.
             text: a human-readable text.
         """
-        self._end(Move.CANCEL, result, text)
+        self._end(Transition.CANCEL, result, text)
 
     def set_rejected(self, result: Any = None, text: str = "") -> None:
         """Reject the goal, before `set_accepted`."""
-        self._end(Move.REJECT, result, text)
+        self._end(Transition.REJECT, result, text)
 
     def set_aborted(self, result: Any = None, text: str = "") -> None:
         """Finish the goal as aborted."""
-        self._end(Move.ABORT, result, text)
+        self._end(Transition.ABORT, result, text)
 
     def set_succeeded(self, result: Any = None, text: str = "") -> None:
         """Finish the goal as succeeded."""
-        self._end(Move.SUCCEED, result, text)
+        self._end(Transition.SUCCEED, result, text)
 
     def set_cancel_requested(self) -> bool:
         """Record that a client requests to cancel the goal; return whether it can still be canceled."""
@@ -121,7 +121,7 @@ class ServerGoalHandle:
         if not self.goal:
             return False
         with self.action_server.lock:
-            if not self.status_tracker.move(Move.ASK_TO_CANCEL):
+            if not self.status_tracker.apply(Transition.ASK_TO_CANCEL):
                 return False
             self.action_server.publish_status()
             return True
@@ -129,21 +129,21 @@ class ServerGoalHandle:
     def _log(self, text: str) -> None:
         rospy.logdebug(text, self.get_goal_id().id, self.get_goal_id().stamp.to_sec())
 
-    def _move(self, move: Move, text: str, name: str, allowed: str) -> bool:
+    def _transition(self, transition: Transition, text: str, name: str, allowed: str) -> bool:
         if not self.goal:
             rospy.logerr("Attempt to set status on an uninitialized ServerGoalHandle")
             return False
         with self.action_server.lock:
-            if self.status_tracker.move(move, text):
+            if self.status_tracker.apply(transition, text):
                 return True
             rospy.logerr(_PLACE, name, allowed, self.status_tracker.status.status)
             return False
 
-    def _end(self, move: Move, result: Any, text: str) -> None:
-        verb, name, allowed = _ENDS[move]
+    def _end(self, transition: Transition, result: Any, text: str) -> None:
+        verb, name, allowed = _ENDS[transition]
         result = result or self.get_default_result()
         self._log(f"Setting status to {verb} on goal, id: %s, stamp: %.2f")
-        if self._move(move, text, name, allowed):
+        if self._transition(transition, text, name, allowed):
             with self.action_server.lock:
                 self.status_tracker.handle_destruction_time = rospy.Time.now()
                 self.action_server.publish_result(self.status_tracker.status, result)

@@ -11,7 +11,7 @@ import rospy
 
 from actionlib.action_server import ActionServer, nop_cb
 from actionlib.server_goal_handle import ServerGoalHandle
-from pyros1.actions.simple_server import REPLACED
+from pyros1.actions.simple_server import REPLACED_TEXT
 from pyros1.drop_in.missing import missing
 from pyros1.msgs.actionlib_msgs.msg import GoalStatus
 
@@ -113,7 +113,7 @@ class SimpleActionServer:
                 rospy.logerr("Attempting to accept the next goal when a new goal is not available")
                 return None
             if self.is_active() and self.current_goal != self.next_goal:
-                self.current_goal.set_canceled(None, REPLACED)
+                self.current_goal.set_canceled(None, REPLACED_TEXT)
             rospy.logdebug("Accepting a new goal")
             self.current_goal = self.next_goal
             self.new_goal = False
@@ -178,10 +178,10 @@ class SimpleActionServer:
         rospy.logdebug("A new goal %s has been received by the single goal action server", goal.get_goal_id().id)
         known = [each for each in (self.current_goal, self.next_goal) if each.get_goal()]
         if known and goal.get_goal_id().stamp < max(each.get_goal_id().stamp for each in known):
-            goal.set_canceled(None, REPLACED)
+            goal.set_canceled(None, REPLACED_TEXT)
             return
         if self.next_goal.get_goal() and self.next_goal != self.current_goal:
-            self.next_goal.set_canceled(None, REPLACED)
+            self.next_goal.set_canceled(None, REPLACED_TEXT)
         self.next_goal = goal
         self.new_goal = True
         self.new_goal_preempt_request = False
