@@ -13,16 +13,16 @@
 
     asyncio.run(main())
 
-Messages are received by the same rules as in a :class:`pyros1.Node`. For iterations that lose no message, the asyncio
-loop drives the deliveries itself (``driver.py``), and a slow iteration holds the publishers back. Iterations with a
-``queue_size`` get the newest messages even after other tasks have kept the loop busy; the node's threads receive
-these. Messages are decoded when the iteration takes them. Nothing here blocks the asyncio loop: calls to the master
+Messages are received as in a :class:`pyros1.Node`. For iterations that must not lose any message, the asyncio
+loop itself drives the deliveries (``driver.py``), and a slow iteration holds the publishers back. Iterations with a
+``queue_size`` get the newest messages even after other tasks have kept the loop busy, as the node's threads receive
+them. Messages are decoded when the iteration returns them. Nothing here blocks the asyncio loop: calls to the master
 and to other nodes run in worker threads.
 
-To wait for a message for a limited time: ``await asyncio.wait_for(anext(messages), 0.5)``. A late message is not lost.
+To wait for a message with a timeout: ``await asyncio.wait_for(anext(messages), 0.5)``. A late message is not lost.
 
-SIGINT and SIGTERM end the node: its hooks run, iterations and waits end, and with them the body of ``async with``, so
-that the program exits with code 0. The program must end other tasks itself. A second signal ends the program at once.
+SIGINT and SIGTERM shut the node down: its hooks run, and iterations, waits and the body of ``async with`` end, so
+that the program exits with code 0. The program must end other tasks itself. A second signal ends it at once.
 """
 
 from pyros1.aio.messages import Messages

@@ -18,21 +18,21 @@ if TYPE_CHECKING:
 _M = TypeVar("_M")
 
 MAX_PENDING = 100
-"""Number of messages that wait for an iteration without ``queue_size`` before their publisher is held back."""
+"""Number of queued messages from which a publisher is held back, for iterations without ``queue_size``."""
 
 
 class Messages(Generic[_M]):
-    """The messages of one topic, for ``async for``; made by ``Node.subscribe``. Ends when the node shuts down.
+    """The messages of one topic, for ``async for``; created by ``Node.subscribe``. Ends when the node shuts down.
 
-    They wait undecoded, in a queue for each publisher; publishers take turns, like in a subscriber with a callback.
+    They are queued undecoded, in one queue for each publisher; publishers take turns, as for a callback.
 
-    Has no lock: messages may be added and taken in different threads, and a signal handler may run at any moment.
+    Uses no lock: messages may be added and removed by different threads, and a signal handler may run at any time.
 
     Args:
-        loop: the asyncio loop that iterates.
-        limit: maximum number of waiting messages of each publisher; older ones are dropped. None drops nothing:
+        loop: the asyncio loop in which the iteration runs.
+        limit: maximum number of queued messages of each publisher; older ones are dropped. None drops nothing:
             publishers are held back.
-        urgent: whether no other subscriber may hold back the message that this waits for.
+        urgent: whether other subscribers must not hold back the message awaited here.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop, limit: int | None, urgent: bool = False) -> None:
@@ -43,17 +43,17 @@ class Messages(Generic[_M]):
         self._inboxes: dict[Source, Inbox] = {}
         self._inbox_set = InboxSet()
         self._ready = asyncio.Event()
-        self._wake_scheduled = False  # the loop will check
+        self._wake_scheduled = False  # the loop has been asked to check for messages
         self._ended = False
         self._abandoned = False
         self._full_inboxes: set[Inbox] = set()  # those whose publishers are held back
-        self._cleanup_at = 1  # number of inboxes from which those of disconnected publishers are removed
+        self._cleanup_at = 1  # number of inboxes at which those of disconnected publishers are removed
         self._subscriber: Subscriber[_M] | None = None
 
     # For the subscription ---------------------------------------------------------------------------------------------
 
     def put(self, source: Source, item: Item) -> None:
-        """Accept a message. One thread at a time."""
+        """Add a message. May be called by one thread at a time."""
         inbox = self._inboxes.get(source)
         if inbox is None:
             inbox = self._open(source)
@@ -62,7 +62,7 @@ class Messages(Generic[_M]):
             self._inbox_set.mark_ready(inbox)
         if self._limit is None and inbox.full(MAX_PENDING):
             self._full_inboxes.add(inbox)
-            if not inbox.full(MAX_PENDING // 2):  # the loop was faster, and may have missed it
+            if not inbox.full(MAX_PENDING // 2):  # the loop has emptied it, perhaps before it was added to the set
                 self._full_inboxes.discard(inbox)
         if not self._wake_scheduled:
             self._wake_scheduled = True
@@ -92,7 +92,7 @@ class Messages(Generic[_M]):
 
     @property
     def urgent(self) -> bool:
-        """Whether it waits for a message that no other subscriber may hold back."""
+        """Whether a message is awaited that other subscribers must not hold back."""
         return self._urgent and not self._ended and not self._inbox_set.ready
 
     def _wake(self) -> None:
@@ -101,11 +101,11 @@ class Messages(Generic[_M]):
             return
         try:
             self._loop.call_soon_threadsafe(self._ready.set)
-        except RuntimeError:  # the asyncio loop is closed: there is no receiver any more
+        except RuntimeError:  # the asyncio loop is closed, so nothing iterates any more
             self._ended = True
 
     def attach(self, subscriber: Subscriber[_M]) -> None:
-        """Set the handle of the subscription; messages may have come before. Any thread."""
+        """Set the handle of the subscription. Messages may already have arrived. May be called by any thread."""
         self._subscriber = subscriber
         if self._abandoned:
             subscriber.unregister()
@@ -122,16 +122,16 @@ class Messages(Generic[_M]):
 
     @property
     def waiting(self) -> int:
-        """Number of messages that wait for the iteration."""
+        """Number of messages queued for the iteration."""
         return len(self._inbox_set)
 
     @property
     def dropped(self) -> int:
-        """Number of messages lost because the iteration was too slow, see ``queue_size``."""
+        """Number of messages dropped because the iteration was too slow, see ``queue_size``."""
         return self._inbox_set.dropped
 
     def end(self) -> None:
-        """End the iteration after the messages that already wait. Any thread."""
+        """End the iteration after the messages that are already queued. May be called by any thread."""
         self._ended = True
         self._wake()
         if self._subscriber is not None:
@@ -143,7 +143,7 @@ class Messages(Generic[_M]):
     async def __anext__(self) -> _M:
         while True:
             while self._inbox_set.ready:
-                message = self._take()
+                message = self._next_message()
                 if message is not None:
                     return message
             self._wake_scheduled = False
@@ -154,7 +154,7 @@ class Messages(Generic[_M]):
                 raise StopAsyncIteration
             await self._ready.wait()
 
-    def _take(self) -> _M | None:
+    def _next_message(self) -> _M | None:
         """Return the next message of the publisher whose turn it is; None if there is none, or it cannot be decoded."""
         inbox = self._inbox_set.ready.pop(0)
         item = inbox.take()
@@ -174,7 +174,7 @@ class Messages(Generic[_M]):
         """Unsubscribe."""
         self.end()
         if self._subscriber is not None:
-            # A cancellation only ends the wait.
+            # A cancellation ends only the wait.
             await asyncio.shield(self._loop.run_in_executor(None, self._subscriber.unregister))
 
     async def __aenter__(self) -> Messages[_M]:

@@ -33,15 +33,15 @@ _M = TypeVar("_M")
 _R = TypeVar("_R")
 
 
-GRACE = 0.5
-"""Seconds that the body of ``async with`` has to end on its own after a signal has ended the node."""
-_INTERRUPTED = 130
+GRACE_PERIOD = 0.5
+"""Seconds that the body of ``async with`` has to finish on its own after a signal has shut down the node."""
+_INTERRUPTED_EXIT_CODE = 130
 
 
 class _Signals(SignalHandlers):
-    """Handlers that replace those of asyncio, which cancel the main task and print a KeyboardInterrupt.
+    """Signal handlers that replace those of asyncio, which cancel the main task and print a KeyboardInterrupt.
 
-    A second signal ends the program from its loop, so that tasks are cancelled in order; a third one, anywhere.
+    A second signal ends the program from its loop, so that tasks are cancelled properly; a third one ends it at once.
     """
 
     loop: asyncio.AbstractEventLoop | None = None
@@ -62,15 +62,15 @@ class _Signals(SignalHandlers):
 
 
 def _no_callback(message: object) -> None:
-    """Stand in for the callback of a subscriber that has a stream."""
+    """Do nothing: the callback of a subscriber that has a stream."""
 
 
 class _Node(SyncNode):
-    """The underlying node, which is available before it has found its master.
+    """The underlying node, which is available before it has contacted its master.
 
     Args:
-        on_created: called with it when it can be ended.
-        options: as for :class:`pyros1.Node`.
+        on_created: called with this node as soon as it can be shut down.
+        options: see :class:`pyros1.Node`.
     """
 
     def __init__(self, on_created: Callable[[SyncNode], None], name: str, **options: Any) -> None:
@@ -101,20 +101,20 @@ class Node:
     """A ROS node for asyncio programs. Use it with ``async with``.
 
     Args:
-        name: as for :class:`pyros1.Node`.
-        handle_signals: end the node on SIGINT and SIGTERM, and then the body of ``async with``, which is cancelled if
-            it does not end soon on its own. Possible in the main thread only.
+        name: see :class:`pyros1.Node`.
+        handle_signals: whether SIGINT and SIGTERM shut the node down and end the body of ``async with``, which is
+            cancelled if it does not finish soon on its own. Only possible in the main thread.
         options: all other keyword arguments of :class:`pyros1.Node` except ``callbacks``.
     """
 
     def __init__(self, name: str, *, handle_signals: bool = True, **options: Any) -> None:
         if "callbacks" in options:
-            raise TypeError("pyros1.aio.Node has no callbacks=: receive messages with async for")
-        self._make: Callable[[], _Node] = lambda: _Node(self._on_created, name, handle_signals=False, **options)
+            raise TypeError("pyros1.aio.Node does not accept callbacks=: receive messages with async for")
+        self._create_node: Callable[[], _Node] = lambda: _Node(self._on_created, name, handle_signals=False, **options)
         self._signals = _Signals(self._on_signal) if handle_signals else None
-        self._cancel_timer: asyncio.TimerHandle | None = None  # cancels the body
+        self._cancel_timer: asyncio.TimerHandle | None = None  # cancels the body of ``async with``
         self._signal_timer: asyncio.TimerHandle | None = None
-        self._cancelled = False
+        self._body_cancelled = False
         self._starting_node: SyncNode | None = None
         self._node: _Node | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -130,21 +130,21 @@ class Node:
             self._signals.install()
             self._poll_signals()
         try:
-            self._node = await asyncio.to_thread(self._make)
+            self._node = await asyncio.to_thread(self._create_node)
         except BaseException as error:
             if self._starting_node is not None:
-                self._end_soon("the program does not wait for it")  # the thread continues after a cancellation
+                self._request_shutdown("the program no longer waits for it")  # the thread outlives a cancellation
             if self._signals is not None:
                 self._stop_polling_signals()
                 self._signals.restore()
                 if self._signals.count and isinstance(error, Error):
-                    raise SystemExit(_INTERRUPTED) from None  # Ctrl-C while waiting for the master or its answer
+                    raise SystemExit(_INTERRUPTED_EXIT_CODE) from None  # Ctrl-C while waiting for the master
             raise
         if can_drive(self._loop):
             self._driver = LoopDriver(self._loop, self._on_error)
         self._node.on_shutdown(self._end_streams)
-        if self._signals is not None and self._signals.count:  # a signal came just before
-            self._set_limit()
+        if self._signals is not None and self._signals.count:  # a signal arrived just before
+            self._schedule_cancel()
         return self
 
     async def __aexit__(
@@ -159,7 +159,7 @@ class Node:
             self._signals.restore()
         if kind is None:
             return False
-        if issubclass(kind, asyncio.CancelledError) and self._cancelled:
+        if issubclass(kind, asyncio.CancelledError) and self._body_cancelled:
             uncancel = getattr(self._task, "uncancel", None)  # exists since Python 3.11
             return uncancel is None or uncancel() == 0
         return issubclass(kind, NodeShutdownError)  # a wait ended because the node was shut down
@@ -167,21 +167,21 @@ class Node:
     def _on_created(self, node: SyncNode) -> None:
         self._starting_node = node
         if self._signals is not None and self._signals.count:
-            self._end_soon("a signal")
+            self._request_shutdown("a signal")
 
-    def _end_soon(self, reason: str) -> None:
+    def _request_shutdown(self, reason: str) -> None:
         if self._starting_node is not None:
             self._starting_node._context.loop.call_soon(self._starting_node._shutdown.request, reason)
 
     def _on_signal(self, number: int) -> None:
-        """Start the shutdown; in the signal handler, so no lock may be acquired."""
-        self._end_soon(f"signal {number}")
+        """Start the shutdown. Runs in the signal handler, so no lock may be acquired."""
+        self._request_shutdown(f"signal {number}")
         if self._loop is not None:
             with contextlib.suppress(RuntimeError):  # the asyncio loop is closed already
-                self._loop.call_soon_threadsafe(self._set_limit)
+                self._loop.call_soon_threadsafe(self._schedule_cancel)
 
     def _poll_signals(self) -> None:
-        """Let Python run signal handlers: a signal just before the loop begins to wait does not end that wait."""
+        """Let Python run signal handlers: a signal just before the loop starts waiting does not end that wait."""
         assert self._loop is not None
         self._signal_timer = self._loop.call_later(POLL_INTERVAL, self._poll_signals)
 
@@ -189,14 +189,14 @@ class Node:
         if self._signal_timer is not None:
             self._signal_timer.cancel()
 
-    def _set_limit(self) -> None:
+    def _schedule_cancel(self) -> None:
         assert self._loop is not None
         if self._node is not None:
-            self._cancel_timer = self._loop.call_later(GRACE, self._cancel)
+            self._cancel_timer = self._loop.call_later(GRACE_PERIOD, self._cancel_body)
 
-    def _cancel(self) -> None:
+    def _cancel_body(self) -> None:
         if self._task is not None:
-            self._cancelled = True
+            self._body_cancelled = True
             self._task.cancel()
 
     def _on_error(self, error: BaseException) -> None:
@@ -210,10 +210,10 @@ class Node:
 
     @property
     def sync(self) -> SyncNode:
-        """The underlying node: its log, names and everything that does not wait.
+        """The underlying node, for its log, names and all methods that do not block.
 
         Raises:
-            NodeShutdownError: before ``async with``.
+            NodeShutdownError: ``async with`` was not entered.
         """
         if self._node is None:
             raise NodeShutdownError("use the node with: async with pyros1.aio.Node(...) as node")
@@ -236,10 +236,12 @@ class Node:
         """Publish on a topic, see :meth:`pyros1.Node.advertise`. The publisher's ``publish`` does not wait.
 
         Raises:
-            ValueError: ``queue_size=None``, which would make ``publish`` wait.
+            ValueError: ``queue_size=None``, which would make ``publish`` block.
         """
         if options.get("queue_size", 1) is None:
-            raise ValueError("queue_size=None makes publish() wait for subscribers: not in an asyncio program")
+            raise ValueError(
+                "queue_size=None makes publish() wait for subscribers, which an asyncio program must not do"
+            )
         return await asyncio.to_thread(lambda: self.sync.advertise(topic, type, **options))
 
     async def subscribe(
@@ -248,8 +250,8 @@ class Node:
         """Subscribe to a topic; returns when it is registered with the master.
 
         Args:
-            queue_size: maximum number of messages of each publisher waiting for the iteration; older ones are dropped
-                undecoded. None drops nothing: a publisher with 100 waiting messages is held back, and so are other
+            queue_size: maximum number of messages of each publisher queued for the iteration; older ones are dropped
+                undecoded. None drops nothing: a publisher with 100 queued messages is held back, and so are other
                 subscriptions of the topic in this node, except `wait_for_message`.
         """
         return await self._subscribe(topic, type, queue_size, tcp_nodelay)
@@ -263,7 +265,7 @@ class Node:
         assert isinstance(node, _Node) and loop is not None
         stream: Messages[_M] = Messages(loop, queue_size, urgent)
         self._streams.add(stream)
-        # Tasks may keep the loop busy: messages that it does not receive meanwhile cannot replace older ones.
+        # Tasks may keep the loop busy, and messages that it does not receive meanwhile cannot replace older ones.
         driver = None if stream.wants_newest else self._driver
 
         def subscribe() -> None:
@@ -272,7 +274,7 @@ class Node:
         try:
             await asyncio.to_thread(subscribe)
         except asyncio.CancelledError:
-            stream.abandon()  # the thread continues
+            stream.abandon()  # the thread keeps running
             raise
         return stream
 
@@ -285,23 +287,23 @@ class Node:
     async def wait_for_message(self, topic: str, type: type[_M] | str, timeout: float | None = None) -> _M:
         """Wait for one new message.
 
-        An iteration over the same topic, which may wait for this call, continues to receive meanwhile, so that more
-        messages than usual may wait for it.
+        An iteration over the same topic, which may be waiting for this call, continues to receive messages, so more of
+        them than usual may be queued for it.
 
         Raises:
-            WaitTimeoutError: none came within ``timeout`` seconds.
+            WaitTimeoutError: no message arrived within ``timeout`` seconds.
             NodeShutdownError: the node is shutting down.
         """
         check_name(topic, "wait_for_message(topic, type)")
         check_timeout(timeout)
 
-        async def first() -> _M:
+        async def receive() -> _M:
             async with await self._subscribe(topic, type, 1, urgent=True) as stream:
                 async for message in stream:
                     return message
             raise NodeShutdownError(f"{self.name} is shutting down")
 
-        return await _within(first(), timeout, f"timeout exceeded while waiting for message on topic {topic}")
+        return await _with_timeout(receive(), timeout, f"timeout exceeded while waiting for message on topic {topic}")
 
     def watch(self, name: str, *, period: float = 0.5, limit: float = 1.0) -> Sightings:
         """Watch another node: ``async for sighting in node.watch("controller")``; see :meth:`pyros1.Node.watch`."""
@@ -318,7 +320,7 @@ class Node:
     async def call(self, client: ServiceClient, *args: Any, **fields: Any) -> Any:
         """Call a service with a client that `service` returned, in a worker thread."""
         if not isinstance(client, ServiceClient):
-            raise TypeError(f"call: the client must be what service(name, type) returns, not {client!r:.80}")
+            raise TypeError(f"call: the client must be one that service(name, type) returned, not {client!r:.80}")
         return await asyncio.to_thread(lambda: client(*args, **fields))
 
     def service(self, name: str, type: type[Service] | str, *, persistent: bool = False) -> ServiceClient:
@@ -331,7 +333,7 @@ class Node:
         """Provide a service.
 
         Args:
-            handler: a coroutine function or a function, run on the asyncio loop; returns the same as a handler of
+            handler: a coroutine function or a function, called in the asyncio loop; returns the same as a handler of
                 :meth:`pyros1.Node.advertise_service`.
         """
         check_callback(handler, "advertise_service(name, type, handler)", "handler", type)
@@ -339,8 +341,8 @@ class Node:
         assert loop is not None
 
         async def run(request: Any) -> Any:
-            answer = handler(request)
-            return await answer if isinstance(answer, Awaitable) else answer
+            response = handler(request)
+            return await response if isinstance(response, Awaitable) else response
 
         def handle(request: Any) -> Any:
             future = asyncio.run_coroutine_threadsafe(run(request), loop)
@@ -361,8 +363,8 @@ class Node:
         await asyncio.to_thread(self.sync.params.set, name, value)
 
 
-async def _within(work: Coroutine[Any, Any, _R], timeout: float | None, text: str) -> _R:
+async def _with_timeout(coroutine: Coroutine[Any, Any, _R], timeout: float | None, message: str) -> _R:
     try:
-        return await asyncio.wait_for(work, timeout)
+        return await asyncio.wait_for(coroutine, timeout)
     except (TimeoutError, asyncio.TimeoutError):  # not the same class before Python 3.11
-        raise WaitTimeoutError(text) from None
+        raise WaitTimeoutError(message) from None

@@ -18,30 +18,30 @@ if TYPE_CHECKING:
 
 
 class Sightings:
-    """The news of a watched node, for ``async for``; made by ``Node.watch``. Ends when the node shuts down.
+    """The sightings of a watched node, for ``async for``; created by ``Node.watch``. Ends when the node shuts down.
 
-    If more than 100 wait, the oldest are dropped. Also a context manager that ends the watch.
+    If more than 100 are queued, the oldest are dropped. Also a context manager that ends the watch.
 
     Args:
-        loop: the asyncio loop that iterates.
-        begin: begins the watch; gets the function to call with each Sighting, in the node's thread.
+        loop: the asyncio loop in which the iteration runs.
+        begin: begins the watch; its argument is the function to call with each Sighting, in the node's thread.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop, begin: Callable[[Callable[[Sighting], None]], Watch]) -> None:
         self._loop = loop
-        self._waiting: deque[Sighting] = deque(maxlen=MAX_PENDING)
+        self._queue: deque[Sighting] = deque(maxlen=MAX_PENDING)
         self._ready = asyncio.Event()
         self._ended = False
         self._watch = begin(self._on_sighting)
 
     def _on_sighting(self, sighting: Sighting) -> None:
-        self._waiting.append(sighting)
+        self._queue.append(sighting)
         self._wake()
 
     def _wake(self) -> None:
         try:
             self._loop.call_soon_threadsafe(self._ready.set)
-        except RuntimeError:  # the asyncio loop is closed: there is no receiver any more
+        except RuntimeError:  # the asyncio loop is closed, so nothing iterates any more
             self._ended = True
 
     @property
@@ -60,7 +60,7 @@ class Sightings:
         return self._watch.last
 
     def close(self) -> None:
-        """End the watch and, after the news that already waits, the iteration. Any thread."""
+        """End the watch, and the iteration after the queued sightings. May be called by any thread."""
         self._ended = True
         self._watch.close()
         self._wake()
@@ -69,13 +69,13 @@ class Sightings:
         return self
 
     async def __anext__(self) -> Sighting:
-        while not self._waiting:
+        while not self._queue:
             if self._ended:
                 raise StopAsyncIteration
             self._ready.clear()
-            if not self._waiting and not self._ended:  # the state before the event was cleared
+            if not self._queue and not self._ended:  # check again, now that the event is cleared
                 await self._ready.wait()
-        return self._waiting.popleft()
+        return self._queue.popleft()
 
     def __enter__(self) -> Sightings:
         return self
