@@ -1,14 +1,14 @@
-"""Fixtures for pytest, which finds them by itself where pyros1 is installed.
+"""Fixtures for pytest, available automatically wherever pyros1 is installed.
 
-| fixture | what a test gets |
+| fixture | value |
 |---|---|
-| `ros_master` | a master of its own, on a free port; ROS_MASTER_URI and ROS_HOME say so for the length of the test |
-| `ros_node` | a function that makes nodes as `pyros1.Node` does |
+| `ros_master` | a separate master on a free port; ROS_MASTER_URI and ROS_HOME are set for the duration of the test |
+| `ros_node` | a function that creates nodes like `pyros1.Node` |
 | `ros_listen` | a function that listens to a topic, and returns a `Heard` |
-| `ros_run` | a function that starts a program of a package, as `pyros1 run` does, and returns a `Program` |
-| `ros_launch` | a function that starts a launch file, as `pyros1 launch` does, and returns a `Program` |
+| `ros_run` | a function that starts a program of a package like `pyros1 run`, and returns a `Program` |
+| `ros_launch` | a function that starts a launch file like `pyros1 launch`, and returns a `Program` |
 
-All of it ends with the test. pyros1 is loaded by the first test that uses one of them.
+Everything is shut down at the end of the test. pyros1 is not imported before a test uses one of these fixtures.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 @pytest.fixture
 def ros_master(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Master]:
-    """A master on a free port of 127.0.0.1; see its ``uri``. Log files go to the test's folder."""
+    """A master on a free port of 127.0.0.1; see its ``uri``. Log files are written to the test's temporary folder."""
     from pyros1.master.server import Master
 
     server = Master(port=0, bind_host="127.0.0.1", advertised_host="127.0.0.1")
@@ -45,24 +45,24 @@ def ros_master(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[Mast
 
 @pytest.fixture
 def ros_node(ros_master: Master) -> Iterator[Callable[..., Node]]:
-    """Return a function that makes a node: ``ros_node(name, **options)``, as `pyros1.Node`, but without pytest's
-    command line, and without handlers of signals.
+    """Return a function that creates a node: ``ros_node(name, **options)``, like `pyros1.Node`, but without pytest's
+    command line arguments, and without signal handlers.
     """
     from pyros1.node import Node
 
     with ExitStack() as nodes:
 
-        def make(name: str, **options: Any) -> Node:
+        def create(name: str, **options: Any) -> Node:
             node = Node(name, **{"argv": [], "handle_signals": False, **options})
             nodes.callback(node.shutdown)
             return node
 
-        yield make
+        yield create
 
 
 @pytest.fixture
 def ros_listen(ros_node: Callable[..., Node]) -> Callable[[str, Any], Heard[Any]]:
-    """Return a function that listens: ``ros_listen(topic, type)``, a message class or a name like
+    """Return a function that listens to a topic: ``ros_listen(topic, type)``; type is a message class or a name like
     "std_msgs/Float64". All topics of a test share one node.
     """
     from pyros1.testing.heard import Heard
@@ -98,8 +98,8 @@ def ros_launch(ros_master: Master) -> Iterator[Callable[..., Program]]:
 def _starter(command: str, programs: ExitStack) -> Callable[..., Program]:
     from pyros1.testing.programs import Program, pyros1_command
 
-    def start(*words: object, environ: dict[str, str] | None = None) -> Program:
-        program = Program(pyros1_command(command, *map(str, words)), {**os.environ, **(environ or {})})
+    def start(*arguments: object, environ: dict[str, str] | None = None) -> Program:
+        program = Program(pyros1_command(command, *map(str, arguments)), {**os.environ, **(environ or {})})
         programs.callback(program.stop)
         return program
 

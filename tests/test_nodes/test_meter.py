@@ -8,11 +8,11 @@ from pyros1.test_nodes.check import FailedError
 from pyros1.test_nodes.hz import Meter
 
 
-def verdict(meter: Meter, *times: float) -> str:
+def check_rate(meter: Meter, *times: float) -> str:
     for now in times:
         meter.add(now)
     try:
-        meter.verdict()
+        meter.check_rate()
     except FailedError as error:
         return str(error)
     return ""
@@ -36,7 +36,7 @@ def verdict(meter: Meter, *times: float) -> str:
 )
 def test_the_mean_rate(hz: float, hzerror: float, times: tuple[float, ...], said: str) -> None:
     """Time that is 0 does not run yet; where it jumps back, counting begins anew."""
-    found = verdict(Meter(hz, hzerror), *times)
+    found = check_rate(Meter(hz, hzerror), *times)
     assert said in found and bool(said) == bool(found)
 
 
@@ -50,5 +50,5 @@ def test_the_mean_rate(hz: float, hzerror: float, times: tuple[float, ...], said
     ],
 )
 def test_every_interval(hzerror: float, times: tuple[float, ...], said: str) -> None:
-    found = verdict(Meter(10, hzerror, check_intervals=True), *times)
+    found = check_rate(Meter(10, hzerror, check_intervals=True), *times)
     assert said in found and bool(said) == bool(found)

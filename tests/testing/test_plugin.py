@@ -68,7 +68,7 @@ def test_a_message_that_does_not_come_is_told_with_what_is_known(
         heard.first(timeout=0.01)
     publisher.publish(data=7.0)
     heard.next()
-    with pytest.raises(AssertionError, match=r"1 arrived in all, the last one:\ndata: 7.0"):
+    with pytest.raises(AssertionError, match=r"1 messages arrived in total, the last one:\ndata: 7.0"):
         heard.first(lambda message: message.data > 7, timeout=0.01)
 
 
@@ -90,7 +90,7 @@ def test_only_the_newest_are_kept(
     for number in range(5):
         publisher.publish(data=float(number))
     heard.first(lambda message: message.data == 4.0)
-    with pytest.raises(AssertionError, match="2 messages of /a were forgotten: only 3 are kept"):
+    with pytest.raises(AssertionError, match="2 messages of /a were discarded: only the newest 3 are kept"):
         heard.wait(5)
     assert [message.data for message in heard.messages] == [2.0, 3.0, 4.0]
 

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.graph import Graph, probe_service
 from pyros1.ground.errors import Error
-from pyros1.test_nodes.check import STEP, SetupError, Test, await_clock, entries, pause, require
+from pyros1.test_nodes.check import POLL_INTERVAL, SetupError, Test, list_param, pause, require, wait_for_clock
 
 if TYPE_CHECKING:
     from pyros1.node import Node
 
 _DEFAULTS = {"timeout": 10, "type": None, "negative": False}
-_List = Callable[[], Iterable[str]]
+_ListNames = Callable[[], Iterable[str]]
 _TypeOf = Callable[[str], "str | None"]
 
 
@@ -22,16 +22,16 @@ def advertise_tests(node: Node) -> dict[str, Test]:
     """Return the test cases of advertisetest, by name.
 
     Args:
-        node: with the parameters ~topics and ~services:
-            ``[{name: NAME, timeout: SECONDS, type: TYPE, negative: BOOL}, ...]``, names in full.
+        node: the node; its parameters ~topics and ~services are
+            ``[{name: NAME, timeout: SECONDS, type: TYPE, negative: BOOL}, ...]`` with full names.
 
     Raises:
         SetupError: the parameters contain nothing to test.
     """
     graph = Graph(node.master)
-    topics, services = entries(node, "topics", _DEFAULTS), entries(node, "services", _DEFAULTS)
+    topics, services = list_param(node, "topics", _DEFAULTS), list_param(node, "services", _DEFAULTS)
     if not topics and not services:
-        raise SetupError(f"{node.resolve('~topics')} and {node.resolve('~services')} name nothing to test")
+        raise SetupError(f"{node.resolve('~topics')} and {node.resolve('~services')} contain nothing to test")
 
     def service_type(name: str) -> str | None:
         uri = graph.service_uri(name)
@@ -41,8 +41,8 @@ def advertise_tests(node: Node) -> dict[str, Test]:
             return None
 
     return {
-        "test_advertise_services": lambda: _await(node, services, lambda: graph.state().services, service_type),
-        "test_advertise_topics": lambda: _await(node, topics, graph.published_types, graph.topic_types().get),
+        "test_advertise_services": lambda: _check_names(node, services, lambda: graph.state().services, service_type),
+        "test_advertise_topics": lambda: _check_names(node, topics, graph.published_types, graph.topic_types().get),
     }
 
 
@@ -50,39 +50,39 @@ def subscribe_tests(node: Node) -> dict[str, Test]:
     """Return the test cases of subscribetest, by name.
 
     Args:
-        node: with the parameter ~topics: ``[{name: NAME, timeout: SECONDS, type: TYPE, negative: BOOL}, ...]``.
+        node: the node; its parameter ~topics is ``[{name: NAME, timeout: SECONDS, type: TYPE, negative: BOOL}, ...]``.
 
     Raises:
         SetupError: the parameters contain nothing to test.
     """
     graph = Graph(node.master)
-    topics = entries(node, "topics", _DEFAULTS)
+    topics = list_param(node, "topics", _DEFAULTS)
     if not topics:
-        raise SetupError(f"{node.resolve('~topics')} names no topic to test")
+        raise SetupError(f"{node.resolve('~topics')} contains no topic to test")
     return {
-        "test_subscribe_topics": lambda: _await(
+        "test_subscribe_topics": lambda: _check_names(
             node, topics, lambda: graph.state().subscribers, lambda name: graph.topic_types().get(name)
         )
     }
 
 
-def _await(node: Node, wanted: list[dict[str, Any]], known: _List, type_of: _TypeOf) -> None:
-    """Check until everything has appeared, at most until the last timeout.
+def _check_names(node: Node, expected: list[dict[str, Any]], list_names: _ListNames, type_of: _TypeOf) -> None:
+    """Check repeatedly until all names have appeared, or until the longest timeout.
 
     Args:
-        wanted: entries that should appear, or should not.
-        known: returns the registered names.
-        type_of: returns the type of a name, None if unknown.
+        expected: entries whose names should appear, or should not.
+        list_names: returns the registered names.
+        type_of: returns the type of a name; None if it is unknown.
     """
-    await_clock(node)
-    missing = {entry["name"]: entry for entry in wanted}
+    wait_for_clock(node)
+    missing = {entry["name"]: entry for entry in expected}
     timeout = max((float(entry["timeout"]) for entry in missing.values()), default=0.0)
     start = time.monotonic()
     while missing and (elapsed := time.monotonic() - start) <= timeout:
-        for name in [name for name in known() if name in missing]:
+        for name in [name for name in list_names() if name in missing]:
             _check_entry(missing.pop(name), elapsed, type_of)
         if missing:
-            pause(node, STEP)
+            pause(node, POLL_INTERVAL)
     for name, entry in missing.items():
         require(entry["negative"], f"{name} did not appear within {entry['timeout']} s")
 
@@ -92,5 +92,5 @@ def _check_entry(entry: dict[str, Any], elapsed: float, type_of: _TypeOf) -> Non
     require(not entry["negative"], f"{name} exists, but should not")
     require(elapsed < float(entry["timeout"]), f"{name} appeared only after {elapsed:.1f} s")
     if expected is not None:
-        kind = type_of(name)
-        require(kind == expected, f"{name} should be of type {expected}, but is of type {kind}")
+        actual = type_of(name)
+        require(actual == expected, f"{name} should be of type {expected}, but is of type {actual}")

@@ -1,4 +1,4 @@
-"""Common parts of the test nodes: test cases, their failures and results."""
+"""Code shared by the test nodes: test cases, their failures and results."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ if TYPE_CHECKING:
     from pyros1.node import Node
 
 Test = Callable[[], None]
-"""A test case. It raises FailedError if the system does not meet the expectations."""
+"""A test case; raises FailedError if the system does not meet the expectations."""
 CLOCK_TIMEOUT = 10.0
 """Seconds of wall time to wait for the first message on /clock."""
-STEP = 0.05
+POLL_INTERVAL = 0.05
 """Seconds between checks of the system."""
 
 
@@ -25,24 +25,24 @@ class FailedError(Error):
 
 
 class SetupError(Error):
-    """A test node has nothing to test. It writes no results then."""
+    """A test node has nothing to test, and therefore writes no results."""
 
 
-def require(holds: object, text: str) -> None:
+def require(condition: object, message: str) -> None:
     """Fail a test unless a condition holds.
 
     Args:
-        holds: the condition.
-        text: the error's text.
+        condition: true if the test may continue.
+        message: the error message.
 
     Raises:
-        FailedError: the condition does not hold.
+        FailedError: the condition is false.
     """
-    if not holds:
-        raise FailedError(text)
+    if not condition:
+        raise FailedError(message)
 
 
-def needed(node: Node, *names: str) -> list[Any]:
+def required_params(node: Node, *names: str) -> list[Any]:
     """Return the values of private parameters.
 
     Raises:
@@ -53,7 +53,7 @@ def needed(node: Node, *names: str) -> list[Any]:
     return [node.params[f"~{name}"] for name in names]
 
 
-def entries(node: Node, name: str, defaults: Mapping[str, Any]) -> list[dict[str, Any]]:
+def list_param(node: Node, name: str, defaults: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return the value of a private parameter, a list of dictionaries with a ``name``.
 
     Args:
@@ -62,7 +62,7 @@ def entries(node: Node, name: str, defaults: Mapping[str, Any]) -> list[dict[str
         defaults: values for keys that an entry does not have.
 
     Raises:
-        SetupError: the value is something else.
+        SetupError: the value is not such a list.
     """
     value = node.params.get(f"~{name}", [])
     if not isinstance(value, list) or not all(isinstance(entry, dict) and "name" in entry for entry in value):
@@ -73,19 +73,19 @@ def entries(node: Node, name: str, defaults: Mapping[str, Any]) -> list[dict[str
 
 
 def pause(node: Node, seconds: float) -> None:
-    """Wait in wall time.
+    """Sleep in wall time.
 
     Raises:
-        Error: the node was shut down, so the test has no result.
+        Error: the node was shut down, so that the test has no result.
     """
     deadline = time.monotonic() + seconds
     while (remaining := deadline - time.monotonic()) > 0 and node.ok():
-        time.sleep(min(remaining, STEP))
+        time.sleep(min(remaining, POLL_INTERVAL))
     if not node.ok():
         raise Error("the test was interrupted")
 
 
-def await_clock(node: Node) -> None:
+def wait_for_clock(node: Node) -> None:
     """Wait until simulated time has started, if /use_sim_time is set.
 
     Raises:
@@ -97,19 +97,19 @@ def await_clock(node: Node) -> None:
             time.monotonic() < deadline,
             f"/use_sim_time is set, but no message arrived on /clock within {CLOCK_TIMEOUT:g} s",
         )
-        pause(node, STEP)
+        pause(node, POLL_INTERVAL)
 
 
 def run_case(name: str, classname: str, test: Test) -> Case:
     """Run a test case.
 
     Args:
-        name: name of the case.
-        classname: class of the case in the results.
-        test: the case.
+        name: name of the test case.
+        classname: class name of the test case in the results.
+        test: the test case.
 
     Returns:
-        The result: a failure if the system does not meet the expectations, an error if the check was not possible.
+        The result: a failure if the system does not meet the expectations, an error if this could not be checked.
     """
     case = Case(name, classname)
     start = time.monotonic()

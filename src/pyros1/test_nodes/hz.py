@@ -7,34 +7,34 @@ import time
 from typing import TYPE_CHECKING
 
 from pyros1.msgs import AnyMsg
-from pyros1.test_nodes.check import STEP, Test, needed, pause, require
+from pyros1.test_nodes.check import POLL_INTERVAL, Test, pause, require, required_params
 
 if TYPE_CHECKING:
     from pyros1.node import Node
 
-_WAIT = 20.0
+_DEFAULT_WAIT = 20.0
 
 
 class Meter:
     """Measures the rate of messages.
 
     Args:
-        hz: expected rate in Hz; 0 means no messages.
+        hz: expected rate in Hz; 0 if no messages are expected.
         hzerror: allowed deviation in Hz.
         check_intervals: whether to check each interval, not only the mean.
 
     Attributes:
-        seen: whether any message arrived.
-        count: number of messages since the clock started, or last jumped back before the first message.
+        any_received: set when a message has arrived.
+        count: number of messages since the clock started, or jumped back to before the first message.
     """
 
     def __init__(self, hz: float, hzerror: float, *, check_intervals: bool = False) -> None:
-        self.seen = threading.Event()
+        self.any_received = threading.Event()
         self.count = 0
         self._hz = hz
-        self._min_interval, self._max_interval = hz - hzerror, hz + hzerror
+        self._min_rate, self._max_rate = hz - hzerror, hz + hzerror
         self._check_intervals = check_intervals
-        self._bad_interval: list[str] = []
+        self._interval_errors: list[str] = []
         self._first = self._last = 0.0
         self._lock = threading.Lock()  # messages of several publishers arrive in several threads
 
@@ -42,9 +42,9 @@ class Meter:
         """Count a message.
 
         Args:
-            now: the time in seconds; 0 before simulated time has started: the message is seen, but not measured.
+            now: the time in seconds; 0 before simulated time has started: the message is noted, but not measured.
         """
-        self.seen.set()
+        self.any_received.set()
         with self._lock:
             if now == 0:
                 return
@@ -53,20 +53,20 @@ class Meter:
             else:
                 self.count += 1
                 if self._check_intervals:
-                    self._check(now - self._last)
+                    self._check_interval(now - self._last)
             self._last = now
 
-    def _check(self, interval: float) -> None:
-        if self._max_interval > 0 and interval < 1 / self._max_interval:
-            self._bad_interval.append(
-                f"an interval of {interval:.6f} s is too short: at least {1 / self._max_interval:.6f} s"
+    def _check_interval(self, interval: float) -> None:
+        if self._max_rate > 0 and interval < 1 / self._max_rate:
+            self._interval_errors.append(
+                f"an interval of {interval:.6f} s is too short: at least {1 / self._max_rate:.6f} s"
             )
-        elif self._min_interval > 0 and interval > 1 / self._min_interval:
-            self._bad_interval.append(
-                f"an interval of {interval:.6f} s is too long: at most {1 / self._min_interval:.6f} s"
+        elif self._min_rate > 0 and interval > 1 / self._min_rate:
+            self._interval_errors.append(
+                f"an interval of {interval:.6f} s is too long: at most {1 / self._min_rate:.6f} s"
             )
 
-    def verdict(self) -> None:
+    def check_rate(self) -> None:
         """Check the rate.
 
         Raises:
@@ -76,18 +76,18 @@ class Meter:
             if not self._hz:
                 require(not self.count, f"expected no messages, but {self.count} arrived")
                 return
-            require(self.count, "no messages arrived while the time was valid")
-            require(not self._bad_interval, "\n".join(self._bad_interval))
+            require(self.count, "no messages arrived after the clock had started")
+            require(not self._interval_errors, "\n".join(self._interval_errors))
             span = self._last - self._first
             require(span > 0, "one message is not enough to measure a rate")
             rate = (self.count - 1) / span
             require(
-                rate >= self._min_interval,
-                f"the rate of {rate:.3f} Hz is below the minimum of {self._min_interval:.3f} Hz",
+                rate >= self._min_rate,
+                f"the rate of {rate:.3f} Hz is below the minimum of {self._min_rate:.3f} Hz",
             )
             require(
-                rate <= self._max_interval,
-                f"the rate of {rate:.3f} Hz is above the maximum of {self._max_interval:.3f} Hz",
+                rate <= self._max_rate,
+                f"the rate of {rate:.3f} Hz is above the maximum of {self._max_rate:.3f} Hz",
             )
 
 
@@ -95,17 +95,18 @@ def tests(node: Node) -> dict[str, Test]:
     """Return the test cases of hztest, by name.
 
     Args:
-        node: with the parameters ~topic, ~hz, ~hzerror, ~test_duration, ~wait_time, ~check_intervals, ~wall_clock.
+        node: the node; its parameters are ~topic, ~hz, ~hzerror, ~test_duration, ~wait_time, ~check_intervals and
+            ~wall_clock.
     """
     return {"test_hz": lambda: _test_hz(node)}
 
 
 def _test_hz(node: Node) -> None:
-    hz, duration, topic = needed(node, "hz", "test_duration", "topic")
+    hz, duration, topic = required_params(node, "hz", "test_duration", "topic")
     hz, duration, hzerror = float(hz), float(duration), 0.0
-    wait = float(node.params.get("~wait_time", _WAIT))
+    wait = float(node.params.get("~wait_time", _DEFAULT_WAIT))
     if hz:
-        hzerror = float(needed(node, "hzerror")[0])
+        hzerror = float(required_params(node, "hzerror")[0])
     check_intervals = bool(node.params.get("~check_intervals", False))
     wall_clock = bool(node.params.get("~wall_clock", False))
     node.log.info(f"hz: {hz}, hzerror: {hzerror}, topic: {topic}, test_duration: {duration}")
@@ -116,22 +117,22 @@ def _test_hz(node: Node) -> None:
 
     meter = Meter(hz, hzerror, check_intervals=check_intervals)
 
-    def came(_message: AnyMsg) -> None:
+    def on_message(_message: AnyMsg) -> None:
         meter.add(time.monotonic() if wall_clock else node.now().to_sec())
 
-    subscriber = node.subscribe(topic, AnyMsg, came)
+    subscriber = node.subscribe(topic, AnyMsg, on_message)
     node.log.info(f"waiting up to {wait:g} s for the first message")
     deadline = time.monotonic() + wait
-    while not meter.seen.is_set() and time.monotonic() < deadline:
-        pause(node, min(STEP, wait))
+    while not meter.any_received.is_set() and time.monotonic() < deadline:
+        pause(node, min(POLL_INTERVAL, wait))
     if hz:
-        require(meter.seen.is_set(), f"no message on {subscriber.name} within {wait:g} s")
+        require(meter.any_received.is_set(), f"no message on {subscriber.name} within {wait:g} s")
     else:
-        require(not meter.seen.is_set(), f"a message arrived on {subscriber.name}")
+        require(not meter.any_received.is_set(), f"a message arrived on {subscriber.name}")
     node.log.info(f"measuring for {duration:g} s")
     if wall_clock:
         pause(node, duration)
     elif not node.sleep(duration):
         pause(node, 0)  # raises if the test was interrupted
     subscriber.unregister()
-    meter.verdict()
+    meter.check_rate()

@@ -1,33 +1,33 @@
-"""paramtest checks that a parameter is set, and its value."""
+"""paramtest checks that a parameter is set, and that it has the expected value."""
 
 from __future__ import annotations
 
 import time
 from typing import TYPE_CHECKING
 
-from pyros1.test_nodes.check import STEP, Test, needed, pause, require
+from pyros1.test_nodes.check import POLL_INTERVAL, Test, pause, require, required_params
 
 if TYPE_CHECKING:
     from pyros1.node import Node
 
-_DURATION = 5.0
-_WAIT = 20.0
+_DEFAULT_DURATION = 5.0
+_DEFAULT_WAIT = 20.0
 
 
 def tests(node: Node) -> dict[str, Test]:
     """Return the test cases of paramtest, by name.
 
     Args:
-        node: with the parameters ~param_name_target, ~param_value_expected, ~test_duration, ~wait_time.
+        node: the node; its parameters are ~param_name_target, ~param_value_expected, ~test_duration and ~wait_time.
     """
     return {"test_param": lambda: _test_param(node)}
 
 
 def _test_param(node: Node) -> None:
-    (name,) = needed(node, "param_name_target")
+    (name,) = required_params(node, "param_name_target")
     expected = node.params.get("~param_value_expected")
-    duration = float(node.params.get("~test_duration", _DURATION))
-    wait = float(node.params.get("~wait_time", _WAIT))
+    duration = float(node.params.get("~test_duration", _DEFAULT_DURATION))
+    wait = float(node.params.get("~wait_time", _DEFAULT_WAIT))
     node.log.info(f"waiting up to {wait:g} s for {name}")
     require(duration > 0, f"~test_duration must be greater than 0: {duration}")
     require(name, "~param_name_target is empty")
@@ -36,7 +36,7 @@ def _test_param(node: Node) -> None:
     while value is None and time.monotonic() < deadline:
         value = node.params.get(name)
         if value is None:
-            pause(node, STEP)
+            pause(node, POLL_INTERVAL)
     require(value is not None, f"{node.resolve(name)} was not set within {wait:g} s")
-    # Like stock: 0, False and empty values cannot be expected; any value is then accepted.
+    # As in stock, the values 0, False and empty cannot be expected: any value is accepted then.
     require(not expected or value == expected, f"{node.resolve(name)} should be {expected!r}, but is {value!r}")

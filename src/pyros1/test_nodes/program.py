@@ -1,4 +1,4 @@
-"""The program of all test nodes: runs the cases, and writes the results for rostest."""
+"""The program of all test nodes: runs the test cases and writes the results for rostest."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pyros1.node import Node
 from pyros1.test_nodes import advertise, hz, param, publish
 from pyros1.test_nodes.check import run_case
 
-_OUTPUT = "--gtest_output=xml:"
+_OUTPUT_OPTION = "--gtest_output=xml:"
 _SUITE = "unittest.suite.TestSuite"
 NODES = {
     "hztest": ("HzTest", hz.tests),
@@ -21,15 +21,15 @@ NODES = {
     "advertisetest": ("AdvertiseTest", advertise.advertise_tests),
     "subscribetest": ("SubscribeTest", advertise.subscribe_tests),
 }
-"""Node -> class name in stock's results, and its test cases."""
+"""Node -> its class name in stock's results, and a function that returns its test cases."""
 
 
 def main(argv: list[str]) -> int:
     """Run a test node.
 
     Args:
-        argv: the command line, beginning with the node's file. ``--gtest_output=xml:FILE`` names the result file,
-            ``--text`` only prints the results.
+        argv: the command line, beginning with the node's path. ``--gtest_output=xml:FILE`` names the result file;
+            with ``--text``, the results are only printed.
 
     Returns:
         The exit code: 0 if all cases passed, else 1.
@@ -38,9 +38,9 @@ def main(argv: list[str]) -> int:
     classname, make_tests = NODES[name]
     try:
         with Node(name, argv=argv[1:]) as node:
-            cases = [run_case(title, f"__main__.{classname}", test) for title, test in make_tests(node).items()]
+            cases = [run_case(case_name, f"__main__.{classname}", test) for case_name, test in make_tests(node).items()]
         results = Results(cases)
-        files = [word.removeprefix(_OUTPUT) for word in argv if word.startswith(_OUTPUT)]
+        files = [argument.removeprefix(_OUTPUT_OPTION) for argument in argv if argument.startswith(_OUTPUT_OPTION)]
         if files and "--text" not in argv:
             os.makedirs(os.path.dirname(files[-1]) or ".", exist_ok=True)
             write_results(Path(files[-1]), _SUITE, results, "", "")
@@ -51,6 +51,6 @@ def main(argv: list[str]) -> int:
 
 
 def _report(results: Results) -> int:
-    """Write the results to the screen. Return the exit code."""
+    """Print the results and return the exit code."""
     sys.stdout.write("".join(description(case) for case in results.cases))
     return 1 if results.errors or results.failures else 0

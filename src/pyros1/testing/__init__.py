@@ -9,7 +9,7 @@
         velocity.publish(data=2.0)
         assert forces.first(lambda force: force.data < 0, timeout=5)
 
-Nothing sleeps: a wait ends as soon as its condition is met, and fails with a description of the state if it is not.
+No sleeps are needed: a wait ends as soon as its condition is met; if it is not, it fails and describes the state.
 """
 
 from __future__ import annotations

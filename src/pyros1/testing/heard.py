@@ -1,4 +1,4 @@
-"""Messages of a topic, kept for a test that waits for some of them."""
+"""Records the messages of a topic for a test that waits for some of them."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ MAX_MESSAGES = 10_000
 """Maximum number of messages kept; older ones are discarded."""
 DEFAULT_TIMEOUT = 10.0
 """Default timeout of waits, in seconds."""
-_SHOWN = 300  # maximum number of characters of a message
+_MAX_LENGTH = 300  # maximum number of characters printed of a message
 
 
 class Heard(Generic[M]):
-    """The messages received on a topic since the test began to listen.
+    """The messages received on a topic since the test started listening.
 
     Args:
         node: the node that subscribes.
         topic: name of the topic.
-        type: message class, or a type's name such as "std_msgs/Float64".
+        type: the message class, or the name of a type, such as "std_msgs/Float64".
 
     Attributes:
         topic: full name of the topic.
@@ -37,7 +37,7 @@ class Heard(Generic[M]):
         self._node = node
         self._messages: deque[M] = deque(maxlen=MAX_MESSAGES)
         self._changed = threading.Condition()
-        self._num_taken = 0
+        self._num_returned = 0
         self._subscriber: Any = node.subscribe(topic, type, self._on_message)
 
     def _on_message(self, message: M) -> None:
@@ -48,7 +48,7 @@ class Heard(Generic[M]):
 
     @property
     def messages(self) -> list[M]:
-        """The received messages, the oldest first; at most the last 10,000."""
+        """The received messages, oldest first; only the newest 10,000 are kept."""
         with self._changed:
             return list(self._messages)
 
@@ -56,10 +56,10 @@ class Heard(Generic[M]):
         """Return the next message that neither `next` nor `wait` has returned.
 
         Args:
-            timeout: seconds to wait for it.
+            timeout: maximum number of seconds to wait for it.
 
         Raises:
-            AssertionError: none arrived in time.
+            AssertionError: no such message arrived in time.
         """
         return self.wait(1, timeout)[0]
 
@@ -68,72 +68,73 @@ class Heard(Generic[M]):
 
         Args:
             count: number of messages.
-            timeout: seconds to wait for all of them.
+            timeout: maximum number of seconds to wait for all of them.
 
         Raises:
             AssertionError: fewer arrived in time.
         """
         with self._changed:
-            if not self._changed.wait_for(lambda: self.count - self._num_taken >= count, timeout):
-                came = self.count - self._num_taken
-                raise AssertionError(f"{came} of {count} messages arrived within {timeout:g} s. {self._status_text()}")
-            skipped = self._num_taken - (self.count - len(self._messages))
+            if not self._changed.wait_for(lambda: self.count - self._num_returned >= count, timeout):
+                num_arrived = self.count - self._num_returned
+                raise AssertionError(
+                    f"{num_arrived} of {count} messages arrived within {timeout:g} s. {self._describe_state()}"
+                )
+            skipped = self._num_returned - (self.count - len(self._messages))
             if skipped < 0:
                 raise AssertionError(
-                    f"{-skipped} messages of {self.topic} were forgotten: only {MAX_MESSAGES} are kept"
+                    f"{-skipped} messages of {self.topic} were discarded: only the newest {MAX_MESSAGES} are kept"
                 )
-            self._num_taken += count
+            self._num_returned += count
             return list(self._messages)[skipped : skipped + count]
 
     def first(self, fits: Callable[[M], object] = lambda _: True, timeout: float = DEFAULT_TIMEOUT) -> M:
         """Return the first matching message, whether it has already arrived or arrives now.
 
         Args:
-            fits: called with each message; returns true for a match.
-            timeout: seconds to wait for it.
+            fits: called with each message; returns true if it matches.
+            timeout: maximum number of seconds to wait for it.
 
         Raises:
-            AssertionError: none arrived in time.
+            AssertionError: no such message arrived in time.
         """
-        end = time.monotonic() + timeout
-        seen = 0
+        deadline = time.monotonic() + timeout
+        num_checked = 0
         with self._changed:
             while True:
-                new = min(self.count - seen, len(self._messages))
-                for message in list(self._messages)[len(self._messages) - new :] if new else ():
+                num_new = min(self.count - num_checked, len(self._messages))
+                for message in list(self._messages)[len(self._messages) - num_new :] if num_new else ():
                     if fits(message):
                         return message
-                seen = self.count
-                if not self._changed.wait_for(lambda: self.count > seen, end - time.monotonic()):  # noqa: B023
-                    raise AssertionError(f"no matching message arrived within {timeout:g} s. {self._status_text()}")
+                num_checked = self.count
+                if not self._changed.wait_for(lambda: self.count > num_checked, deadline - time.monotonic()):  # noqa: B023
+                    raise AssertionError(f"no matching message arrived within {timeout:g} s. {self._describe_state()}")
 
     def nothing(self, seconds: float) -> None:
-        """Wait, and make sure that there is no message that neither `next` nor `wait` has returned.
+        """Wait, and verify that there is no message that neither `next` nor `wait` has returned.
 
         Args:
-            seconds: the duration.
+            seconds: how long to wait.
 
         Raises:
-            AssertionError: there was one, or one arrived.
+            AssertionError: there was such a message, or one arrived.
         """
         with self._changed:
-            if self._changed.wait_for(lambda: self.count > self._num_taken, seconds):
-                raise AssertionError(f"an unexpected message arrived. {self._status_text()}")
+            if self._changed.wait_for(lambda: self.count > self._num_returned, seconds):
+                raise AssertionError(f"an unexpected message arrived. {self._describe_state()}")
 
     def clear(self) -> None:
         """Discard the messages received so far."""
         with self._changed:
             self._messages.clear()
-            self.count = self._num_taken = 0
+            self.count = self._num_returned = 0
 
-    def _status_text(self) -> str:
-        """Return a text that helps to find out why a message is missing."""
+    def _describe_state(self) -> str:
+        """Return a description that helps to find out why a message is missing."""
         connected = self._subscriber.num_connections
         if not connected:
             return f"{self.topic}: no node publishes this topic, or it has a different type: see `pyros1 topic info`."
         if not self.count:
             return f"{self.topic}: connected to {connected} publisher(s), which sent nothing."
         last = str(self._messages[-1])
-        return (
-            f"{self.topic}: {self.count} arrived in all, the last one:\n{last[:_SHOWN]}{'...' * (len(last) > _SHOWN)}"
-        )
+        last = last[:_MAX_LENGTH] + "..." * (len(last) > _MAX_LENGTH)
+        return f"{self.topic}: {self.count} messages arrived in total, the last one:\n{last}"

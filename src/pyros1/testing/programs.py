@@ -15,11 +15,11 @@ from pyros1.testing.heard import DEFAULT_TIMEOUT
 MAX_OUTPUT = 1_000_000
 """Maximum number of characters kept of a program's output; the beginning is discarded."""
 STOP_TIMEOUTS = (10.0, 3.0, 10.0)
-"""Seconds that a program may take to exit after SIGINT, SIGTERM and SIGKILL."""
+"""Seconds to wait for a program to exit after SIGINT, SIGTERM and SIGKILL."""
 
 
 class Program:
-    """A process whose output a test can wait for. It has its own session: all its processes are ended with the test.
+    """A process whose output a test can wait for. It has its own session, so all its processes end with the test.
 
     Args:
         words: the command line.
@@ -29,7 +29,7 @@ class Program:
     def __init__(self, words: Sequence[str], environ: Mapping[str, str]) -> None:
         self.words = list(words)
         self._changed = threading.Condition()
-        self._text = ""
+        self._output = ""
         self._closed = False
         self._process = subprocess.Popen(
             self.words,
@@ -47,7 +47,7 @@ class Program:
         with self._process.stdout as pipe:
             while data := os.read(pipe.fileno(), 65536):
                 with self._changed:
-                    self._text = (self._text + data.decode("utf-8", "replace"))[-MAX_OUTPUT:]
+                    self._output = (self._output + data.decode("utf-8", "replace"))[-MAX_OUTPUT:]
                     self._changed.notify_all()
         with self._changed:
             self._closed = True
@@ -55,46 +55,46 @@ class Program:
 
     @property
     def output(self) -> str:
-        """Its output so far, on standard output and standard error: the last million characters."""
+        """The program's output so far, from standard output and standard error: the last million characters."""
         with self._changed:
-            return self._text
+            return self._output
 
     @property
     def running(self) -> bool:
-        """Whether it is still running."""
+        """Whether the program is still running."""
         return self._process.poll() is None
 
     def wait_for(self, pattern: str, timeout: float = DEFAULT_TIMEOUT) -> re.Match[str]:
-        """Wait until it has printed a text.
+        """Wait until the program's output matches a pattern.
 
         Args:
-            pattern: a regular expression, searched by `re.search` in the whole output; ``^`` and ``$`` match at
-                each line.
-            timeout: seconds.
+            pattern: a regular expression, used with `re.search` on the whole output; ``^`` and ``$`` match at the start
+                and end of each line.
+            timeout: maximum number of seconds to wait.
 
         Raises:
-            AssertionError: it exited without printing it, or did not print it in time; the text contains its output.
+            AssertionError: the program exited without a match, or there was none in time; the message has the output.
         """
-        wanted = re.compile(pattern, re.MULTILINE)
+        regex = re.compile(pattern, re.MULTILINE)
         with self._changed:
-            self._changed.wait_for(lambda: wanted.search(self._text) or self._closed, timeout)
-            found = wanted.search(self._text)
+            self._changed.wait_for(lambda: regex.search(self._output) or self._closed, timeout)
+            found = regex.search(self._output)
             if found:
                 return found
-            why = "exited without printing" if self._closed else f"did not print within {timeout:g} s"
-            raise AssertionError(f"{' '.join(self.words)}\n{why} {pattern!r}, but:\n{self._text or '(nothing)'}")
+            problem = "exited without printing" if self._closed else f"did not print within {timeout:g} s"
+            raise AssertionError(f"{' '.join(self.words)}\n{problem} {pattern!r}, but:\n{self._output or '(nothing)'}")
 
     def wait(self, timeout: float = DEFAULT_TIMEOUT) -> int:
-        """Wait until it exits.
+        """Wait until the program exits.
 
         Args:
-            timeout: seconds.
+            timeout: maximum number of seconds to wait.
 
         Returns:
-            The exit code; negative: the signal that ended it.
+            The exit code; the negative signal number if a signal ended the program.
 
         Raises:
-            AssertionError: it is still running.
+            AssertionError: the program is still running.
         """
         try:
             return self._process.wait(timeout)
@@ -104,21 +104,21 @@ class Program:
             ) from None
 
     def stop(self) -> int:
-        """End it like Ctrl-C; by force if it does not exit within 10 seconds. It may have exited already.
+        """Interrupt the program like Ctrl-C, and kill it if it does not exit. It may already have exited.
 
         Returns:
-            The exit code; negative: the signal that ended it.
+            The exit code; the negative signal number if a signal ended the program.
         """
-        ways = (self._interrupt, self._process.terminate, self._process.kill)
-        for end, grace in zip(ways, STOP_TIMEOUTS, strict=True):
+        actions = (self._interrupt, self._process.terminate, self._process.kill)
+        for stop, timeout in zip(actions, STOP_TIMEOUTS, strict=True):
             if not self.running:
                 break
-            end()
+            stop()
             try:
-                self._process.wait(grace)
+                self._process.wait(timeout)
             except subprocess.TimeoutExpired:
                 continue
-        self._end_group()
+        self._kill_group()
         self._reader.join(5.0)
         return self._process.wait(0)
 
@@ -128,13 +128,13 @@ class Program:
         else:
             self._process.send_signal(signal.SIGINT)
 
-    def _end_group(self) -> None:
-        """End the processes that it has started and left behind."""
+    def _kill_group(self) -> None:
+        """Kill the processes that the program has left behind."""
         if sys.platform == "win32":
             return
         try:
             os.killpg(self._process.pid, signal.SIGKILL)
-        except (ProcessLookupError, PermissionError):  # no process is left; macOS raises the latter
+        except (ProcessLookupError, PermissionError):  # no process is left, for which macOS raises the latter
             return
 
 
