@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from pyros1.turtlesim.blocks import blocks
+from pyros1.turtlesim.blocks import render_blocks
 from pyros1.turtlesim.canvas import Canvas
 from pyros1.turtlesim.turtle import PIXELS, SIZE, Pen, Position
 
@@ -12,7 +12,7 @@ ESCAPE = re.compile("\x1b\\[[0-9;]*m")
 
 
 def drawn(canvas: Canvas, columns: int, rows: int, **turtles: tuple[float, float, float]) -> list[str]:
-    return blocks(canvas.pixels(), PIXELS, PIXELS, turtles, columns, rows)
+    return render_blocks(canvas.pixels(), PIXELS, PIXELS, turtles, columns, rows)
 
 
 def test_it_fits_and_is_not_distorted() -> None:
@@ -25,7 +25,7 @@ def test_it_fits_and_is_not_distorted() -> None:
 
 def test_thin_lines_are_not_lost() -> None:
     canvas = Canvas((1, 2, 3))
-    canvas.line(Position(0, 3), Position(SIZE, 3), Pen(200, 100, 50, 3))
+    canvas.draw_line(Position(0, 3), Position(SIZE, 3), Pen(200, 100, 50, 3))
     assert sum("200;100;50" in line for line in drawn(canvas, 40, 20)) in (1, 2)
     assert drawn(Canvas((1, 2, 3)), 40, 20)[0].count("\x1b") == 3, "colours are said when they change"
 

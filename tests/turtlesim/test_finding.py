@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pyros1.turtlesim.finding import drawing_of, simulators
+from pyros1.turtlesim.finding import drawing_topic, find_simulators
 
 
 def test_turtles_of_several_nodes() -> None:
@@ -14,9 +14,9 @@ def test_turtles_of_several_nodes() -> None:
         "/left/turtle1/pose": ["/left/sim"],
         "/x": ["/y"],
     }
-    assert simulators(kinds, publishers) == {
+    assert find_simulators(kinds, publishers) == {
         "/left/sim": {"turtle1": "/left/turtle1/pose"},
         "/sim": {"turtle1": "/turtle1/pose", "turtle2": "/turtle2/pose"},
     }
-    assert drawing_of("/left/sim") == "/left/sim/drawing"
-    assert simulators({}, {}) == {}
+    assert drawing_topic("/left/sim") == "/left/sim/drawing"
+    assert find_simulators({}, {}) == {}

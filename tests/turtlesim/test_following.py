@@ -12,9 +12,9 @@ import pytest
 from pyros1.msgs.geometry_msgs.msg import Twist
 from pyros1.msgs.turtlesim.msg import Pose
 from pyros1.tf import Buffer, TransformListener
-from pyros1.turtlesim.following import Broadcaster, Follower, chase
+from pyros1.turtlesim.following import Broadcaster, Follower, chase_speeds
 from pyros1.turtlesim.mimic import Mimic
-from pyros1.turtlesim.turtle import PERIOD, Turtle, normal
+from pyros1.turtlesim.turtle import PERIOD, Turtle, normalize_angle
 
 PATIENCE = 20.0
 Make = Callable[..., Any]
@@ -27,7 +27,7 @@ def test_one_that_chases_arrives(theta: float) -> None:
         now = step * PERIOD
         far, angle = hypot(9 - turtle.x, 7 - turtle.y), atan2(7 - turtle.y, 9 - turtle.x) - turtle.theta
         if step % 6 == 0:
-            forward, turning = chase(far * cos(angle), far * sin(angle))
+            forward, turning = chase_speeds(far * cos(angle), far * sin(angle))
             turtle.command(forward, 0.0, turning, now)
         turtle.step(now)
     assert far < 0.1
@@ -52,7 +52,7 @@ def test_frames_and_commands(make_node: Make) -> None:
     told.timer(0.02, tell)
     found = buffer.lookup_transform("turtle2", "turtle1", timeout=PATIENCE).transform
     assert (found.translation.x, found.translation.y) == pytest.approx((4.0, 0.0), abs=1e-6)
-    assert 2 * atan2(found.rotation.z, found.rotation.w) == pytest.approx(normal(1.0 - pi / 2), abs=1e-6)
+    assert 2 * atan2(found.rotation.z, found.rotation.w) == pytest.approx(normalize_angle(1.0 - pi / 2), abs=1e-6)
     world = buffer.lookup_transform("world", "turtle1").transform
     assert (world.translation.x, world.translation.y, world.translation.z) == (4.0, 6.0, 0.0)
     rate = told.rate(50)

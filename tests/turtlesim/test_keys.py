@@ -16,7 +16,7 @@ import pytest
 
 import pyros1
 from pyros1.finding.packages import OWN_PACKAGES
-from pyros1.turtlesim.keys import Keys, NoTerminalError, names
+from pyros1.turtlesim.keys import KeyReader, NoTerminalError, key_names
 
 PATIENCE = 20.0
 TELEOP = Path(OWN_PACKAGES) / "turtlesim" / "scripts" / "turtle_teleop_key"
@@ -25,14 +25,14 @@ ECHO = 3
 
 
 def test_what_a_terminal_sends() -> None:
-    assert names("q\x1b[A\x1bOB\x1b[Cx\x1b[D") == ["q", "up", "down", "right", "x", "left"]
-    assert names("\x1b[") == names("\x1b[Z") == [] and names("") == []
+    assert key_names("q\x1b[A\x1bOB\x1b[Cx\x1b[D") == ["q", "up", "down", "right", "x", "left"]
+    assert key_names("\x1b[") == key_names("\x1b[Z") == [] and key_names("") == []
 
 
 def test_without_a_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
     with open(os.devnull) as nothing:
         monkeypatch.setattr("sys.stdin", nothing)
-        with pytest.raises(NoTerminalError, match="standard input is not a terminal"), Keys():
+        with pytest.raises(NoTerminalError, match="standard input is not a terminal"), KeyReader():
             pass
 
 
@@ -43,11 +43,11 @@ def test_a_terminal_without_job_control(monkeypatch: pytest.MonkeyPatch) -> None
         with open(theirs, closefd=False) as terminal:
             monkeypatch.setattr("sys.stdin", terminal)
             before = termios.tcgetattr(theirs)
-            with Keys() as keys:
+            with KeyReader() as keys:
                 assert not termios.tcgetattr(theirs)[ECHO] & termios.ECHO
-                assert keys.wait(0.0) == []
+                assert keys.read(0.0) == []
                 os.write(ours, b"\x1b[Ag")
-                assert keys.wait(PATIENCE) == ["up", "g"]
+                assert keys.read(PATIENCE) == ["up", "g"]
             assert termios.tcgetattr(theirs) == before
     finally:
         os.close(ours)
@@ -86,11 +86,11 @@ def test_the_program_restores_the_terminal(end: str | int, environ: dict[str, st
 def test_a_key_that_comes_in_two_parts(monkeypatch: pytest.MonkeyPatch) -> None:
     ours, theirs = pty.openpty()
     monkeypatch.setattr(sys, "stdin", os.fdopen(theirs, "r"))
-    with Keys() as keys:
+    with KeyReader() as keys:
         found = []
         for part in (b"q\x1b", b"[", b"C\x1b[", b"Dx"):
             os.write(ours, part)
-            found += keys.wait(PATIENCE) or []
+            found += keys.read(PATIENCE) or []
     assert found == ["q", "right", "left", "x"]
     sys.stdin.close()
     os.close(ours)

@@ -163,14 +163,14 @@ def test_keys(simulator: Node, make_node: Make, user: User) -> None:
     twists: Queue[Any] = Queue()
     user.node.subscribe("/turtle1/cmd_vel", Twist, twists.put).wait_for_publishers(1, PATIENCE)
     for key, wanted in {"up": (2, 0), "down": (-2, 0), "left": (0, 1.5), "right": (0, -1.5), "f": (0, 0)}.items():
-        assert teleop.press(key)
+        assert teleop.handle_key(key)
         twist = twists.get(timeout=PATIENCE)
         assert (twist.linear.x, twist.angular.z) == wanted, key
     assert teleop.wait(PATIENCE)
     for key, theta in {"D": 3.141593, "r": 1.570796, "b": -0.785398, "G": 0.0}.items():
-        assert teleop.press(key)
+        assert teleop.handle_key(key)
         user.until("/turtle1/pose", Pose, lambda pose, theta=theta: abs(abs(pose.theta) - abs(theta)) < 1e-5)
-    assert teleop.press("x") and not teleop.press("q")
+    assert teleop.handle_key("x") and not teleop.handle_key("q")
 
 
 def test_draw_square_begins_anew_and_walks(simulator: Node, user: User, environ: dict[str, str]) -> None:
@@ -216,5 +216,5 @@ def test_the_view_in_a_terminal(simulator: Node, make_node: Make, user: User) ->
     text = screen.getvalue()
     assert "/turtlesim: turtle1 (8.00, 3.00)" in text and text.endswith("\x1b[?25h\x1b[?1049l")
     assert View(make_node("other"), "nobody").lines(80, 24) == [
-        "/nobody is not there; to start some: pyros1 run turtlesim turtlesim_node"
+        "/nobody is not running; to start some: pyros1 run turtlesim turtlesim_node"
     ]

@@ -7,7 +7,7 @@ from math import pi
 import pytest
 
 from pyros1.turtlesim.square import SIDE, Square
-from pyros1.turtlesim.turtle import PERIOD, Turtle, normal
+from pyros1.turtlesim.turtle import PERIOD, Turtle, normalize_angle
 
 
 def test_four_sides_lead_back() -> None:
@@ -16,7 +16,7 @@ def test_four_sides_lead_back() -> None:
     start, goals = turtle.position, [square.goal]
     for index in range(10_000):
         moving = turtle.speed > 0 or turtle.turning != 0
-        speed, turning = square.next(turtle.x, turtle.y, turtle.theta, moving)
+        speed, turning = square.next_speeds(turtle.x, turtle.y, turtle.theta, moving)
         assert not (speed and turning)
         if square.goal != goals[-1]:
             goals.append(square.goal)
@@ -26,7 +26,7 @@ def test_four_sides_lead_back() -> None:
         turtle.step(now=index * PERIOD)
     corners = [position for position, _ in goals[::2]]
     assert corners[0] == (pytest.approx(start.x + SIDE), start.y)
-    assert [normal(theta - index * pi / 2) for index, (_, theta) in enumerate(goals[1::2], 1)] == pytest.approx(
-        [0] * 4, abs=0.1
-    )
+    assert [
+        normalize_angle(theta - index * pi / 2) for index, (_, theta) in enumerate(goals[1::2], 1)
+    ] == pytest.approx([0] * 4, abs=0.1)
     assert turtle.position == pytest.approx(start, abs=0.2)

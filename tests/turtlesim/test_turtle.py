@@ -9,7 +9,7 @@ from math import cos, hypot, pi, sin
 
 import pytest
 
-from pyros1.turtlesim.turtle import PERIOD, PIXELS, PIXELS_PER_UNIT, SIZE, Turtle, normal
+from pyros1.turtlesim.turtle import PERIOD, PIXELS, PIXELS_PER_UNIT, SIZE, Turtle, normalize_angle
 
 NEAR = 1e-9
 
@@ -33,7 +33,7 @@ def test_a_circle_in_closed_form(speed: float, turning: float) -> None:
     gone = speed * PERIOD * cmath.exp(0.3j) * ratio * (1 - ratio**steps) / (1 - ratio)
     assert turtle.x == pytest.approx(SIZE / 2 + gone.real, abs=NEAR)
     assert turtle.y == pytest.approx(SIZE / 2 + gone.imag, abs=NEAR)
-    assert turtle.theta == pytest.approx(normal(0.3 + steps * angle), abs=NEAR)
+    assert turtle.theta == pytest.approx(normalize_angle(0.3 + steps * angle), abs=NEAR)
     # All places are on a circle whose radius is half a step's length over the sine of half a step's angle.
     radius = abs(speed * PERIOD / 2 / sin(angle / 2))
     centre = complex(SIZE / 2, SIZE / 2) + speed * PERIOD * cmath.exp(0.3j) * ratio / (1 - ratio)
@@ -88,5 +88,5 @@ def test_walls_and_teleports() -> None:
 
 @pytest.mark.parametrize("angle", [0.0, 3.0, 3.2, -3.2, 100.0, -1e6, pi, -pi])
 def test_normal(angle: float) -> None:
-    assert -pi <= normal(angle) <= pi
-    assert cmath.exp(1j * normal(angle)) == pytest.approx(cmath.exp(1j * angle), abs=1e-8)
+    assert -pi <= normalize_angle(angle) <= pi
+    assert cmath.exp(1j * normalize_angle(angle)) == pytest.approx(cmath.exp(1j * angle), abs=1e-8)

@@ -64,25 +64,25 @@ def test_a_turtle_draws_and_sees_the_colour_below_it_before_that() -> None:
     name = world.spawn("", 5, 5, 0)
     world.command(name, 30.0, 0, 0, now=0.0)
     assert [step.colour for step in world.step(0.0)] == [BACKGROUND]
-    assert world.canvas.colour(Position(5.2, 5)) == (179, 184, 255)
-    assert world.canvas.colour(Position(5.2, 5.1)) == BACKGROUND
+    assert world.canvas.colour_at(Position(5.2, 5)) == (179, 184, 255)
+    assert world.canvas.colour_at(Position(5.2, 5.1)) == BACKGROUND
     world.set_pen(name, RED)
     world.teleport_absolute(name, 5, 8, 0)
-    assert world.canvas.colour(Position(5, 8)) == RED[:3]
+    assert world.canvas.colour_at(Position(5, 8)) == RED[:3]
     world.set_pen(name, Pen(off=True))
     world.teleport_absolute(name, 8, 8, 0)
-    assert world.canvas.colour(Position(7, 8)) == BACKGROUND
+    assert world.canvas.colour_at(Position(7, 8)) == BACKGROUND
     assert world.turtles[name].pen == RED._replace(off=True)
     world.set_pen(name, Pen(0, 255, 0, 1))
     world.teleport_relative(name, 1.0, 0.0)
-    assert world.canvas.colour(Position(8.9, 8)) == (0, 255, 0)
-    assert world.canvas.colour(Position(5, 8)) == RED[:3]
+    assert world.canvas.colour_at(Position(8.9, 8)) == (0, 255, 0)
+    assert world.canvas.colour_at(Position(5, 8)) == RED[:3]
 
 
 def test_a_line_is_as_wide_as_its_pen() -> None:
     for width in (1, 3, 10, 255):
         canvas = Canvas((0, 0, 0))
-        canvas.line(Position(1, SIZE / 2), Position(10, SIZE / 2), Pen(1, 2, 3, width))
+        canvas.draw_line(Position(1, SIZE / 2), Position(10, SIZE / 2), Pen(1, 2, 3, width))
         column = canvas.pixels()[3 * (PIXELS // 2) :: 3 * PIXELS]
         assert abs(sum(column) - width) <= 1, "one pixel for each pixel of the pen"
 
@@ -90,13 +90,13 @@ def test_a_line_is_as_wide_as_its_pen() -> None:
 def test_lines_beyond_the_walls_and_at_them() -> None:
     canvas = Canvas((9, 9, 9))
     blank, version = canvas.pixels(), canvas.version
-    canvas.line(Position(-3, -3), Position(-2, -9), RED)
-    canvas.line(Position(1e9, 5), Position(2e9, 5), RED)
+    canvas.draw_line(Position(-3, -3), Position(-2, -9), RED)
+    canvas.draw_line(Position(1e9, 5), Position(2e9, 5), RED)
     assert (canvas.pixels(), canvas.version) == (blank, version)
-    canvas.line(Position(-1e9, 5), Position(1e9, 5), RED)
-    assert all(canvas.colour(Position(x, 5)) == RED[:3] for x in (0, 5, SIZE))
+    canvas.draw_line(Position(-1e9, 5), Position(1e9, 5), RED)
+    assert all(canvas.colour_at(Position(x, 5)) == RED[:3] for x in (0, 5, SIZE))
     for corner in (Position(0, 0), Position(SIZE, SIZE), Position(0, SIZE), Position(SIZE, 0)):
-        canvas.line(corner, corner, RED)
-        assert canvas.colour(corner) == RED[:3]
+        canvas.draw_line(corner, corner, RED)
+        assert canvas.colour_at(corner) == RED[:3]
     canvas.clear((1, 2, 3))
     assert canvas.pixels() == bytes([1, 2, 3]) * PIXELS**2

@@ -1,4 +1,4 @@
-"""The picture of the turtles as text: two pixels in each character, in colour. Pure."""
+"""Renders the picture of the turtles as coloured text, with two pixels per character (pure)."""
 
 from __future__ import annotations
 
@@ -14,74 +14,74 @@ if TYPE_CHECKING:
     from pyros1.turtlesim.canvas import Colour
 
 _ARROWS = "→↗↑↖←↙↓↘"
-_SAMPLES = 4
-"""Pixels inspected for each displayed one, across and down, so that thin lines are not lost."""
+_OVERSAMPLING = 4
+"""Number of pixels inspected for each displayed one, in both directions, so that thin lines are not lost."""
 _RESET = "\x1b[0m"
 
 
-def blocks(
+def render_blocks(
     pixels: bytes, width: int, height: int, turtles: Mapping[str, tuple[float, float, float]], columns: int, rows: int
 ) -> list[str]:
-    """Return the lines of a picture, with escape sequences for its colours.
+    """Return a picture as lines of text, with escape sequences for the colours.
 
     Args:
         pixels: red, green and blue bytes, row by row from the top.
-        width, height: of the picture in pixels.
-        turtles: name -> x and y in units, and angle in radians.
+        width, height: size of the picture in pixels.
+        turtles: name -> x, y (in units) and angle (in radians).
         columns, rows: available space in characters; the picture fills as much of it as possible without distortion.
     """
-    across = max(1, min(columns, 2 * rows * width // height))
-    down = max(1, across * height // width // 2)
-    shown = _shrink(numpy.frombuffer(pixels, numpy.uint8).reshape(height, width, 3), across, 2 * down)
-    marks = _marks(turtles, width, height, across, down)
+    used_columns = max(1, min(columns, 2 * rows * width // height))
+    used_rows = max(1, used_columns * height // width // 2)
+    grid = _shrink(numpy.frombuffer(pixels, numpy.uint8).reshape(height, width, 3), used_columns, 2 * used_rows)
+    marks = _marks(turtles, width, height, used_columns, used_rows)
     lines = []
-    for row in range(down):
+    for row in range(used_rows):
         line = []
-        before = ""
-        for column in range(across):
-            top, bottom = shown[2 * row][column], shown[2 * row + 1][column]
+        previous_colours = ""
+        for column in range(used_columns):
+            top, bottom = grid[2 * row][column], grid[2 * row + 1][column]
             mark = marks.get((column, row))
-            colours = _foreground(top if mark is None else _contrast(bottom)) + _background(bottom)
-            line.append((colours if colours != before else "") + (mark or "▀"))
-            before = colours
+            colours = _foreground_code(top if mark is None else _contrasting(bottom)) + _background_code(bottom)
+            line.append((colours if colours != previous_colours else "") + (mark or "▀"))
+            previous_colours = colours
         lines.append("".join(line) + _RESET)
     return lines
 
 
-def _shrink(picture: Any, across: int, down: int) -> Any:
-    """Return a smaller picture, as lists; each place has the pixel that differs most from the background."""
+def _shrink(picture: Any, new_width: int, new_height: int) -> Any:
+    """Return a smaller picture, as lists; each pixel is the one of its area that differs most from the background."""
     height, width, _ = picture.shape
-    rows = numpy.arange(down * _SAMPLES) * height // (down * _SAMPLES)
-    columns = numpy.arange(across * _SAMPLES) * width // (across * _SAMPLES)
-    parts = picture[rows][:, columns].reshape(down, _SAMPLES, across, _SAMPLES, 3).swapaxes(1, 2)
-    parts = parts.reshape(down, across, _SAMPLES * _SAMPLES, 3)
-    background = numpy.median(picture[:: _SAMPLES * 2, :: _SAMPLES * 2].reshape(-1, 3), axis=0)
-    drawn = numpy.abs(parts - background).sum(axis=3).argmax(axis=2)
-    return numpy.take_along_axis(parts, drawn[:, :, None, None], axis=2)[:, :, 0].tolist()
+    rows = numpy.arange(new_height * _OVERSAMPLING) * height // (new_height * _OVERSAMPLING)
+    columns = numpy.arange(new_width * _OVERSAMPLING) * width // (new_width * _OVERSAMPLING)
+    samples = picture[rows][:, columns].reshape(new_height, _OVERSAMPLING, new_width, _OVERSAMPLING, 3).swapaxes(1, 2)
+    samples = samples.reshape(new_height, new_width, _OVERSAMPLING * _OVERSAMPLING, 3)
+    background = numpy.median(picture[:: _OVERSAMPLING * 2, :: _OVERSAMPLING * 2].reshape(-1, 3), axis=0)
+    most_distinct = numpy.abs(samples - background).sum(axis=3).argmax(axis=2)
+    return numpy.take_along_axis(samples, most_distinct[:, :, None, None], axis=2)[:, :, 0].tolist()
 
 
 def _marks(
-    turtles: Mapping[str, tuple[float, float, float]], width: int, height: int, across: int, down: int
+    turtles: Mapping[str, tuple[float, float, float]], width: int, height: int, columns: int, rows: int
 ) -> dict[tuple[int, int], str]:
     marks: dict[tuple[int, int], str] = {}
     for name, (x, y, theta) in turtles.items():
-        if not isfinite(x + y + theta):  # other nodes may publish that
+        if not isfinite(x + y + theta):  # other nodes may publish infinity or NaN
             continue
-        column = min(max(int(x * PIXELS_PER_UNIT * across / width), 0), across - 1)
-        row = min(max(int((height - 1 - y * PIXELS_PER_UNIT) * down / height), 0), down - 1)
-        for position, letter in enumerate(name[: max(across - column - 2, 0)], column + 2):
+        column = min(max(int(x * PIXELS_PER_UNIT * columns / width), 0), columns - 1)
+        row = min(max(int((height - 1 - y * PIXELS_PER_UNIT) * rows / height), 0), rows - 1)
+        for position, letter in enumerate(name[: max(columns - column - 2, 0)], column + 2):
             marks.setdefault((position, row), letter)
         marks[column, row] = _ARROWS[round(theta / (pi / 4)) % len(_ARROWS)]
     return marks
 
 
-def _contrast(colour: Colour) -> Colour:
+def _contrasting(colour: Colour) -> Colour:
     return (0, 0, 0) if sum(colour) > 480 else (255, 255, 255)
 
 
-def _foreground(colour: Colour) -> str:
+def _foreground_code(colour: Colour) -> str:
     return "\x1b[38;2;{};{};{}m".format(*colour)
 
 
-def _background(colour: Colour) -> str:
+def _background_code(colour: Colour) -> str:
     return "\x1b[48;2;{};{};{}m".format(*colour)

@@ -1,4 +1,4 @@
-"""What turtles have drawn, as pixels: this bounds its size, and lets a turtle see the colour below it."""
+"""The turtles' drawing, as pixels: this limits its size, and lets a turtle see the colour below it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Canvas:
     """A picture of the world.
 
     Args:
-        background: its colour.
+        background: colour of the background.
 
     Attributes:
         version: a different number after each change.
@@ -32,29 +32,29 @@ class Canvas:
         self._pixels[:] = background
         self.version += 1
 
-    def line(self, start: Position, end: Position, pen: Pen) -> None:
+    def draw_line(self, start: Position, end: Position, pen: Pen) -> None:
         """Draw a straight line, with round ends, if the pen is not off."""
         if pen.off:
             return
-        (x, y), (to_x, to_y) = _pixel(start), _pixel(end)
+        (x, y), (to_x, to_y) = _to_pixels(start), _to_pixels(end)
         radius = max(pen.width, 1) / 2
-        first_column, last_column = _range(x, to_x, radius)
-        top, bottom = _range(y, to_y, radius)
+        first_column, last_column = _pixel_range(x, to_x, radius)
+        top, bottom = _pixel_range(y, to_y, radius)
         if first_column >= last_column or top >= bottom:
-            return  # beyond the walls
-        across, down = to_x - x, to_y - y
+            return  # outside the walls
+        delta_x, delta_y = to_x - x, to_y - y
         columns = numpy.arange(first_column, last_column) - x
         rows = (numpy.arange(top, bottom) - y)[:, None]
-        # How far along the line the nearest point is, from 0 to 1.
-        length = across * across + down * down
-        along = numpy.clip((columns * across + rows * down) / length, 0, 1) if length else 0
-        distance = (columns - along * across) ** 2 + (rows - along * down) ** 2
+        # The position of the nearest point on the line, from 0 (start) to 1 (end).
+        length = delta_x * delta_x + delta_y * delta_y
+        along = numpy.clip((columns * delta_x + rows * delta_y) / length, 0, 1) if length else 0
+        distance = (columns - along * delta_x) ** 2 + (rows - along * delta_y) ** 2
         self._pixels[top:bottom, first_column:last_column][distance <= radius * radius] = pen[:3]
         self.version += 1
 
-    def colour(self, position: Position) -> Colour:
-        """Return the colour of a place within the walls."""
-        x, y = _pixel(position)
+    def colour_at(self, position: Position) -> Colour:
+        """Return the colour at a position within the walls."""
+        x, y = _to_pixels(position)
         red, green, blue = self._pixels[round(y), round(x)].tolist()
         return red, green, blue
 
@@ -63,10 +63,10 @@ class Canvas:
         return self._pixels.tobytes()
 
 
-def _pixel(position: Position) -> tuple[float, float]:
+def _to_pixels(position: Position) -> tuple[float, float]:
     return position.x * PIXELS_PER_UNIT, PIXELS - 1 - position.y * PIXELS_PER_UNIT
 
 
-def _range(one: float, other: float, radius: float) -> tuple[int, int]:
-    low, high = min(one, other) - radius, max(one, other) + radius
+def _pixel_range(first: float, second: float, radius: float) -> tuple[int, int]:
+    low, high = min(first, second) - radius, max(first, second) + radius
     return floor(max(low, 0)), ceil(min(high, PIXELS - 1)) + 1

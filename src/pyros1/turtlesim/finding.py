@@ -1,14 +1,14 @@
-"""Finds turtles, and the nodes that simulate them, in what the master reports. Pure."""
+"""Finds turtles, and the nodes that simulate them, in the state of the master (pure)."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-TYPE = "turtlesim/Pose"
+_POSE_TYPE = "turtlesim/Pose"
 
 
-def simulators(topics: Mapping[str, str], publishers: Mapping[str, Iterable[str]]) -> dict[str, dict[str, str]]:
-    """Return node -> turtle -> topic of its pose, all sorted.
+def find_simulators(topics: Mapping[str, str], publishers: Mapping[str, Iterable[str]]) -> dict[str, dict[str, str]]:
+    """Return the simulating nodes: node -> turtle -> topic of its pose, sorted.
 
     Args:
         topics: topic -> type.
@@ -17,13 +17,13 @@ def simulators(topics: Mapping[str, str], publishers: Mapping[str, Iterable[str]
     found: dict[str, dict[str, str]] = {}
     for topic in sorted(topics):
         turtle, _, name = topic.rpartition("/")
-        if topics[topic] == TYPE and name == "pose":
+        if topics[topic] == _POSE_TYPE and name == "pose":
             for node in publishers.get(topic, ()):
-                home = node.rpartition("/")[0] + "/"
-                found.setdefault(node, {})[turtle.removeprefix(home)] = topic
+                namespace = node.rpartition("/")[0] + "/"
+                found.setdefault(node, {})[turtle.removeprefix(namespace)] = topic
     return dict(sorted(found.items()))
 
 
-def drawing_of(node: str) -> str:
+def drawing_topic(node: str) -> str:
     """Return the topic with the drawing of a node's turtles."""
     return f"{node}/drawing"

@@ -34,11 +34,12 @@ class Broadcaster:
         node.subscribe(f"{turtle}/pose", Pose, self._send_transform, queue_size=1)
 
     def _send_transform(self, pose: Any) -> None:
-        found = TransformStamped()
-        found.header.stamp, found.header.frame_id, found.child_frame_id = self._node.now(), _WORLD, self._frame
-        found.transform.translation.x, found.transform.translation.y = pose.x, pose.y
-        found.transform.rotation.z, found.transform.rotation.w = sin(pose.theta / 2), cos(pose.theta / 2)
-        self._broadcaster.send_transform(found)
+        transform = TransformStamped()
+        transform.header.stamp, transform.header.frame_id = self._node.now(), _WORLD
+        transform.child_frame_id = self._frame
+        transform.transform.translation.x, transform.transform.translation.y = pose.x, pose.y
+        transform.transform.rotation.z, transform.transform.rotation.w = sin(pose.theta / 2), cos(pose.theta / 2)
+        self._broadcaster.send_transform(transform)
 
 
 class Follower:
@@ -63,16 +64,16 @@ class Follower:
         except TransformException:
             return False
         twist = Twist()
-        twist.linear.x, twist.angular.z = chase(offset.x, offset.y)
+        twist.linear.x, twist.angular.z = chase_speeds(offset.x, offset.y)
         self._publisher.publish(twist)
         return True
 
 
-def chase(x: float, y: float) -> tuple[float, float]:
+def chase_speeds(x: float, y: float) -> tuple[float, float]:
     """Return the speed and the angular speed for following a point.
 
     Args:
-        x, y: the point, as the follower sees it: x is ahead, y is to the left, in units.
+        x, y: the point in the follower's frame, in units: x points ahead, y to the left.
     """
     return 0.5 * hypot(x, y), 4.0 * atan2(y, x)
 
@@ -84,10 +85,10 @@ def broadcast(argv: list[str]) -> int:
         argv: the command line, with the program's name.
     """
     with Node("turtle_tf2_broadcaster", argv=argv[1:]) as node:
-        words = node.arguments.rest
-        turtle = words[0] if words else node.params.get("~turtle")
+        arguments = node.arguments.rest
+        turtle = arguments[0] if arguments else node.params.get("~turtle")
         if not isinstance(turtle, str) or not turtle.strip("/"):
-            node.log.fatal("name the turtle: turtle_tf2_broadcaster turtle1, or the parameter ~turtle")
+            node.log.fatal("no turtle given: run turtle_tf2_broadcaster turtle1, or set the parameter ~turtle")
             return 1
         Broadcaster(node, turtle)
         node.spin()

@@ -18,13 +18,13 @@ _ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
 
 
 class NoTerminalError(Error):
-    """No keys can be read here; the text says why."""
+    """No keys can be read here; the message says why."""
 
 
-class Keys:
-    """The keys of the terminal at standard input. A context manager that restores the terminal.
+class KeyReader:
+    """Reads keys from the terminal at standard input. A context manager that restores the terminal.
 
-    A stopped job reads keys again when it is continued.
+    A stopped job reads keys again after it is continued.
 
     Raises:
         NoTerminalError: on entering, there is no terminal, or other programs read from it.
@@ -36,7 +36,7 @@ class Keys:
         self._saved_handler: Any = None
         self._partial_key = ""  # the first characters of an arrow key; the next read returns the rest
 
-    def __enter__(self) -> Keys:
+    def __enter__(self) -> KeyReader:
         try:
             import termios  # noqa: PLC0415 - not on Windows
 
@@ -70,35 +70,35 @@ class Keys:
             if _in_foreground(self._descriptor):
                 tty.setcbreak(self._descriptor)
 
-    def wait(self, seconds: float) -> list[str] | None:
-        """Return the keys pressed within some seconds, see `names`; None once the terminal is closed."""
+    def read(self, timeout: float) -> list[str] | None:
+        """Wait for keys and return their names, see `key_names`; None if the terminal is closed."""
         with contextlib.suppress(OSError):
-            ready, _, _ = select.select([self._descriptor], [], [], seconds)
+            ready, _, _ = select.select([self._descriptor], [], [], timeout)
             if not ready:
                 return []
             if data := os.read(self._descriptor, 100):
                 text = self._partial_key + data.decode("latin-1")
                 complete = _PARTIAL_KEY.sub("", text)
                 self._partial_key = text[len(complete) :]
-                return names(complete)
+                return key_names(complete)
         return None
 
 
-def names(text: str) -> list[str]:
-    """Return the keys in what a terminal has sent: characters, or up, down, left and right."""
+def key_names(text: str) -> list[str]:
+    """Return the names of the keys in a terminal's input: characters, or up, down, left and right."""
     found = []
-    rest = iter(text)
-    for each in rest:
-        if each == "\x1b" and next(rest, "") in ("[", "O"):
-            found.append(_ARROWS.get(next(rest, ""), ""))
+    characters = iter(text)
+    for character in characters:
+        if character == "\x1b" and next(characters, "") in ("[", "O"):
+            found.append(_ARROWS.get(next(characters, ""), ""))
         else:
-            found.append(each)
+            found.append(character)
     return [name for name in found if name]
 
 
 def _in_foreground(descriptor: int) -> bool:
-    """Return whether this process receives keys: it is in the foreground, or not under the shell's job control."""
+    """Return whether this process receives keys: in the foreground, or outside the shell's job control."""
     try:
         return os.tcgetpgrp(descriptor) == os.getpgrp()
     except OSError as error:
-        return error.errno == errno.ENOTTY  # like nodes of a launch, which have a separate session
+        return error.errno == errno.ENOTTY  # such as nodes of a launch, which have a separate session

@@ -13,7 +13,7 @@ class Mimic:
     """Publishes the speeds of input/pose on output/cmd_vel.
 
     Args:
-        node: the node; both topics are to be remapped.
+        node: the node, whose remappings select the turtles.
     """
 
     def __init__(self, node: Node) -> None:

@@ -1,6 +1,6 @@
 """turtlesim_node: turtles that other nodes drive, without a window (https://wiki.ros.org/turtlesim).
 
-`pyros1 web turtles` and turtle_view show what it publishes.
+`pyros1 web turtles` and turtle_view display what it publishes.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ from pyros1.msgs.turtlesim.srv import Kill, SetPen, Spawn, TeleportAbsolute, Tel
 from pyros1.node import Node
 from pyros1.turtlesim.canvas import Colour
 from pyros1.turtlesim.turtle import PERIOD, PIXELS, SIZE, Pen
-from pyros1.turtlesim.world import BACKGROUND, Step, TurtleError, World
+from pyros1.turtlesim.world import BACKGROUND, StepResult, TurtleError, World
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-DRAWING = "~drawing"
-"""Topic of the turtles' drawing; stock has none, since its window displays the drawing."""
+DRAWING_TOPIC = "~drawing"
+"""Topic of the turtles' drawing; stock has no such topic, since its window displays the drawing."""
 _DRAWING_PERIOD = 0.1
-"""Minimum number of seconds between pictures."""
+"""Minimum number of seconds between published drawings."""
 _COLOURS = ("r", "g", "b")
 
 
 class Simulator:
-    """The node: topics and services for a world. It begins with turtle1.
+    """The node: topics and services for a world, which initially contains turtle1.
 
     Args:
         node: the node.
@@ -51,7 +51,7 @@ class Simulator:
         for name, value in zip(_COLOURS, BACKGROUND, strict=True):
             if f"~background_{name}" not in node.params:
                 node.params[f"~background_{name}"] = value
-        self._drawing = node.advertise(DRAWING, Image, queue_size=1, latch=True)
+        self._drawing = node.advertise(DRAWING_TOPIC, Image, queue_size=1, latch=True)
         node.log.info("Starting turtlesim with node name %s", node.name)
         self._clear()
         self._spawn("", SIZE / 2, SIZE / 2, 0.0)
@@ -69,7 +69,7 @@ class Simulator:
 
     def _on_reset(self, request: Any) -> Any:
         self._node.log.info("Resetting turtlesim.")
-        with _refuse_errors(self._node), self._population_lock:
+        with _report_errors(self._node), self._population_lock:
             with self._lock:
                 self._world.reset()
             for name in [name for name in self._interfaces if name != "turtle1"]:
@@ -80,11 +80,11 @@ class Simulator:
         return Empty._response_class()
 
     def _on_spawn(self, request: Any) -> Any:
-        with _refuse_errors(self._node):
+        with _report_errors(self._node):
             return self._spawn(request.name, request.x, request.y, request.theta)
 
     def _on_kill(self, request: Any) -> Any:
-        with _refuse_errors(self._node), self._population_lock:
+        with _report_errors(self._node), self._population_lock:
             with self._lock:
                 self._world.kill(request.name)
             if interface := self._interfaces.pop(request.name, None):
@@ -119,8 +119,8 @@ class Simulator:
         value = self._node.params.get(f"~background_{name}", default)
         if type(value) is int and 0 <= value <= 255:
             return value
-        value_given = one_line(repr(value), 100)
-        self._node.log.error("the parameter ~background_%s must be a number from 0 to 255, not %s", name, value_given)
+        value_text = one_line(repr(value), 100)
+        self._node.log.error("the parameter ~background_%s must be a number from 0 to 255, not %s", name, value_text)
         return default
 
     # Steps ------------------------------------------------------------------------------------------------------------
@@ -147,7 +147,7 @@ class Simulator:
         self._drawing.publish(message)
 
     def run(self) -> None:
-        """Simulate until the node ends."""
+        """Simulate until the node shuts down."""
         rate = self._node.rate(1 / PERIOD)
         while self._node.ok():
             self.step()
@@ -158,7 +158,7 @@ class _TurtleInterface:
     """The topics and services of a turtle.
 
     Raises:
-        Error: the turtle's name cannot be part of their names, or another node has one of them with another type.
+        Error: the turtle's name cannot be part of their names, or another node uses one of them with another type.
     """
 
     def __init__(self, node: Node, name: str, world: World, lock: threading.Lock) -> None:
@@ -167,27 +167,27 @@ class _TurtleInterface:
         self._world = world
         self._lock = lock
         base = node.resolve(name)
-        with ExitStack() as undo:
+        with ExitStack() as cleanup:
             self._pose = node.advertise(f"{base}/pose", Pose, queue_size=1)
-            undo.callback(self._pose.unregister)
+            cleanup.callback(self._pose.unregister)
             self._colour = node.advertise(f"{base}/color_sensor", Color, queue_size=1)
-            undo.callback(self._colour.unregister)
+            cleanup.callback(self._colour.unregister)
             commands = node.subscribe(f"{base}/cmd_vel", Twist, self._command, queue_size=1)
-            undo.callback(commands.unregister)
+            cleanup.callback(commands.unregister)
             services: tuple[tuple[str, Any, Callable[[Any], None]], ...] = (
                 ("set_pen", SetPen, self._set_pen),
                 ("teleport_absolute", TeleportAbsolute, self._teleport_absolute),
                 ("teleport_relative", TeleportRelative, self._teleport_relative),
             )
-            for service, kind, handle in services:
-                undo.callback(node.advertise_service(f"{base}/{service}", kind, self._handler(kind, handle)).shutdown)
-            self._undo = undo.pop_all()
+            for service, kind, call in services:
+                cleanup.callback(node.advertise_service(f"{base}/{service}", kind, self._handler(kind, call)).shutdown)
+            self._cleanup = cleanup.pop_all()
 
     def close(self) -> None:
-        """Remove them."""
-        self._undo.close()
+        """Remove these topics and services."""
+        self._cleanup.close()
 
-    def publish(self, step: Step) -> None:
+    def publish(self, step: StepResult) -> None:
         """Publish the result of a step, and log a warning if it ended at a wall."""
         turtle = step.turtle
         if step.requested is not None:
@@ -198,13 +198,13 @@ class _TurtleInterface:
             self._pose.publish(Pose(turtle.x, turtle.y, turtle.theta, turtle.speed, turtle.turning))
             self._colour.publish(Color(*step.colour))
 
-    def _handler(self, kind: Any, handle: Callable[[Any], None]) -> Callable[[Any], Any]:
-        def answer(request: Any) -> Any:
-            with _refuse_errors(self._node), self._lock:
-                handle(request)
+    def _handler(self, kind: Any, call: Callable[[Any], None]) -> Callable[[Any], Any]:
+        def handle(request: Any) -> Any:
+            with _report_errors(self._node), self._lock:
+                call(request)
             return kind._response_class()
 
-        return answer
+        return handle
 
     def _set_pen(self, request: Any) -> None:
         pen = Pen(request.r, request.g, request.b, max(request.width, 1), bool(request.off))
@@ -226,14 +226,14 @@ class _TurtleInterface:
 
 
 @contextmanager
-def _refuse_errors(node: Node) -> Iterator[None]:
-    """Report to the caller and in the log what cannot be done."""
+def _report_errors(node: Node) -> Iterator[None]:
+    """Log errors, and report them to the caller of the service."""
     try:
         yield
     except Error as error:
-        text = one_line(str(error), 1000)
-        node.log.error("%s", text)
-        raise ServiceRefusal(text) from None
+        message = one_line(str(error), 1000)
+        node.log.error("%s", message)
+        raise ServiceRefusal(message) from None
 
 
 def main(argv: list[str]) -> int:

@@ -9,18 +9,18 @@ from pyros1.msgs.geometry_msgs.msg import Twist
 from pyros1.msgs.std_srvs.srv import Empty
 from pyros1.msgs.turtlesim.msg import Pose
 from pyros1.node import Node
-from pyros1.turtlesim.turtle import PERIOD, Position, normal
+from pyros1.turtlesim.turtle import PERIOD, Position, normalize_angle
 
 SIDE = 2.0
 """Length of a side in units."""
 SPEED = 1.0
-TURNING = 0.4
-_STANDSTILL = 1e-4
+ANGULAR_SPEED = 0.4
+_MAX_STANDSTILL_SPEED = 1e-4
 _ANGLE_TOLERANCE = 0.01
 
 
 class Square:
-    """Computes movements from the turtle's pose: move along a side, stop, turn, stop, and so on. Pure.
+    """Computes movements from the turtle's pose: walk along a side, stop, turn, stop, and so on (pure).
 
     Args:
         x, y, theta: initial pose of the turtle.
@@ -32,14 +32,14 @@ class Square:
         self._theta = theta
         self._start = Position(x, y)
         self.goal = self._next_corner()
-        """Target position, and target angle."""
+        """Target position and target angle."""
 
-    def next(self, x: float, y: float, theta: float, moving: bool) -> tuple[float, float]:
-        """Return the speed (units/s) and the angular speed (rad/s) to move with.
+    def next_speeds(self, x: float, y: float, theta: float, moving: bool) -> tuple[float, float]:
+        """Return the next speed (units/s) and angular speed (rad/s).
 
         Args:
             x, y, theta: current pose of the turtle.
-            moving: whether it moves.
+            moving: whether the turtle is moving.
         """
         if self._stopping:
             if moving:
@@ -51,12 +51,12 @@ class Square:
                 self.goal = self._next_corner()
             else:
                 position, heading = self.goal
-                self.goal = position, normal(heading + pi / 2)
+                self.goal = position, normalize_angle(heading + pi / 2)
         if self._walking:
             if hypot(x - self._start.x, y - self._start.y) < SIDE:
                 return SPEED, 0.0
-        elif normal(self.goal[1] - theta) > _ANGLE_TOLERANCE:
-            return 0.0, TURNING
+        elif normalize_angle(self.goal[1] - theta) > _ANGLE_TOLERANCE:
+            return 0.0, ANGULAR_SPEED
         self._stopping = True
         return 0.0, 0.0
 
@@ -72,25 +72,25 @@ def main(argv: list[str]) -> int:
         argv: the command line, with the program's name.
     """
     with Node("draw_square", argv=argv[1:]) as node:
-        newest: list[Any] = []
+        latest_pose: list[Any] = []
 
-        def heard(pose: Any) -> None:
-            newest[:] = [pose]
+        def on_pose(pose: Any) -> None:
+            latest_pose[:] = [pose]
 
-        node.subscribe("turtle1/pose", Pose, heard, queue_size=1)
+        node.subscribe("turtle1/pose", Pose, on_pose, queue_size=1)
         publisher = node.advertise("turtle1/cmd_vel", Twist, queue_size=1)
         node.wait_for_service("reset")
         node.service("reset", Empty)()
-        newest.clear()
+        latest_pose.clear()
         square: Square | None = None
         goal: Any = None
         rate = node.rate(1 / PERIOD)
         while node.ok():
-            for pose in tuple(newest):
+            for pose in tuple(latest_pose):
                 square = square or Square(pose.x, pose.y, pose.theta)
-                moving = max(abs(pose.linear_velocity), abs(pose.angular_velocity)) > _STANDSTILL
+                moving = max(abs(pose.linear_velocity), abs(pose.angular_velocity)) > _MAX_STANDSTILL_SPEED
                 twist = Twist()
-                twist.linear.x, twist.angular.z = square.next(pose.x, pose.y, pose.theta, moving)
+                twist.linear.x, twist.angular.z = square.next_speeds(pose.x, pose.y, pose.theta, moving)
                 publisher.publish(twist)
                 if square.goal != goal:
                     if goal is not None:

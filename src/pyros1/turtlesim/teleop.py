@@ -12,7 +12,7 @@ from pyros1.msgs.geometry_msgs.msg import Twist
 from pyros1.msgs.turtlesim.msg import Pose
 from pyros1.msgs.turtlesim.srv import TeleportAbsolute
 from pyros1.node import Node
-from pyros1.turtlesim.keys import Keys
+from pyros1.turtlesim.keys import KeyReader
 
 ARROWS = {"up": (1.0, 0.0), "down": (-1.0, 0.0), "left": (0.0, 1.0), "right": (0.0, -1.0)}
 """Key -> speed and angular speed, before they are scaled."""
@@ -26,9 +26,9 @@ Use g|b|v|c|d|e|r|t keys to look where the key lies from f, and f to stop.
 'q' to quit.
 """
 _POLL_PERIOD = 0.2
-"""Seconds between checks for the node's shutdown."""
+"""Seconds between checks for a shutdown of the node."""
 _SERVICE_TIMEOUT = 2.0
-"""Timeout in seconds for the simulator to turn the turtle."""
+"""Timeout in seconds of the service that turns the turtle."""
 
 
 class Teleop:
@@ -40,7 +40,7 @@ class Teleop:
 
     def __init__(self, node: Node) -> None:
         self._node = node
-        self._scales = [_number(node, name) for name in ("scale_linear", "scale_angular")]
+        self._scales = [_number_param(node, name) for name in ("scale_linear", "scale_angular")]
         self._pose: Any = None
         self._pose_received = threading.Event()
         self._publisher = node.advertise("turtle1/cmd_vel", Twist, queue_size=1)
@@ -51,8 +51,8 @@ class Teleop:
         self._pose = pose
         self._pose_received.set()
 
-    def press(self, key: str) -> bool:
-        """Perform a key's action; return False for the key that quits."""
+    def handle_key(self, key: str) -> bool:
+        """Perform the action of a key; return False if it is the key to quit."""
         key = key if key in ARROWS else key.lower()
         if key == "q":
             return False
@@ -76,11 +76,11 @@ class Teleop:
             self._node.log.error("%s", error)
 
     def wait(self, timeout: float) -> bool:
-        """Wait for a message from the turtle; return whether one arrived within some seconds."""
+        """Wait until the turtle's first pose arrives; return whether it did within ``timeout`` seconds."""
         return self._pose_received.wait(timeout)
 
 
-def _number(node: Node, name: str) -> float:
+def _number_param(node: Node, name: str) -> float:
     value = node.params.get(f"~{name}", 2.0)
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         raise Error(f"the parameter ~{name} must be a number")
@@ -96,11 +96,11 @@ def main(argv: list[str]) -> int:
     with Node("teleop_turtle", argv=argv[1:]) as node:
         try:
             teleop = Teleop(node)
-            with Keys() as keys:
+            with KeyReader() as keys:
                 sys.stdout.write(HELP)
                 sys.stdout.flush()
-                while node.ok() and (pressed := keys.wait(_POLL_PERIOD)) is not None:
-                    if not all(teleop.press(key) for key in pressed):
+                while node.ok() and (pressed := keys.read(_POLL_PERIOD)) is not None:
+                    if not all(teleop.handle_key(key) for key in pressed):
                         break
         except Error as error:
             node.log.fatal("%s", error)

@@ -7,12 +7,12 @@ from math import cos, floor, hypot, pi, sin
 from typing import NamedTuple
 
 PIXELS = 500
-"""Width and height of the picture."""
+"""Width and height of the picture in pixels."""
 PIXELS_PER_UNIT = 45
 SIZE = 11.088889122009277
 """Width and height of the world, in the units of poses; x is to the right, y upwards.
 
-(PIXELS - 1) / PIXELS_PER_UNIT as a 32-bit number, as stock calculates it.
+(PIXELS - 1) / PIXELS_PER_UNIT as a 32-bit number, calculated as in stock.
 """
 PERIOD = 0.016
 """Duration of a step in seconds."""
@@ -24,9 +24,9 @@ class Pen(NamedTuple):
     """The pen that a turtle draws with.
 
     Attributes:
-        red, green, blue: its colour, 0 to 255.
-        width: in pixels, at least 1.
-        off: whether it draws nothing.
+        red, green, blue: the pen's colour, 0 to 255.
+        width: the width in pixels, at least 1.
+        off: whether the pen draws nothing.
     """
 
     red: int = 179
@@ -52,8 +52,8 @@ class Turtle:
         theta: heading in radians: 0 is to the right, and angles increase to the left.
         forward, sideways: speeds along its heading, and to the left of that, in units per second.
         turning: angular speed in radians per second.
-        pen: its pen.
-        commanded: time of the last command, in seconds of the clock of `step`.
+        pen: the turtle's pen.
+        commanded_at: time of the last command in seconds, by the clock used for `step`.
     """
 
     x: float = SIZE / 2
@@ -63,24 +63,24 @@ class Turtle:
     sideways: float = 0.0
     turning: float = 0.0
     pen: Pen = field(default_factory=Pen)
-    commanded: float = float("-inf")
+    commanded_at: float = float("-inf")
 
     @property
     def position(self) -> Position:
-        """Its position."""
+        """The turtle's position."""
         return Position(self.x, self.y)
 
     @property
     def speed(self) -> float:
-        """Its speed in units per second; never negative."""
+        """The turtle's speed in units per second; never negative."""
         return hypot(self.forward, self.sideways)
 
     def command(self, forward: float, sideways: float, turning: float, now: float) -> None:
-        """Set the speeds from the next step on, see the attributes."""
-        self.forward, self.sideways, self.turning, self.commanded = forward, sideways, turning, now
+        """Set the speeds that apply from the next step on, see the attributes."""
+        self.forward, self.sideways, self.turning, self.commanded_at = forward, sideways, turning, now
 
     def teleport_absolute(self, x: float, y: float, theta: float) -> None:
-        """Move to a position. It stays outside the walls only until the next step, and never above the upper one."""
+        """Move to a position. If this is outside the walls (never above the upper one), the next step corrects it."""
         self.x, self.y, self.theta = x, min(y, SIZE), theta
 
     def teleport_relative(self, distance: float, angle: float) -> None:
@@ -93,15 +93,15 @@ class Turtle:
         """Move for some time: turn first, then move forward.
 
         Args:
-            now: seconds of any clock, for the age of the command.
+            now: the time in seconds by any clock, for the age of the command.
             seconds: duration of the movement.
 
         Returns:
-            The position it would have without walls; None if it hit none.
+            The position it would have without walls; None if it did not hit a wall.
         """
-        if now - self.commanded > COMMAND_TIMEOUT:
+        if now - self.commanded_at > COMMAND_TIMEOUT:
             self.forward = self.sideways = self.turning = 0.0
-        self.theta = normal(self.theta + self.turning * seconds)
+        self.theta = normalize_angle(self.theta + self.turning * seconds)
         ahead, left = self.forward * seconds, self.sideways * seconds
         requested = Position(
             self.x + cos(self.theta) * ahead - sin(self.theta) * left,
@@ -111,6 +111,6 @@ class Turtle:
         return None if requested == self.position else requested
 
 
-def normal(angle: float) -> float:
-    """Return an angle, in radians, as one from -pi to pi."""
+def normalize_angle(angle: float) -> float:
+    """Return an equivalent angle from -pi to pi, in radians."""
     return angle - 2 * pi * floor((angle + pi) / (2 * pi))

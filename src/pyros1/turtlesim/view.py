@@ -1,4 +1,4 @@
-"""turtle_view: the turtles of a turtlesim_node in the terminal."""
+"""turtle_view: displays the turtles of a turtlesim_node in the terminal."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from pyros1.ground.terminal_text import one_line
 from pyros1.msgs.sensor_msgs.msg import Image
 from pyros1.msgs.turtlesim.msg import Pose
 from pyros1.node import Node
-from pyros1.turtlesim.blocks import blocks
+from pyros1.turtlesim.blocks import render_blocks
 from pyros1.turtlesim.canvas import Canvas
-from pyros1.turtlesim.finding import drawing_of, simulators
+from pyros1.turtlesim.finding import drawing_topic, find_simulators
 from pyros1.turtlesim.turtle import PIXELS
 from pyros1.turtlesim.world import BACKGROUND
 
 _HZ = 10.0
 _REFRESH_PERIOD = 1.0
 """Seconds between checks for new turtles."""
-_OPEN = "\x1b[?1049h\x1b[?25l\x1b[2J"
-_CLOSE = "\x1b[?25h\x1b[?1049l"
+_ENTER_SCREEN = "\x1b[?1049h\x1b[?25l\x1b[2J"
+_LEAVE_SCREEN = "\x1b[?25h\x1b[?1049l"
 _HOME = "\x1b[H"
-_REST_OF_LINE, _REST_OF_SCREEN = "\x1b[K", "\x1b[J"
+_CLEAR_LINE, _CLEAR_SCREEN = "\x1b[K", "\x1b[J"
 
 
 class View:
     """Draws the turtles that a node simulates.
 
     Args:
-        node: our node.
+        node: this program's node.
         simulator: name of the simulating node; empty for the first one found.
     """
 
@@ -41,7 +41,7 @@ class View:
         self._node = node
         self._requested_node = simulator and node.resolve(simulator)
         self._graph = Graph(node.master)
-        self._shown_node = ""  # the simulating node that is displayed
+        self._displayed_node = ""  # the simulating node that is displayed
         self._poses: dict[str, Any] = {}
         self._subscribers: dict[str, Any] = {}  # topic -> subscriber
         self._pixels = self._blank = Canvas(BACKGROUND).pixels()
@@ -56,17 +56,17 @@ class View:
         if monotonic() - self._refreshed_at >= _REFRESH_PERIOD:
             self._refresh()
             self._refreshed_at = monotonic()
-        if not self._shown_node:
-            problem = f"{self._requested_node} is not there" if self._requested_node else "there are no turtles"
+        if not self._displayed_node:
+            problem = f"{self._requested_node} is not running" if self._requested_node else "there are no turtles"
             return [f"{problem}; to start some: pyros1 run turtlesim turtlesim_node"[:columns]]
         turtles = {one_line(name): (pose.x, pose.y, pose.theta) for name, pose in self._poses.copy().items()}
         positions = ", ".join(f"{name} ({x:.2f}, {y:.2f})" for name, (x, y, _) in turtles.items())
-        picture = blocks(self._pixels, PIXELS, PIXELS, turtles, columns, rows - 1)
-        return [f"{one_line(self._shown_node)}: {positions}"[:columns], *picture]
+        picture = render_blocks(self._pixels, PIXELS, PIXELS, turtles, columns, rows - 1)
+        return [f"{one_line(self._displayed_node)}: {positions}"[:columns], *picture]
 
     def _refresh(self) -> None:
         try:
-            found = simulators(self._graph.published_types(), self._graph.state().publishers)
+            found = find_simulators(self._graph.published_types(), self._graph.state().publishers)
         except Error:
             return  # the master is unreachable; the turtles keep moving
         node = self._requested_node or next(iter(found), "")
@@ -75,16 +75,16 @@ class View:
             topic: (Pose, self._pose_callback(turtle)) for turtle, topic in turtles.items()
         }
         if turtles:
-            topics[drawing_of(node)] = (Image, self._draw)
+            topics[drawing_topic(node)] = (Image, self._draw)
         for topic in self._subscribers.keys() - topics.keys():
             self._subscribers.pop(topic).unregister()
         for topic in topics.keys() - self._subscribers.keys():
             kind, callback = topics[topic]
             self._subscribers[topic] = self._node.subscribe(topic, kind, callback, queue_size=1)
         self._poses = {name: pose for name, pose in self._poses.copy().items() if name in turtles}
-        if node != self._shown_node:
+        if node != self._displayed_node:
             self._pixels = self._blank
-        self._shown_node = node if turtles else ""
+        self._displayed_node = node if turtles else ""
 
     def _pose_callback(self, turtle: str) -> Callable[[Any], None]:
         def on_pose(pose: Any) -> None:
@@ -98,18 +98,18 @@ class View:
 
 
 def show(view: View, node: Node, out: TextIO) -> None:
-    """Draw in a terminal until the node ends, then restore its previous content."""
-    out.write(_OPEN)
+    """Draw in a terminal until the node shuts down, then restore the terminal's previous content."""
+    out.write(_ENTER_SCREEN)
     try:
         rate = node.rate(_HZ)
         while node.ok():
             size = shutil.get_terminal_size()
-            lines = f"{_REST_OF_LINE}\r\n".join(view.lines(size.columns, size.lines))
-            out.write(f"{_HOME}{lines}{_REST_OF_LINE}{_REST_OF_SCREEN}")
+            lines = f"{_CLEAR_LINE}\r\n".join(view.lines(size.columns, size.lines))
+            out.write(f"{_HOME}{lines}{_CLEAR_LINE}{_CLEAR_SCREEN}")
             out.flush()
             rate.sleep()
     finally:
-        out.write(_CLOSE)
+        out.write(_LEAVE_SCREEN)
         out.flush()
 
 
@@ -117,11 +117,11 @@ def main(argv: list[str]) -> int:
     """Run the program; return its exit code.
 
     Args:
-        argv: the command line, with the program's name; a further word is the name of the simulating node.
+        argv: the command line, with the program's name; an optional argument is the name of the simulating node.
     """
     with Node("turtle_view", argv=argv[1:], anonymous=True) as node:
         if not sys.stdout.isatty():
-            node.log.fatal("turtle_view draws in a terminal; in a browser, pyros1 web turtles does")
+            node.log.fatal("turtle_view needs a terminal; to view turtles in a browser, use pyros1 web turtles")
             return 1
         show(View(node, *node.arguments.rest[:1]), node, sys.stdout)
     return 0

@@ -1,4 +1,4 @@
-"""The world of the turtles: its turtles and their drawing."""
+"""The world: the turtles and their drawing."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ _MAX_VALUE = 1e9
 
 
 class TurtleError(Error):
-    """Something cannot be done; the text says why."""
+    """An operation on the turtles is not possible; the message says why."""
 
 
-class Step(NamedTuple):
-    """The effect of a step on a turtle.
+class StepResult(NamedTuple):
+    """The result of a step for one turtle.
 
     Attributes:
         name: the turtle's name.
         turtle: a copy of the turtle.
-        colour: the colour below it when it arrived.
-        requested: the position it would have without walls; None if it hit none.
+        colour: the colour below the turtle before it draws its line.
+        requested: the position it would have without walls; None if it did not hit a wall.
     """
 
     name: str
@@ -46,21 +46,21 @@ class World:
     def __init__(self) -> None:
         self.turtles: dict[str, Turtle] = {}
         self.canvas = Canvas(BACKGROUND)
-        self._number = 0
+        self._last_number = 0
 
     def spawn(self, name: str, x: float, y: float, theta: float) -> str:
-        """Add a turtle, and return its name.
+        """Add a turtle and return its name.
 
         Args:
-            name: its name; empty for the next free one of turtle1, turtle2, ...
-            x, y, theta: its pose in units and radians.
+            name: the turtle's name; if empty, the next unused one of turtle1, turtle2, ...
+            x, y, theta: the turtle's pose in units and radians.
 
         Raises:
             TurtleError: a turtle has that name already, there are too many, or the pose is not valid.
         """
         if len(self.turtles) >= MAX_TURTLES:
             raise TurtleError(f"There are {MAX_TURTLES} turtles already")
-        check(x=x, y=y, theta=theta)
+        check_range(x=x, y=y, theta=theta)
         if not name:
             name = self._free_name()
         if name in self.turtles:
@@ -71,15 +71,15 @@ class World:
 
     def _free_name(self) -> str:
         while True:
-            self._number += 1
-            if (name := f"turtle{self._number}") not in self.turtles:
+            self._last_number += 1
+            if (name := f"turtle{self._last_number}") not in self.turtles:
                 return name
 
     def kill(self, name: str) -> None:
         """Remove a turtle; its drawing stays.
 
         Raises:
-            TurtleError: there is no turtle of that name.
+            TurtleError: no turtle has this name.
         """
         if self.turtles.pop(name, None) is None:
             raise TurtleError(f"Tried to kill turtle [{name}], which does not exist")
@@ -87,7 +87,7 @@ class World:
     def reset(self) -> None:
         """Start again with only turtle1, in the middle. The canvas is not cleared."""
         self.turtles = {"turtle1": Turtle()}
-        self._number = 1
+        self._last_number = 1
 
     def command(self, name: str, forward: float, sideways: float, turning: float, now: float) -> None:
         """See `Turtle.command`. Commands to a removed turtle have no effect.
@@ -95,7 +95,7 @@ class World:
         Raises:
             TurtleError: a speed is out of range.
         """
-        check(forward=forward, sideways=sideways, turning=turning)
+        check_range(forward=forward, sideways=sideways, turning=turning)
         if name in self.turtles:
             self.turtles[name].command(forward, sideways, turning, now)
 
@@ -103,7 +103,7 @@ class World:
         """Set a turtle's pen; a pen that is off leaves colour and width unchanged.
 
         Raises:
-            TurtleError: there is no such turtle.
+            TurtleError: no turtle has this name.
         """
         turtle = self._turtle(name)
         turtle.pen = turtle.pen._replace(off=True) if pen.off else pen
@@ -112,25 +112,25 @@ class World:
         """See `Turtle.teleport_absolute`; draws a line.
 
         Raises:
-            TurtleError: the pose is not valid, or there is no such turtle.
+            TurtleError: the pose is not valid, or no turtle has this name.
         """
-        check(x=x, y=y, theta=theta)
+        check_range(x=x, y=y, theta=theta)
         turtle = self._turtle(name)
         previous = turtle.position
         turtle.teleport_absolute(x, y, theta)
-        self.canvas.line(previous, turtle.position, turtle.pen)
+        self.canvas.draw_line(previous, turtle.position, turtle.pen)
 
     def teleport_relative(self, name: str, distance: float, angle: float) -> None:
         """See `Turtle.teleport_relative`; draws a line.
 
         Raises:
-            TurtleError: a number is out of range, or there is no such turtle.
+            TurtleError: a number is out of range, or no turtle has this name.
         """
-        check(linear=distance, angular=angle)
+        check_range(linear=distance, angular=angle)
         turtle = self._turtle(name)
         previous = turtle.position
         turtle.teleport_relative(distance, angle)
-        self.canvas.line(previous, turtle.position, turtle.pen)
+        self.canvas.draw_line(previous, turtle.position, turtle.pen)
 
     def _turtle(self, name: str) -> Turtle:
         try:
@@ -138,21 +138,21 @@ class World:
         except KeyError:
             raise TurtleError(f"there is no turtle [{name}]") from None
 
-    def step(self, now: float, seconds: float = PERIOD) -> list[Step]:
+    def step(self, now: float, seconds: float = PERIOD) -> list[StepResult]:
         """Move all turtles, see `Turtle.step`."""
         steps = []
         for name, turtle in self.turtles.items():
             previous = turtle.position
             requested = turtle.step(now, seconds)
             # The colour comes first: a turtle does not see the line that it is drawing.
-            steps.append(Step(name, replace(turtle), self.canvas.colour(turtle.position), requested))
+            steps.append(StepResult(name, replace(turtle), self.canvas.colour_at(turtle.position), requested))
             if turtle.position != previous:
-                self.canvas.line(previous, turtle.position, turtle.pen)
+                self.canvas.draw_line(previous, turtle.position, turtle.pen)
         return steps
 
 
-def check(**numbers: float) -> None:
-    """Check that numbers are within the allowed range.
+def check_range(**numbers: float) -> None:
+    """Check that all numbers are within the allowed range.
 
     Raises:
         TurtleError: a number is out of range.

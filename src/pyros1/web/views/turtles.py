@@ -10,7 +10,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import MessageError
-from pyros1.turtlesim.finding import drawing_of, simulators
+from pyros1.turtlesim.finding import drawing_topic, find_simulators
 from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.views.image import picture
 from pyros1.web.views.view import View, text
@@ -77,13 +77,13 @@ class TurtlesView(View):
 
     def _refresh(self) -> None:
         graph = self.robot.graph
-        found = simulators(graph.published_types(), graph.state().publishers)
+        found = find_simulators(graph.published_types(), graph.state().publishers)
         may_see = self.robot.access.may_see
         found = {node: {name: topic for name, topic in all_.items() if may_see(topic)} for node, all_ in found.items()}
         nodes = [node for node, turtles in found.items() if turtles]
         node = self._requested_node or next(iter(nodes), "")
         turtles = found.get(node, {})
-        drawing = drawing_of(node)
+        drawing = drawing_topic(node)
         topics: dict[str, Callable[[Arrival], None]] = {
             topic: self._pose_listener(name) for name, topic in turtles.items()
         }
