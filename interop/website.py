@@ -16,7 +16,7 @@ from pathlib import Path
 import reference
 
 from pyros1.guide.text import HOWTO, STEPS, Block, GuidePage, GuideStep, pages, steps
-from pyros1.web.server.assets import PAGE
+from pyros1.web.server.assets import PAGE_FOLDER
 
 ROOT = Path(__file__).resolve().parents[1]
 INLINE = re.compile(r"`([^`]+)`|\*(\w[^*]*)\*|\[([^\]]+)\]\(([^)]+)\)|<(http[^>]+)>")
@@ -121,7 +121,7 @@ def make(target: Path) -> None:
     body += "<h2>How to</h2>" + write(list(pages().items()), HOWTO, target)
     body += '<h2>Reference</h2><p><a href="reference/pyros1.html">All public classes and functions</a></p>'
     (target / "index.html").write_text(document("pyros1", body, above=""), encoding="utf-8")
-    shutil.copytree(PAGE / "pictures", target / "pictures", dirs_exist_ok=True)
+    shutil.copytree(PAGE_FOLDER / "pictures", target / "pictures", dirs_exist_ok=True)
     reference.make(target / "reference")
 
 

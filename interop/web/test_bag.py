@@ -277,7 +277,7 @@ def test_a_bag_of_the_command_line(browser: Browser, start_web: Callable[..., We
     browser.open(web.link)
     browser.wait_for_text("206 messages")
     browser.run(f"{BAG}.open(arguments[0])", str(secret))
-    browser.wait_for_text("outside of the folders")
+    browser.wait_for_text("outside the folders")
 
 
 def test_pictures_along_the_row(browser: Browser, start_web: Callable[..., Web], bags: Path) -> None:

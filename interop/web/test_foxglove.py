@@ -111,4 +111,4 @@ def test_a_tour_with_the_real_client(modules: Path, web: Web, make_node: Callabl
     assert publishers["/pose"] == ["/robot"]
     assert {"name": "/add", "providerIds": ["/robot"]} in seen["graph"]["advertisedServices"]
     assert "<name>minimal_nodes</name>" in seen["asset"]
-    assert seen["outside"] == "this leads to no file of a package"
+    assert seen["outside"] == "this does not refer to a file in a package"

@@ -47,7 +47,7 @@ def test_numbers_that_nothing_can_draw(browser: Browser, web: Web, make_node: Ma
     for name, message in messages.items():
         node.advertise(f"/{name}", type(message), latch=True).publish(message)
     browser.open(panel_link(web.link, "scene", {"topics": [f"/{name}" for name in messages], "fixed": "map"}))
-    for words in ("2 of 3 left out: not finite", "1 corner", "numbers are not finite", "one of 3 across"):
+    for words in ("2 of 3 omitted: not finite", "1 corner", "numbers are not finite", "one of 3 across"):
         browser.wait("document.querySelector('.panel')?.textContent.includes(arguments[0])", words)
     # Half of them have numbers that are none, and an arrow has three points.
     browser.wait("document.querySelector('.scene').scene.displays.get('/markers')?.display.status === '5 markers'")

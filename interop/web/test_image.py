@@ -149,7 +149,7 @@ def test_depths_that_are_compressed_look_like_those_that_are_not(
         (Image(width=4_000_000_000, height=4_000_000_000, encoding="mono8", step=1), "too large"),
         (Image(encoding="rgb8"), "0 x 0 pixels"),
         (CompressedImage(format="jpeg", data=b"no picture"), "cannot show images of the format jpeg"),
-        (String("x"), "not an image topic, but of type std_msgs/String"),
+        (String("x"), "this is not an image topic, its type is std_msgs/String"),
     ],
 )
 def test_what_cannot_be_shown(

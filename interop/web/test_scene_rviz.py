@@ -100,7 +100,7 @@ def test_a_file_is_opened_in_the_page(
     browser.wait(f"{display('/scan')}?.status === '31 points' && {display('/plan')}?.status === '3 poses'")
     assert browser.run(f"return {SCENE}.fixed.frame") == "map"
     said = "return document.querySelector('.scene .view > .word').textContent"
-    assert browser.run(said) == "Thing 'Grid': there is no display my/Thing"
+    assert browser.run(said) == "Thing 'Grid': unsupported display my/Thing"
     file.write_text("- [")
     browser.driver.find_element("css selector", ".panel input[type=file]").send_keys(str(file))
     browser.wait("document.querySelector('.scene .view > .word').textContent.startsWith('robot.rviz is not YAML')")

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from pyros1.msgs import from_definition
-from pyros1.web.publishing import IDLE, IDLE_LATCHED, Publishing
+from pyros1.web.publishing import IDLE_TIMEOUT, LATCHED_IDLE_TIMEOUT, Publishing
 from pyros1.web.server.wire import RequestError
 
 FLOAT = "std_msgs/Float64"
@@ -42,17 +42,17 @@ def test_publishers_end_some_time_after_their_last_message(node: Any, clock: Clo
     for name in ("/a", "/b"):
         publishing.publish(name, FLOAT, {"data": 1.0})
     publishing.publish("/latched", FLOAT, {"data": 1.0}, latch=True)
-    clock.now = IDLE - 1
+    clock.now = IDLE_TIMEOUT - 1
     publishing.publish("/b", FLOAT, {"data": 2.0})
     publishing.clean_up()
     assert published(node) == ["/a", "/b", "/latched"]
-    clock.now = IDLE + 1
+    clock.now = IDLE_TIMEOUT + 1
     publishing.clean_up()
     assert published(node) == ["/b", "/latched"]
-    clock.now = IDLE_LATCHED - 1
+    clock.now = LATCHED_IDLE_TIMEOUT - 1
     publishing.clean_up()
     assert published(node) == ["/latched"]
-    clock.now = IDLE_LATCHED + 1
+    clock.now = LATCHED_IDLE_TIMEOUT + 1
     publishing.clean_up()
     assert published(node) == []
     publishing.publish("/a", FLOAT, {"data": 1.0})

@@ -13,15 +13,15 @@ from pyros1.msgs import Message, Service
 from pyros1.node import Node
 from pyros1.node.services.server import ServiceServer
 
-Answer = Callable[[Any], Message]
+Handler = Callable[[Any], Message]
 
 
 class ClientServices:
-    """The services, by full name. If several clients provide one, the last to advertise it gets the calls.
+    """The services, by full name. If several clients provide one, the last one to advertise it gets the calls.
 
-    So a client that reconnects has its service again, although the server may notice only seconds later that the old
-    connection is dead. Callers do not notice the change. While the master is slow to answer for one service, clients
-    can provide and end other services.
+    A client that reconnects thus regains its service, although the server may notice only seconds later that the old
+    connection is dead. Callers do not notice the change. While the master is slow to respond for one service, clients
+    can advertise and unadvertise other services.
 
     Args:
         node: returns the server's node.
@@ -30,22 +30,22 @@ class ClientServices:
     def __init__(self, node: Callable[[], Node]) -> None:
         self._node = node
         self._lock = threading.Lock()  # guards the table of locks
-        self._locks: WeakValueDictionary[str, threading.Lock] = WeakValueDictionary()  # of services being changed
+        self._locks: WeakValueDictionary[str, threading.Lock] = WeakValueDictionary()  # of the services being changed
         self._services: dict[str, _Service] = {}
 
-    def provide(self, name: str, cls: type[Service], answer: Answer) -> Callable[[], None]:
+    def provide(self, name: str, cls: type[Service], handler: Handler) -> Callable[[], None]:
         """Provide a service.
 
         Args:
-            name: its full name.
-            cls: its type.
-            answer: called with each request, in threads of the node; returns the response.
+            name: the service's full name.
+            cls: the service's type.
+            handler: called with each request, in threads of the node; returns the response.
 
         Returns:
-            A function that stops providing it, unless another client provides it by now.
+            A function that stops providing the service, unless another client has taken it over.
 
         Raises:
-            NodeError: the server's own node provides it.
+            NodeError: the server itself provides the service.
         """
         with self._lock_of(name):
             service = self._services.get(name)
@@ -53,11 +53,11 @@ class ClientServices:
                 self._services.pop(name).server.shutdown()
                 service = None
             if service is None:
-                service = _Service(cls, answer)
+                service = _Service(cls, handler)
                 service.server = self._node().advertise_service(name, cls, service.handle)
                 self._services[name] = service
-            service.answer = answer
-        return lambda: self._unprovide(name, answer)
+            service.handler = handler
+        return lambda: self._unprovide(name, handler)
 
     def _lock_of(self, name: str) -> threading.Lock:
         """Return the lock of a service, which exists as long as a thread holds it or waits for it."""
@@ -65,16 +65,16 @@ class ClientServices:
             return self._locks.setdefault(name, threading.Lock())
 
     def _is_registered(self, name: str, service: _Service) -> bool:
-        """Return whether the service is registered for our node; another node may have taken it over."""
+        """Return whether the service is registered for the server's node; another node may have taken it over."""
         try:
             return Graph(self._node().master).service_uri(name) == service.server.uri
         except MasterUnreachableError:
-            return True  # the node registers it again when the master is back
+            return True  # the node will register it again when the master is back
 
-    def _unprovide(self, name: str, answer: Answer) -> None:
+    def _unprovide(self, name: str, handler: Handler) -> None:
         with self._lock_of(name):
             service = self._services.get(name)
-            if service is not None and service.answer is answer:
+            if service is not None and service.handler is handler:
                 del self._services[name]
                 service.server.shutdown()
 
@@ -82,9 +82,9 @@ class ClientServices:
 class _Service:
     server: ServiceServer
 
-    def __init__(self, cls: type[Service], answer: Answer) -> None:
+    def __init__(self, cls: type[Service], handler: Handler) -> None:
         self.cls = cls
-        self.answer = answer
+        self.handler = handler
 
     def handle(self, request: Any) -> Message:
-        return self.answer(request)
+        return self.handler(request)

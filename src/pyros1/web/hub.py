@@ -25,12 +25,12 @@ from pyros1.web.server.threads import ThreadPool
 _MAX_LATCHED = 100
 """Maximum number of publishers of a topic whose latched messages are kept."""
 MAX_BYTES = 32 << 20
-"""Maximum bytes of a publisher's messages that wait for slow listeners, and of a topic's latched messages that are
-kept; but one always is."""
-_LINK_GRACE = 1.0
-"""Seconds for which a message's link may not be listed yet: within a process, the message arrives first."""
+"""Maximum bytes of a publisher's messages queued for slow listeners, and of a topic's stored latched messages; one
+message of any size is always kept."""
+_LINK_GRACE_PERIOD = 1.0
+"""Seconds for which the link of a message may not be listed yet: within a process, the message arrives first."""
 _MAX_CONCURRENT = 16
-"""Maximum number of concurrent attempts to subscribe; more wait."""
+"""Maximum number of concurrent attempts to subscribe; further ones wait."""
 _view = numpy_view(np)
 Listener = Callable[["Arrival"], object]
 """Called with each message, in a thread of the node. It must be quick and must not raise."""
@@ -40,9 +40,9 @@ class Arrival:
     """A received message.
 
     Attributes:
-        raw: its bytes and its connection's header.
-        time: when it was received, in seconds of the node's clock.
-        at: when it was received, in seconds of `time.monotonic`.
+        raw: the undecoded message and the header of its connection.
+        time: time of reception in seconds of the node's clock.
+        at: time of reception in seconds of `time.monotonic`.
     """
 
     __slots__ = ("_arrays", "_decoder", "_message", "at", "raw", "time")
@@ -66,7 +66,7 @@ class Arrival:
 
     @property
     def message(self) -> Message:
-        """The decoded message; it is decoded only once.
+        """The message, which is decoded only once.
 
         Raises:
             MessageError: the publisher sent no usable definition, or the bytes are not such a message.
@@ -80,17 +80,17 @@ class Arrival:
         """The decoded message, checked to have all fields of the type installed here, with the same types.
 
         Raises:
-            MessageError: as `message`; or the publisher's type differs, or is not known here.
+            MessageError: see `message`; or the publisher's type differs from the installed one, or is not installed.
         """
         self._check_fields()
         return self.message
 
     @property
     def arrays(self) -> Message:
-        """The same with numpy arrays of numbers, which need no more memory than the raw bytes: maps have many cells.
+        """The decoded message with numbers in numpy arrays, which need no more memory than the raw bytes.
 
         Raises:
-            MessageError: as `checked_message`.
+            MessageError: see `checked_message`.
         """
         if self._arrays is None:
             self._check_fields()
@@ -107,7 +107,7 @@ class Arrival:
 def _has_installed_fields(cls: type[Message]) -> bool:
     """Return whether a class has all fields of the class of the same name that is installed here.
 
-    Checksums cannot show that: they are the same for a message and an array of such messages.
+    Checksums cannot show this: they are the same for a message and an array of such messages.
     """
     classes = (cls, load_message(cls._type))
     fields, installed = (dict(zip(each.__slots__, each._slot_types, strict=True)) for each in classes)
@@ -116,12 +116,12 @@ def _has_installed_fields(cls: type[Message]) -> bool:
 
 
 class Hub:
-    """The subscriptions.
+    """The shared subscriptions.
 
-    Subscribing may block for as long as the master is unreachable, so it is done in other threads.
+    Subscribing may block as long as the master is unreachable, so it is done in other threads.
 
     Args:
-        subscribe: subscribes to undecoded messages of a topic; returns a subscriber. It may raise Error.
+        subscribe: subscribes to the undecoded messages of a topic, and returns a subscriber; may raise Error.
         now: returns the time of the node's clock in seconds.
         start: runs a function that may block.
         wait_for_publishers: waits briefly until the registered publishers of a topic are connected; called with the
@@ -144,18 +144,18 @@ class Hub:
         self._feeds: dict[str, _Feed] = {}
 
     def listen(self, topic: str, listener: Listener, ready: Callable[[], object] | None = None) -> Callable[[], None]:
-        """Call a listener with the messages of a topic from now on.
+        """Call a listener with each message of a topic from now on.
 
         Args:
             topic: the topic's full name.
             listener: see `Listener`.
             ready: called once, from any thread, when the subscription exists and its publishers are connected, or when
-                that was not possible.
+                this was not possible.
 
         If a latched message is available, the listener is called with it immediately, in this thread.
 
         Returns:
-            A function that ends this. The listener may still be called once meanwhile.
+            A function that removes the listener. The listener may still be called once while it runs.
         """
         with self._lock:
             known = self._feeds.get(topic)
@@ -171,8 +171,8 @@ class Hub:
 
     def _open(self, topic: str, feed: _Feed) -> None:
         try:
-            subscriber = self._subscribe(topic, feed.arrived)
-            if feed.opened(subscriber):
+            subscriber = self._subscribe(topic, feed.on_message)
+            if feed.set_subscriber(subscriber):
                 with suppress(Error):  # the master became unreachable meanwhile
                     self._wait_for_publishers(topic, subscriber)
         except Error:  # the node has shut down, or the topic's name is invalid
@@ -184,7 +184,7 @@ class Hub:
 
     def _remove_listener(self, topic: str, feed: _Feed, token: object) -> None:
         with self._lock:
-            if feed.remove_listener(token) or self._feeds.get(topic) is not feed:
+            if not feed.remove_listener(token) or self._feeds.get(topic) is not feed:
                 return
             del self._feeds[topic]
         feed.end()
@@ -199,22 +199,22 @@ class Hub:
 
 
 class _LateListener:
-    """A listener that gets the latched messages before those that arrive meanwhile in another thread.
+    """Calls a listener with the latched messages before those that arrive in another thread meanwhile.
 
     Args:
         listener: the listener.
-        latched: these messages.
+        latched: the latched messages.
     """
 
     def __init__(self, listener: Listener, latched: Iterable[Arrival]) -> None:
         self._listener = listener
         self._lock = threading.Lock()
-        self._waiting: deque[Arrival] | None = deque(latched)
+        self._queue: deque[Arrival] | None = deque(latched)
 
     def __call__(self, arrival: Arrival) -> None:
         with self._lock:
-            if self._waiting is not None:
-                self._waiting.append(arrival)
+            if self._queue is not None:
+                self._queue.append(arrival)
                 return
         self._listener(arrival)
 
@@ -222,10 +222,10 @@ class _LateListener:
         """Call the listener with all queued messages; later ones are passed on immediately."""
         while True:
             with self._lock:
-                if not self._waiting:
-                    self._waiting = None
+                if not self._queue:
+                    self._queue = None
                     return
-                arrival = self._waiting.popleft()
+                arrival = self._queue.popleft()
             self._listener(arrival)
 
 
@@ -242,18 +242,18 @@ class _Feed:
         self._ended = self._is_ready = False
         self._ready_callbacks: list[Callable[[], object]] = []
 
-    def opened(self, subscriber: Any) -> bool:
-        """Store the subscriber, or end it if there are no listeners any more; return whether there are."""
+    def set_subscriber(self, subscriber: Any) -> bool:
+        """Store the subscriber, or close it if there are no listeners any more; return whether there are any."""
         with self._lock:
             if not self._ended:
                 self._subscriber = subscriber
-                self._limit()
+                self._limit_queue()
                 return True
         subscriber.unregister()
         return False
 
     def call_when_ready(self, ready: Callable[[], object]) -> None:
-        """Call a function once `set_ready` has been called."""
+        """Call a function when `set_ready` is called, or now if it has been."""
         with self._lock:
             if not self._is_ready:
                 self._ready_callbacks.append(ready)
@@ -261,7 +261,7 @@ class _Feed:
         ready()
 
     def set_ready(self) -> None:
-        """Note that the subscription exists, or has failed."""
+        """Record that the subscription exists or has failed."""
         with self._lock:
             self._is_ready = True
             callbacks, self._ready_callbacks = self._ready_callbacks, []
@@ -277,25 +277,25 @@ class _Feed:
             subscriber.unregister()
         self.set_ready()
 
-    def _limit(self) -> None:
-        """Reduce the queue if messages are large."""
+    def _limit_queue(self) -> None:
+        """Reduce the length of the subscriber's queue if messages are large."""
         max_messages = MAX_BYTES // max(1, self._largest_size)
         if self._subscriber is not None and max_messages < self._subscriber.queue_size:
             self._subscriber.set_queue_size(max(1, max_messages))
 
     def add_listener(self, listener: Listener) -> tuple[object, _LateListener | None]:
-        """Add a listener; return its token, and the object to catch up with latched messages, if there are any."""
+        """Add a listener; return its token, and an object that passes it the latched messages, if there are any."""
         token = object()
         with self._lock:
             if self._latched and self._subscriber is not None:
                 headers = [link.header for link in self._subscriber.links if link.header]
                 names = {header.get("callerid", "") for header in headers}
-                new = monotonic() - _LINK_GRACE
+                recent = monotonic() - _LINK_GRACE_PERIOD
                 self._latched = {
-                    name: each
-                    for name, each in self._latched.items()  # each connection has its own header
-                    if any(header is each.raw._connection_header for header in headers)
-                    or (name not in names and each.at > new)
+                    name: arrival
+                    for name, arrival in self._latched.items()  # each connection has its own header
+                    if any(header is arrival.raw._connection_header for header in headers)
+                    or (name not in names and arrival.at > recent)
                 }
             late_listener = _LateListener(listener, self._latched.values()) if self._latched else None
             self._listeners[token] = late_listener or listener
@@ -303,13 +303,13 @@ class _Feed:
             return token, late_listener
 
     def remove_listener(self, token: object) -> bool:
-        """Remove a listener; return whether others remain, or it was not registered."""
+        """Remove a listener; return whether it was the last one."""
         with self._lock:
             was_listening = self._listeners.pop(token, None) is not None
             self._listeners_snapshot = None
-            return bool(self._listeners) or not was_listening
+            return was_listening and not self._listeners
 
-    def arrived(self, raw: AnyMsg) -> None:
+    def on_message(self, raw: AnyMsg) -> None:
         arrival = Arrival(raw, self._now(), monotonic(), self._decoder)
         header = raw._connection_header or {}
         with self._lock:
@@ -318,7 +318,7 @@ class _Feed:
             listeners = self._listeners_snapshot
             if len(raw._buff) > self._largest_size:
                 self._largest_size = len(raw._buff)
-                self._limit()
+                self._limit_queue()
             if header.get("latching") == "1":
                 self._store_latched(header.get("callerid", ""), arrival)
         for listener in listeners:

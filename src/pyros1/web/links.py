@@ -1,4 +1,4 @@
-"""Links to the page, and the file that a running server leaves so that other commands find it."""
+"""Links to the page, and the file by which other commands find a running server."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def panel_link(link: str, panel: str, settings: Mapping[str, Any]) -> str:
 
     Args:
         link: the page's link, with its token.
-        panel: the panel's name; empty for the first.
+        panel: the panel's name; empty for the first panel.
         settings: settings of the panel; see its module in ``page/panels``.
     """
     if not settings:
@@ -41,25 +41,25 @@ def layout_link(link: str, name: str, tree: Mapping[str, Any]) -> str:
         tree: ``{"panel": ..., "settings": {...}}``, or ``{"split": "row" or "column", "sizes": [...], "parts": [...]}``
             of such trees.
     """
-    text = json.dumps(tree, separators=(",", ":")).encode()
-    return f"{link}#{name}={base64.urlsafe_b64encode(text).decode().rstrip('=')}"
+    data = json.dumps(tree, separators=(",", ":")).encode()
+    return f"{link}#{name}={base64.urlsafe_b64encode(data).decode().rstrip('=')}"
 
 
 def link_file(home: Path, master_uri: str) -> Path:
-    """Return the path of the file about the server for a master, in the folder of ROS's own files."""
+    """Return the path of the file that describes the server of a master, in the ROS home folder."""
     uri = master_uri.rstrip("/")
     return home / "pyros1" / f"web-{sha256(uri.encode()).hexdigest()[:16]}.json"
 
 
 @contextlib.contextmanager
 def link_published(file: Path, link: str) -> Iterator[None]:
-    """Keep a file while a server runs, readable only by its user since it contains the token."""
-    with contextlib.suppress(OSError):  # then other commands start their own servers
+    """Publish a server's link in a file while the server runs; only its user can read it, as it contains the token."""
+    with contextlib.suppress(OSError):  # other commands start their own servers then
         file.parent.mkdir(parents=True, exist_ok=True)
         file.unlink(missing_ok=True)
         descriptor = os.open(file, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
-        with open(descriptor, "w", encoding="utf-8") as note:
-            json.dump({"link": link}, note)
+        with open(descriptor, "w", encoding="utf-8") as output:
+            json.dump({"link": link}, output)
     try:
         yield
     finally:
@@ -70,7 +70,7 @@ def link_published(file: Path, link: str) -> Iterator[None]:
 
 @contextlib.contextmanager
 def startup_lock(file: Path) -> Iterator[Callable[[], None]]:
-    """Let one program at a time check for a server and start its own, so that concurrent ones share one server.
+    """Let one program at a time check for a server and start its own, so that concurrent programs share one server.
 
     Args:
         file: the path from `link_file`.
@@ -97,14 +97,14 @@ def startup_lock(file: Path) -> Iterator[Callable[[], None]]:
 
 
 def running_link(file: Path) -> str | None:
-    """Return the link in the file, if its server still answers."""
+    """Return the link in the file if its server still responds."""
     try:
         link = json.loads(file.read_text(encoding="utf-8")[:_MAX_BYTES])["link"]
         base = link.partition("?")[0]
         if not base.startswith("http://"):
             return None
-        with urllib.request.urlopen(f"{base}panels.json", timeout=_TIMEOUT) as answer:
-            json.loads(answer.read(_MAX_BYTES))
+        with urllib.request.urlopen(f"{base}panels.json", timeout=_TIMEOUT) as response:
+            json.loads(response.read(_MAX_BYTES))
     except (OSError, ValueError, KeyError, TypeError):
         return None
     return str(link)

@@ -1,4 +1,4 @@
-"""Files of ROS packages by URI: meshes and textures of robots. Nothing outside packages can be accessed."""
+"""Reads files of ROS packages by URI: meshes and textures of robots. Nothing outside packages can be accessed."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ _FLAGS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # Windows 
 
 
 class FileError(Error):
-    """A URI does not lead to a readable file."""
+    """A URI does not refer to a readable file."""
 
 
 class PackageFiles:
-    """The files of the packages.
+    """The files of the ROS packages.
 
     Args:
-        make_index: creates an index of the packages; repeated when a package is not found, as it may be new, but
+        make_index: creates an index of the packages; called again when a package is not found, as it may be new, but
             not too often, since it takes a while.
-        max_size: bytes.
+        max_size: maximum size of a file in bytes.
         clock: returns the time in seconds.
     """
 
@@ -53,33 +53,33 @@ class PackageFiles:
 
         Args:
             uri: ``package://NAME/PATH``, or ``file:///PATH`` of a file in a package that is found by its name. The path
-                may not contain ``..``, nor lead out of the package through a link.
+                must not contain ``..``, nor lead out of the package through a symbolic link.
 
         Raises:
             FileError: the file does not exist, or may not be read.
         """
         package, parts = _split(uri)
         if not package:
-            return self._read(uri, self._within_a_package(uri, parts))
+            return self._read(uri, self._path_in_package(uri, parts))
         folder = os.path.realpath(self._folder(package))
         path = os.path.realpath(os.path.join(folder, *parts))
         if os.path.commonpath([folder, path]) != folder:
             raise FileError(f"{uri} leads out of its package")
         return self._read(uri, path)
 
-    def _within_a_package(self, uri: str, parts: list[str]) -> str:
+    def _path_in_package(self, uri: str, parts: list[str]) -> str:
         path = os.path.realpath(os.path.join(os.sep, *parts))
         try:
             folder, name = package_of(Path(path))
-        except (OSError, RuntimeError):  # circular links
-            raise FileError(f"{uri} cannot be followed") from None
+        except (OSError, RuntimeError):  # the latter for circular links
+            raise FileError(f"{uri} cannot be resolved") from None
         try:
-            found = os.path.realpath(self._folder(name))
+            package_folder = os.path.realpath(self._folder(name))
         except FileError:
-            found = ""
-        # A package shadowed by another of its name counts as missing, and so does a folder outside all packages.
-        if not found or os.path.realpath(folder) != found:
-            raise FileError(f"{uri} is in no package that is found here")
+            package_folder = ""
+        # A package that another one of the same name shadows counts as missing, like a folder outside packages.
+        if not package_folder or os.path.realpath(folder) != package_folder:
+            raise FileError(f"{uri} is not in a package that is found here")
         return path
 
     def _folder(self, package: str) -> str:
@@ -96,17 +96,17 @@ class PackageFiles:
             except Error:
                 raise FileError(f"there is no package {package} here") from None
             finally:
-                self._indexed_at = self._clock()  # after the search, however long it took
+                self._indexed_at = self._clock()  # after the search, which may take long
 
     def _read(self, uri: str, path: str) -> bytes:
         try:
-            # Links were resolved before; one created in the meantime is not followed, and a pipe does not block.
+            # Links were resolved before: a link created meanwhile is not followed. Opening a pipe does not block.
             with open(path, "rb", opener=lambda name, flags: os.open(name, flags | _FLAGS)) as file:
-                facts = os.fstat(file.fileno())
-                if not stat.S_ISREG(facts.st_mode):
+                info = os.fstat(file.fileno())
+                if not stat.S_ISREG(info.st_mode):
                     raise FileError(f"{uri} is not a file")
-                if facts.st_size > self._max_size:
-                    raise FileError(f"{uri} has {facts.st_size} bytes; the limit is {self._max_size}")
+                if info.st_size > self._max_size:
+                    raise FileError(f"{uri} has {info.st_size} bytes; the limit is {self._max_size}")
                 return file.read(self._max_size)
         except OSError as error:
             raise FileError(f"{uri} cannot be read: {error.strerror}") from None
@@ -114,7 +114,7 @@ class PackageFiles:
 
 def _split(uri: str) -> tuple[str, list[str]]:
     if len(uri) > _MAX_URI_LENGTH:
-        raise FileError(f"a URI has at most {_MAX_URI_LENGTH} characters")
+        raise FileError(f"a URI must have at most {_MAX_URI_LENGTH} characters")
     try:
         uri.encode()
         parts = urlsplit(uri)
@@ -123,7 +123,7 @@ def _split(uri: str) -> tuple[str, list[str]]:
     if not (parts.scheme == "package" and parts.netloc) and not (parts.scheme == "file" and not parts.netloc):
         raise FileError("only URIs of the form package://NAME/PATH, and file:///PATH within a package, are read")
     names = [name for name in unquote(parts.path).split("/") if name not in ("", ".")]
-    # A package name may be used as a path when searching for it.
+    # The search for a package may use its name as a path.
     if not names or any(name in (".", "..") or set(name) & set("\\\0/:") for name in (parts.netloc, *names)):
-        raise FileError("this leads to no file of a package")
+        raise FileError("this does not refer to a file in a package")
     return parts.netloc, names

@@ -14,11 +14,11 @@ _HIDDEN = object()
 
 
 class Parameters:
-    """The parameters. A namespace contains only those that pages may see.
+    """Access to the parameters, where a namespace contains only those that pages may see.
 
     Args:
         master: the master with the parameters.
-        access: what pages may see.
+        access: the access rules.
         check_visible: raises an error if pages may not see a name.
     """
 
@@ -28,17 +28,17 @@ class Parameters:
         self._check_visible = check_visible
 
     def get(self, name: str) -> Any:
-        """Return a parameter, or all those in a namespace as a dictionary.
+        """Return a parameter, or all parameters in a namespace as a dictionary.
 
         Args:
-            name: a full name; ``/`` for all.
+            name: a full name; ``/`` for all parameters.
 
         Raises:
-            RequestError: pages may not see it.
-            ParameterNotSetError: it is not set.
-            MasterUnreachableError: the master does not answer.
+            RequestError: pages may not see the parameter.
+            ParameterNotSetError: the parameter is not set.
+            MasterUnreachableError: the master does not respond.
         """
-        name = _full(name)
+        name = _full_name(name)
         try:
             value = self._visible(name.rstrip("/"), self._master.get_param(name))
         except ParameterNotSetError:
@@ -48,12 +48,12 @@ class Parameters:
             if name == "/":
                 return {}
             self._check_visible(name)
-            return {}  # a visible namespace with nothing visible in it
+            return {}  # a visible namespace that contains nothing visible
         return value
 
     def has(self, name: str) -> bool:
-        """Return whether a visible parameter is set; a namespace is set if something in it is."""
-        name = _full(name)
+        """Return whether a visible parameter is set; a namespace is set if a parameter in it is."""
+        name = _full_name(name)
         if not self._access.topics:
             return self._master.has_param(name)
         try:
@@ -66,26 +66,26 @@ class Parameters:
         return self._access.visible(sorted(self._master.get_param_names()))
 
     def set(self, name: str, value: Any) -> None:
-        """Set a parameter, or replace all those in a namespace.
+        """Set a parameter, or replace all parameters in a namespace.
 
         Raises:
             RequestError: pages may not see everything that would be set or replaced.
-            MasterUnreachableError: the master does not answer.
+            MasterUnreachableError: the master does not respond.
         """
-        name = _full(name)
+        name = _full_name(name)
         self._check_all(name, value)
         self._check_all(name)
         self._master.set_param(name, value)
 
     def delete(self, name: str) -> None:
-        """Delete a parameter, or all those in a namespace.
+        """Delete a parameter, or all parameters in a namespace.
 
         Raises:
             RequestError: pages may not see everything that would be deleted.
-            ParameterNotSetError: it is not set.
-            MasterUnreachableError: the master does not answer.
+            ParameterNotSetError: the parameter is not set.
+            MasterUnreachableError: the master does not respond.
         """
-        name = _full(name)
+        name = _full_name(name)
         self._check_all(name)
         self._master.delete_param(name)
 
@@ -93,12 +93,12 @@ class Parameters:
         if not self._access.topics:
             return value
         if isinstance(value, dict) and value:
-            inner = {key: self._visible(f"{name}/{key}", each) for key, each in value.items()}
-            return {key: each for key, each in inner.items() if each is not _HIDDEN} or _HIDDEN
+            inner = {key: self._visible(f"{name}/{key}", child) for key, child in value.items()}
+            return {key: child for key, child in inner.items() if child is not _HIDDEN} or _HIDDEN
         return value if self._access.may_see(name or "/") else _HIDDEN
 
     def _check_all(self, name: str, value: Any = _HIDDEN) -> None:
-        """Check that all parameters in a value may be seen; without a value, those in the master's value."""
+        """Check that pages may see all parameters in a value; without a value, those in the current one."""
         if not self._access.topics:
             return
         if value is _HIDDEN:
@@ -106,7 +106,7 @@ class Parameters:
             path = ""
             for part in filter(None, name.split("/")):
                 if not isinstance(known, dict):
-                    self._check_visible(path)  # a value that a namespace would replace
+                    self._check_visible(path)  # a plain value that a namespace would replace
                     return
                 if part not in known:
                     self._check_visible(name)
@@ -120,5 +120,5 @@ class Parameters:
             self._check_visible(name.rstrip("/") + inner)
 
 
-def _full(name: str) -> str:
+def _full_name(name: str) -> str:
     return "/" + "/".join(filter(None, name.split("/")))

@@ -15,10 +15,10 @@ from pyros1.web.server.wire import RequestError
 
 _CONNECT_TIMEOUT = 2.0
 """Seconds to wait for subscribers to connect before the first message of a topic."""
-IDLE, IDLE_LATCHED = 120.0, 3600.0
-"""Seconds without messages after which a publisher ends. Latched messages are kept for later subscribers."""
+IDLE_TIMEOUT, LATCHED_IDLE_TIMEOUT = 120.0, 3600.0
+"""Seconds without messages after which a publisher is closed. Latched messages are kept for later subscribers."""
 MAX_PUBLISHERS = 100
-"""Maximum number of topics published at the same time; beyond that, the least recently used one ends."""
+"""Maximum number of topics published at the same time; beyond that, the least recently used publisher is closed."""
 
 
 class _Key(NamedTuple):
@@ -29,11 +29,11 @@ class _Key(NamedTuple):
 
 
 class Publishing:
-    """The publishers.
+    """The publishers of all pages.
 
     Args:
         node: returns the server's node.
-        find: returns the class of a type; it raises MessageError.
+        find: returns the message class of a type, or raises MessageError.
         clock: returns the time in seconds.
     """
 
@@ -47,7 +47,7 @@ class Publishing:
         self._find = find
         self._clock = clock
         self._lock = threading.Lock()
-        # With the time of the last use; the least recently used one is first.
+        # The publishers and the times of their last use; the least recently used one is first.
         self._publishers: dict[_Key, tuple[Any, float]] = {}
 
     def publish(self, topic: str, type_name: str, value: Any, latch: bool = False) -> int:
@@ -56,11 +56,11 @@ class Publishing:
         Args:
             topic: the topic's full name.
             type_name: the type, for example ``std_msgs/Float64``.
-            value: the message as JSON; missing fields have their defaults.
-            latch: whether later subscribers get it as well.
+            value: the message as JSON; missing fields get default values.
+            latch: whether later subscribers also receive it.
 
         Returns:
-            The number of subscribers that it was sent to.
+            The number of subscribers to which it was sent.
 
         Raises:
             MessageError: the type does not exist, or a value does not fit its field.
@@ -91,10 +91,10 @@ class Publishing:
             if existing is not None:
                 self._publishers[key] = existing, self._clock()
                 return existing
-            others = [each for each in self._publishers if each.topic == topic]
-            while len(self._publishers) - len(others) >= MAX_PUBLISHERS:
-                others.append(next(each for each in self._publishers if each not in others))
-            removed = [self._publishers.pop(each) for each in others]
+            obsolete = [other for other in self._publishers if other.topic == topic]
+            while len(self._publishers) - len(obsolete) >= MAX_PUBLISHERS:
+                obsolete.append(next(other for other in self._publishers if other not in obsolete))
+            removed = [self._publishers.pop(other) for other in obsolete]
         _unregister_all(removed)
         node.master.ping()  # advertising would wait for an unreachable master
         _check_type(node, topic, cls._type)
@@ -107,7 +107,7 @@ class Publishing:
         if existing is not publisher:
             publisher.unregister()  # another page was faster
             return existing
-        # All of them: otherwise only the fastest would get the first message.
+        # Wait for all of them: otherwise only the fastest subscriber would receive the first message.
         publisher.wait_for_subscribers(len(Graph(node.master).state().subscribers.get(topic, ())), _CONNECT_TIMEOUT)
         return publisher
 
@@ -118,16 +118,18 @@ class Publishing:
         _unregister_all(removed)
 
     def clean_up(self) -> None:
-        """End publishers that have not been used for a while."""
+        """Close publishers that have not been used for a while."""
         now = self._clock()
         with self._lock:
             idle = {key: now - used for key, (_, used) in self._publishers.items()}
-            old = [key for key, seconds in idle.items() if seconds > (IDLE_LATCHED if key.latch else IDLE)]
+            old = [
+                key for key, seconds in idle.items() if seconds > (LATCHED_IDLE_TIMEOUT if key.latch else IDLE_TIMEOUT)
+            ]
             removed = [self._publishers.pop(key) for key in old]
         _unregister_all(removed)
 
     def close(self) -> None:
-        """End all publishers."""
+        """Close all publishers."""
         with self._lock:
             removed, self._publishers = list(self._publishers.values()), {}
         _unregister_all(removed)

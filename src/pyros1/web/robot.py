@@ -30,32 +30,32 @@ from pyros1.web.types import Types
 
 RETRY_DELAY = 1.0
 """Seconds between checks for a master."""
-_TOPICS_AGE = 0.5
+_MAX_TOPICS_AGE = 0.5
 """Seconds for which the master's list of topics is cached."""
 _SMALL_QUEUE, _MEDIUM_QUEUE, _LARGE_QUEUE = 10, 100, 2_000
-"""Maximum number of messages queued for slow views: of pictures and clouds, of unknown types, and of other types."""
+"""Maximum number of messages queued for slow views: of images and clouds, of unknown types, and of other types."""
 _CONNECT_TIMEOUT = 0.5
-"""Maximum seconds to wait until existing publishers are connected."""
-_CALLER = "/pyros1_web"
+"""Maximum number of seconds to wait until existing publishers are connected."""
+_CALLER_ID = "/pyros1_web"
 
 
 class Robot:
-    """The robot. It waits until a master is running, and continues when the master comes back.
+    """The robot. Waits until a master is running, and continues when a master that was lost is back.
 
     Args:
         master_uri: URI of the master.
-        access: what pages may see and do.
-        make_node: creates the server's node; it raises MasterUnreachableError immediately if no master answers.
+        access: the access rules for pages.
+        make_node: creates the server's node; raises MasterUnreachableError immediately if no master responds.
 
     Attributes:
-        movers: the view that publishes joint states, by topic: the first of several pages.
-        when_killed: called, from any thread, when the server's node was shut down by another program.
+        movers: topic -> the view that publishes joint states on it: only the first of several pages may.
+        when_killed: called from any thread when another program has shut down the server's node.
     """
 
     def __init__(self, master_uri: str, access: Access, make_node: Callable[[], Node]) -> None:
         self.master_uri = master_uri
         self.access = access
-        self.master = MasterClient(_CALLER, master_uri, timeout=3.0)
+        self.master = MasterClient(_CALLER_ID, master_uri, timeout=3.0)
         self.graph: Graph = _CachedGraph(self.master)
         self.system = System(self.graph)
         self.parameters = Parameters(self.master, access, self.check_visible)
@@ -74,7 +74,7 @@ class Robot:
         self.types = Types(self.listen)
         self.publishing = Publishing(lambda: self.node, self.types.find)
         self.client_services = ClientServices(lambda: self.node)
-        self._thread = threading.Thread(target=self._start, name="web: looks for the master", daemon=True)
+        self._thread = threading.Thread(target=self._start, name="web: search for the master", daemon=True)
 
     def start(self) -> None:
         """Start looking for the master, in a thread."""
@@ -85,7 +85,7 @@ class Robot:
         """The server's node.
 
         Raises:
-            RequestError: it does not exist yet, or has been shut down; the text says why.
+            RequestError: the node does not exist yet, or has been shut down; the message says why.
         """
         if self._node is None or self.problem:
             raise RequestError(self.problem)
@@ -95,7 +95,7 @@ class Robot:
         """Wait for the server's node; return whether it exists.
 
         Args:
-            timeout: seconds; None for no limit.
+            timeout: maximum number of seconds to wait; None for no limit.
         """
         return self._node_found.wait(timeout)
 
@@ -108,7 +108,7 @@ class Robot:
         self.check_running()
         try:
             name = self.full_name(topic)
-        except InvalidNameError:  # of another node's topic; no messages arrive
+        except InvalidNameError:  # another node's topic, which delivers no messages
             name = FullName(topic)
         self.check_visible(name)
         return self._hub.listen(name, listener, ready)
@@ -125,15 +125,15 @@ class Robot:
     def type_of(self, topic: str, expected: str = "") -> str:
         """Return the type of a topic; ``*`` if it is unknown.
 
-        The master's cached answer counts only if it is a type, and the expected one: else a client would not know a
-        topic that another one has just advertised.
+        The cached type is used only if it is known and as expected: otherwise, a topic that another client has just
+        advertised would seem to have no type.
 
         Args:
-            topic: its full name.
-            expected: a type; empty for any.
+            topic: the topic's full name.
+            expected: the expected type; empty for any.
 
         Raises:
-            MasterUnreachableError: the master does not answer.
+            MasterUnreachableError: the master does not respond.
         """
         kind = self.graph.topic_types().get(topic, "*")
         if kind == "*" or kind != (expected or kind):
@@ -141,7 +141,7 @@ class Robot:
         return kind
 
     def why_no_master(self) -> str:
-        """Return why the master does not answer; "" if it does."""
+        """Return why the master does not respond; empty if it does."""
         try:
             self.graph.topic_types()
         except Error as error:
@@ -152,7 +152,7 @@ class Robot:
         """Check that the server is still running.
 
         Raises:
-            RequestError: it is shutting down.
+            RequestError: the server is shutting down.
         """
         if self._closed.is_set():
             raise RequestError("the server is shutting down")
@@ -161,21 +161,21 @@ class Robot:
         """Check that pages may see a topic, service or parameter.
 
         Raises:
-            RequestError: they may not.
+            RequestError: pages may not see it.
         """
         if not self.access.may_see(name):
             raise RequestError(f"{name} is not among those that this server shows (--topics)")
 
     def clean_up(self) -> None:
-        """Close what has not been used for a while. Call this periodically."""
+        """Close publishers that have not been used for a while. To be called periodically."""
         self.publishing.clean_up()
 
     def close(self) -> None:
-        """Close everything, including what waits for an unreachable master. It may be called repeatedly."""
+        """Close everything, and end waits for an unreachable master. May be called repeatedly."""
         self._closed.set()
         self.master.close()
         if self._node is not None:
-            self._node.shutdown()  # first: threads may be waiting in it
+            self._node.shutdown()  # first, since threads may be waiting in it
         if self._thread.is_alive():
             self._thread.join(5)
         if self._node is not None:
@@ -201,7 +201,7 @@ class Robot:
             try:
                 with suppress(NodeError):  # it was shut down while the master was unreachable
                     self.console.start(node)
-            except OSError as error:  # such as that no more files can be opened
+            except OSError as error:  # for example, no more files can be opened
                 self.problem = f"the server's node cannot start: {error}"
                 node.shutdown(self.problem)
                 self._closed.wait(RETRY_DELAY)
@@ -213,12 +213,12 @@ class Robot:
             return
 
     def _subscribe(self, topic: str, callback: Callable[[AnyMsg], object]) -> Any:
-        # Bounded: a slow view must not delay the robot's publishers.
+        # The queue is bounded, so that a slow view does not delay the robot's publishers.
         return self.node.subscribe(topic, AnyMsg, callback, queue_size=self._queue_size(topic))
 
     def _node_shut_down(self) -> None:
         if not self._closed.is_set():
-            self.problem = "the server's node was asked to shut down"
+            self.problem = "the server's node was requested to shut down"
             self.when_killed()
 
     def _wait_for_publishers(self, topic: str, subscriber: Any) -> None:
@@ -237,7 +237,7 @@ class Robot:
 
 
 class _CachedGraph(Graph):
-    """Caches the list of topics briefly, however many curves look for theirs."""
+    """Caches the list of topics briefly, since many curves may look for their topics."""
 
     def __init__(self, master: MasterClient) -> None:
         super().__init__(master)
@@ -248,7 +248,7 @@ class _CachedGraph(Graph):
 
     def topic_types(self) -> dict[str, str]:
         with self._lock:
-            if monotonic() - self._queried_at >= _TOPICS_AGE:
+            if monotonic() - self._queried_at >= _MAX_TOPICS_AGE:
                 try:
                     self._types, self._error = super().topic_types(), None
                 except Error as error:

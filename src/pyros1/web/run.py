@@ -1,4 +1,4 @@
-"""Runs the server until it is told to exit."""
+"""Runs the web server until it is requested to exit."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from pyros1.web.server.access import Access
 from pyros1.web.server.server import WebServer
 
 _SHUTDOWN_TIMEOUT = 10.0
-"""Maximum seconds for the shutdown."""
+"""Maximum duration of the shutdown in seconds."""
 
 
 def run_server(robot: Robot, access: Access, host: str, port: int, started: Callable[[int], object]) -> bool:
-    """Run until SIGINT or SIGTERM, which only the main thread gets, or until the server's node is told to shut down.
+    """Run until SIGINT or SIGTERM (in the main thread only), or until the server's node is requested to shut down.
 
     Args:
-        robot: the robot that pages view; it is started here, and closed at the end.
+        robot: the robot; it is started here, and closed at the end.
         access: the access rules.
-        host: name or address of the interface.
-        port: 0 for any free port.
-        started: called with the port when pages can connect.
+        host: name or address of the network interface.
+        port: the port; 0 for any free port.
+        started: called with the port as soon as pages can connect.
 
     Returns:
-        Whether the node was told to shut down.
+        Whether the node was requested to shut down.
 
     Raises:
         OSError: the port is not available.
@@ -40,25 +40,25 @@ def run_server(robot: Robot, access: Access, host: str, port: int, started: Call
 
 
 async def _serve(robot: Robot, access: Access, host: str, port: int, started: Callable[[int], object]) -> bool:
-    ended = asyncio.Event()
+    exit_requested = asyncio.Event()
     was_killed = False
     loop = asyncio.get_running_loop()
     for number in (signal.SIGINT, signal.SIGTERM):
         with contextlib.suppress(NotImplementedError, RuntimeError, ValueError):  # Windows; not the main thread
-            loop.add_signal_handler(number, ended.set)
+            loop.add_signal_handler(number, exit_requested.set)
 
-    def killed() -> None:
+    def on_killed() -> None:
         nonlocal was_killed
         was_killed = True
-        with contextlib.suppress(RuntimeError):  # it has already ended
-            loop.call_soon_threadsafe(ended.set)
+        with contextlib.suppress(RuntimeError):  # the loop is already closed
+            loop.call_soon_threadsafe(exit_requested.set)
 
-    robot.when_killed = killed
+    robot.when_killed = on_killed
     async with WebServer(robot, access).listen(host, port) as server:
         robot.start()
         started(next(iter(server.sockets)).getsockname()[1])
-        await ended.wait()
-        # Before the pages are closed: what they wait for ends with the node.
+        await exit_requested.wait()
+        # Before the pages are closed: closing the robot ends everything that they wait for.
         with contextlib.suppress(asyncio.TimeoutError):
             await asyncio.wait_for(asyncio.to_thread(robot.close), _SHUTDOWN_TIMEOUT)
     return was_killed

@@ -1,4 +1,4 @@
-"""Service calls, which may take long: each connection has its own, and they end with it."""
+"""The service calls of a connection, which may take long, and are cancelled when it ends."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pyros1.node import Node
 from pyros1.web.server.wire import RequestError
 
 MAX_CONCURRENT_CALLS = 16
-"""Maximum number of concurrent calls of a connection."""
+"""Maximum number of concurrent service calls of a connection."""
 
 
 class ServiceExchanges:
@@ -24,11 +24,11 @@ class ServiceExchanges:
         """Call a service and return the response.
 
         Args:
-            node: the node that calls.
+            node: the calling node.
             name: the service's full name.
-            service_class: its type.
+            service_class: the service's type.
             request: the request.
-            timeout: seconds.
+            timeout: maximum number of seconds to wait for the response.
 
         Raises:
             RequestError: the connection has ended.
@@ -46,7 +46,7 @@ class ServiceExchanges:
                     self._pending.discard(client)
 
     def close(self) -> None:
-        """End all calls."""
+        """Cancel all calls."""
         with self._lock:
             self._closed = True
             pending = list(self._pending)

@@ -1,6 +1,6 @@
-"""The system as described by the master and the nodes: what exists, how it is connected, and the traffic.
+"""The ROS system as reported by the master and the nodes: nodes, topics, services, connections and traffic.
 
-This needs no subscriptions: nodes count what they send over each connection (``getBusStats``,
+No subscriptions are needed for this: nodes count what they send over each connection (``getBusStats``,
 https://wiki.ros.org/ROS/Slave_API).
 """
 
@@ -23,15 +23,15 @@ from pyros1.web.transforms.rates import Rate, Track
 NODE_TIMEOUT = 1.0
 """Timeout of requests to a node in seconds."""
 _MAX_CONNECTIONS = 100_000
-"""Maximum number of connections of a node that are counted."""
+"""Maximum number of a node's connections that are counted."""
 
 
-_LENGTH = 4
-"""Bytes of a message's length prefix, which nodes count as well."""
+_LENGTH_PREFIX_SIZE = 4
+"""Size of a message's length prefix in bytes, which nodes count as well."""
 
 
 class Flow(NamedTuple):
-    """The messages that a node has sent since a connection was made, and their bytes."""
+    """The number of messages that a node has sent over a connection, and their total size in bytes."""
 
     topic: str
     number: Any
@@ -49,7 +49,7 @@ class System:
     """Describes the system repeatedly.
 
     Args:
-        graph: requests to the master.
+        graph: sends requests to the master.
         clock: returns the time in seconds, for rates.
     """
 
@@ -64,27 +64,27 @@ class System:
         self._described_at = float("-inf")
 
     def describe(self, max_age: float) -> dict[str, Any]:
-        """Return a description, for JSON.
+        """Return a description of the system as JSON.
 
         Args:
-            max_age: seconds; a younger description is reused.
+            max_age: maximum age in seconds of a description that is reused.
 
         Returns:
-            - nodes: name -> URI; silent: names of those that do not answer
-            - topics: name -> type, publishers, subscribers, and hz and bytes per second: null while
-              they are not known yet, missing if no node counts them
+            - nodes: name -> URI; silent: names of nodes that do not respond
+            - topics: name -> type, publishers, subscribers, and hz and bytes per second, which are null while
+              unknown, and missing if no node counts them
             - services: name -> nodes
             - edges: topic, publisher, subscriber, messages per second or null
             - missing: topic, publisher, subscriber, for connections that should exist, but were missing at the
               last two checks, as new nodes need a moment
 
         Raises:
-            MasterUnreachableError: the master does not answer.
+            MasterUnreachableError: the master does not respond.
         """
         latest = self._latest
         if not self._lock.acquire(blocking=latest is None):
             assert latest is not None
-            return latest  # another thread is asking already, which may take a while
+            return latest  # another thread is already querying the nodes, which may take a while
         try:
             if self._latest is None or self._clock() - self._described_at >= max_age:
                 self._latest = self._collect()
@@ -98,14 +98,14 @@ class System:
         types = self._graph.topic_types()
         nodes = state.nodes()
         self._update_uris(nodes)
-        jobs = {name: partial(_ask_node, self._graph, uri, self._clock) for name, uri in self._uris.items()}
-        answers = run_concurrently(jobs, NODE_TIMEOUT + 0.2)
-        reports = {name: answer for name, answer in answers.items() if isinstance(answer, _NodeReport)}
+        jobs = {name: partial(_query_node, self._graph, uri, self._clock) for name, uri in self._uris.items()}
+        replies = run_concurrently(jobs, NODE_TIMEOUT + 0.2)
+        reports = {name: reply for name, reply in replies.items() if isinstance(reply, _NodeReport)}
         unreachable = [name for name in nodes if name not in reports]
-        self._tracks = {name: _update_tracks(self._tracks.get(name, {}), answer) for name, answer in reports.items()}
+        self._tracks = {name: _update_tracks(self._tracks.get(name, {}), report) for name, report in reports.items()}
         rates = {name: _rates(tracks) for name, tracks in self._tracks.items()}
         for name in unreachable:
-            self._uris.pop(name, None)  # another process may have taken its name
+            self._uris.pop(name, None)  # another process may be using its name by now
         reported = actual_edges({name: report.connections for name, report in reports.items()}, self._uris)
         edges = _edges(reports, reported, rates)
         topics = {*state.publishers, *state.subscribers}
@@ -120,7 +120,7 @@ class System:
                     "type": types.get(name, ""),
                     "publishers": state.publishers.get(name, []),
                     "subscribers": state.subscribers.get(name, []),
-                    **_flow(name, rates),
+                    **_topic_traffic(name, rates),
                 }
                 for name in sorted(topics)
             },
@@ -142,7 +142,7 @@ class System:
         self._uris = known
 
 
-def _ask_node(graph: Graph, uri: str, clock: Callable[[], float]) -> _NodeReport:
+def _query_node(graph: Graph, uri: str, clock: Callable[[], float]) -> _NodeReport:
     node = graph.node(uri, NODE_TIMEOUT)
     try:
         connections = node.connections()
@@ -159,7 +159,7 @@ def _bus_stats(node: NodeApi) -> Any:
 
 
 def flows(stats: Any) -> list[Flow]:
-    """Read the publications in the result of ``getBusStats``; malformed ones are left out."""
+    """Return the publications in the result of ``getBusStats``, without malformed ones."""
     found: list[Flow] = []
     publications = stats[0] if isinstance(stats, list) and stats else None
     for entry in publications if isinstance(publications, list) else ():
@@ -170,13 +170,13 @@ def flows(stats: Any) -> list[Flow]:
                         case [number, int() | float() as size, int() | float() as count, *_] if (
                             isfinite(size) and isfinite(count)  # numbers too large for XML-RPC are sent as floats
                         ):
-                            bodies = max(0, int(size) - _LENGTH * int(count))
+                            bodies = max(0, int(size) - _LENGTH_PREFIX_SIZE * int(count))
                             found.append(Flow(untrusted(topic), number, int(count), bodies))
     return found
 
 
 _Tracks = dict[tuple[str, Any], Track]
-"""Topic and number of a connection -> its counts."""
+"""Topic and id of a connection -> its counts."""
 
 
 def _update_tracks(previous: _Tracks, report: _NodeReport) -> _Tracks:
@@ -189,7 +189,7 @@ def _update_tracks(previous: _Tracks, report: _NodeReport) -> _Tracks:
 
 
 def _rates(tracks: _Tracks) -> dict[str, dict[Any, Rate | None]]:
-    """Return topic -> connection -> rate, None while unknown."""
+    """Return topic -> connection -> rate; None while it is unknown."""
     found: dict[str, dict[Any, Rate | None]] = {}
     for (topic, number), track in tracks.items():
         found.setdefault(topic, {})[number] = track.rate()
@@ -199,12 +199,14 @@ def _rates(tracks: _Tracks) -> dict[str, dict[Any, Rate | None]]:
 _Rates = dict[str, dict[str, dict[Any, "Rate | None"]]]
 
 
-def _flow(topic: str, rates: _Rates) -> dict[str, float | None]:
-    """Return the traffic of a topic: each subscriber gets all messages of a publisher, so only one is counted."""
-    of_publishers = [node_rates[topic].values() for node_rates in rates.values() if node_rates.get(topic)]
-    if not of_publishers:
+def _topic_traffic(topic: str, rates: _Rates) -> dict[str, float | None]:
+    """Return the traffic of a topic, counting one connection of each publisher, as all carry the same messages."""
+    publisher_rates = [node_rates[topic].values() for node_rates in rates.values() if node_rates.get(topic)]
+    if not publisher_rates:
         return {}
-    fastest = [max(known) for each in of_publishers if (known := [rate for rate in each if rate])]
+    fastest = [
+        max(known) for connection_rates in publisher_rates if (known := [rate for rate in connection_rates if rate])
+    ]
     if not fastest:
         return {"hz": None, "bytes": None}
     return {"hz": sum(rate.hz for rate in fastest), "bytes": sum(rate.bytes for rate in fastest)}
@@ -227,10 +229,10 @@ def _edges(reports: dict[str, _NodeReport], reported: Mapping[str, set[Edge]], r
 def _match_rates(
     connections: list[Connection], by_number: Mapping[Any, Rate | None]
 ) -> Iterable[tuple[Connection, Rate | None]]:
-    """Yield connections of a topic with their rates. Not all nodes use the same numbers in both tables."""
+    """Return the connections of a topic with their rates. Some nodes use different ids in the two tables."""
     if {str(connection.id) for connection in connections} == {str(number) for number in by_number}:
         by_text = {str(number): rate for number, rate in by_number.items()}
         return [(connection, by_text[str(connection.id)]) for connection in connections]
     if len(connections) == len(by_number):
         return zip(connections, by_number.values(), strict=True)
-    return []  # one was added or removed between the two requests
+    return []  # a connection was added or removed between the two requests

@@ -1,4 +1,4 @@
-"""Message types that are not installed here: their publishers send the definitions."""
+"""Finds message classes, including those of types that are not installed here, whose publishers send definitions."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Types:
 
     Args:
         listen: see `pyros1.web.robot.Robot.listen`.
-        timeout: seconds to wait for a message.
+        timeout: maximum number of seconds to wait for a message.
     """
 
     def __init__(
@@ -43,7 +43,7 @@ class Types:
 
     def packages(self) -> list[str]:
         """Return the names of installed packages with definitions, cached for some seconds."""
-        with self._lock:  # this takes a while, and pages ask on each keystroke
+        with self._lock:  # listing takes a while, and pages request this at each keystroke
             if monotonic() - self._packages_listed_at >= _PACKAGES_MAX_AGE:
                 self._packages = generated.finder().library.packages()
                 self._packages_listed_at = monotonic()
@@ -53,8 +53,8 @@ class Types:
         """Return the class of a type that is installed or was learned.
 
         Raises:
-            UnknownTypeError: it is neither.
-            DefinitionError: its definition is wrong.
+            UnknownTypeError: the type is neither installed nor learned.
+            DefinitionError: the type's definition is wrong.
         """
         learned = self._learned.get(name)
         return load_message(name) if learned is None else learned
@@ -66,8 +66,8 @@ class Types:
         last learned definition is used.
 
         Raises:
-            UnknownTypeError: it is not installed, no message arrives soon, and none has arrived before.
-            DefinitionError: its definition is wrong.
+            UnknownTypeError: the type is not installed, and no message has arrived, now or before.
+            DefinitionError: the type's definition is wrong.
             MessageError: the publisher's definition cannot be used.
             RequestError: there is no master yet, or pages may not see the topic.
         """

@@ -159,11 +159,11 @@ def test_a_bag_of_any_folder_is_opened_by_a_server_that_runs(
         for number, path in enumerate((bag, other)):
             page.send(json.dumps({"open": "bag_file", "stream": number, "args": {"path": str(path)}}))
             said.append(str(page.recv(timeout=20)))
-    assert "outside" not in said[0] and "outside of the folders" in said[1]
+    assert "outside" not in said[0] and "outside the folders" in said[1]
     (lists,) = Path(environ["ROS_HOME"], "pyros1").glob("*.bags")
     lists.chmod(0o644)
     refused = start("rqt_bag", str(other))
-    assert f"{lists}: the list of bags may be read" in refused.communicate(timeout=30)[0] and refused.returncode == 1
+    assert f"{lists}: the list of bags can be read" in refused.communicate(timeout=30)[0] and refused.returncode == 1
     misspelt = start("bag", str(tmp_path / "aa.bag"))
     assert f"(did you mean '{bag}'?)" in misspelt.communicate(timeout=30)[0] and misspelt.returncode == 1
 
@@ -187,7 +187,7 @@ def test_a_file_of_rviz(start: Start, tmp_path: Path) -> None:
     link_in(first_line(start("--port", "0")))
     for words in (["rviz", "-d", str(file)], ["rviz", str(file)], ["scene", f"--display-config={file}"]):
         process = start(*words, "-f", "odom")
-        assert first_line(process) == f"{file}: Thing: there is no display my/Thing\n"
+        assert first_line(process) == f"{file}: Thing: unsupported display my/Thing\n"
         assert settings_in(link_in(first_line(process))) == {
             "panel": "scene",
             "settings": {

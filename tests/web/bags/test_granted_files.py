@@ -74,9 +74,9 @@ def test_a_damaged_list_is_written_anew(tmp_path: Path, damage: bytes) -> None:
 @pytest.mark.parametrize(
     ("kind", "said"),
     [
-        ("writable", r"may be read or written by others \(mode 622\): remove it"),
-        ("readable", r"may be read or written by others \(mode 604\): remove it"),
-        ("group", r"may be read or written by others \(mode 620\): remove it"),
+        ("writable", r"can be read or written by other users \(mode 622\): remove it"),
+        ("readable", r"can be read or written by other users \(mode 604\): remove it"),
+        ("group", r"can be read or written by other users \(mode 620\): remove it"),
         ("link", "is a symbolic link: remove it"),
         ("dangling", "is a symbolic link: remove it"),
         ("pipe", "is not a file: remove it"),

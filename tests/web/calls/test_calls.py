@@ -49,7 +49,7 @@ def test_files_of_rviz(robot: Robot) -> None:
     displays = "[{Class: rviz/Path, Topic: plan}, {Class: rviz/Path, Topic: /a//b/}, {Class: x/Y}]"
     file = f"Visualization Manager: {{Displays: {displays}}}"
     found = calls.run(robot, "scene.rviz", {"text": file})
-    assert found["settings"]["topics"] == ["/plan", "/a/b"] and found["notes"] == ["Y: there is no display x/Y"]
+    assert found["settings"]["topics"] == ["/plan", "/a/b"] and found["notes"] == ["Y: unsupported display x/Y"]
     with pytest.raises(Error, match="is not YAML"):
         calls.run(robot, "scene.rviz", {"text": "["})
 
@@ -159,7 +159,7 @@ def test_who_tells_the_servers_node_to_end_is_heard(make_node: Make, robot: Robo
     other.shutdown("user request")
     other.close()
     assert killed.wait(PATIENCE)
-    with pytest.raises(RequestError, match="asked to shut down"):
+    with pytest.raises(RequestError, match="requested to shut down"):
         robot.listen("/topic1", print)
 
 

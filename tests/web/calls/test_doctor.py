@@ -60,5 +60,5 @@ def test_a_broken_topic_and_a_dead_node(
     assert [each["text"] for each in calls.run(robot, "doctor.node", {"node": "/talker"})] == [found["text"]]
     with pytest.raises(RequestError, match="--topics"):
         calls.run(robot, "doctor.topic", {"topic": "/hidden"})
-    with pytest.raises(RequestError, match="knows no node /nobody"):
+    with pytest.raises(RequestError, match="there is no node /nobody"):
         calls.run(robot, "doctor.node", {"node": "/nobody"})

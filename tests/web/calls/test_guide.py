@@ -43,7 +43,7 @@ def test_steps_that_there_are_not(robot: Robot, step: object) -> None:
 def test_who_may_not_check(make_robot: Callable[..., Robot]) -> None:
     with pytest.raises(RequestError, match="read-only"):
         calls.run(make_robot(read_only=True), "guide.check", {"step": 1})
-    with pytest.raises(RequestError, match="type pyros1 guide check 1"):
+    with pytest.raises(RequestError, match="run pyros1 guide check 1"):
         calls.run(make_robot(topics=("/a",)), "guide.check", {"step": 1})
 
 

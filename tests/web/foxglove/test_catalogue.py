@@ -34,7 +34,7 @@ def advertise_pair(node: Any, topic: str, text: str = PAIR) -> Any:
 def everything(one: Catalogue) -> Offers:
     while True:
         found = one.current_offers(0.0)
-        if not found.has_open_questions:
+        if not found.has_pending_queries:
             return found
         one.query_nodes()
 

@@ -260,7 +260,7 @@ def test_files(serve: Start) -> None:
         viewer.send("fetchAsset", uri="package://minimal_nodes/../../__init__.py", requestId=9)
         data = viewer.until(4)["data"]
         assert data[:5] == struct.pack("<IB", 9, 1)
-        assert data[9:].decode() == "this leads to no file of a package"
+        assert data[9:].decode() == "this does not refer to a file in a package"
 
 
 def test_nonsense_is_told_and_the_connection_goes_on(serve: Start) -> None:

@@ -21,8 +21,10 @@ B = Channel(2, "/b", "std_msgs/String", "string data\n", "2")
 ADD = Service(9, "/add", "rospy_tutorials/AddTwoInts", "int64 a\nint64 b\n", "int64 sum\n")
 
 
-def offers(*channels: Channel, services: tuple[Service, ...] = (), **has_open_questions: Any) -> Offers:
-    return Offers({each.topic: each for each in channels}, {each.name: each for each in services}, **has_open_questions)
+def offers(*channels: Channel, services: tuple[Service, ...] = (), **has_pending_queries: Any) -> Offers:
+    return Offers(
+        {each.topic: each for each in channels}, {each.name: each for each in services}, **has_pending_queries
+    )
 
 
 def text(op: str, **fields: Any) -> str:

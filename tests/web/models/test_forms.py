@@ -13,7 +13,7 @@ from pyros1.msgs.geometry_msgs.msg import PoseStamped
 from pyros1.msgs.json_form import from_json, to_json
 from pyros1.msgs.sensor_msgs.msg import BatteryState, LaserScan
 from pyros1.values import load_yaml
-from pyros1.web.models.forms import choices, form, from_yaml, numbers, to_yaml
+from pyros1.web.models.forms import choices, form, from_yaml, numeric_paths, to_yaml
 
 
 def test_a_form_has_fields_and_defaults() -> None:
@@ -52,7 +52,7 @@ def test_constants_with_a_fields_name_belong_to_it() -> None:
 
 
 def test_numbers_of_a_message() -> None:
-    assert "/scan/ranges[0]" in list(numbers(LaserScan, "/scan"))
+    assert "/scan/ranges[0]" in list(numeric_paths(LaserScan, "/scan"))
 
 
 def test_yaml_and_form_say_the_same() -> None:

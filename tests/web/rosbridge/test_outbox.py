@@ -84,7 +84,7 @@ def test_many_topics_with_large_messages() -> None:
         for number in range(10):
             outbox.put(flow, arrival(number, MAX_BYTES // 4))
     assert sum(flow.size for flow in flows) <= MAX_TOTAL_BYTES + len(flows) * MAX_BYTES // 4
-    assert all(flow.waiting[-1].at == 9 for flow in flows)
+    assert all(flow.messages[-1].at == 9 for flow in flows)
 
 
 def test_throttle() -> None:

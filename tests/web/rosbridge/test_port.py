@@ -299,7 +299,7 @@ def test_a_service_of_a_client(serve: Serve, make_node: MakeNode, capfd: pytest.
         begin()
         id = hear(socket_)["id"]
         enqueue(socket_, "service_response", id=id, service="/switch", values={"success": []}, result=True)
-        assert "gave a wrong answer: field success is not a bool" in answers.get(timeout=PATIENCE)
+        assert "sent an invalid response: field success is not a bool" in answers.get(timeout=PATIENCE)
         assert capfd.readouterr().err == ""
         begin()
         hear(socket_)

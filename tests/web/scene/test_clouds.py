@@ -150,11 +150,11 @@ def test_of_large_clouds_some_points_are_left_out() -> None:
 @pytest.mark.parametrize(
     ("more", "said"),
     [
-        ({"fields": XYZ[:2]}, "without x, y and z"),
+        ({"fields": XYZ[:2]}, "lacks x, y or z"),
         ({"fields": []}, "no fields"),
-        ({"fields": [*XYZ[:2], PointField("z", 8, 99, 1)]}, "no type of numbers"),
+        ({"fields": [*XYZ[:2], PointField("z", 8, 99, 1)]}, "not of a known numeric type"),
         ({"point_step": 0}, "do not fit"),
-        ({"point_step": 8}, "ends behind its point"),
+        ({"point_step": 8}, "extends beyond its point"),
         ({"data": b"123"}, "do not fit"),
         ({"width": 4_000_000_000}, "do not fit"),
         ({"height": 4_000_000_000}, "do not fit"),

@@ -48,7 +48,7 @@ def test_the_whole_and_then_its_parts() -> None:
 def test_updates_that_leave_the_map(wrong: OccupancyGridUpdate) -> None:
     known = Grid()
     known.put(grid(4, 3))
-    with pytest.raises(ShapeError, match="leaves the map"):
+    with pytest.raises(ShapeError, match="exceeds the map"):
         known.update(wrong)
 
 

@@ -96,9 +96,9 @@ def test_what_the_panel_shows() -> None:
         "depth:/depth/image": {"colour": "/camera/image"},
     }
     assert notes == [
-        "PlanningScene 'Planning': there is no display moveit_rviz_plugin/PlanningScene",
-        "there is no tool my_tools/Plant",
-        "there is no panel my_panels/Buttons",
+        "PlanningScene 'Planning': unsupported display moveit_rviz_plugin/PlanningScene",
+        "unsupported tool my_tools/Plant",
+        "unsupported panel my_panels/Buttons",
     ]
 
 
@@ -130,9 +130,9 @@ def test_views_of_other_kinds() -> None:
     assert notes == []
     settings, notes = read(VIEW % "{Class: views/Drone}")
     assert "view" not in settings
-    assert notes == ["there is no view views/Drone; it is the usual one"]
+    assert notes == ["unsupported view views/Drone: the default view is used"]
     _, notes = read(VIEW % "{Class: rviz/Orbit, Target Frame: base, Focal Point: {X: 1, Y: 0, Z: 0}}")
-    assert notes == ["the view looks at the origin of its frame, not at a point beside it"]
+    assert notes == ["the view looks at the origin of its frame, not at another point in it"]
 
 
 @pytest.mark.parametrize(
@@ -170,7 +170,7 @@ def test_many_displays_and_notes_are_bounded() -> None:
     assert len(settings["topics"]) == 200 and "more than 200 displays" in notes[0]
     displays = ", ".join(f"{{Class: my/Display{number}}}" for number in range(200))
     _, notes = read(f"Visualization Manager: {{Displays: [{displays}]}}")
-    assert len(notes) == 41 and notes[-1] == "and 160 more that are not here"
+    assert len(notes) == 41 and notes[-1] == "and 160 more that are not supported"
 
 
 def test_names_cannot_write_to_the_terminal() -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import yaml
 
-from pyros1.web.scene.rviz.defaults import NO_PICTURE
+from pyros1.web.scene.rviz.defaults import INVISIBLE_PROPERTIES
 from pyros1.web.scene.rviz.file import RvizFile, read_rviz
 
 pytestmark = pytest.mark.once
@@ -99,7 +99,7 @@ def test_each_property_of_a_display_is_honoured_or_named(kind: str) -> None:
     forgotten = [
         name
         for name in leaves(display)
-        if name not in NO_PICTURE
+        if name not in INVISIBLE_PROPERTIES
         and not name.startswith(("Links/", "Frames/"))
         and not works_or_is_named(display, name)
     ]
@@ -108,7 +108,7 @@ def test_each_property_of_a_display_is_honoured_or_named(kind: str) -> None:
 
 @pytest.mark.parametrize("kind", sorted(DISPLAYS))
 def test_what_rviz_writes_by_itself_is_not_named(kind: str) -> None:
-    expected = ["Axes: axes of frames are shown by TF"] if kind == "Axes" else []
+    expected = ["Axes: use the TF display for axes of frames"] if kind == "Axes" else []
     assert read({**DISPLAYS[kind], "Enabled": True}).notes == expected
 
 
@@ -125,7 +125,7 @@ def test_each_property_of_views_tools_and_the_whole_is_honoured_or_named() -> No
         assert before.notes == []
         for name in leaves(values):
             after = read_it(with_another(values, name))
-            if name not in NO_PICTURE and before == after:
+            if name not in INVISIBLE_PROPERTIES and before == after:
                 forgotten.append(f"{kind}: {name}")
 
     look("Global Options", SAVED["Global Options"], lambda values: {"Global Options": values})
@@ -138,4 +138,4 @@ def test_each_property_of_views_tools_and_the_whole_is_honoured_or_named() -> No
 
 def test_a_property_that_nobody_knows_is_named() -> None:
     display = {**DISPLAYS["Path"], "Sparkle": True, "Glow": {"Colour": "red"}}
-    assert read(display).notes == ["Path: not here: Glow/Colour red, Sparkle"]
+    assert read(display).notes == ["Path: not supported: Glow/Colour red, Sparkle"]

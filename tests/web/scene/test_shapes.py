@@ -117,7 +117,7 @@ def test_what_a_graphics_card_cannot_draw_is_left_out(number: float) -> None:
     assert shapes.wrench(force)[0]["straight"] == [None, 0.0, 0.0]
     pose = PoseWithCovarianceStamped()
     pose.pose.pose.orientation.w, pose.pose.covariance = number, [number] * 36
-    left_out = {"kind": "poses", "count": 0, "odd": "1 of 1 left out: not finite"}
+    left_out = {"kind": "poses", "count": 0, "odd": "1 of 1 omitted: not finite"}
     assert shapes.pose_with_covariance(pose) == (left_out, b"")
 
 

@@ -27,14 +27,14 @@ from pyros1.web.server.access import Access
     ],
 )
 def test_names_of_the_server(host: str | None, ours: bool) -> None:
-    assert Access(names={"robot"}).is_our_name(host) is ours
+    assert Access(names={"robot"}).is_own_name(host) is ours
 
 
 def test_any_address_but_no_name_of_others_when_it_listens_everywhere() -> None:
     access = Access(any_address=True)
-    assert access.is_our_name("192.168.1.5:9090")
-    assert access.is_our_name("[fe80::1]:9090")
-    assert not access.is_our_name("evil.example:9090")
+    assert access.is_own_name("192.168.1.5:9090")
+    assert access.is_own_name("[fe80::1]:9090")
+    assert not access.is_own_name("evil.example:9090")
 
 
 @pytest.mark.parametrize(
@@ -51,7 +51,7 @@ def test_any_address_but_no_name_of_others_when_it_listens_everywhere() -> None:
     ],
 )
 def test_pages_of_others(origin: str | None, ours: bool) -> None:
-    assert Access().is_our_page(origin, "localhost:9090") is ours
+    assert Access().is_own_page(origin, "localhost:9090") is ours
 
 
 def test_the_token() -> None:
@@ -75,7 +75,7 @@ def test_the_token() -> None:
 
 def test_too_many_parts_of_a_query_are_refused() -> None:
     assert "lacks its token" in Access().token_problem("/ws?" + "a=1&" * 1000)
-    assert "of an earlier start of the server" in Access().token_problem("/ws?token=old")
+    assert "from an earlier run of the server" in Access().token_problem("/ws?token=old")
 
 
 def test_topics() -> None:

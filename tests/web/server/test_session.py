@@ -118,7 +118,7 @@ def test_a_fault_of_ours_is_told_and_the_view_goes_on(session: Session, monkeypa
         Counter.made[0].wake()
         (frame,) = shown(poll(session, 1.0)[0])
         assert frame["stream"] == 1
-        assert "an internal error of this server" in frame["error"]
+        assert "internal server error" in frame["error"]
     Counter.made[0].wake()
     assert shown(poll(session, 2.0)[0]) == [{"stream": 1, "data": 2}]
 
@@ -162,8 +162,8 @@ def test_change_and_close(session: Session) -> None:
 
 def test_wrong_requests_are_answered(session: Session) -> None:
     session.handle(Open(1, "counter", {}))
-    assert "is open" in shown(session.handle(Open(1, "counter", {})))[0]["error"]  # type: ignore[arg-type]
-    assert "no view" in shown(session.handle(Open(2, "nothing", {})))[0]["error"]  # type: ignore[arg-type]
+    assert "is already open" in shown(session.handle(Open(1, "counter", {})))[0]["error"]  # type: ignore[arg-type]
+    assert "unknown view" in shown(session.handle(Open(2, "nothing", {})))[0]["error"]  # type: ignore[arg-type]
     for number in range(2, MAX_STREAMS + 1):
         session.handle(Open(number, "counter", {}))
     assert "at most" in shown(session.handle(Open(999, "counter", {})))[0]["error"]  # type: ignore[arg-type]
@@ -176,13 +176,13 @@ def test_calls(robot: Robot, make_node: Callable[..., Any]) -> None:
     session = Session(robot, lambda: None)
 
     def ask(call: str, **args: Any) -> Any:
-        answer = json.loads(session.answer(Call(5, call, args)))
+        answer = json.loads(session.run_call(Call(5, call, args)))
         assert answer.pop("id") == 5
         return answer.get("result", answer)
 
-    assert "no call" in ask("nothing")["error"]
-    assert "no call" in ask("topics.nothing")["error"]
-    assert "no call" in ask("page.__dict__")["error"]
+    assert "unknown call" in ask("nothing")["error"]
+    assert "unknown call" in ask("topics.nothing")["error"]
+    assert "unknown call" in ask("page.__dict__")["error"]
     assert ask("params.put", name="/a/b", yaml="[1, 2.5, x]") is None
     assert ask("params.tree")["/a/b"] == [1, 2.5, "x"]
     assert ask("params.delete", name="/a") is None
@@ -202,7 +202,7 @@ def test_calls(robot: Robot, make_node: Callable[..., Any]) -> None:
     assert "no node provides" in ask("services.call", service="/nothing", value={})["error"]
     facts = ask("nodes.info", node="/listener")
     assert "/twice" in facts["services"]
-    assert "knows no node" in ask("nodes.info", node="/nobody")["error"]
+    assert "there is no node" in ask("nodes.info", node="/nobody")["error"]
     assert ["rosout", "info"] in ask("nodes.loggers", node="/listener")
     assert ask("nodes.set_level", node="/listener", logger="rosout", level="debug") is None
     assert ["rosout", "debug"] in ask("nodes.loggers", node="/listener")

@@ -22,7 +22,7 @@ def log(text: str) -> Log:
 
 def test_an_entry() -> None:
     console = Console()
-    console.take(log("hello"))
+    console.add(log("hello"))
     ((entry,), dropped) = console.after(0, 10)
     assert tuple(entry) == (1, 12.5, 4, "/node", "hello", "f.py", "main", 7, ["/a"], 500_000_000)
     assert dropped == 0
@@ -33,7 +33,7 @@ def test_an_entry() -> None:
 def test_what_comes_after_one(count: int, known: int, most: int) -> None:
     console = Console(size=20)
     for number in range(count):
-        console.take(log(str(number + 1)))
+        console.add(log(str(number + 1)))
     entries, dropped = console.after(known, most)
     kept = [number for number in range(1, count + 1) if number > count - 20 and number > known]
     assert [entry.number for entry in entries] == kept[:most]
@@ -43,8 +43,8 @@ def test_what_comes_after_one(count: int, known: int, most: int) -> None:
 
 def test_long_and_strange_texts_are_bounded() -> None:
     console = Console()
-    console.take(log("x" * 1_000_000))
-    console.take(log("\udcff\x00"))
+    console.add(log("x" * 1_000_000))
+    console.add(log("\udcff\x00"))
     (long, strange), _ = console.after(0, 10)
     assert len(long.text) < 21_000
     json.loads(wire.result(1, strange))
@@ -54,7 +54,7 @@ def test_of_long_texts_fewer_are_kept_the_newest(monkeypatch: pytest.MonkeyPatch
     monkeypatch.setattr("pyros1.web.transforms.console.MAX_CHARACTERS", 5_000)
     console = Console()
     for number in range(50):
-        console.take(log(f"{number:02}" + "x" * 1_000))
+        console.add(log(f"{number:02}" + "x" * 1_000))
     entries, dropped = console.after(0, 100)
     assert [entry.text[:2] for entry in entries] == ["46", "47", "48", "49"]
     assert dropped == 46
@@ -63,7 +63,7 @@ def test_of_long_texts_fewer_are_kept_the_newest(monkeypatch: pytest.MonkeyPatch
 def test_what_is_told_at_once_is_bounded() -> None:
     console = Console()
     for text in ("a" * 500, "b" * 500, "c" * 2_000, "d"):
-        console.take(log(text))
+        console.add(log(text))
     assert [[entry.text[0] for entry in console.after(known, 10, 1_100)[0]] for known in range(4)] == [
         ["a", "b"],
         ["b"],
@@ -76,7 +76,7 @@ def test_listeners_hear_of_each_until_they_leave() -> None:
     console = Console()
     heard: list[int] = []
     end = console.listen(lambda: heard.append(1))
-    console.take(log("a"))
+    console.add(log("a"))
     end()
-    console.take(log("b"))
+    console.add(log("b"))
     assert heard == [1]

@@ -73,7 +73,7 @@ def test_a_malformed_text_is_refused(text: str) -> None:
 @pytest.mark.parametrize(
     ("text", "message", "problem"),
     [
-        ("/topic/data", String("x"), "not a number, but a text"),
+        ("/topic/data", String("x"), "not a number, but a string"),
         ("/topic/point", PointStamped(), "choose one of its fields"),
         ("/topic/nothing", PointStamped(), "type geometry_msgs/PointStamped has no field 'nothing'"),
         ("/topic/point/bad/x", PointStamped(), "type geometry_msgs/Point has no field 'bad'"),

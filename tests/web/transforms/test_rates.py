@@ -38,7 +38,7 @@ def test_of_many_messages_the_newest_make_the_rate() -> None:
     for period in (0.00001, 0.0001):
         for _ in range(10_000):
             at += period
-            meter.arrived(at, SIZE)
+            meter.add(at, SIZE)
     rate = meter.rate(at)
     assert rate is not None and rate.hz == pytest.approx(10_000.0)
 
@@ -102,7 +102,7 @@ def test_what_arrives_has_the_same_rate(hz: float) -> None:
     assert meter.rate(1.0) is None
     for number in range(1, 500):
         at = number / hz
-        meter.arrived(at, SIZE)
+        meter.add(at, SIZE)
         assert (rate := meter.rate(at + 0.5 / hz)) if number > 1 else meter.rate(at) is None
         assert number == 1 or (rate and rate.hz == pytest.approx(hz) and rate.bytes == pytest.approx(hz * SIZE))
     assert meter.rate(at + 4 / hz + 1) == NO_TRAFFIC

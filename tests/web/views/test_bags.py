@@ -372,7 +372,7 @@ def nothing_is_left(node: Node) -> bool:
     """Return whether nothing is published any more, and no thread plays."""
     topics = {topic for topic, _ in node.master.get_published_topics()}
     threads = {thread.name for thread in threading.enumerate()}
-    return not topics & {"/value", "/event", "/clock"} and "web: plays" not in threads
+    return not topics & {"/value", "/event", "/clock"} and "web: playback" not in threads
 
 
 @pytest.mark.parametrize("state", ["running", "paused", "ended"])
@@ -529,9 +529,9 @@ def test_rates_of_a_recording_are_of_a_second_at_least(
 @pytest.mark.parametrize(
     ("args", "words"),
     [
-        ({"prefix": "../x"}, "name may have"),
-        ({"prefix": ".x"}, "name may have"),
-        ({"prefix": "a/b"}, "name may have"),
+        ({"prefix": "../x"}, "name may contain"),
+        ({"prefix": ".x"}, "name may contain"),
+        ({"prefix": "a/b"}, "name may contain"),
         ({"folder": "/"}, "outside"),
         ({"topics": []}, "choose a topic"),
         ({"compression": "zip"}, "compression"),

@@ -66,7 +66,10 @@ def test_a_camera_info_elsewhere(make_node: Make, watch: Make) -> None:
     node.advertise("/raw", CameraInfo, latch=True).publish(CameraInfo())
     watched = watch("scene_camera", topic="/cam/image", info="/other")
     watched.until(lambda data: data["camera"])
-    for topic, why in [("/wrong", "/wrong has no CameraInfo, but std_msgs/String"), ("/raw", "not calibrated")]:
+    for topic, why in [
+        ("/wrong", "the type of /wrong is not sensor_msgs/CameraInfo, but std_msgs/String"),
+        ("/raw", "not calibrated"),
+    ]:
         watched.view.change({"topic": "/cam/image", "info": topic})
         assert watched.until(lambda data, why=why: why in data["why"])["camera"] is None
 
@@ -85,7 +88,7 @@ def test_depths_with_colours(make_node: Make, watch: Make) -> None:
     assert watched.until(lambda data: data["colour"] == "rgb")["count"] == 2
     watched.view.change({"topic": "/cam/depth", "fixed": "optical", "most": 1})
     assert watched.until(lambda data: True) | {"stamp": 0} == grey | {"count": 1, "every": 4, "most": 1.0, "stamp": 0}
-    with pytest.raises(RequestError, match="most is a number"):
+    with pytest.raises(RequestError, match="most must be a number"):
         watched.view.change({"topic": "/cam/depth", "most": 0})
 
 
@@ -150,5 +153,5 @@ def test_topics_of_something_else(make_node: Make, watch: Make) -> None:
     make_node("talker").advertise("/words", String, latch=True).publish(String("x"))
     for view in ("scene_camera", "scene_depth"):
         watched = watch(view, topic="/words")
-        with pytest.raises(RequestError, match="not an image topic, but of type std_msgs/String"):
+        with pytest.raises(RequestError, match="this is not an image topic, its type is std_msgs/String"):
             watched.until(lambda data: False)

@@ -55,14 +55,14 @@ def test_the_log_names_no_topics_that_pages_may_not_see(
     watch: Callable[..., Any], make_robot: Callable[..., Robot]
 ) -> None:
     robot = make_robot(topics=("/rosout", "/camera/*"))
-    robot.console.take(Log(name="/node", msg="hello", topics=["/camera/image", "/secret"]))
+    robot.console.add(Log(name="/node", msg="hello", topics=["/camera/image", "/secret"]))
     (entry,) = watch("console", robot, after=0, run="").until(lambda data: data["entries"])["entries"]
     assert entry.topics == ["/camera/image"]
 
 
 def test_a_page_of_an_earlier_run_gets_the_whole_log(watch: Callable[..., Any], robot: Robot) -> None:
     for text in ("one", "two"):
-        robot.console.take(Log(name="/node", level=2, msg=text))
+        robot.console.add(Log(name="/node", level=2, msg=text))
     run = watch("console", after=0, run="").until(lambda data: len(data["entries"]) == 2)["run"]
     assert run == robot.console.run
     data = watch("console", after=1, run=run).until(lambda data: data["entries"])
@@ -81,7 +81,7 @@ def test_what_a_curve_waits_for_is_no_problem(watch: Callable[..., Any], make_no
     assert publisher.wait_for_subscribers(timeout=20)
     publisher.publish("hello")
     data = plot.until(lambda data: data["waiting"] == {2: "no such topic yet"})
-    assert data["problems"] == {1: "not a number, but a text"}
+    assert data["problems"] == {1: "not a number, but a string"}
 
 
 def test_what_is_wrong_with_transforms_is_told_until_it_is_right(

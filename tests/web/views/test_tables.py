@@ -69,7 +69,7 @@ def test_publishing_at_a_rate_lasts_as_long_as_the_view(make_node: Make, watch: 
 
 def test_publishing_at_a_rate_is_refused(make_robot: Make, watch: Make) -> None:
     args = {"topic": "/t", "type": "std_msgs/Float64", "value": {}}
-    with pytest.raises(RequestError, match="hz is a number"):
+    with pytest.raises(RequestError, match="hz must be a number"):
         watch("publish", **args, hz=1e9)
     with pytest.raises(RequestError, match="not among those"):
         watch("publish", make_robot(topics=("/a",)), **args)

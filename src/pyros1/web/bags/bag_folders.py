@@ -1,4 +1,4 @@
-"""The folders whose bags pages may see. Paths are fully resolved first, so links cannot lead outside."""
+"""The folders whose bags pages may see. Paths are resolved first, so symbolic links cannot lead outside."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from pyros1.ground.terminal_text import untrusted
 from pyros1.web.server.wire import RequestError
 
 SUFFIXES = (".bag", ".bag.active")
-_MAX_ENTRIES = 20_000
-"""Maximum number of entries of a folder that are inspected."""
+_MAX_SCANNED = 20_000
+"""Maximum number of inspected entries per folder."""
 _MAX_LISTED = 2_000
 
 
 class BagFolders:
-    """The folders.
+    """The folders and files that pages may see.
 
     Args:
-        roots: folders, and single files; missing ones are left out.
-        also_allowed: files that may be added later, while this is in use.
+        roots: paths of folders and single files; missing ones are ignored.
+        also_allowed: further allowed files; more may be added later.
     """
 
     def __init__(self, roots: Iterable[str], also_allowed: Container[Path] = ()) -> None:
@@ -32,67 +32,68 @@ class BagFolders:
         self.folders = list(dict.fromkeys(path for path in found if path.is_dir()))
         self._files = {path for path in found if path.is_file()}
 
-    def file(self, text: str) -> Path:
+    def file(self, raw_path: str) -> Path:
         """Return the path of a bag.
 
         Raises:
             RequestError: the file does not exist, or pages may not see it.
         """
-        path = self._resolved(text)
+        path = self._resolve(raw_path)
         if path not in self._files and not self._is_inside(path) and path not in self._also_allowed:
+            name = _for_display(raw_path)
             raise RequestError(
-                f"{_safe(text)} is outside of the folders that this server shows (--bags); open it with pyros1 web bag"
+                f"{name} is outside the folders that this server shows (--bags); open it with pyros1 web bag"
             )
         try:
             mode = path.stat().st_mode
         except OSError as error:
-            raise RequestError(f"{_safe(text)}: {error.strerror}") from None
+            raise RequestError(f"{_for_display(raw_path)}: {error.strerror}") from None
         if not stat.S_ISREG(mode):
-            raise RequestError(f"{_safe(text)} is not a file")
+            raise RequestError(f"{_for_display(raw_path)} is not a file")
         return path
 
-    def folder(self, text: str) -> Path:
+    def folder(self, raw_path: str) -> Path:
         """Return the path of a folder.
 
         Raises:
             RequestError: the folder does not exist, or pages may not see it.
         """
-        path = self._resolved(text)
+        path = self._resolve(raw_path)
         if not self._is_inside(path):
-            raise RequestError(f"{_safe(text)} is outside of the folders that this server shows (--bags)")
+            raise RequestError(f"{_for_display(raw_path)} is outside of the folders that this server shows (--bags)")
         if not path.is_dir():
-            raise RequestError(f"{_safe(text)} is not a folder")
+            raise RequestError(f"{_for_display(raw_path)} is not a folder")
         return path
 
-    def listing(self, text: str) -> dict[str, Any]:
-        """Return what is in a folder.
+    def listing(self, raw_path: str) -> dict[str, Any]:
+        """Return the contents of a folder, for a page.
 
         Args:
-            text: its path; empty for the only folder, or for a list of all folders.
+            raw_path: the folder's path; if it is empty, the only folder, or a list of all folders, is returned.
 
         Returns:
             ``{"folder", "up", "folders": [{"name", "path"}], "files": [{"name", "path", "size", "time"}], "more",
-            "writable"}``. Names that are not UTF-8 are left out; ``up`` is null at the top.
+            "writable"}``. Names that are not UTF-8 are omitted; ``up`` is null for the topmost folder.
 
         Raises:
-            RequestError: as for `folder`.
+            RequestError: see `folder`.
         """
-        if not text:
+        if not raw_path:
             if len(self.folders) != 1:
                 roots = [{"name": str(path), "path": str(path)} for path in self.folders]
                 return {"folder": "", "up": None, "folders": roots, "files": [], "more": False, "writable": False}
-            text = str(self.folders[0])
-        folder = self.folder(text)
+            raw_path = str(self.folders[0])
+        folder = self.folder(raw_path)
         folders: list[dict[str, Any]] = []
         files: list[dict[str, Any]] = []
         try:
             with os.scandir(folder) as entries:
-                scanned = list(islice(entries, _MAX_ENTRIES + 1))
+                scanned = list(islice(entries, _MAX_SCANNED + 1))
         except OSError as error:
-            raise RequestError(f"{_safe(text)}: {error.strerror}") from None
-        for entry in sorted(scanned[:_MAX_ENTRIES], key=lambda entry: entry.name.lower()):
+            raise RequestError(f"{_for_display(raw_path)}: {error.strerror}") from None
+        for entry in sorted(scanned[:_MAX_SCANNED], key=lambda entry: entry.name.lower()):
             self._add_entry(entry, folders, files)
-        has_more = len(scanned) > _MAX_ENTRIES or len(folders) > _MAX_LISTED or len(files) > _MAX_LISTED
+        has_more = len(scanned) > _MAX_SCANNED or len(folders) > _MAX_LISTED or len(files) > _MAX_LISTED
         up = str(folder.parent) if self._is_inside(folder.parent) else "" if len(self.folders) > 1 else None
         return {
             "folder": str(folder),
@@ -112,8 +113,8 @@ class BagFolders:
             if entry.is_dir():
                 folders.append({"name": entry.name, "path": entry.path})
             elif entry.name.endswith(SUFFIXES) and entry.is_file():
-                facts = entry.stat()
-                files.append({"name": entry.name, "path": entry.path, "size": facts.st_size, "time": facts.st_mtime})
+                info = entry.stat()
+                files.append({"name": entry.name, "path": entry.path, "size": info.st_size, "time": info.st_mtime})
         except OSError:
             return  # it was deleted, or cannot be accessed
 
@@ -121,12 +122,12 @@ class BagFolders:
         return any(path == folder or folder in path.parents for folder in self.folders)
 
     @staticmethod
-    def _resolved(text: str) -> Path:
+    def _resolve(raw_path: str) -> Path:
         try:
-            return Path(os.path.realpath(text))
+            return Path(os.path.realpath(raw_path))
         except (ValueError, OSError):
-            raise RequestError(f"{_safe(text)} is not a path") from None
+            raise RequestError(f"{_for_display(raw_path)} is not a path") from None
 
 
-def _safe(text: str) -> str:
-    return untrusted(text[:300])
+def _for_display(raw_path: str) -> str:
+    return untrusted(raw_path[:300])

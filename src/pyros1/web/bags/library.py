@@ -1,4 +1,4 @@
-"""The open bags, each opened once, and the current recording."""
+"""The open bags, which pages share, and the current recording."""
 
 from __future__ import annotations
 
@@ -18,29 +18,29 @@ if TYPE_CHECKING:
 MAX_OPEN = 16
 """Maximum number of bags open at the same time."""
 MAX_JOBS = 3
-"""Maximum number of bags read completely at the same time, for plots; more wait."""
+"""Maximum number of bags read completely at the same time, for plots; further requests wait."""
 
 
-_Key = tuple[Path, int, int]
-"""A file: its path, device and inode. An open file may be replaced at its path when a bag is recorded again."""
+_FileKey = tuple[Path, int, int]
+"""Path, device and inode of a file: while a bag is open, another file may replace it at its path."""
 
 
 class _Entry:
     def __init__(self) -> None:
-        self.users = 0
+        self.num_users = 0
         self.bag: OpenBag | None = None
-        self.opening = threading.Lock()
+        self.open_lock = threading.Lock()
 
 
 class Library:
-    """The bags.
+    """Opens bags, and runs the recording.
 
     Args:
         bag_folders: the folders that pages may see.
-        may_see: whether pages may see a topic.
+        may_see: returns whether pages may see a topic.
 
     Attributes:
-        jobs: acquired by a thread while it reads a whole bag.
+        jobs: semaphore that a thread acquires while it reads a whole bag.
         recording: the current or the last recording; None if there was none.
     """
 
@@ -50,29 +50,29 @@ class Library:
         self.recording: Recording | None = None
         self._may_see = may_see
         self._lock = threading.Lock()
-        self._entries: dict[_Key, _Entry] = {}
+        self._entries: dict[_FileKey, _Entry] = {}
 
-    def open(self, text: str, progress: Callable[[int], object]) -> OpenBag:
-        """Open a bag, or return it if it is open. It stays open until `release` is called as many times.
+    def open(self, raw_path: str, progress: Callable[[int], object]) -> OpenBag:
+        """Open a bag, or return it if it is open. It stays open until `release` has been called as often as `open`.
 
         Args:
-            text: its path.
-            progress: called with the number of bytes read, while a bag without an index is scanned; it may raise.
+            raw_path: the bag's path, as sent by the page.
+            progress: called with the number of bytes read, while a bag without an index is scanned; may raise an error.
 
         Raises:
-            RequestError: pages may not see it, or too many bags are open.
-            BagError: it cannot be read.
+            RequestError: pages may not see the bag, or too many bags are open.
+            BagError: the bag cannot be read.
         """
-        key = self._key(text)
+        key = self._key(raw_path)
         with self._lock:
             entry = self._entries.get(key)
             if entry is None:
                 if len(self._entries) >= MAX_OPEN:
                     raise RequestError(f"{MAX_OPEN} bags are open: close one of them first")
                 entry = self._entries[key] = _Entry()
-            entry.users += 1
+            entry.num_users += 1
         try:
-            with entry.opening:
+            with entry.open_lock:
                 if entry.bag is None:
                     from pyros1.web.bags.open_bag import OpenBag  # noqa: PLC0415 - rarely needed
 
@@ -82,19 +82,19 @@ class Library:
             self._release_key(key)
             raise
 
-    def borrow(self, text: str) -> OpenBag:
-        """Return an open bag; it stays open until `release`.
+    def borrow(self, raw_path: str) -> OpenBag:
+        """Return an open bag, which stays open until `release` is called.
 
         Raises:
-            RequestError: it is not open.
+            RequestError: the bag is not open.
         """
-        key = self._key(text)
+        key = self._key(raw_path)
         with self._lock:
             entry = self._entries.get(key)
             if entry is None or entry.bag is None:
                 replaced = any(path == key[0] for path, *_ in self._entries)
                 raise RequestError("this file has been replaced: open it again" if replaced else "this bag is not open")
-            entry.users += 1
+            entry.num_users += 1
             return entry.bag
 
     def release(self, bag: OpenBag) -> None:
@@ -108,7 +108,7 @@ class Library:
         """Start a recording.
 
         Args:
-            begin: creates it.
+            begin: creates and starts the recording.
 
         Raises:
             RequestError: a recording is running.
@@ -128,21 +128,21 @@ class Library:
             if entry.bag is not None:
                 entry.bag.close()
 
-    def _key(self, text: str) -> _Key:
-        path = self.bag_folders.file(text)
+    def _key(self, raw_path: str) -> _FileKey:
+        path = self.bag_folders.file(raw_path)
         try:
-            facts = path.stat()
+            info = path.stat()
         except OSError as error:  # it was just deleted
             raise RequestError(f"{untrusted(str(path))}: {error.strerror}") from None
-        return path, facts.st_dev, facts.st_ino
+        return path, info.st_dev, info.st_ino
 
-    def _release_key(self, key: _Key) -> None:
+    def _release_key(self, key: _FileKey) -> None:
         with self._lock:
             entry = self._entries.get(key)
             if entry is None:
                 return
-            entry.users -= 1
-            if entry.users:
+            entry.num_users -= 1
+            if entry.num_users:
                 return
             del self._entries[key]
         if entry.bag is not None:

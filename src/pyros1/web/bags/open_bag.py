@@ -28,14 +28,14 @@ MAX_TOPICS = 5_000
 """Maximum number of topics of a bag that are displayed."""
 IMAGES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
 _MAX_CACHED_BYTES = 64 << 20
-"""Maximum bytes of cached chunks, so that small moves of the cursor read nothing."""
+"""Maximum size of the cached chunks in bytes, so that small movements of the cursor need no reading."""
 _MAX_CACHED_TIMES = 4_000_000
 """Maximum number of cached message times, 8 bytes each."""
-_MAX_DAMAGES = 5
+_MAX_LISTED_DAMAGES = 5
 _MAX_CHUNKS_READ = 200
-"""Maximum number of chunks whose index is read per call; that takes up to 0.3 s."""
+"""Maximum number of chunks whose index is read per call, which takes up to 0.3 s."""
 _MAX_CHUNKS_UNPACKED = 20
-"""The same for bags without an index, whose chunks must be unpacked for this."""
+"""The same for bags without an index, whose chunks must be decompressed."""
 
 
 @dataclass(frozen=True)
@@ -43,8 +43,8 @@ class BagTopic:
     """A topic of a bag.
 
     Attributes:
-        name: as recorded.
-        type: type of its messages.
+        name: the name as recorded.
+        type: the type of the messages.
         count: number of messages.
         publishers: number of connections.
     """
@@ -59,17 +59,17 @@ class OpenBag:
     """An open bag.
 
     Args:
-        path: the file.
-        may_see: whether pages may see a topic, by its name with a leading slash.
-        progress: called with the bytes read and the file's size, while a bag without an index is scanned; it may raise
+        path: path of the file.
+        may_see: returns whether pages may see a topic; called with its name, with a leading slash.
+        progress: called with the number of bytes read, while a bag without an index is scanned; it may raise an error
             to stop the scan.
 
     Attributes:
-        bag: its reader; threads may use it at the same time.
-        topics: those that pages may see, by name.
+        bag: the bag's thread-safe reader.
+        topics: the topics that pages may see, by name.
 
     Raises:
-        BagError: it cannot be read; the text says why and what to do.
+        BagError: the bag cannot be read; the message says why and what to do.
         RequestError: the file cannot be opened.
     """
 
@@ -82,8 +82,9 @@ class OpenBag:
             self.topics = self._topics(may_see)
             self.begin, self.end = self.bag.reader.start, self.bag.reader.end
             self._rows = {name: row for row, name in enumerate(self.topics)}
-            rows = {number: self._rows.get(one.topic, -1) for number, one in self.bag.reader.connections.items()}
-            self._row_of = rows
+            connections = self.bag.reader.connections
+            rows = {conn: self._rows.get(connection.topic, -1) for conn, connection in connections.items()}
+            self._row_by_conn = rows
             self._density = Density(
                 (chunk.start, chunk.end, [(rows.get(conn, -1), count) for conn, count in chunk.counts.items()])
                 for chunk in self.bag.reader.chunks
@@ -101,20 +102,20 @@ class OpenBag:
         return (self.end - self.begin) / NS
 
     def nanoseconds(self, seconds: float) -> int:
-        """Return the absolute time of a time in seconds since the bag's beginning."""
+        """Convert a time in seconds since the bag's start to an absolute time in nanoseconds."""
         return self.begin + round(seconds * NS)
 
     def seconds(self, time: int) -> float:
-        """Return the inverse of `nanoseconds`."""
+        """Convert an absolute time in nanoseconds to seconds since the bag's start."""
         return (time - self.begin) / NS
 
-    def facts(self) -> dict[str, Any]:
-        """Return the contents of the bag, for the page."""
+    def describe(self) -> dict[str, Any]:
+        """Return a description of the bag's contents, for a page."""
         reader = self.bag.reader
         problems = []
         try:
             summary = summarize(reader)
-            storage = {name: [one.chunks, one.size, one.stored] for name, one in summary.storage.items()}
+            storage = {name: [entry.chunks, entry.size, entry.stored] for name, entry in summary.storage.items()}
             version, encryption = summary.version, summary.encryption
         except BagError as error:
             storage, version, encryption = {}, "2.0", reader.file.encrypted
@@ -125,11 +126,13 @@ class OpenBag:
             )
         elif reader.scanned:
             problems.append(
-                "this bag was not closed, or is damaged: it was read from end to end; `pyros1 bag reindex` repairs it"
+                "this bag was not closed, or is damaged: it had to be read completely; `pyros1 bag reindex` repairs it"
             )
-        problems += [f"at byte {one.offset}: {untrusted(one.reason)}" for one in reader.damages[:_MAX_DAMAGES]]
-        if len(reader.damages) > _MAX_DAMAGES:
-            problems.append(f"and {len(reader.damages) - _MAX_DAMAGES} more damaged places")
+        problems += [
+            f"at byte {damage.offset}: {untrusted(damage.reason)}" for damage in reader.damages[:_MAX_LISTED_DAMAGES]
+        ]
+        if len(reader.damages) > _MAX_LISTED_DAMAGES:
+            problems.append(f"and {len(reader.damages) - _MAX_LISTED_DAMAGES} more damaged places")
         topics = list(self.topics.values())[:MAX_TOPICS]
         return {
             "path": untrusted(reader.path),
@@ -154,9 +157,9 @@ class OpenBag:
             "problems": problems,
         }
 
-    def names(self, wanted: Iterable[str]) -> list[str]:
-        """Return the topics with the given names, as recorded. Names without a topic are left out."""
-        return [topic.name for name in wanted if (topic := self.topic(name)) is not None]
+    def recorded_names(self, names: Iterable[str]) -> list[str]:
+        """Return the recorded forms of topic names; names of missing topics are omitted."""
+        return [topic.name for name in names if (topic := self.topic(name)) is not None]
 
     def topic(self, name: str) -> BagTopic | None:
         """Return a topic by its name, with or without the leading slash; None if there is none."""
@@ -164,15 +167,15 @@ class OpenBag:
         return self.topics.get(name) or self.topics.get(other)
 
     def histogram(self, begin: float, end: float, columns: int, topics: list[str]) -> tuple[NDArray[np.float32], bool]:
-        """Return where messages are; see `Density.histogram`. Times are in seconds since the bag's beginning."""
+        """Count the messages per column; see `Density.histogram`. Times are in seconds since the bag's start."""
         first = self.nanoseconds(begin)
         last = max(first + columns, self.nanoseconds(end))
         rows = [self._rows[name] for name in topics]
         max_chunks = _MAX_CHUNKS_UNPACKED if self.bag.reader.scanned else _MAX_CHUNKS_READ
-        return self._density.histogram(first, last, columns, rows, self._times_of, max_chunks)
+        return self._density.histogram(first, last, columns, rows, self._chunk_times, max_chunks)
 
     def at(self, time: float, topics: Collection[str]) -> dict[str, BagMessage]:
-        """Return the last message of each topic at or before a time in seconds since the bag's beginning."""
+        """Return the last message of each topic at or before a time in seconds since the bag's start."""
         return self.bag.at(Time.from_nsec(max(0, self.nanoseconds(time))), topics) if topics else {}
 
     def step(self, time: float, topics: Collection[str], forward: bool) -> float | None:
@@ -180,14 +183,14 @@ class OpenBag:
         now = self.nanoseconds(time)
         ids = self.bag.reader.ids(topics)
         if forward:
-            return next((self.seconds(each.time) for each in self.bag.reader.messages(ids, now + 1)), None)
+            return next((self.seconds(message.time) for message in self.bag.reader.messages(ids, now + 1)), None)
         if now <= self.begin:
             return None
         previous = self.bag.at(Time.from_nsec(now - 1), topics)
-        return max((self.seconds(each.time.to_nsec()) for each in previous.values()), default=None)
+        return max((self.seconds(message.time.to_nsec()) for message in previous.values()), default=None)
 
     def find_topic(self, text: str) -> tuple[str, str, str] | None:
-        """Return topic, type and the rest of ``/topic/field``; a topic recorded without a slash is found with one."""
+        """Split ``/topic/field`` into topic, type and field path; also find topics recorded without a leading slash."""
         parts = text.split("/")
         for size in range(len(parts), 0, -1):
             topic = self.topic("/".join(parts[:size]))
@@ -206,15 +209,15 @@ class OpenBag:
             for conn, count in chunk.counts.items():
                 counts[conn] = counts.get(conn, 0) + count
         found: dict[str, BagTopic] = {}
-        for number, one in reader.connections.items():
-            if may_see("/" + one.topic.lstrip("/")):
-                known = found.get(one.topic, BagTopic(one.topic, one.type, 0, 0))
-                found[one.topic] = BagTopic(
-                    one.topic, known.type, known.count + counts.get(number, 0), known.publishers + 1
-                )
+        for conn, connection in reader.connections.items():
+            name = connection.topic
+            if may_see("/" + name.lstrip("/")):
+                known = found.get(name, BagTopic(name, connection.type, 0, 0))
+                count = known.count + counts.get(conn, 0)
+                found[name] = BagTopic(name, known.type, count, known.publishers + 1)
         return dict(sorted(found.items()))
 
-    def _times_of(self, number: int) -> Iterable[tuple[int, NDArray[np.int64]]]:
+    def _chunk_times(self, number: int) -> Iterable[tuple[int, NDArray[np.int64]]]:
         """Return the times of a chunk's messages by row, from its index; see `Density.histogram`."""
         with self._lock:
             known = self._times.get(number)
@@ -236,12 +239,12 @@ class OpenBag:
         if index_places is None:
             found = reader.content(chunk)[1]
             conns, times = np.asarray(found.conns, np.int64), np.asarray(found.times, np.int64)
-            return [(self._row_of.get(int(conn), -1), times[conns == conn]) for conn in np.unique(conns)]
+            return [(self._row_by_conn.get(int(conn), -1), times[conns == conn]) for conn in np.unique(conns)]
         by_row = []
         for conn, start, size in index_places:
             data = reader.file.read(start, size)
             entries = np.frombuffer(data[: len(data) // ENTRY.size * ENTRY.size], "<u4").reshape(-1, 3)
-            by_row.append((self._row_of.get(conn, -1), entries[:, 0].astype(np.int64) * NS + entries[:, 1]))
+            by_row.append((self._row_by_conn.get(conn, -1), entries[:, 0].astype(np.int64) * NS + entries[:, 1]))
         return by_row
 
 
@@ -261,14 +264,14 @@ class _CachingReader(BagReader):
                 self._cache.move_to_end(chunk.pos)
                 return known
         found = super().content(chunk)
-        size = _size(found)
+        size = _content_size(found)
         if size <= _MAX_CACHED_BYTES // 4:
             with self._cache_lock:
                 if chunk.pos not in self._cache:
                     self._cache[chunk.pos] = found
                     self._cache_size += size
                 while self._cache_size > _MAX_CACHED_BYTES:
-                    self._cache_size -= _size(self._cache.popitem(last=False)[1])
+                    self._cache_size -= _content_size(self._cache.popitem(last=False)[1])
         return found
 
 
@@ -276,5 +279,5 @@ class _SharedBag(Bag):
     reader_class = _CachingReader
 
 
-def _size(content: tuple[bytes, Messages]) -> int:
+def _content_size(content: tuple[bytes, Messages]) -> int:
     return len(content[0]) + Messages.SIZE * len(content[1])

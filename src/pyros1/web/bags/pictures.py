@@ -1,4 +1,4 @@
-"""Small pictures of recorded images."""
+"""Thumbnails of recorded images."""
 
 from __future__ import annotations
 
@@ -12,37 +12,41 @@ from pyros1.web.transforms.picture_size import MAX_PIXELS
 _QUALITY = 80
 
 
-def picture(message: Any, height: int) -> tuple[bytes, int, int]:
-    """Return an image as JPEG, limited in height, and its original width and height.
+def thumbnail(message: Any, height: int) -> tuple[bytes, int, int]:
+    """Return an image as a small JPEG file, and its original width and height.
 
     Args:
-        message: a sensor_msgs/Image or CompressedImage.
-        height: maximum height in pixels.
+        message: a sensor_msgs/Image or sensor_msgs/CompressedImage.
+        height: maximum height of the thumbnail in pixels.
 
     Raises:
         MessageError: the image is damaged, too large, or its encoding is not supported.
-        Error: Pillow is not installed; the text says how to install it.
+        Error: Pillow is not installed; the message says how to install it.
     """
     pil = extra("PIL.Image", "images")
-    image = _compressed(pil, message, height) if message._type.endswith("CompressedImage") else _raw(pil, message)
-    true = getattr(image, "true_size", image.size)
+    image = (
+        _decode_compressed(pil, message, height)
+        if message._type.endswith("CompressedImage")
+        else _decode_raw(pil, message)
+    )
+    original_size = getattr(image, "original_size", image.size)
     factor = min(1.0, height / image.size[1])
     size = max(1, round(image.size[0] * factor)), max(1, round(image.size[1] * factor))
     small = image.resize(size) if size != image.size else image
     file = BytesIO()
     (small if small.mode in ("L", "RGB") else small.convert("RGB")).save(file, "JPEG", quality=_QUALITY)
-    return file.getvalue(), true[0], true[1]
+    return file.getvalue(), original_size[0], original_size[1]
 
 
-def _raw(pil: Any, message: Any) -> Any:
+def _decode_raw(pil: Any, message: Any) -> Any:
     from pyros1.bag.export.images import pixels, to_8_bits  # noqa: PLC0415 - needs numpy, rarely needed
 
     if message.width * message.height > MAX_PIXELS:
-        raise MessageError(f"an image of {message.width} x {message.height} pixels is too large to be shown")
+        raise MessageError(f"an image of {message.width} x {message.height} pixels is too large to display")
     return pil.fromarray(to_8_bits(pixels(message)))
 
 
-def _compressed(pil: Any, message: Any, height: int) -> Any:
+def _decode_compressed(pil: Any, message: Any, height: int) -> Any:
     from pyros1.bag.export.image_files import compressed_pixels  # noqa: PLC0415
     from pyros1.bag.export.images import to_8_bits  # noqa: PLC0415
 
@@ -51,9 +55,9 @@ def _compressed(pil: Any, message: Any, height: int) -> Any:
         return pil.fromarray(to_8_bits(compressed_pixels(message, MAX_PIXELS)))
     try:
         image = pil.open(BytesIO(data), formats=("JPEG",))
-        true = image.size
-        if true[0] * true[1] > MAX_PIXELS:
-            raise MessageError(f"an image of {true[0]} x {true[1]} pixels is too large to be shown")
+        original_size = image.size
+        if original_size[0] * original_size[1] > MAX_PIXELS:
+            raise MessageError(f"an image of {original_size[0]} x {original_size[1]} pixels is too large to display")
         image.draft("RGB", (1, height))  # decoded at a smaller size, which is much faster
         image.load()
     except Error:
@@ -62,5 +66,5 @@ def _compressed(pil: Any, message: Any, height: int) -> Any:
         raise MessageError("the image cannot be read: its format is not known") from None
     except Exception as error:  # noqa: BLE001 - Pillow raises many types of errors for damaged files
         raise MessageError(f"the image cannot be read: {error}") from None
-    image.true_size = true
+    image.original_size = original_size
     return image

@@ -1,4 +1,4 @@
-"""A bag that is played into the running system; each seek creates a new player."""
+"""Plays a bag into the running ROS system; each seek creates a new player."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from pyros1.web.bags.open_bag import OpenBag
 _CONNECT_TIMEOUT = 0.3
 """Seconds to wait for subscribers to connect before the first message."""
 _MIN_LOOP_SECONDS = 0.1
-"""Minimum seconds per iteration of a loop, however short the bag is."""
+"""Minimum duration of a loop iteration in seconds, however short the bag is."""
 _MAX_UNPLAYABLE = 20
 CLOCK_RATE = 100.0
 
 
 @dataclass(frozen=True)
 class PlaybackSettings:
-    """How to play.
+    """The settings of a playback.
 
     Attributes:
-        rate: speed factor.
+        rate: the factor by which time passes faster than when recording.
         loop: whether to start again at the end.
         paused: whether playback is paused.
         clock: whether to publish /clock.
@@ -44,14 +44,14 @@ class PlaybackSettings:
 
 
 class Playback:
-    """A bag that is played in a thread.
+    """Plays a bag in a thread.
 
     Args:
-        node: the node that publishes; it is not closed here.
-        bag: the bag, which must stay open.
-        settings: how to play.
-        start: where to start, in seconds since the bag's beginning.
-        changed: called, from the thread, when `status` has changed.
+        node: the publishing node, which is not closed here.
+        bag: the bag, which must stay open meanwhile.
+        settings: the initial settings.
+        start: where to start, in seconds since the bag's start.
+        changed: called from the thread after each change of `status`.
     """
 
     def __init__(
@@ -64,18 +64,18 @@ class Playback:
         self._changed = changed
         self._lock = threading.Lock()
         self._control: Control | None = None
-        self._restart = False  # from self._time
+        self._restart = False  # whether to play again from self._time
         self._closed = False
-        self._waiting = threading.Event()  # set when there is something to do after the end of the bag
+        self._resume = threading.Event()  # ends the wait at the end of the bag
         self._state = "paused" if settings.paused else "running"
         self._problem = ""
         self._dropped = 0
         self._unplayable: dict[str, str] = {}
-        self._thread = threading.Thread(target=self._run, name="web: plays", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="web: playback", daemon=True)
         self._thread.start()
 
     def change(self, settings: PlaybackSettings, start: float | None) -> None:
-        """Change the settings from now on, or continue from another time."""
+        """Change the settings, or continue from another time."""
         with self._lock:
             old, self._settings = self._settings, settings
             if start is not None:
@@ -87,10 +87,10 @@ class Playback:
             elif self._control is not None:
                 self._control.set_paused(settings.paused)
             if self._restart or old.paused != settings.paused:
-                self._waiting.set()
+                self._resume.set()
 
     def status(self) -> dict[str, Any]:
-        """Return the state of playback; the time is in seconds since the bag's beginning."""
+        """Return the state of playback; the time is in seconds since the bag's start."""
         with self._lock:
             unplayable = dict(list(self._unplayable.items())[:_MAX_UNPLAYABLE])
             return {
@@ -107,20 +107,20 @@ class Playback:
             self._closed = True
             if self._control is not None:
                 self._control.end()
-            self._waiting.set()
+            self._resume.set()
         self._thread.join()
 
     def _run(self) -> None:
         player: Player | None = None
         while not self._closed:
-            self._waiting.clear()
-            began, problem = monotonic(), ""
+            self._resume.clear()
+            started_at, problem = monotonic(), ""
             try:
                 player = self._play(player)
             except (Error, OSError) as error:
                 player, problem = None, str(error)
-            except Exception as error:  # noqa: BLE001 - a bug here, which the page should report
-                player, problem = None, f"an internal error of this server: {error!r:.500}"
+            except Exception as error:  # noqa: BLE001 - a bug, which the page should report
+                player, problem = None, f"internal server error: {error!r:.500}"
             with self._lock:
                 self._problem = problem
                 if self._closed or self._restart:
@@ -132,9 +132,9 @@ class Playback:
                     self._state, self._time = ("failed", self._time) if problem else ("ended", self._bag.length)
             self._changed()
             if loop:
-                self._waiting.wait(max(0.0, _MIN_LOOP_SECONDS - (monotonic() - began)))
+                self._resume.wait(max(0.0, _MIN_LOOP_SECONDS - (monotonic() - started_at)))
                 continue
-            self._waiting.wait()  # ends on a change, or on `close`
+            self._resume.wait()  # ends on a change, or on `close`
             with self._lock:
                 if not self._restart and not self._closed:
                     self._time = 0.0  # resuming at the end means starting again
@@ -142,7 +142,7 @@ class Playback:
             player.close()
 
     def _play(self, previous: Player | None) -> Player:
-        """Play to the end of the bag, or until something changes. The previous player ends once this one is ready."""
+        """Play until the end of the bag or a change. The previous player is closed as soon as the new one is ready."""
         with self._lock:
             settings, start, self._restart = self._settings, self._time, False
             control = self._control = Control(settings.paused)
@@ -161,7 +161,7 @@ class Playback:
                     self._unplayable = player.unplayable
                 player.read_ahead()
                 if previous is None:
-                    self._connect(control)
+                    self._wait_for_subscribers(control)
                 player.run()
             except BaseException:
                 player.close()
@@ -174,7 +174,7 @@ class Playback:
         return player
 
     @staticmethod
-    def _connect(control: Control) -> None:
+    def _wait_for_subscribers(control: Control) -> None:
         deadline = monotonic() + _CONNECT_TIMEOUT
         while not control.ended and (remaining := deadline - monotonic()) > 0:
             control.wait(remaining)

@@ -29,15 +29,15 @@ _PREFIX = re.compile(r"[\w+=-][\w.+=-]{0,99}\Z", re.ASCII)
 
 
 class Recording:
-    """A recording.
+    """A recording that runs in a thread.
 
     Args:
-        node: the node that subscribes; it is not closed here.
-        folder: where the file is created.
-        prefix: the beginning of its name, before the date; may be empty.
-        topics: full names; None: all, including those that appear later.
+        node: the subscribing node, which is not closed here.
+        folder: the folder in which the file is created.
+        prefix: the beginning of the file's name, before the date; may be empty.
+        topics: full names of the topics; None for all, including those that appear later.
         compression: one of `COMPRESSIONS`.
-        may_see: whether a topic may be recorded.
+        may_see: returns whether a topic may be recorded.
 
     Raises:
         RequestError: the name or the compression is invalid, or the file cannot be created.
@@ -53,30 +53,32 @@ class Recording:
         may_see: Callable[[str], bool],
     ) -> None:
         if prefix and not _PREFIX.match(prefix):
-            raise RequestError("the name may have letters, digits, dots, + = - and _, and does not begin with a dot")
+            raise RequestError(
+                "the name may contain only letters, digits, dots, + = - and _, and must not begin with a dot"
+            )
         if compression not in COMPRESSIONS:
-            raise RequestError(f"the compression is one of {', '.join(COMPRESSIONS)}")
+            raise RequestError(f"the compression must be one of {', '.join(COMPRESSIONS)}")
         self.running = True
         self._may_see = may_see
         self._warning = ""
         self._path = ""
         self._started_at = monotonic()
         self._seconds = 0.0
-        self._rates: dict[str, tuple[int, int]] = {}
+        self._last_counts: dict[str, tuple[int, int]] = {}
         self._measured_at = self._started_at
         self._topic_rows: list[dict[str, Any]] = []
         self._lock = threading.Lock()
         self._stop_event = threading.Event()
         self._search = TopicSearch(node, Selection(topics or (), everything=topics is None))
         options = RecordOptions(names=_FileNamesInFolder(prefix, folder=folder), compression=compression)
-        events = Events(opened=self._opened, warning=self._warn, ended=self._stop_event.set)
+        events = Events(opened=self._on_opened, warning=self._on_warning, ended=self._stop_event.set)
         try:
             self._recorder = Recorder(node, options, events)
         except OSError as error:
             raise RequestError(f"cannot write into {untrusted(str(folder))}: {error.strerror}") from None
         except BagError as error:
             raise RequestError(str(error)) from None
-        self._thread = threading.Thread(target=self._run, name="web: records", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="web: recording", daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
@@ -85,14 +87,14 @@ class Recording:
         self._thread.join()
 
     def status(self) -> dict[str, Any]:
-        """Return the state of the recording, with the rates since a call at least a second ago; null until then."""
+        """Return the state of the recording. Rates are measured since a call at least a second ago, or null."""
         with self._lock:
             now = monotonic()
             elapsed = now - self._measured_at
             if elapsed >= _POLL_PERIOD or not self.running:
-                self._measured_at, self._topic_rows = now, self._topics(elapsed)
+                self._measured_at, self._topic_rows = now, self._make_rows(elapsed)
             elif len(self._topic_rows) < len(self._recorder.topics):
-                self._topic_rows = self._topics(0.0)
+                self._topic_rows = self._make_rows(0.0)
             error = self._recorder.error
             return {
                 "running": self.running,
@@ -103,24 +105,24 @@ class Recording:
                 "topics": self._topic_rows[:_MAX_TOPICS],
                 "more": max(0, len(self._topic_rows) - _MAX_TOPICS),
                 "warning": self._warning,
-                "error": "" if error is None else _reason(error),
+                "error": "" if error is None else _error_text(error),
             }
 
-    def _topics(self, elapsed: float) -> list[dict[str, Any]]:
+    def _make_rows(self, elapsed: float) -> list[dict[str, Any]]:
         rows = []
         for topic in sorted(self._recorder.topics.values(), key=lambda topic: topic.name):
-            previous = self._rates.get(topic.name)
+            previous = self._last_counts.get(topic.name)
             if elapsed:
-                self._rates[topic.name] = (topic.messages, topic.bytes)
+                self._last_counts[topic.name] = (topic.messages, topic.bytes)
             messages, size = previous or (0, 0)
-            live = self.running and elapsed and previous is not None
+            has_rate = self.running and elapsed and previous is not None
             rows.append(
                 {
                     "name": topic.name,
                     "messages": topic.written,
                     "bytes": topic.bytes,
-                    "hz": (topic.messages - messages) / elapsed if live else None,
-                    "rate": (topic.bytes - size) / elapsed if live else None,
+                    "hz": (topic.messages - messages) / elapsed if has_rate else None,
+                    "rate": (topic.bytes - size) / elapsed if has_rate else None,
                     "dropped": topic.dropped,
                 }
             )
@@ -144,16 +146,16 @@ class Recording:
         self._seconds = monotonic() - self._started_at
         self.running = False
 
-    def _opened(self, path: str) -> None:
+    def _on_opened(self, path: str) -> None:
         self._path = path
 
-    def _warn(self, text: str) -> None:
-        self._warning = untrusted(text)
+    def _on_warning(self, message: str) -> None:
+        self._warning = untrusted(message)
 
 
 @dataclass(frozen=True)
 class _FileNamesInFolder(FileNames):
-    """File names in a folder."""
+    """Generates file names in a folder."""
 
     folder: Path = Path()
 
@@ -161,5 +163,5 @@ class _FileNamesInFolder(FileNames):
         return str(self.folder / super().name(number, moment))
 
 
-def _reason(error: Exception) -> str:
+def _error_text(error: Exception) -> str:
     return f"cannot write the bag: {error.strerror}" if isinstance(error, OSError) else untrusted(str(error))

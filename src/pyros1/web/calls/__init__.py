@@ -1,7 +1,7 @@
-"""Calls: single requests of a page. Each is a function in a file of this folder; it gets the robot and the arguments.
+"""Calls: single requests of a page. Each is a function in a module of this package, with the robot and the arguments.
 
-A function is found by its name, ``FILE.FUNCTION``: ``topics.publish``. Those in a file's ``CHANGES`` are refused by a
-read-only server. Those in `LONG` may take long; they also get the page's `ServiceExchanges`.
+A call is named ``MODULE.FUNCTION``, such as ``topics.publish``. Functions in a module's ``CHANGES`` are refused by a
+read-only server. Those in `LONG_CALLS` may take long; they also get the page's `ServiceExchanges`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pyros1.web.service_exchanges import ServiceExchanges
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-_FILES = frozenset(
+_MODULES = frozenset(
     (
         "actions",
         "bags",
@@ -33,7 +33,7 @@ _FILES = frozenset(
         "topics",
     )
 )
-LONG = frozenset({"services.call", "guide.check"})
+LONG_CALLS = frozenset({"services.call", "guide.check"})
 """Calls that may take as long as a service or a test."""
 
 
@@ -41,23 +41,23 @@ def run(robot: Robot, name: str, args: Mapping[str, Any], exchanges: ServiceExch
     """Run a call and return its result, for JSON.
 
     Args:
-        robot: what the call is about.
+        robot: the robot that the call concerns.
         name: name of the call.
-        args: its arguments.
+        args: the call's arguments.
         exchanges: the service calls of the page, which end with its connection.
 
     Raises:
         RequestError: the call does not exist, is not allowed, or has wrong arguments.
-        Error: it failed.
+        Error: the call failed.
     """
     robot.check_running()
-    file, _, word = name.partition(".")
-    if file not in _FILES:
-        raise RequestError(f"there is no call {name[:100]!r}")
-    module = import_module(f"pyros1.web.calls.{file}")
-    function: Callable[..., Any] | None = module.CALLS.get(word)
+    module_name, _, function_name = name.partition(".")
+    if module_name not in _MODULES:
+        raise RequestError(f"unknown call {name[:100]!r}")
+    module = import_module(f"pyros1.web.calls.{module_name}")
+    function: Callable[..., Any] | None = module.CALLS.get(function_name)
     if function is None:
-        raise RequestError(f"there is no call {name[:100]!r}")
-    if robot.access.read_only and word in module.CHANGES:
+        raise RequestError(f"unknown call {name[:100]!r}")
+    if robot.access.read_only and function_name in module.CHANGES:
         raise RequestError("this server is read-only (--read-only)")
-    return function(robot, args, exchanges or ServiceExchanges()) if name in LONG else function(robot, args)
+    return function(robot, args, exchanges or ServiceExchanges()) if name in LONG_CALLS else function(robot, args)

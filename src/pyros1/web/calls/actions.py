@@ -9,28 +9,28 @@ from typing import Any
 from pyros1.web.models.forms import form as form_of
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
-from pyros1.web.views.view import text
+from pyros1.web.views.view import string_arg
 
-_numbers = count(1)
+_goal_numbers = count(1)
 
 
 def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     """Return the form of an action's goals; see `pyros1.web.models.forms.form`. Args: action."""
-    name = text(args, "action")
+    name = string_arg(args, "action")
     robot.check_visible(f"{name}/goal")
     action_goal = robot.types.find_on(f"{name}/goal", _goal_type(robot, name))
-    kinds = dict(zip(action_goal.__slots__, action_goal._slot_types, strict=True))
-    if kinds.get("goal") not in action_goal._classes or "goal_id" not in kinds:
-        raise RequestError(f"{action_goal._type} is not the goal of an action")
-    return form_of(action_goal._classes[kinds["goal"]])
+    field_types = dict(zip(action_goal.__slots__, action_goal._slot_types, strict=True))
+    if field_types.get("goal") not in action_goal._classes or "goal_id" not in field_types:
+        raise RequestError(f"{action_goal._type} is not the type of an action's goals")
+    return form_of(action_goal._classes[field_types["goal"]])
 
 
 def send(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     """Send a goal. Args: action, value: the goal. Returns its id, and the number of servers that received it."""
-    name = text(args, "action")
+    name = string_arg(args, "action")
     robot.check_visible(f"{name}/goal")
     now = robot.node.now()
-    goal_id = f"{robot.node.name}-{next(_numbers)}-{now.secs}.{now.nsecs:09d}"
+    goal_id = f"{robot.node.name}-{next(_goal_numbers)}-{now.secs}.{now.nsecs:09d}"
     stamp = {"secs": now.secs, "nsecs": now.nsecs}
     value = {
         "header": {"stamp": stamp},
@@ -42,17 +42,17 @@ def send(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def cancel(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Ask a server to cancel a goal. Args: action, id: empty for all goals. Returns the number of servers reached."""
-    topic = f"{text(args, 'action')}/cancel"
+    """Request servers to cancel a goal; return how many were reached. Args: action, id (empty for all goals)."""
+    topic = f"{string_arg(args, 'action')}/cancel"
     robot.check_visible(topic)
-    servers = robot.publishing.publish(topic, "actionlib_msgs/GoalID", {"id": text(args, "id")})
+    servers = robot.publishing.publish(topic, "actionlib_msgs/GoalID", {"id": string_arg(args, "id")})
     return {"subscribers": servers}
 
 
 def _goal_type(robot: Robot, name: str) -> str:
     kind = robot.type_of(f"{name}/goal")
     if "/" not in kind:
-        raise RequestError(f"the type of {name}/goal is not known")
+        raise RequestError(f"the type of {name}/goal is unknown")
     return kind
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
-from pyros1.web.views.view import number, text
+from pyros1.web.views.view import number_arg, string_arg
 
 _MAX_TOPICS = 5_000
 _MAX_SECONDS = 4.29e9  # the sum of two of them, in nanoseconds, fits into 64 bits
@@ -15,17 +15,17 @@ _MAX_SECONDS = 4.29e9  # the sum of two of them, in nanoseconds, fits into 64 bi
 
 def files(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     """Return the contents of a folder; see `pyros1.web.bags.bag_folders.BagFolders.listing`. Args: folder."""
-    return robot.bags.bag_folders.listing(text(args, "folder", ""))
+    return robot.bags.bag_folders.listing(string_arg(args, "folder", ""))
 
 
 def step(robot: Robot, args: Mapping[str, Any]) -> float | None:
     """Return the time of the next message. Args: path, time, topics, forward. Times as in `BagCursorView`."""
     from pyros1.web.views.bag.file import topics  # noqa: PLC0415 - rarely needed
 
-    bag = robot.bags.borrow(text(args, "path"))
+    bag = robot.bags.borrow(string_arg(args, "path"))
     try:
-        time = number(args, "time", -_MAX_SECONDS, _MAX_SECONDS, 0.0)
-        return bag.step(time, bag.names(topics(args, _MAX_TOPICS)), args.get("forward") is not False)
+        time = number_arg(args, "time", -_MAX_SECONDS, _MAX_SECONDS, 0.0)
+        return bag.step(time, bag.recorded_names(topics(args, _MAX_TOPICS)), args.get("forward") is not False)
     finally:
         robot.bags.release(bag)
 
@@ -40,8 +40,8 @@ def record(robot: Robot, args: Mapping[str, Any]) -> None:
         raise RequestError("choose a topic to record")
     for name in selected or ():
         robot.check_visible(name)
-    folder = robot.bags.bag_folders.folder(text(args, "folder"))
-    prefix, compression = text(args, "prefix", ""), text(args, "compression", "none")
+    folder = robot.bags.bag_folders.folder(string_arg(args, "folder"))
+    prefix, compression = string_arg(args, "prefix", ""), string_arg(args, "compression", "none")
     node = robot.node
     robot.bags.record(lambda: Recording(node, folder, prefix, selected, compression, robot.access.may_see))
 

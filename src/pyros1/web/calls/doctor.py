@@ -1,4 +1,4 @@
-"""Calls for the findings of ``pyros1 wtf`` about one topic or node. Only the nodes involved are queried."""
+"""Calls that return the findings of ``pyros1 wtf`` about one topic or node. Only the involved nodes are queried."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from pyros1.doctor.system import collect_system
 from pyros1.doctor.topic_checks import check_topics
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
-from pyros1.web.views.view import text
+from pyros1.web.views.view import string_arg
 
 _MAX_ITEMS = 100
 _MAX_NODES = 200
 """Maximum number of nodes that are queried."""
 _GLOBAL_KINDS = frozenset({"no-clock", "unused-clock"})
-"""Findings that name no topic, but may be the reason why no messages arrive."""
+"""Findings that do not mention a topic, but may be the reason why no messages arrive."""
 _NAME = re.compile(r"/[A-Za-z0-9_/]*[A-Za-z0-9_]")
 
 
 def topic(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the problems of a topic and the nodes at its ends, in the form of `Finding.as_json`. Args: topic."""
-    name = text(args, "topic")
+    """Return the problems of a topic, its publishers and subscribers, in the form of `Finding.as_json`. Args: topic."""
+    name = string_arg(args, "topic")
     robot.check_visible(name)
     state = robot.graph.state()
-    return _examine(robot, name, [*state.publishers.get(name, ()), *state.subscribers.get(name, ())])
+    return _find_problems(robot, name, [*state.publishers.get(name, ()), *state.subscribers.get(name, ())])
 
 
 def node(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
@@ -39,27 +39,27 @@ def node(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
     Raises:
         RequestError: the node does not exist.
     """
-    name = text(args, "node")
+    name = string_arg(args, "node")
     state = robot.graph.state()
     if name not in state.nodes():
-        raise RequestError(f"the master knows no node {name}")
+        raise RequestError(f"there is no node {name}")
     node_state = state.of_node(name)
     topics = robot.access.visible([*node_state.publications, *node_state.subscriptions])
-    peers = [peer for each in topics for peer in (*state.publishers.get(each, ()), *state.subscribers.get(each, ()))]
-    return _examine(robot, name, [name, *peers])
+    peers = [peer for topic in topics for peer in (*state.publishers.get(topic, ()), *state.subscribers.get(topic, ()))]
+    return _find_problems(robot, name, [name, *peers])
 
 
-def _examine(robot: Robot, name: str, nodes: Iterable[str]) -> list[dict[str, Any]]:
+def _find_problems(robot: Robot, name: str, nodes: Iterable[str]) -> list[dict[str, Any]]:
     system = collect_system(robot.master, list(dict.fromkeys(nodes))[:_MAX_NODES])
     machine = collect_machine({**os.environ, "ROS_MASTER_URI": robot.master_uri})
     known = {*system.state.publishers, *system.state.subscribers, *system.state.services}
-    hidden = {each for each in known if not robot.access.may_see(each)}
+    hidden = {known_name for known_name in known if not robot.access.may_see(known_name)}
     found = [*check_reach(system, machine), *findings_about(check_topics(system), name)]
     return [finding.as_json() for finding in without_hidden(found, hidden)]
 
 
 def findings_about(findings: Iterable[Finding], name: str) -> list[Finding]:
-    """Return the findings that name a topic or node, with only the items that do."""
+    """Return the findings that mention a topic or node, with only those items that mention it."""
     found = []
     for finding in findings:
         items = finding.items
@@ -72,7 +72,7 @@ def findings_about(findings: Iterable[Finding], name: str) -> list[Finding]:
 
 
 def without_hidden(findings: Iterable[Finding], hidden: Collection[str]) -> list[Finding]:
-    """Return the findings without those, and without items, that name something that pages may not see."""
+    """Return the findings without those findings and items that mention names that pages may not see."""
     found = []
     for finding in findings:
         items = tuple(item for item in finding.items if _names(item).isdisjoint(hidden))

@@ -8,30 +8,30 @@ from typing import Any
 from pyros1.msgs import Message, load_service
 from pyros1.msgs.json_form import from_json
 from pyros1.values import load_yaml
-from pyros1.web.models.forms import for_page, from_yaml, to_yaml
+from pyros1.web.models.forms import from_yaml, to_page_json, to_yaml
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
-from pyros1.web.views.view import text
+from pyros1.web.views.view import string_arg
 
 
 def yaml(robot: Robot, args: Mapping[str, Any]) -> str:
     """Return a message as YAML text. Args: value."""
     value = args.get("value")
     if not isinstance(value, dict):
-        raise RequestError("a message is an object")
+        raise RequestError("a message must be an object")
     return to_yaml(value)
 
 
 def value(robot: Robot, args: Mapping[str, Any]) -> Any:
     """Return a message in YAML text as a value for the form. Args: type, part ("request" of a service's type), yaml."""
     cls = _class(robot, args)
-    found = from_yaml(cls, load_yaml(text(args, "yaml")))
-    from_json(cls, found, robot.node.now())  # raises an error that says what does not fit
-    return for_page(found)
+    found = from_yaml(cls, load_yaml(string_arg(args, "yaml")))
+    from_json(cls, found, robot.node.now())  # raises an error if a value does not fit its field
+    return to_page_json(found)
 
 
 def _class(robot: Robot, args: Mapping[str, Any]) -> type[Message]:
-    name = text(args, "type")
+    name = string_arg(args, "type")
     if args.get("part") == "request":
         request: type[Message] = load_service(name)._request_class
         return request
@@ -40,4 +40,4 @@ def _class(robot: Robot, args: Mapping[str, Any]) -> type[Message]:
 
 CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"yaml": yaml, "value": value}
 CHANGES: frozenset[str] = frozenset()
-"""These change nothing: the value is used by other calls."""
+"""These calls change nothing: other calls use the value."""

@@ -18,7 +18,7 @@ def _blocks(page: text.GuideStep | text.GuidePage) -> list[dict[str, Any]]:
 
 
 def steps(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the steps of the guide: number, name, title, heading, and blocks, see `pyros1.guide.text.Block`."""
+    """Return the steps of the guide: number, name, title, heading and blocks (see `pyros1.guide.text.Block`)."""
     return [
         {
             "number": step.number,
@@ -32,15 +32,15 @@ def steps(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def pages(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Return the how-to pages: name, heading, and blocks, see `pyros1.guide.text.Block`."""
+    """Return the how-to pages: name, heading and blocks (see `pyros1.guide.text.Block`)."""
     return [{"name": page.name, "heading": page.heading, "blocks": _blocks(page)} for page in text.pages().values()]
 
 
 def check(robot: Robot, args: Mapping[str, Any], exchanges: ServiceExchanges) -> dict[str, str]:
-    """Check the exercise of a step, as ``pyros1 guide check`` does. Args: step: its number.
+    """Check the exercise of a step, as ``pyros1 guide check`` does. Args: step (its number).
 
     Returns:
-        What is missing, empty if the exercise is done; and the folder that was checked: that of the server.
+        What is missing (empty if the exercise is done), and the folder that was checked, which is the server's.
 
     Raises:
         RequestError: the step does not exist, or the pages of this server may see only some topics.
@@ -50,7 +50,9 @@ def check(robot: Robot, args: Mapping[str, Any], exchanges: ServiceExchanges) ->
     if type(step) is not int or not 1 <= step <= len(checks.CHECKS):
         raise RequestError(f"step must be a number from 1 to {len(checks.CHECKS)}")
     if robot.access.topics:
-        raise RequestError(f"this server shows only some topics (--topics): type pyros1 guide check {step}")
+        raise RequestError(
+            f"this server shows only some topics (--topics): run pyros1 guide check {step} in a terminal"
+        )
     folder = Path.cwd()
     missing = checks.check(step, {**os.environ, "ROS_MASTER_URI": robot.master_uri}, folder)
     return {"missing": missing, "folder": str(folder)}

@@ -11,7 +11,7 @@ from pyros1.ground.errors import ParameterNotSetError
 from pyros1.launch.running.control import Launch, launch_uris
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
-from pyros1.web.views.view import text
+from pyros1.web.views.view import string_arg
 
 _TIMEOUT = 3.0
 _VERBS = ("stop", "start", "restart")
@@ -22,9 +22,9 @@ def find(robot: Robot, args: Mapping[str, Any]) -> Launch:
     """Return a launch; the caller must close it. Args: launch: name of its parameter.
 
     Raises:
-        RequestError: no such launch has registered.
+        RequestError: no launch with this name is registered.
     """
-    param = text(args, "launch")
+    param = string_arg(args, "launch")
     uri = launch_uris(robot.master).get(param)
     if uri is None:
         raise RequestError("this launch has ended")
@@ -33,12 +33,12 @@ def find(robot: Robot, args: Mapping[str, Any]) -> Launch:
 
 def control(robot: Robot, args: Mapping[str, Any]) -> None:
     """Tell a launch to stop, start or restart a process. Args: launch, process: its label, verb."""
-    verb = text(args, "verb")
+    verb = string_arg(args, "verb")
     if verb not in _VERBS:
-        raise RequestError(f"a process can be told to {', '.join(_VERBS)}")
+        raise RequestError(f"the verb must be one of {', '.join(_VERBS)}")
     launch = find(robot, args)
     try:
-        launch.request(verb, text(args, "process"))
+        launch.request(verb, string_arg(args, "process"))
     finally:
         launch.close()
 
@@ -47,17 +47,17 @@ def info(robot: Robot, args: Mapping[str, Any]) -> dict[str, str]:
     """Return the command line and the folder of a process. Args: launch, process: its label."""
     launch = find(robot, args)
     try:
-        found = launch.info(text(args, "process"))
+        found = launch.info(string_arg(args, "process"))
     finally:
         launch.close()
-    words = found.get("args")
-    words = [word for word in words if isinstance(word, str)] if isinstance(words, list) else []
-    return {"command": shlex.join(words)[:_MAX_LOG_LENGTH], "cwd": str(found.get("cwd", ""))[:_MAX_LOG_LENGTH]}
+    arguments = found.get("args")
+    arguments = [each for each in arguments if isinstance(each, str)] if isinstance(arguments, list) else []
+    return {"command": shlex.join(arguments)[:_MAX_LOG_LENGTH], "cwd": str(found.get("cwd", ""))[:_MAX_LOG_LENGTH]}
 
 
 def forget(robot: Robot, args: Mapping[str, Any]) -> None:
     """Delete the parameter of a launch that was killed. Args: launch: its name."""
-    param = text(args, "launch")
+    param = string_arg(args, "launch")
     if param not in launch_uris(robot.master):
         return
     with suppress(ParameterNotSetError):

@@ -8,17 +8,17 @@ from typing import Any
 from pyros1.ground.errors import Error, ServiceError
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
-from pyros1.web.views.view import text
+from pyros1.web.views.view import string_arg
 
 _TIMEOUT = 3.0
 
 
 def info(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what is known about a node. Args: node."""
-    name = text(args, "node")
+    """Return information about a node. Args: node."""
+    name = string_arg(args, "node")
     uri = _uri(robot, name)
     registered = robot.graph.state().of_node(name)
-    facts: dict[str, Any] = {
+    info_json: dict[str, Any] = {
         "name": name,
         "uri": uri,
         "publishes": robot.access.visible(registered.publications),
@@ -27,24 +27,26 @@ def info(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     }
     node = robot.graph.node(uri, _TIMEOUT)
     try:
-        facts["pid"] = node.pid()
-        facts["connections"] = [
-            {"topic": c.topic, "peer": c.destination, "direction": c.direction, "transport": c.transport}
-            for c in node.connections()
-            if robot.access.may_see(c.topic)
+        info_json["pid"] = node.pid()
+        info_json["connections"] = [
+            {"topic": link.topic, "peer": link.destination, "direction": link.direction, "transport": link.transport}
+            for link in node.connections()
+            if robot.access.may_see(link.topic)
         ]
     except Error as error:
-        facts["problem"] = str(error)
+        info_json["problem"] = str(error)
     finally:
         node.close()
-    return facts
+    return info_json
 
 
 def kill(robot: Robot, args: Mapping[str, Any]) -> None:
     """Tell a node to shut down, like `rosnode kill`. Args: node."""
-    name = text(args, "node")
+    name = string_arg(args, "node")
     if name == robot.node.name:
-        raise RequestError(f"{name} is the node of this page's server; stop pyros1 web where it was started")
+        raise RequestError(
+            f"{name} is the node of this page's server: stop pyros1 web in the terminal where it was started"
+        )
     node = robot.graph.node(_uri(robot, name), _TIMEOUT)
     try:
         node.shutdown("user request")
@@ -54,29 +56,29 @@ def kill(robot: Robot, args: Mapping[str, Any]) -> None:
 
 def loggers(robot: Robot, args: Mapping[str, Any]) -> list[list[str]]:
     """Return the names and levels of a node's loggers. Args: node."""
-    response = _call(robot, text(args, "node"), "get_loggers", "roscpp/GetLoggers", {})
+    response = _call(robot, string_arg(args, "node"), "get_loggers", "roscpp/GetLoggers", {})
     return [[logger.name, logger.level.lower()] for logger in response.loggers]
 
 
 def set_level(robot: Robot, args: Mapping[str, Any]) -> None:
     """Set the level of a logger. Args: node, logger, level: debug, info, warn, error or fatal."""
-    level = text(args, "level")
+    level = string_arg(args, "level")
     if level not in ("debug", "info", "warn", "error", "fatal"):
-        raise RequestError(f"there is no level {level[:50]!r}")
-    request = {"logger": text(args, "logger"), "level": level}
-    _call(robot, text(args, "node"), "set_logger_level", "roscpp/SetLoggerLevel", request)
+        raise RequestError(f"unknown level {level[:50]!r}")
+    request = {"logger": string_arg(args, "logger"), "level": level}
+    _call(robot, string_arg(args, "node"), "set_logger_level", "roscpp/SetLoggerLevel", request)
 
 
 def _uri(robot: Robot, name: str) -> str:
     uri = robot.graph.node_uri(name)
     if uri is None:
-        raise RequestError(f"the master knows no node {name}")
+        raise RequestError(f"there is no node {name}")
     return uri
 
 
-def _call(robot: Robot, node: str, what: str, kind: str, request: dict[str, str]) -> Any:
-    robot.check_visible(f"{node}/{what}")
-    with robot.node.service(f"{node}/{what}", kind) as client:
+def _call(robot: Robot, node: str, service: str, kind: str, request: dict[str, str]) -> Any:
+    robot.check_visible(f"{node}/{service}")
+    with robot.node.service(f"{node}/{service}", kind) as client:
         try:
             return client.call(client.type._request_class(**request), _TIMEOUT)
         except ServiceError as error:

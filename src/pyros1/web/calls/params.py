@@ -10,41 +10,41 @@ from pyros1.values import load_yaml
 from pyros1.web.models.params import flatten, pretty
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import MAX_REQUEST, RequestError
-from pyros1.web.views.view import text
+from pyros1.web.views.view import string_arg
 
 
 def tree(robot: Robot, args: Mapping[str, Any]) -> Any:
     """Return all parameters that pages may see, as a flat object: full name -> value."""
-    found = {name: _plain(value) for name, value in flatten(robot.parameters.get("/"))}
+    found = {name: _to_json(value) for name, value in flatten(robot.parameters.get("/"))}
     return {name: value for name, value in sorted(found.items()) if name}
 
 
 def get(robot: Robot, args: Mapping[str, Any]) -> str:
     """Return a parameter, or the visible part of a namespace, as YAML text. Args: name."""
-    name = text(args, "name")
+    name = string_arg(args, "name")
     found = pretty(robot.parameters.get(name))
     if len(found) > MAX_REQUEST:
-        raise RequestError(f"{name} is too long to be shown: {len(found)} characters")
+        raise RequestError(f"{name} is too long to display: {len(found)} characters")
     return found
 
 
 def put(robot: Robot, args: Mapping[str, Any]) -> None:
-    """Set a parameter. Args: name, and yaml: the value as for `rosparam set`."""
-    name = text(args, "name")
-    robot.parameters.set(name, load_yaml(text(args, "yaml")))
+    """Set a parameter. Args: name, yaml (the value, like for `rosparam set`)."""
+    name = string_arg(args, "name")
+    robot.parameters.set(name, load_yaml(string_arg(args, "yaml")))
 
 
 def delete(robot: Robot, args: Mapping[str, Any]) -> None:
     """Delete a parameter, or a whole namespace. Args: name."""
-    name = text(args, "name")
+    name = string_arg(args, "name")
     robot.parameters.delete(name)
 
 
-def _plain(value: Any) -> Any:
+def _to_json(value: Any) -> Any:
     if isinstance(value, dict):
-        return {str(key): _plain(inner) for key, inner in value.items()}
+        return {str(key): _to_json(inner) for key, inner in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(inner) for inner in value]
+        return [_to_json(inner) for inner in value]
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if isinstance(value, str):

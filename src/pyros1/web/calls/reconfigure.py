@@ -14,29 +14,29 @@ from pyros1.reconfigure.values import KINDS
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
 from pyros1.web.views.reconfigure import values
-from pyros1.web.views.view import text
+from pyros1.web.views.view import string_arg
 
 _TIMEOUT = 5.0
 
 
 def update(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     """Change parameters. Args: node, values: name -> value, types: name -> type. Returns the node's new values."""
-    wanted, types = args.get("values"), args.get("types")
-    if not isinstance(wanted, dict) or not isinstance(types, dict) or "groups" in wanted:
-        raise RequestError("values and types are objects by name")
-    if not all(types.get(each) in KINDS for each in wanted):
-        raise RequestError(f"types are {', '.join(KINDS)}")
+    new_values, types = args.get("values"), args.get("types")
+    if not isinstance(new_values, dict) or not isinstance(types, dict) or "groups" in new_values:
+        raise RequestError("values and types must be objects with the parameters' names as keys")
+    if not all(types.get(name) in KINDS for name in new_values):
+        raise RequestError(f"types must be among {', '.join(KINDS)}")
     try:
-        config = encode(wanted, types)
+        config = encode(new_values, types)
     except (ValueError, TypeError, OverflowError) as error:
         raise RequestError(str(error)) from None
     return _send(robot, args, config)
 
 
 def turn(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Turn groups on and off, which opens and closes some of them.
+    """Turn groups on and off.
 
-    Args: node, groups: all of them, as objects with name, state, id and parent: C++ nodes need all. Returns the
+    Args: node, groups (all groups, as objects with name, state, id and parent, as C++ nodes need all). Returns the
     node's new values.
     """
     config = Config()
@@ -48,7 +48,7 @@ def turn(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _send(robot: Robot, args: Mapping[str, Any], config: Any) -> dict[str, Any]:
-    name = f"{text(args, 'node')}/set_parameters"
+    name = f"{string_arg(args, 'node')}/set_parameters"
     robot.check_visible(name)
     with robot.node.service(name, Reconfigure) as client:
         return values(client.call(Reconfigure._request_class(config=config), _TIMEOUT).config)

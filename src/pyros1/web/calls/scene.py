@@ -8,12 +8,12 @@ from typing import Any
 from pyros1.ground.names import SEP, canonicalize_name
 from pyros1.web.robot import Robot
 from pyros1.web.scene.rviz.file import read_rviz
-from pyros1.web.views.view import text
+from pyros1.web.views.view import string_arg
 
 
 def rviz(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     """Return the contents of an rviz file: ``settings`` of the panel, and ``notes``, lines for the user. Args: text."""
-    found = read_rviz(text(args, "text"), lambda name: canonicalize_name(SEP + name))
+    found = read_rviz(string_arg(args, "text"), lambda name: canonicalize_name(SEP + name))
     return {"settings": found.settings, "notes": found.notes}
 
 

@@ -16,7 +16,7 @@ from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
 from pyros1.web.service_exchanges import ServiceExchanges
 from pyros1.web.views.message import tree
-from pyros1.web.views.view import number, text
+from pyros1.web.views.view import number_arg, string_arg
 
 _PROBE_TIMEOUT = 2.0
 _MAX_CALL_SECONDS = 600.0
@@ -25,7 +25,7 @@ _MAX_TYPES = 50
 
 def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     """Return a service's type, and the forms of its request and response. Args: service."""
-    service = _type(robot, text(args, "service"))
+    service = _type(robot, string_arg(args, "service"))
     cls = load_service(service)
     return {
         "type": service,
@@ -35,22 +35,22 @@ def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def types(robot: Robot, args: Mapping[str, Any]) -> dict[str, str]:
-    """Return types of services; empty for those that do not answer. Args: services: a list of names."""
+    """Return the types of services; empty if a provider does not respond. Args: services (a list of names)."""
     names = args.get("services")
     if not isinstance(names, list) or len(names) > _MAX_TYPES or not all(isinstance(name, str) for name in names):
-        raise RequestError(f"services is a list of at most {_MAX_TYPES} names")
-    answers = run_concurrently({name: partial(_type, robot, name) for name in names}, _PROBE_TIMEOUT + 0.5)
-    return {name: answer if isinstance(answer, str) else "" for name, answer in answers.items()}
+        raise RequestError(f"services must be a list of at most {_MAX_TYPES} names")
+    responses = run_concurrently({name: partial(_type, robot, name) for name in names}, _PROBE_TIMEOUT + 0.5)
+    return {name: response if isinstance(response, str) else "" for name, response in responses.items()}
 
 
 def call(robot: Robot, args: Mapping[str, Any], exchanges: ServiceExchanges) -> dict[str, Any]:
-    """Call a service. Args: service, value, timeout (s). Returns the response as a tree, and the time taken."""
-    name = text(args, "service")
+    """Call a service. Args: service, value, timeout (s). Returns the response as a tree, and the duration."""
+    name = string_arg(args, "service")
     robot.check_visible(name)
     cls = load_service(_type(robot, name))
     request = from_json(cls._request_class, args.get("value"), robot.node.now())
     start = monotonic()
-    response = exchanges.call(robot.node, name, cls, request, number(args, "timeout", 0.1, _MAX_CALL_SECONDS, 10.0))
+    response = exchanges.call(robot.node, name, cls, request, number_arg(args, "timeout", 0.1, _MAX_CALL_SECONDS, 10.0))
     return {"value": tree(response), "seconds": monotonic() - start}
 
 

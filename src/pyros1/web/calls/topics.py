@@ -9,10 +9,10 @@ from pyros1.ground import generated
 from pyros1.ground.errors import MessageError
 from pyros1.msgs import load_message
 from pyros1.web.models.forms import form as form_of
-from pyros1.web.models.forms import numbers
+from pyros1.web.models.forms import numeric_paths
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
-from pyros1.web.views.view import text
+from pyros1.web.views.view import string_arg
 
 _MAX_FIELDS = 200
 
@@ -22,52 +22,54 @@ def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     name = args.get("type")
     if isinstance(name, str):
         return form_of(robot.types.find(name))
-    topic = text(args, "topic")
+    topic = string_arg(args, "topic")
     robot.check_visible(topic)
     name = robot.type_of(topic)
     if name == "*":
-        raise RequestError(f"the type of {topic} is not known")
+        raise RequestError(f"the type of {topic} is unknown")
     return form_of(robot.types.find_on(topic, name))
 
 
 def publish(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     """Publish a message. Args: topic, type, value, latch. Returns the number of subscribers."""
-    topic = text(args, "topic")
+    topic = string_arg(args, "topic")
     robot.check_visible(topic)
-    sent = robot.publishing.publish(topic, text(args, "type"), args.get("value"), bool(args.get("latch")))
-    return {"subscribers": sent}
+    subscribers = robot.publishing.publish(topic, string_arg(args, "type"), args.get("value"), bool(args.get("latch")))
+    return {"subscribers": subscribers}
 
 
 def advertise(robot: Robot, args: Mapping[str, Any]) -> None:
     """Prepare to publish, so that no subscriber misses the first message. Args: topic, type."""
-    topic = text(args, "topic")
+    topic = string_arg(args, "topic")
     robot.check_visible(topic)
-    robot.publishing.advertise(topic, text(args, "type"))
+    robot.publishing.advertise(topic, string_arg(args, "type"))
 
 
 def types(robot: Robot, args: Mapping[str, Any]) -> list[str]:
-    """Return names of installed types, to complete a text field. Args: begin: the text so far.
+    """Return the names of installed types that complete a text field. Args: begin (the current text).
 
-    If it has no package, the packages with messages are returned.
+    If the text contains no package, the packages with messages are returned.
     """
-    begin = text(args, "begin", "")
+    begin = string_arg(args, "begin", "")
     package, slash, _ = begin.partition("/")
     if not slash:
-        names = [f"{each}/" for each in robot.types.packages()]
+        names = [f"{package_name}/" for package_name in robot.types.packages()]
     else:
-        names = [f"{package}/{each.rpartition('/')[2]}" for each in generated.finder().library.messages(package)]
+        names = [
+            f"{package}/{full_name.rpartition('/')[2]}" for full_name in generated.finder().library.messages(package)
+        ]
     return sorted(name for name in names if name.startswith(begin))[:_MAX_FIELDS]
 
 
 def fields(robot: Robot, args: Mapping[str, Any]) -> list[str]:
-    """Return paths of numbers in messages, to complete a text field. Args: begin: the text so far."""
-    begin = text(args, "begin", "")
+    """Return the paths of numeric fields that complete a text field. Args: begin (the current text)."""
+    begin = string_arg(args, "begin", "")
     found: list[str] = []
     for topic, kind in sorted(robot.graph.topic_types().items()):
         if not robot.access.may_see(topic) or not (topic.startswith(begin) or begin.startswith(topic)):
             continue
         try:
-            found += [path for path in numbers(load_message(kind), topic) if path.startswith(begin)]
+            found += [path for path in numeric_paths(load_message(kind), topic) if path.startswith(begin)]
         except MessageError:
             continue  # a type that is not installed, or no type at all
         if len(found) >= _MAX_FIELDS:

@@ -1,6 +1,6 @@
-"""The channels and services of all viewers: those that the master lists, with definitions.
+"""The channels and services offered to all viewers: those that the master lists, with their definitions.
 
-Only the master is polled, so this costs the robot's nodes nothing. A node is queried once for what the master does not
+Only the master is polled, which puts no load on the robot's nodes. A node is queried once for what the master does not
 know: the type of a service, and the definition of a message type that is not installed here.
 """
 
@@ -25,7 +25,7 @@ from pyros1.web.server.wire import RequestError
 
 _NODE_TIMEOUT = 1.0
 """Timeout of a request to a node, in seconds."""
-_MAX_QUESTIONS = 64
+_MAX_QUERIES = 64
 """Maximum number of concurrent requests to nodes."""
 _RETRY_DELAY = 10.0
 """Seconds until a failed request is repeated."""
@@ -41,16 +41,16 @@ class _Definition(NamedTuple):
     text: str
 
 
-class _Answer(NamedTuple):
+class _TopicReply(NamedTuple):
     publisher: str
     definition: _Definition
 
 
 class Catalogue:
-    """What the robot offers.
+    """The channels and services that the robot offers.
 
     Args:
-        graph: requests to the master.
+        graph: sends requests to the master.
         may_see: returns whether viewers may see a topic or service.
         clock: returns the time in seconds.
     """
@@ -65,12 +65,12 @@ class Catalogue:
         self._offers = Offers()
         self._ids: dict[Hashable, int] = {}
         self._numbers = count(1)
-        # Definitions from publishers, where they differ from ours. The first that is still registered counts.
+        # By publisher, where they differ from the installed ones. The first publisher that is still registered decides.
         self._topic_definitions: dict[str, dict[str, _Definition]] = {}
-        self._unusable: dict[str, tuple[str, str]] = {}  # topic -> publisher -> problem
-        self._service_types: dict[str, tuple[list[str], str]] = {}  # nodes and type
-        self._open_questions: dict[str, Callable[[], _Answer | str]] = {}
-        self._unanswered: dict[str, float] = {}
+        self._unusable: dict[str, tuple[str, str]] = {}  # topic -> (publisher, problem)
+        self._service_types: dict[str, tuple[list[str], str]] = {}  # service -> (its nodes, its type)
+        self._pending_queries: dict[str, Callable[[], _TopicReply | str]] = {}
+        self._retry_at: dict[str, float] = {}
         self._failure = ""  # of the last request to the master
         self._new_headers: deque[tuple[str, dict[str, str]]] = deque(maxlen=_MAX_NEW_HEADERS)
         self._problems: dict[str, str] = {}
@@ -79,12 +79,14 @@ class Catalogue:
         """Return the current offers.
 
         Args:
-            max_age: seconds; younger results are reused. With 0, wait for the request of another thread.
+            max_age: maximum age in seconds of results that are reused. With 0, waits for the request of another thread.
 
         Raises:
-            RequestError: the master does not answer.
+            RequestError: the master does not respond.
         """
-        if self._lock.acquire(blocking=max_age <= 0):  # while one thread asks, the others use the last result
+        if self._lock.acquire(
+            blocking=max_age <= 0
+        ):  # while one thread asks the master, the others use the last result
             try:
                 if self._new_headers or self._clock() - self._refreshed_at >= max_age:
                     self._refresh()
@@ -95,26 +97,26 @@ class Catalogue:
         return self._offers
 
     def query_nodes(self) -> None:
-        """Ask nodes for missing definitions; takes about a second if they do not answer."""
+        """Query nodes for missing definitions; takes about a second if they do not respond."""
         with self._query_lock:
             with self._lock:
-                questions = dict(islice(self._open_questions.items(), _MAX_QUESTIONS))
-            answers = run_concurrently(questions, _NODE_TIMEOUT)
+                queries = dict(islice(self._pending_queries.items(), _MAX_QUERIES))
+            replies = run_concurrently(queries, _NODE_TIMEOUT)
             with self._lock:
-                for name, answer in answers.items():
-                    if isinstance(answer, Exception):
-                        self._unanswered[name] = self._clock() + _RETRY_DELAY
-                        self._problems[name] = f"{name}: {answer}"
+                for name, reply in replies.items():
+                    if isinstance(reply, Exception):
+                        self._retry_at[name] = self._clock() + _RETRY_DELAY
+                        self._problems[name] = f"{name}: {reply}"
                         continue
                     self._problems.pop(name, None)
-                    if isinstance(answer, str):
-                        self._service_types[name] = (list(self._offers.nodes.services.get(name, ())), answer)
+                    if isinstance(reply, str):
+                        self._service_types[name] = (list(self._offers.nodes.services.get(name, ())), reply)
                     else:
-                        self._store_definition(name, *answer)
+                        self._store_definition(name, *reply)
                 self._refresh()
 
     def add_header(self, channel: Channel, header: Mapping[str, str]) -> None:
-        """Process a publisher's header whose definition differs from the channel's. Any thread may call it."""
+        """Process a publisher's header whose definition differs from the channel's. May be called by any thread."""
         self._new_headers.append((channel.topic, dict(header)))
 
     def _apply_header(self, topic: str, header: Mapping[str, str]) -> None:
@@ -135,12 +137,12 @@ class Catalogue:
             known[publisher] = definition
 
     def _forget_unregistered(self, nodes: Nodes) -> None:
-        """Forget the answers of publishers that are gone: their successors may have different definitions."""
+        """Remove the definitions of publishers that are gone: their successors may have different ones."""
         for topic, definitions in list(self._topic_definitions.items()):
             publishers = nodes.publishers.get(topic)
             if publishers:
                 self._topic_definitions[topic] = {
-                    publisher: each for publisher, each in definitions.items() if publisher in publishers
+                    publisher: definition for publisher, definition in definitions.items() if publisher in publishers
                 }
         self._topic_definitions = {
             topic: definitions for topic, definitions in self._topic_definitions.items() if definitions
@@ -154,10 +156,12 @@ class Catalogue:
         found: dict[str, str] = {}
         for topic, definitions in self._topic_definitions.items():
             first = next(iter(definitions.values()))
-            for publisher, each in definitions.items():
-                if each != first:
-                    problem = f"{untrusted(publisher)} publishes a different {untrusted(each.type)} than other nodes"
-                    found[topic] = f"{topic}: {problem}; its messages are left out"
+            for publisher, definition in definitions.items():
+                if definition != first:
+                    problem = (
+                        f"{untrusted(publisher)} publishes a different {untrusted(definition.type)} than other nodes"
+                    )
+                    found[topic] = f"{topic}: {problem}; its messages are omitted"
         return {**found, **{topic: text for topic, (_, text) in self._unusable.items()}}
 
     def _refresh(self) -> None:
@@ -174,7 +178,7 @@ class Catalogue:
     def _update(self, state: SystemState, types: Mapping[str, str]) -> None:
         tables = [self._visible(table) for table in state]
         nodes = Nodes(*tables)
-        for known in (self._topic_definitions, self._unanswered, self._problems, self._service_types, self._unusable):
+        for known in (self._topic_definitions, self._retry_at, self._problems, self._service_types, self._unusable):
             for name in [name for name in known if name not in types and name not in nodes.services]:
                 del known[name]
         self._forget_unregistered(nodes)
@@ -186,9 +190,9 @@ class Catalogue:
         if len(self._ids) > 2 * (len(channels) + len(services)) + _MAX_STALE_IDS:
             current = {*(each.id for each in channels.values()), *(each.id for each in services.values())}
             self._ids = {key: number for key, number in self._ids.items() if number in current}
-        self._open_questions = self._new_questions(channels, nodes)
+        self._pending_queries = self._new_queries(channels, nodes)
         problems = {**self._problems, **self._conflicting_topics()}
-        self._offers = Offers(channels, services, nodes, problems, has_open_questions=bool(self._open_questions))
+        self._offers = Offers(channels, services, nodes, problems, has_pending_queries=bool(self._pending_queries))
         self._refreshed_at = self._clock()
 
     def _visible(self, table: Table) -> Table:
@@ -228,28 +232,28 @@ class Catalogue:
             self._ids[key] = next(self._numbers)
         return self._ids[key]
 
-    def _new_questions(self, channels: Mapping[str, Channel], nodes: Nodes) -> dict[str, Callable[[], _Answer | str]]:
+    def _new_queries(self, channels: Mapping[str, Channel], nodes: Nodes) -> dict[str, Callable[[], _TopicReply | str]]:
         """Return the requests to send to nodes, by topic or service."""
         now = self._clock()
-        questions: dict[str, Callable[[], _Answer | str]] = {}
+        queries: dict[str, Callable[[], _TopicReply | str]] = {}
         for topic, publishers in nodes.publishers.items():
-            if topic not in channels and self._unanswered.get(topic, now) <= now:
-                questions[topic] = partial(self._ask_topic, topic, publishers[0])
+            if topic not in channels and self._retry_at.get(topic, now) <= now:
+                queries[topic] = partial(self._query_topic, topic, publishers[0])
         for service in nodes.services:
-            if service not in self._service_types and self._unanswered.get(service, now) <= now:
-                questions[service] = partial(self._ask_service, service)
-        return questions
+            if service not in self._service_types and self._retry_at.get(service, now) <= now:
+                queries[service] = partial(self._query_service, service)
+        return queries
 
-    def _ask_topic(self, topic: str, publisher: str) -> _Answer:
+    def _query_topic(self, topic: str, publisher: str) -> _TopicReply:
         uri = self._graph.node_uri(publisher)
         if uri is None:
             raise MessageError(f"its publisher {publisher} is gone")
         offer = ask_publisher(self._graph.master.caller_id, uri, topic)
         if offer.failure is not None:
             raise MessageError(f"its publisher {publisher} does not report its type: {untrusted(offer.failure.text)}")
-        return _Answer(publisher, _checked_definition(offer.type, offer.md5sum, offer.definition))
+        return _TopicReply(publisher, _checked_definition(offer.type, offer.md5sum, offer.definition))
 
-    def _ask_service(self, name: str) -> str:
+    def _query_service(self, name: str) -> str:
         uri = self._graph.service_uri(name)
         if uri is None:
             raise MessageError("no node provides this service")
@@ -260,10 +264,10 @@ class Catalogue:
 
 
 def _checked_definition(kind: str, md5sum: str, text: str) -> _Definition:
-    """Return a publisher's definition.
+    """Return a publisher's definition after checking it.
 
     Raises:
-        MessageError: viewers cannot use it.
+        MessageError: viewers cannot use the definition.
     """
     try:
         cls = load_message(kind)

@@ -26,18 +26,18 @@ from pyros1.web.hub import Arrival
 from pyros1.web.server.waiting import MAX_PENDING_SECONDS, Pending, wait_for_event, wait_until_done
 from pyros1.web.service_exchanges import ServiceExchanges
 
-_PERIOD = 1.0
+_POLL_PERIOD = 1.0
 """Seconds between checks for new topics and services."""
-_TICK = 0.02
+_TIME_PERIOD = 0.02
 """Seconds between frames with simulated time."""
-_BATCH = 64 << 10
-"""Bytes of messages that are taken from the outbox at a time."""
+_BATCH_BYTES = 64 << 10
+"""Number of bytes of messages that are fetched from the outbox at a time."""
 _MAX_JOBS = 100
-"""Maximum number of pending service calls and files of a viewer."""
+"""Maximum number of a viewer's pending service calls and file requests."""
 _MAX_CONCURRENT_JOBS = 4
-"""Maximum number of them that are processed concurrently."""
-_MAX_UNSENT = 1 << 20
-"""Bytes that the system buffers for a slow connection: data there becomes stale, and nothing newer can overtake it."""
+"""Maximum number of these that are processed concurrently."""
+_MAX_UNSENT_BYTES = 1 << 20
+"""Bytes that the system buffers for a slow connection: they become stale, as newer messages cannot overtake them."""
 _MAX_MISMATCHED = 1_000
 REPORT_PERIOD = 2.0
 """Seconds after which a publisher whose definition differs from its channel's is reported again."""
@@ -47,10 +47,10 @@ class Viewer:
     """A viewer's connection.
 
     Args:
-        connection: its WebSocket.
-        shared: what all viewers share.
-        pushes: runs short work, such as publishing.
-        calls: runs work that depends on the master.
+        connection: the viewer's WebSocket.
+        shared: the state shared by all viewers.
+        pushes: runs short tasks, such as publishing.
+        calls: runs tasks that depend on the master.
         services: runs service calls.
     """
 
@@ -68,8 +68,8 @@ class Viewer:
         self._machine = Machine(self._robot.access.read_only)
         self._machine_lock = asyncio.Lock()  # guards the machine and its actions
         self._outbox = Outbox()
-        self._subscriptions: dict[int, int] = {}  # by ticket of the outbox
-        self._unsubscribers: dict[int, Callable[[], None]] = {}  # of subscriptions
+        self._subscriptions: dict[int, int] = {}  # ticket of the outbox -> subscription
+        self._unsubscribers: dict[int, Callable[[], None]] = {}  # by subscription
         self._publishers = viewer_actions.Publishers(shared)
         self._jobs: set[asyncio.Task[None]] = set()
         self._job_slots = asyncio.Semaphore(_MAX_CONCURRENT_JOBS)
@@ -78,7 +78,7 @@ class Viewer:
         self._messages_available = asyncio.Event()
         self._wake_scheduled = False
         self._changed = asyncio.Event()
-        self._mismatched_publishers: dict[tuple[int, str, str], float] = {}  # and when they were reported
+        self._mismatched_publishers: dict[tuple[int, str, str], float] = {}  # -> when they were last reported
         self._announced_simulated = False
 
     async def run(self) -> None:
@@ -86,7 +86,7 @@ class Viewer:
         self._limit_send_buffer()
         tasks: list[asyncio.Task[None]] = []
         try:
-            await self._call(self._robot.wait, _PERIOD)
+            await self._call(self._robot.wait, _POLL_PERIOD)
             await self._send_hello()
             tasks = [
                 asyncio.create_task(each) for each in (self._push_offers(), self._send_messages(), self._send_time())
@@ -102,13 +102,15 @@ class Viewer:
                 task.cancel()
             await asyncio.gather(*tasks, *self._jobs, return_exceptions=True)
             async with self._machine_lock:
-                await self._push(self._end)
+                await self._push(self._clean_up)
 
     def _limit_send_buffer(self) -> None:
         option = getattr(socket, "TCP_NOTSENT_LOWAT", None)
         if option is not None:
             with contextlib.suppress(OSError, AttributeError):
-                self._connection.transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, option, _MAX_UNSENT)
+                self._connection.transport.get_extra_info("socket").setsockopt(
+                    socket.IPPROTO_TCP, option, _MAX_UNSENT_BYTES
+                )
 
     def _simulated(self) -> bool:
         try:
@@ -121,15 +123,15 @@ class Viewer:
         name = f"pyros1 {__version__}, {self._robot.master_uri}"
         await self._send(self._machine.hello(name, self._shared.session, self._announced_simulated))
 
-    def _end(self) -> None:
+    def _clean_up(self) -> None:
         for unsubscribe in list(self._unsubscribers.values()):
             unsubscribe()
         self._publishers.close()
 
     # Outgoing ---------------------------------------------------------------------------------------------------------
 
-    async def _send(self, found: list[Frame]) -> None:
-        for frame in found:
+    async def _send(self, outgoing: list[Frame]) -> None:
+        for frame in outgoing:
             await self._connection.send(frame)
 
     async def _send_messages(self) -> None:
@@ -137,18 +139,19 @@ class Viewer:
             while True:
                 self._messages_available.clear()
                 self._wake_scheduled = False
-                while waiting := self._outbox.take(_BATCH):
-                    found = [
+                while messages := self._outbox.take(_BATCH_BYTES):
+                    outgoing = [
                         frames.message(subscription, each.time, each.payload)
-                        for each in waiting
-                        if (subscription := self._subscriptions.get(each.ticket)) is not None  # threads remove some
+                        for each in messages
+                        if (subscription := self._subscriptions.get(each.ticket))
+                        is not None  # it may have ended meanwhile
                     ]
-                    if len(found) > 1 and self._connection.state is State.OPEN:
+                    if len(outgoing) > 1 and self._connection.state is State.OPEN:
                         # Small messages are sent together: sending each one would cost ten times as much.
-                        self._connection.transport.write(b"".join(map(frames.binary, found[:-1])))
-                    for last in found[-1:]:
-                        await self._connection.send(last)  # waits here for a slow viewer
-                    await asyncio.sleep(0)  # lets other tasks of this loop run
+                        self._connection.transport.write(b"".join(map(frames.binary, outgoing[:-1])))
+                    for last in outgoing[-1:]:
+                        await self._connection.send(last)  # waits while the viewer is slow
+                    await asyncio.sleep(0)  # lets other tasks run
                 await self._messages_available.wait()
 
     async def _send_time(self) -> None:
@@ -161,7 +164,7 @@ class Viewer:
                     if nanoseconds != last_time:
                         last_time = nanoseconds
                         await self._connection.send(frames.time(nanoseconds))
-                await asyncio.sleep(_TICK if self._announced_simulated else _PERIOD)
+                await asyncio.sleep(_TIME_PERIOD if self._announced_simulated else _POLL_PERIOD)
 
     async def _push_offers(self) -> None:
         """Keep the viewer informed about topics and services."""
@@ -173,7 +176,7 @@ class Viewer:
                         continue
                 except Error as error:
                     await self._send(self._machine.problems({"master": str(error)}))
-                await wait_for_event(self._changed, _PERIOD)
+                await wait_for_event(self._changed, _POLL_PERIOD)
 
     async def _push_offers_once(self) -> bool:
         """Return whether to check again immediately."""
@@ -181,20 +184,20 @@ class Viewer:
         if self._simulated() != self._announced_simulated:
             await self._send_hello()  # the master was started after the viewer
         catalogue = self._shared.catalogue
-        offers = await self._call(catalogue.current_offers, _PERIOD * 0.8)
+        offers = await self._call(catalogue.current_offers, _POLL_PERIOD * 0.8)
         async with self._machine_lock:
             await self._perform_all(*self._machine.offer(offers))
-        if offers.has_open_questions:
+        if offers.has_pending_queries:
             await self._call(catalogue.query_nodes)
             return True
         if self._machine.watches_parameters:
-            values = await self._call(self._shared.parameters, _PERIOD * 0.8)
+            values = await self._call(self._shared.parameters, _POLL_PERIOD * 0.8)
             await self._send(self._machine.parameters(values))
         return False
 
     # Incoming ---------------------------------------------------------------------------------------------------------
 
-    async def _perform_all(self, actions: list[Action], answer: list[Frame]) -> None:
+    async def _perform_all(self, actions: list[Action], response: list[Frame]) -> None:
         for action in actions:
             if self._subscribing and not isinstance(action, machine.Listen):
                 await wait_until_done(self._subscribing, self._may_resume, MAX_PENDING_SECONDS)
@@ -202,10 +205,10 @@ class Viewer:
                 await self._send(await self._perform(action))
             except Error as error:
                 await self._send([frames.status(Level.ERROR, str(error), _status_id(action))])
-        await self._send(answer)
+        await self._send(response)
 
     async def _perform(self, action: Action) -> list[Frame]:
-        """Perform an action of the machine; return the frames of the answer."""
+        """Perform an action of the machine; return the frames of the response."""
         match action:
             case machine.Listen(subscription, channel):
                 await self._listen(subscription, channel)
@@ -222,12 +225,12 @@ class Viewer:
                 if len(self._jobs) >= _MAX_JOBS:
                     return [frames.service_failure(action.service.id, action.call, "too many calls at once")]
                 self._start_job(
-                    self._job(self._services, partial(viewer_actions.call_service, self._exchanges), action)
+                    self._run_job(self._services, partial(viewer_actions.call_service, self._exchanges), action)
                 )
             case requests.FetchAsset():
                 if len(self._jobs) >= _MAX_JOBS:
                     return [frames.asset_failure(action.id, "too many files at once")]
-                self._start_job(self._job(self._calls, viewer_actions.fetch, action))
+                self._start_job(self._run_job(self._calls, viewer_actions.fetch, action))
             case requests.GetParameters():
                 return list(await self._call(viewer_actions.get_parameters, self._shared, action))
             case requests.SetParameters():
@@ -237,10 +240,10 @@ class Viewer:
         return []
 
     async def _listen(self, subscription: int, channel: Channel) -> None:
-        known: dict[str, str] | None = None  # the last header; each connection has one
+        known: dict[str, str] | None = None  # the last accepted header; each connection has its own
         latched_by: str | None = None
 
-        def arrived(arrival: Arrival) -> None:
+        def on_arrival(arrival: Arrival) -> None:
             nonlocal known, latched_by
             header = arrival.raw._connection_header or {}
             if header is not known:
@@ -263,7 +266,7 @@ class Viewer:
         self._subscriptions[ticket] = subscription
         done = self._subscribing.begin()
         try:
-            stop_listening = await self._push(self._robot.listen, channel.topic, arrived, done)
+            stop_listening = await self._push(self._robot.listen, channel.topic, on_arrival, done)
         except Error:
             done()
             self._outbox.close(ticket)
@@ -272,7 +275,7 @@ class Viewer:
         self._unsubscribers[subscription] = unsubscribe
 
     def _report_mismatch(self, channel: Channel, header: dict[str, str], now: float) -> None:
-        """Process a publisher's header that does not match; called with each of its messages."""
+        """Process a publisher's header that does not match; called for each of its messages."""
         mismatch = (channel.id, header.get("callerid", ""), header.get("md5sum", ""))
         last_time = self._mismatched_publishers.get(mismatch, now - REPORT_PERIOD)
         if now >= last_time + REPORT_PERIOD and (
@@ -287,9 +290,9 @@ class Viewer:
         self._jobs.add(task)
         task.add_done_callback(self._jobs.discard)
 
-    async def _job(self, threads: Executor, function: Callable[[ViewerContext, Any], Frame], action: Any) -> None:
+    async def _run_job(self, threads: Executor, function: Callable[[ViewerContext, Any], Frame], action: Any) -> None:
         with contextlib.suppress(ConnectionClosed):
-            async with self._job_slots:  # until the frame has been sent: it may be large
+            async with self._job_slots:  # until the frame, which may be large, has been sent
                 frame = await self._loop.run_in_executor(threads, function, self._shared, action)
                 await self._connection.send(frame)
 
@@ -305,12 +308,12 @@ class Viewer:
             self._call_soon(self._messages_available.set)
 
     def _call_soon(self, function: Callable[[], object]) -> None:
-        with contextlib.suppress(RuntimeError):  # the loop has ended
+        with contextlib.suppress(RuntimeError):  # the loop is closed
             self._loop.call_soon_threadsafe(function)
 
 
 def _status_id(action: Action) -> str | None:
-    """Return an id for the problem, so that a viewer that publishes often is not notified each time."""
+    """Return an id for an action's problem, so that a viewer that publishes often is not notified each time."""
     match action:
         case machine.Advertise(channel) | machine.Publish(channel):
             return f"publish {channel.id}"

@@ -13,7 +13,7 @@ from pyros1.web.foxglove.offers import Channel, Nodes, Service
 Frame = str | bytes
 ENCODINGS = ("ros1", "json")
 """Encodings of messages and requests that viewers may send."""
-_MESSAGE = struct.Struct("<BIQ")
+_MESSAGE_HEADER = struct.Struct("<BIQ")
 _MAX_TIME = (1 << 64) - 1
 
 
@@ -26,7 +26,7 @@ class Level(IntEnum):
 
 
 def server_info(name: str, capabilities: Sequence[str], session: str, metadata: Mapping[str, str]) -> Frame:
-    """Return the greeting."""
+    """Return the first frame, which describes the server."""
     return _dumps(
         {
             "op": "serverInfo",
@@ -40,7 +40,7 @@ def server_info(name: str, capabilities: Sequence[str], session: str, metadata: 
 
 
 def status(level: Level, text: str, id: str | None = None) -> Frame:
-    """Return a message for the viewer's user; it replaces an earlier one with the same id."""
+    """Return a frame with a message for the user; it replaces an earlier one with the same id."""
     return _dumps({"op": "status", "level": int(level), "message": text, **({} if id is None else {"id": id})})
 
 
@@ -90,7 +90,7 @@ def advertise_services(services: Iterable[Service]) -> Frame:
                     "type": each.type,
                     "request": part(f"{each.type}_Request", each.request),
                     "response": part(f"{each.type}_Response", each.response),
-                    "requestSchema": each.request,  # viewers from 2023 and before know only these
+                    "requestSchema": each.request,  # viewers from 2023 or earlier know only these
                     "responseSchema": each.response,
                 }
                 for each in services
@@ -105,14 +105,14 @@ def unadvertise_services(ids: Iterable[int]) -> Frame:
 
 
 def message(subscription: int, time: int, payload: bytes) -> bytes:
-    """Return a message.
+    """Return the frame with a message.
 
     Args:
-        subscription: the viewer's number for its subscription.
-        time: when it was received, in nanoseconds.
-        payload: its bytes.
+        subscription: the viewer's id of the subscription.
+        time: time of reception in nanoseconds.
+        payload: the serialized message.
     """
-    return _MESSAGE.pack(1, subscription, time) + payload
+    return _MESSAGE_HEADER.pack(1, subscription, time) + payload
 
 
 def binary(frame: bytes) -> bytes:
@@ -131,7 +131,7 @@ def time(now: int) -> Frame:
 
 
 def nanoseconds(seconds: float) -> int:
-    """Return a time in the nanoseconds used in frames."""
+    """Convert a time in seconds to nanoseconds, as used in frames."""
     return min(max(0, int(seconds * 1e9)), _MAX_TIME)
 
 
@@ -164,18 +164,18 @@ def asset_failure(request: int, text: str) -> Frame:
     return struct.pack("<BIBI", 4, request, 1, len(reason)) + reason
 
 
-def graph_update(before: Nodes, now: Nodes) -> Frame | None:
+def graph_update(previous: Nodes, current: Nodes) -> Frame | None:
     """Return the frame with the changes of the graph; None if nothing has changed."""
     published, subscribed, services = (
         [(name, list(nodes)) for name, nodes in new.items() if old.get(name) != nodes]
-        for old, new in zip(before, now, strict=True)
+        for old, new in zip(previous, current, strict=True)
     )
     # A topic that lost all its publishers but has subscribers is not removed: its list becomes empty.
-    topics = {*now[0], *now[1]}
-    for changed, old, new in ((published, before[0], now[0]), (subscribed, before[1], now[1])):
+    topics = {*current[0], *current[1]}
+    for changed, old, new in ((published, previous[0], current[0]), (subscribed, previous[1], current[1])):
         changed += [(name, []) for name in old if name not in new and name in topics]
-    removed_topics = sorted({*before[0], *before[1]} - topics)
-    removed_services = sorted({*before[2]} - {*now[2]})
+    removed_topics = sorted({*previous[0], *previous[1]} - topics)
+    removed_services = sorted({*previous[2]} - {*current[2]})
     if not (published or subscribed or services or removed_topics or removed_services):
         return None
     return _dumps(

@@ -1,4 +1,4 @@
-"""One viewer: what it was sent and what it requested. No sockets, threads or clocks here."""
+"""The state of one viewer: what it was sent and what it requested (pure: no sockets, threads or clocks)."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ MAX_CLIENT_CHANNELS = 200
 MAX_WATCHED = 10_000
 """Maximum number of parameters that a viewer can watch."""
 _MAX_PROBLEMS = 100
-_FRAME = 200
-"""Maximum number of channels or services per frame: their definitions make it long."""
+_MAX_PER_FRAME = 200
+"""Maximum number of channels or services per frame, since their definitions are long."""
 _READ_ONLY = "this server is read-only (--read-only)"
 
 
 @dataclass(frozen=True)
 class Listen:
-    """Begin a subscription."""
+    """Start a subscription."""
 
     subscription: int
     channel: Channel
@@ -40,14 +40,14 @@ class StopListening:
 
 @dataclass(frozen=True)
 class Advertise:
-    """Begin to publish."""
+    """Start publishing."""
 
     channel: ClientChannel
 
 
 @dataclass(frozen=True)
 class Unadvertise:
-    """End publishing."""
+    """Stop publishing."""
 
     channel: ClientChannel
 
@@ -87,10 +87,10 @@ Result = tuple[list[Action], list[Frame]]
 
 
 class Machine:
-    """A viewer.
+    """The protocol's state machine for one viewer.
 
     Args:
-        read_only: whether it may not change anything.
+        read_only: whether the viewer must not change anything.
     """
 
     def __init__(self, read_only: bool = False) -> None:
@@ -98,10 +98,10 @@ class Machine:
         self._offers = Offers()
         self._channels: dict[int, Channel] = {}
         self._services: dict[int, Service] = {}
-        self._subscriptions: dict[int, int] = {}  # the viewer's number -> channel
+        self._subscriptions: dict[int, int] = {}  # the viewer's id of the subscription -> channel
         self._client_channels: dict[int, ClientChannel] = {}
-        self._watched: dict[str, Any] = {}  # parameters, and their values as last sent
-        self._graph: Nodes | None = None  # as last sent, if it is watched
+        self._watched: dict[str, Any] = {}  # parameter -> value as last sent
+        self._graph: Nodes | None = None  # the graph as last sent; None if it is not watched
         self._problems: dict[str, str] = {}
 
     # Connecting -------------------------------------------------------------------------------------------------------
@@ -111,7 +111,7 @@ class Machine:
 
         Args:
             name: name of the server.
-            session: unique to each run of the server.
+            session: an id that is unique to each run of the server.
             simulated: whether time is simulated. With wall time, viewers use their own clock.
         """
         capabilities = ["parameters", "parametersSubscribe", "connectionGraph", "assets"]
@@ -136,7 +136,7 @@ class Machine:
         if stale:
             found.append(frames.unadvertise(stale))
         new = [each for number, each in channels.items() if number not in self._channels]
-        found += [frames.advertise(part) for part in _parts(new)]
+        found += [frames.advertise(batch) for batch in _batches(new)]
         self._channels = channels
         if not self._read_only:
             found += self._offer_services({each.id: each for each in offers.services.values()})
@@ -149,7 +149,7 @@ class Machine:
         new = [each for number, each in services.items() if number not in self._services]
         self._services = services
         unadvertised = [frames.unadvertise_services(stale)] if stale else []
-        return [*unadvertised, *(frames.advertise_services(part) for part in _parts(new))]
+        return [*unadvertised, *(frames.advertise_services(batch) for batch in _batches(new))]
 
     def _graph_update(self) -> list[Frame]:
         frame = frames.graph_update(self._graph or NO_NODES, self._offers.nodes)
@@ -157,7 +157,7 @@ class Machine:
         return [] if frame is None else [frame]
 
     def problems(self, problems: Mapping[str, str]) -> list[Frame]:
-        """Process the current problems, as texts by arbitrary ids; return frames for new and for resolved ones."""
+        """Process the current problems, given by id; return frames for the new and the resolved ones."""
         now = dict(islice(problems.items(), _MAX_PROBLEMS))
         resolved = [name for name in self._problems if name not in now]
         found = [
@@ -176,7 +176,7 @@ class Machine:
         changed: dict[str, Any] = {}
         for name, old in self._watched.items():
             new = values.get(name)
-            if not _same(new, old):
+            if not _is_same(new, old):
                 changed[name] = new
         self._watched.update(changed)
         if not changed:
@@ -184,10 +184,10 @@ class Machine:
         return [frames.parameter_values([parameters.entry(*each) for each in changed.items()])]
 
     def watch(self, names: Iterable[str], values: Values) -> list[Frame]:
-        """Begin to report changes of parameters.
+        """Start reporting changes of parameters.
 
         Args:
-            names: names of parameters; none for all.
+            names: names of the parameters; empty for all.
             values: the current values.
 
         Returns:
@@ -211,7 +211,7 @@ class Machine:
     # Requests of the viewer -------------------------------------------------------------------------------------------
 
     def handle(self, frame: str | bytes) -> Result:
-        """Process a frame; return the actions to perform, and the frames of the answer."""
+        """Process a frame; return the actions to perform and the frames of the response."""
         try:
             return self._handle(requests.parse(frame))
         except FrameError as error:
@@ -265,9 +265,9 @@ class Machine:
             elif channel is None:
                 problems.append(f"there is no channel {number}")
             elif number in subscribed:
-                problems.append(f"you already have a subscription of {channel.topic}")
+                problems.append(f"you already have a subscription to {channel.topic}")
             elif len(self._subscriptions) >= MAX_SUBSCRIPTIONS:
-                problems.append(f"a viewer has at most {MAX_SUBSCRIPTIONS} subscriptions")
+                problems.append(f"a viewer can have at most {MAX_SUBSCRIPTIONS} subscriptions")
             else:
                 self._subscriptions[subscription] = number
                 subscribed.add(number)
@@ -288,7 +288,7 @@ class Machine:
             if channel.id in self._client_channels:
                 problems.append(f"you already have a channel {channel.id}")
             elif len(self._client_channels) >= MAX_CLIENT_CHANNELS:
-                problems.append(f"a viewer has at most {MAX_CLIENT_CHANNELS} channels")
+                problems.append(f"a viewer can have at most {MAX_CLIENT_CHANNELS} channels")
             else:
                 known = self._offers.channels.get(channel.topic)
                 if known is not None and known.type != payloads.type_name(channel):
@@ -316,15 +316,15 @@ class Machine:
         return [Call(service, request.call, request.encoding, request.payload)], []
 
 
-def _same(one: Any, other: Any) -> bool:
+def _is_same(first: Any, second: Any) -> bool:
     """Return whether parameter values are the same: 1, 1.0 and true are equal, but not the same; NaN equals itself."""
-    if isinstance(one, (float, list, dict)):
-        return repr(one) == repr(other)
-    return type(one) is type(other) and bool(one == other)
+    if isinstance(first, (float, list, dict)):
+        return repr(first) == repr(second)
+    return type(first) is type(second) and bool(first == second)
 
 
-def _parts(items: list[Any]) -> Iterable[list[Any]]:
-    return (items[start : start + _FRAME] for start in range(0, len(items), _FRAME))
+def _batches(items: list[Any]) -> Iterable[list[Any]]:
+    return (items[start : start + _MAX_PER_FRAME] for start in range(0, len(items), _MAX_PER_FRAME))
 
 
 def _warnings(problems: list[str]) -> list[Frame]:

@@ -1,4 +1,4 @@
-"""What the robot offers, as viewers see it. Pure."""
+"""The topics and services that are offered to viewers (pure)."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ class Channel:
     """A topic with a type.
 
     Attributes:
-        id: never reused for another topic, type or definition.
-        type: its message type, ``package/Type``.
+        id: a number that is never reused for another topic, type or definition.
+        type: the message type, ``package/Type``.
         schema: the definition of this type and of all types that it uses.
-        md5sum: the type's checksum; ``*`` if the publisher gave none.
+        md5sum: the type's checksum; ``*`` if the publisher did not send one.
     """
 
     id: int
@@ -39,8 +39,8 @@ class Service:
     """A service.
 
     Attributes:
-        id: never reused for another name or type.
-        type: its type, ``package/Type``.
+        id: a number that is never reused for another name or type.
+        type: the service type, ``package/Type``.
         request, response: the definitions of both messages and of all types that they use.
     """
 
@@ -70,12 +70,12 @@ class Offers:
         channels: by topic.
         services: by name.
         nodes: the graph.
-        problems: the problems of topics and services: text for the user, by an id.
-        has_open_questions: whether some definitions are still to be requested.
+        problems: descriptions of the problems of topics and services, by id.
+        has_pending_queries: whether definitions are still to be requested from nodes.
     """
 
     channels: Mapping[str, Channel] = field(default_factory=dict)
     services: Mapping[str, Service] = field(default_factory=dict)
     nodes: Nodes = NO_NODES
     problems: Mapping[str, str] = field(default_factory=dict)
-    has_open_questions: bool = False
+    has_pending_queries: bool = False

@@ -8,9 +8,9 @@ from operator import attrgetter
 from typing import NamedTuple
 
 MAX_CHANNEL_BYTES = 1 << 20
-"""Bytes of a subscription that may wait in addition to its newest message. This bounds how far a viewer lags."""
+"""Maximum bytes queued for a subscription in addition to its newest message. This limits the lag of a viewer."""
 MAX_BYTES = 64 << 20
-"""Total bytes that may wait for a viewer."""
+"""Maximum total number of bytes queued for a viewer."""
 _OVERHEAD = 256
 """Memory overhead of a queued message in bytes."""
 
@@ -19,11 +19,11 @@ class QueuedMessage(NamedTuple):
     """A queued message.
 
     Attributes:
-        ticket: ticket of its subscription; see `Outbox.open`.
-        time: when it was received, in nanoseconds.
-        payload: its bytes.
-        latched_by: name of its publisher if it is latched: the newest of each is kept, as it may never be sent again.
-        at: when it was received, in seconds of a monotonic clock.
+        ticket: the ticket of the subscription; see `Outbox.open`.
+        time: time of reception in nanoseconds.
+        payload: the serialized message.
+        latched_by: name of the publisher of a latched message, which may never be sent again; the newest one is kept.
+        at: time of reception in seconds of a monotonic clock.
     """
 
     ticket: int
@@ -34,7 +34,7 @@ class QueuedMessage(NamedTuple):
 
     @property
     def size(self) -> int:
-        """Its size in memory, in bytes."""
+        """The message's size in memory, in bytes."""
         return len(self.payload) + _OVERHEAD
 
 
@@ -43,7 +43,7 @@ class _Queue:
 
     def __init__(self) -> None:
         self._messages: deque[QueuedMessage] = deque()
-        self._latched: dict[str, QueuedMessage] = {}  # by publisher; older than all others
+        self._latched: dict[str, QueuedMessage] = {}  # by publisher; older than all in _messages
         self._newest_latched: dict[str, QueuedMessage] = {}  # by publisher
         self.size = 0
 
@@ -84,7 +84,7 @@ class _Queue:
 
 
 class Outbox:
-    """The messages queued for a viewer. Any thread may add some.
+    """The messages queued for a viewer. Any thread may add messages.
 
     Attributes:
         dropped: number of messages that were dropped for lack of space.
@@ -96,24 +96,24 @@ class Outbox:
         self._lock = threading.Lock()
         self._queues: dict[int, _Queue] = {}
         self._ready: deque[int] = deque()  # each subscription with queued messages, once
-        self._last = 0
+        self._last_ticket = 0
         self._size = 0
         self.dropped = 0
 
     @property
     def size(self) -> int:
-        """Total bytes queued."""
+        """Total size of the queued messages in bytes."""
         return self._size
 
     def open(self) -> int:
-        """Accept messages of a new subscription from now on; return its ticket, which is never reused."""
+        """Start accepting messages of a new subscription; return its ticket, which is never reused."""
         with self._lock:
-            self._last += 1
-            self._queues[self._last] = _Queue()
-            return self._last
+            self._last_ticket += 1
+            self._queues[self._last_ticket] = _Queue()
+            return self._last_ticket
 
     def close(self, ticket: int) -> None:
-        """Stop accepting messages of a subscription, and drop those that wait."""
+        """Stop accepting messages of a subscription, and drop the queued ones."""
         with self._lock:
             queue = self._queues.pop(ticket, None)
             if queue:
@@ -140,22 +140,22 @@ class Outbox:
         """Remove and return messages, alternating between subscriptions, in order of arrival.
 
         Args:
-            byte_limit: maximum bytes; at least one message is returned if one waits.
+            byte_limit: maximum number of bytes; at least one message is returned if one is queued.
         """
-        taken: list[QueuedMessage] = []
+        messages: list[QueuedMessage] = []
         with self._lock:
             while self._ready and byte_limit > 0:
                 queue = self._queues[self._ready[0]]
                 message = queue.take()
                 self._size -= message.size
                 byte_limit -= message.size
-                taken.append(message)
+                messages.append(message)
                 if queue:
                     self._ready.rotate(-1)
                 else:
                     self._ready.popleft()
-        taken.sort(key=_at)
-        return taken
+        messages.sort(key=_at)
+        return messages
 
     def _make_room(self, newest: int) -> bool:
         """Drop a message of the largest subscription; return whether one could be dropped."""
@@ -166,7 +166,7 @@ class Outbox:
             if queue.drop():
                 self._size -= previous_size - queue.size
                 return True
-        for ticket in largest_first:  # every subscription is down to what should be kept, but that is still too much
+        for ticket in largest_first:  # only messages that should be kept are left, but they are still too large
             queue = self._queues[ticket]
             if ticket != newest or len(queue) > 1:
                 self._size -= queue.take().size

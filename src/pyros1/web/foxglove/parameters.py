@@ -1,4 +1,4 @@
-"""Parameters as viewers see them. Pure."""
+"""Parameters in the form in which viewers see them (pure)."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ class Values:
     def __init__(self, tree: Mapping[str, Any], may_see: Callable[[str], bool] = lambda name: True) -> None:
         self.flat: dict[str, Any] = {}
         self._tree: dict[str, Any] = {}
-        waiting: list[tuple[str, Any]] = [("", tree)]
-        while waiting and len(self.flat) < MAX_VALUES:
-            name, value = waiting.pop()
+        pending: list[tuple[str, Any]] = [("", tree)]
+        while pending and len(self.flat) < MAX_VALUES:
+            name, value = pending.pop()
             if isinstance(value, Mapping) and (value or not name):
-                waiting += [(f"{name}/{key}", inner) for key, inner in value.items()]
+                pending += [(f"{name}/{key}", inner) for key, inner in value.items()]
             elif may_see(name):
                 self._add(name, value)
         self.flat = dict(sorted(self.flat.items()))
@@ -42,7 +42,7 @@ class Values:
         *folders, leaf = name[1:].split("/")
         branch = self._tree
         for folder in folders:
-            if not isinstance(branch.get(folder), dict):  # the name may lead through a plain value
+            if not isinstance(branch.get(folder), dict):  # a parent of this parameter may be a plain value itself
                 branch[folder] = {}
             branch = branch[folder]
         branch[leaf] = value
@@ -71,14 +71,14 @@ def entry(name: str, value: Any) -> dict[str, Any]:
         return {"name": name, "value": base64.b64encode(value).decode("ascii"), "type": "byte_array"}
     found = {"name": name, "value": _plain(value)}
     if _is_float(value):
-        found["type"] = "float64"  # otherwise 3.0 could not be told from 3
+        found["type"] = "float64"  # otherwise 3.0 could not be distinguished from 3
     elif isinstance(value, (list, tuple)) and value and all(map(_is_float, value)):
         found["type"] = "float64_array"
     return found
 
 
 def entries(values: Values, names: Iterable[str]) -> list[dict[str, Any]]:
-    """Return the named parameters, or all without names, in the form used in frames."""
+    """Return the parameters with these names, or all if there are no names, in the form used in frames."""
     requested = list(dict.fromkeys(names))
     if not requested:
         return [entry(name, value) for name, value in values.flat.items()]
@@ -89,10 +89,9 @@ def value_to_set(parameter: SetParameter) -> Any:
     """Return the value that a viewer wants to set.
 
     Raises:
-        FrameError: it does not have the type that the viewer gave.
+        FrameError: the value does not have the type that the viewer specified.
     """
     value = parameter.value
-    number = _to_float
     match parameter.type, value:
         case "byte_array", str():
             try:
@@ -100,16 +99,16 @@ def value_to_set(parameter: SetParameter) -> Any:
             except (binascii.Error, ValueError):
                 raise FrameError(f"the value of {parameter.name[:200]} is not base64") from None
         case "float64", int() | float() if not isinstance(value, bool):
-            return number(parameter.name, value)
+            return _to_float(parameter.name, value)
         case "float64_array", list() if all(
             isinstance(each, (int, float)) and not isinstance(each, bool) for each in value
         ):
-            return [number(parameter.name, each) for each in value]
+            return [_to_float(parameter.name, each) for each in value]
         case (("byte_array" | "float64" | "float64_array"), _):
             raise FrameError(f"the value of {parameter.name[:200]} is not a {parameter.type}")
         case "", _:
             return value
-    raise FrameError(f"parameters have no type {parameter.type[:100]!r}")
+    raise FrameError(f"unknown parameter type {parameter.type[:100]!r}")
 
 
 def _to_float(name: str, value: float) -> float:

@@ -9,9 +9,9 @@ from pyros1.ground.errors import LengthError, MessageError, UnknownTypeError
 from pyros1.ground.timing import Time
 from pyros1.msgs import DefinitionCache, Message, load_message
 from pyros1.msgs.json_form import from_json, to_json
+from pyros1.web.client_json import loads
 from pyros1.web.foxglove.frames import ENCODINGS
 from pyros1.web.foxglove.requests import ClientChannel, FrameError
-from pyros1.web.json_texts import loads
 
 
 def type_name(channel: ClientChannel) -> str:
@@ -38,17 +38,17 @@ def check_encoding(encoding: str) -> None:
     """Check that an encoding is supported.
 
     Raises:
-        FrameError: it is not.
+        FrameError: the encoding is not supported.
     """
     if encoding not in ENCODINGS:
-        raise FrameError(f"messages are encoded as {' or '.join(ENCODINGS)}, not as {encoding[:100]!r}")
+        raise FrameError(f"messages must be encoded as {' or '.join(ENCODINGS)}, not as {encoding[:100]!r}")
 
 
 def decode(cls: type[Message], encoding: str, payload: bytes, now: Time) -> Message:
     """Return the message in a payload.
 
     Args:
-        now: the time that the word ``now`` stands for in JSON.
+        now: the time that ``now`` in JSON stands for.
 
     Raises:
         MessageError: the payload is not such a message.
@@ -68,7 +68,7 @@ def decode(cls: type[Message], encoding: str, payload: bytes, now: Time) -> Mess
     try:
         return from_json(cls, value, now)
     except MessageError:
-        changed = _with_our_times(value)
+        changed = _with_ros_times(value)
         if changed == value:
             raise
         return from_json(cls, changed, now)
@@ -82,26 +82,26 @@ def encode(message: Message, encoding: str) -> bytes:
     """
     if encoding == "ros1":
         return bytes(type(message)._encode(message))
-    return json.dumps(_with_their_times(to_json(message)), allow_nan=False, separators=(",", ":")).encode()
+    return json.dumps(_with_viewer_times(to_json(message)), allow_nan=False, separators=(",", ":")).encode()
 
 
-def _with_their_times(value: Any) -> Any:
-    """Return a value in which times have the field names of viewers."""
+def _with_viewer_times(value: Any) -> Any:
+    """Return a value in which times have the field names that viewers use."""
     if isinstance(value, list):
-        return [_with_their_times(each) for each in value]
+        return [_with_viewer_times(each) for each in value]
     if not isinstance(value, dict):
         return value
     if {*value} == {"secs", "nsecs"}:
         return {"sec": value["secs"], "nsec": value["nsecs"]}
-    return {name: _with_their_times(each) for name, each in value.items()}
+    return {name: _with_viewer_times(each) for name, each in value.items()}
 
 
-def _with_our_times(value: Any) -> Any:
-    """Return a value in which times have the field names of ROS 1: viewers write sec and nsec."""
+def _with_ros_times(value: Any) -> Any:
+    """Return a value in which times have the field names of ROS 1; viewers write sec and nsec."""
     if isinstance(value, list):
-        return [_with_our_times(each) for each in value]
+        return [_with_ros_times(each) for each in value]
     if not isinstance(value, dict):
         return value
     if {*value} in ({"sec", "nsec"}, {"sec", "nanosec"}):
         return {"secs": value["sec"], "nsecs": value.get("nsec", value.get("nanosec"))}
-    return {name: _with_our_times(each) for name, each in value.items()}
+    return {name: _with_ros_times(each) for name, each in value.items()}

@@ -8,21 +8,21 @@ from dataclasses import dataclass
 from typing import Any
 
 from pyros1.ground.errors import Error
-from pyros1.web.json_texts import loads
+from pyros1.web.client_json import loads
 
 MAX_TEXT = 1 << 20
-"""Maximum characters of a text frame."""
+"""Maximum number of characters in a text frame."""
 _MAX_ID = 1 << 32
-_QUOTED_LENGTH = 100
+_MAX_QUOTED_LENGTH = 100
 
 
 class FrameError(Error):
-    """A viewer has violated the protocol. It is sent the text in a status message."""
+    """A viewer has violated the protocol. The error message is sent to it as a status."""
 
 
 @dataclass(frozen=True)
 class Subscribe:
-    """Send the messages of some channels: pairs of the viewer's subscription id and the channel."""
+    """Send the messages of channels, given as pairs of the viewer's subscription id and the channel's id."""
 
     pairs: tuple[tuple[int, int], ...]
 
@@ -39,11 +39,11 @@ class ClientChannel:
     """A topic on which a viewer publishes.
 
     Attributes:
-        id: the viewer's number for it.
-        topic: as the viewer wrote it.
-        encoding: encoding of its messages, for example ``ros1``.
-        type: name of the message type.
-        schema: its definition; empty if the viewer gave none.
+        id: the viewer's id of the channel.
+        topic: the name as written by the viewer.
+        encoding: encoding of the messages, for example ``ros1``.
+        type: the name of the message type.
+        schema: the type's definition; empty if the viewer did not send one.
     """
 
     id: int
@@ -87,7 +87,7 @@ class CallService:
 
 @dataclass(frozen=True)
 class GetParameters:
-    """Send the values of parameters; without names, of all parameters."""
+    """Send the values of parameters; if there are no names, of all parameters."""
 
     names: tuple[str, ...]
     id: str | None
@@ -117,14 +117,14 @@ class SetParameters:
 
 @dataclass(frozen=True)
 class WatchParameters:
-    """Report changes of parameters; without names, of all that exist now."""
+    """Report changes of parameters; if there are no names, of all existing ones."""
 
     names: tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class UnwatchParameters:
-    """Stop reporting changes of parameters; without names, of any."""
+    """Stop reporting changes of parameters; if there are no names, of all."""
 
     names: tuple[str, ...]
 
@@ -168,7 +168,7 @@ def parse(frame: str | bytes) -> Request:
     """Return the request in a frame.
 
     Raises:
-        FrameError: it is not a valid request.
+        FrameError: the frame is not a valid request.
     """
     return _parse_text(frame) if isinstance(frame, str) else _parse_bytes(frame)
 
@@ -188,21 +188,21 @@ def _parse_bytes(frame: bytes) -> Request:
             return CallService(service, call, encoding, frame[13 + length :])
         case b"\x01" | b"\x02":
             raise FrameError("a binary frame is cut off")
-    raise FrameError(f"there is no binary frame {frame[:1].hex() or 'without an opcode'}")
+    raise FrameError(f"unknown binary frame {frame[:1].hex() or 'without an opcode'}")
 
 
 def _parse_text(text: str) -> Request:
     if len(text) > MAX_TEXT:
-        raise FrameError(f"a text frame has at most {MAX_TEXT} characters")
+        raise FrameError(f"a text frame must have at most {MAX_TEXT} characters")
     try:
         value = loads(text)
     except ValueError:
-        raise FrameError("a text frame is JSON") from None
+        raise FrameError("a text frame must be JSON") from None
     if not isinstance(value, dict) or not isinstance(value.get("op"), str):
-        raise FrameError("a text frame is a JSON object with the text op")
+        raise FrameError("a text frame must be a JSON object with a string 'op'")
     parser = _PARSERS.get(value["op"])
     if parser is None:
-        raise FrameError(f"there is no op {value['op'][:_QUOTED_LENGTH]!r}")
+        raise FrameError(f"unknown op {value['op'][:_MAX_QUOTED_LENGTH]!r}")
     return parser(value)
 
 
@@ -215,10 +215,10 @@ def _advertise(value: dict[str, Any]) -> Request:
         tuple(
             ClientChannel(
                 _id(each, "id"),
-                _text(each, "topic"),
-                _text(each, "encoding"),
-                _text(each, "schemaName"),
-                _text(each, "schema", ""),
+                _string(each, "topic"),
+                _string(each, "encoding"),
+                _string(each, "schemaName"),
+                _string(each, "schema", ""),
             )
             for each in _objects(value, "channels")
         )
@@ -227,7 +227,7 @@ def _advertise(value: dict[str, Any]) -> Request:
 
 def _set_parameters(value: dict[str, Any]) -> Request:
     found = (
-        SetParameter(_text(each, "name"), each.get("value"), _text(each, "type", ""))
+        SetParameter(_string(each, "name"), each.get("value"), _string(each, "type", ""))
         for each in _objects(value, "parameters")
     )
     return SetParameters(tuple(found), _request_id(value))
@@ -238,34 +238,34 @@ _PARSERS: dict[str, Callable[[dict[str, Any]], Request]] = {
     "unsubscribe": lambda value: Unsubscribe(_ids(value, "subscriptionIds")),
     "advertise": _advertise,
     "unadvertise": lambda value: ClientUnadvertise(_ids(value, "channelIds")),
-    "getParameters": lambda value: GetParameters(_texts(value, "parameterNames"), _request_id(value)),
+    "getParameters": lambda value: GetParameters(_strings(value, "parameterNames"), _request_id(value)),
     "setParameters": _set_parameters,
-    "subscribeParameterUpdates": lambda value: WatchParameters(_texts(value, "parameterNames")),
-    "unsubscribeParameterUpdates": lambda value: UnwatchParameters(_texts(value, "parameterNames")),
+    "subscribeParameterUpdates": lambda value: WatchParameters(_strings(value, "parameterNames")),
+    "unsubscribeParameterUpdates": lambda value: UnwatchParameters(_strings(value, "parameterNames")),
     "subscribeConnectionGraph": lambda value: WatchGraph(),
     "unsubscribeConnectionGraph": lambda value: UnwatchGraph(),
-    "fetchAsset": lambda value: FetchAsset(_text(value, "uri"), _id(value, "requestId")),
+    "fetchAsset": lambda value: FetchAsset(_string(value, "uri"), _id(value, "requestId")),
 }
 
 
 def _list(value: dict[str, Any], name: str) -> list[Any]:
     found = value.get(name)
     if not isinstance(found, list):
-        raise FrameError(f"{name} is a list")
+        raise FrameError(f"{name} must be a list")
     return found
 
 
 def _objects(value: dict[str, Any], name: str) -> list[dict[str, Any]]:
     found = _list(value, name)
     if not all(isinstance(each, dict) for each in found):
-        raise FrameError(f"{name} is a list of objects")
+        raise FrameError(f"{name} must be a list of objects")
     return found
 
 
-def _texts(value: dict[str, Any], name: str) -> tuple[str, ...]:
+def _strings(value: dict[str, Any], name: str) -> tuple[str, ...]:
     found = _list(value, name)
     if not all(isinstance(each, str) for each in found):
-        raise FrameError(f"{name} is a list of texts")
+        raise FrameError(f"{name} must be a list of strings")
     return tuple(found)
 
 
@@ -280,16 +280,16 @@ def _id(value: dict[str, Any], name: str) -> int:
 
 def _number(value: Any, name: str) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < _MAX_ID:
-        raise FrameError(f"{name} is a number from 0 to {_MAX_ID - 1}")
+        raise FrameError(f"{name} must be a number from 0 to {_MAX_ID - 1}")
     return value
 
 
-def _text(value: dict[str, Any], name: str, default: str | None = None) -> str:
+def _string(value: dict[str, Any], name: str, default: str | None = None) -> str:
     found = value.get(name)
     if found is None and default is not None:
         return default
     if not isinstance(found, str):
-        raise FrameError(f"{name} is a text")
+        raise FrameError(f"{name} must be a string")
     return found
 
 

@@ -1,4 +1,4 @@
-"""State shared by all viewers, so that many cost the master no more than one."""
+"""State shared by all viewers, so that many viewers put no more load on the master than one."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ class ViewerContext:
     """State shared by all viewers.
 
     Attributes:
-        robot: the robot that they view.
-        catalogue: its channels and services.
-        files: the files of its packages.
-        session: name of this run of the server.
+        robot: the robot.
+        catalogue: the robot's channels and services.
+        files: the files of the robot's packages.
+        session: an id that is unique to this run of the server.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -35,11 +35,11 @@ class ViewerContext:
         """Return the parameters.
 
         Args:
-            max_age: seconds; younger values are reused, as are the last ones while another thread is asking.
-                With 0, they are requested now.
+            max_age: maximum age in seconds of values that are reused; older values are reused only while another
+                thread queries the master. With 0, they are always requested.
 
         Raises:
-            MasterUnreachableError: the master does not answer.
+            MasterUnreachableError: the master does not respond.
         """
         if not self._lock.acquire(blocking=max_age <= 0):
             return self._values

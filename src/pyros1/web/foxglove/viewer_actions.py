@@ -1,4 +1,4 @@
-"""Actions for a viewer that run in threads: publishing, services, parameters, files. Each may take seconds."""
+"""A viewer's actions that run in threads: publishing, services, parameters, files. Each may take seconds."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ _CALL_TIMEOUT = 60.0
 
 
 class Publishers:
-    """The topics on which one viewer publishes. Use from one thread at a time."""
+    """The topics on which one viewer publishes. To be used by one thread at a time."""
 
     def __init__(self, shared: ViewerContext) -> None:
         self._robot = shared.robot
         self._publishers: dict[int, tuple[type[Message], Any]] = {}
-        self._connect_deadlines: dict[int, float] = {}  # until when the first message waits for subscribers
+        self._connect_deadlines: dict[int, float] = {}  # until when to wait for subscribers before the first message
 
     def advertise(self, channel: ClientChannel) -> None:
         """Start publishing.
@@ -45,7 +45,7 @@ class Publishers:
         """Publish a message.
 
         Raises:
-            Error: it is not such a message, or the channel could not be announced.
+            Error: the payload is not such a message, or the channel cannot be advertised.
         """
         if channel.id not in self._publishers:
             self.advertise(channel)  # this failed before, but may work now
@@ -71,16 +71,16 @@ class Publishers:
 
 
 def call_service(exchanges: ServiceExchanges, shared: ViewerContext, call: machine.Call) -> Frame:
-    """Call a service; return the frame of its answer."""
-    number = call.service.id
+    """Call a service; return the frame with its response."""
+    service_id = call.service.id
     try:
         node = shared.robot.node
         cls = load_service(call.service.type)
         request = payloads.decode(cls._request_class, call.encoding, call.payload, node.now())
         response = exchanges.call(node, call.service.name, cls, request, _CALL_TIMEOUT)
-        return frames.service_response(number, call.call, call.encoding, payloads.encode(response, call.encoding))
+        return frames.service_response(service_id, call.call, call.encoding, payloads.encode(response, call.encoding))
     except Error as error:
-        return frames.service_failure(number, call.call, str(error))
+        return frames.service_failure(service_id, call.call, str(error))
 
 
 def fetch(shared: ViewerContext, request: requests.FetchAsset) -> Frame:
@@ -95,16 +95,16 @@ def get_parameters(shared: ViewerContext, request: requests.GetParameters) -> li
     """Return frames with parameters.
 
     Raises:
-        MasterUnreachableError: the master does not answer.
+        MasterUnreachableError: the master does not respond.
     """
     return [frames.parameter_values(parameters.entries(shared.parameters(0.0), request.names), request.id)]
 
 
 def set_parameters(shared: ViewerContext, request: requests.SetParameters) -> list[Frame]:
-    """Set parameters; return frames with the problems, and with the new values if the viewer wants them.
+    """Set parameters; return frames with the problems, and with the new values if the viewer requested them.
 
     Raises:
-        MasterUnreachableError: the master does not answer.
+        MasterUnreachableError: the master does not respond.
     """
     found: list[Frame] = []
     for parameter in request.parameters:

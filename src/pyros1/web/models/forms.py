@@ -1,4 +1,4 @@
-"""Message definitions for the page's forms. Pure except for the definitions."""
+"""Message definitions for the page's forms (pure except for finding definitions)."""
 
 from __future__ import annotations
 
@@ -13,20 +13,20 @@ from pyros1.msgs.spec import Constant, parse_message
 from pyros1.values.writing import dump
 
 _MAX_DEPTH = 12
-_SAFE = 1 << 53
+_MAX_SAFE_INTEGER = 1 << 53
 _INTEGERS = frozenset(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)) | {"byte", "char"}
 _COUNTED_FIELDS = frozenset({"id", "seq"})
-"""Fields that are counters, whatever constants a type has."""
+"""Fields that are counters, to which no constants belong."""
 
 
 def form(cls: type[Message]) -> dict[str, Any]:
     """Return the data for a form of a message.
 
     Returns:
-        - type: its name
-        - text: its definition
-        - fields: a list of name, type, the fields of the type or null, and the choices: a list of name and value
-        - default: a message with default values, as JSON; orientations are without rotation
+        - type: the type's name
+        - text: the type's definition
+        - fields: a list of name, type, the nested fields or null, and the choices: a list of name and value
+        - default: a message with default values, as JSON; orientations have no rotation
     """
     return {"type": cls._type, "text": cls._full_text, "fields": _fields(cls, 0), "default": _default_value(cls)}
 
@@ -41,7 +41,7 @@ def _default_value(cls: type[Message]) -> dict[str, Any]:
     return value
 
 
-def numbers(cls: type[Message], path: str, depth: int = 0) -> Iterator[str]:
+def numeric_paths(cls: type[Message], path: str, depth: int = 0) -> Iterator[str]:
     """Yield the paths of the numeric fields of a message; for arrays, those of the first element."""
     for name, kind in zip(cls.__slots__, cls._slot_types, strict=True):
         base, bracket, _ = kind.partition("[")
@@ -50,23 +50,23 @@ def numbers(cls: type[Message], path: str, depth: int = 0) -> Iterator[str]:
             if base != "string":
                 yield inner
         elif depth < _MAX_DEPTH:
-            yield from numbers(cls._classes[base], inner, depth + 1)
+            yield from numeric_paths(cls._classes[base], inner, depth + 1)
 
 
 def to_yaml(value: Mapping[str, Any]) -> str:
     """Return a message as YAML text, as accepted by ``pyros1 topic pub``.
 
     Args:
-        value: the message as `pyros1.msgs.json_form.to_json` returns it; bytes are base64 text in both forms.
+        value: the message as `pyros1.msgs.json_form.to_json` returns it; bytes are base64 in both forms.
     """
 
-    def short(part: Any) -> bool:
+    def is_short(part: Any) -> bool:
         inner = part.values() if isinstance(part, Mapping) else part
         return not any(isinstance(each, (list, dict)) for each in inner) and (
             isinstance(part, list) or part.keys() == {"secs", "nsecs"}
         )
 
-    return dump(value, inline=short, ordered=True)
+    return dump(value, inline=is_short, ordered=True)
 
 
 def from_yaml(cls: type[Message], value: Any) -> Any:
@@ -78,50 +78,50 @@ def from_yaml(cls: type[Message], value: Any) -> Any:
     if value is None:
         value = {}
     if not isinstance(value, dict):
-        raise MessageError(f"a message is written as fields with values, not as {_plain(value)!r}")
+        raise MessageError(f"a message must be written as fields with values, not as {_to_json(value)!r}")
     found: dict[str, Any] = to_json(cls())
-    kinds = dict(zip(cls.__slots__, cls._slot_types, strict=True))
+    field_types = dict(zip(cls.__slots__, cls._slot_types, strict=True))
     for name, field_value in value.items():
-        if name not in kinds:
+        if name not in field_types:
             raise MessageError(f"{cls._type} has no field {str(name)[:100]!r}")
-        nested = cls._classes.get(kinds[name].partition("[")[0])
-        if nested is not None and "[" not in kinds[name] and isinstance(field_value, dict):
+        nested = cls._classes.get(field_types[name].partition("[")[0])
+        if nested is not None and "[" not in field_types[name] and isinstance(field_value, dict):
             found[name] = from_yaml(nested, field_value)
         elif nested is not None and isinstance(field_value, list):
             found[name] = [from_yaml(nested, each) for each in field_value]
         else:
-            found[name] = _plain(field_value)
+            found[name] = _to_json(field_value)
     return found
 
 
-def _plain(value: Any) -> Any:
+def _to_json(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return "NaN" if math.isnan(value) else f"{'-' * (value < 0)}Infinity"
     if isinstance(value, dict):
-        return {str(key): _plain(inner) for key, inner in value.items()}
+        return {str(key): _to_json(inner) for key, inner in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(inner) for inner in value]
+        return [_to_json(inner) for inner in value]
     if isinstance(value, (bytes, bytearray)):
         return list(value)
     return value if isinstance(value, (str, int, float, bool)) or value is None else str(value)
 
 
-def for_page(value: Any) -> Any:
-    """Return a value for a page: integers that JavaScript would round become texts, and so do non-finite floats."""
+def to_page_json(value: Any) -> Any:
+    """Return a value for a page, with integers that JavaScript would round and non-finite floats as strings."""
     if isinstance(value, dict):
-        return {name: for_page(inner) for name, inner in value.items()}
+        return {name: to_page_json(inner) for name, inner in value.items()}
     if isinstance(value, list):
-        return [for_page(inner) for inner in value]
+        return [to_page_json(inner) for inner in value]
     if isinstance(value, float):
-        return _plain(value)
-    return str(value) if isinstance(value, int) and not -_SAFE < value < _SAFE else value
+        return _to_json(value)
+    return str(value) if isinstance(value, int) and not -_MAX_SAFE_INTEGER < value < _MAX_SAFE_INTEGER else value
 
 
 def choices(cls: type[Message]) -> dict[str, list[list[Any]]]:
-    """Return the constants of a message that its fields may take, by field, as name and value.
+    """Return the constants that are possible values of a message's fields, by field, as name and value.
 
-    A definition does not say this. Constants that begin with a field's name belong to it; the others to the fields of
-    their type, or, if there are none, to the integer fields if they are integers: a run of values each, or all to all.
+    A definition does not specify this. Constants that begin with a field's name belong to it; others to the fields of
+    their type or, if there are none and they are integers, to the integer fields: one run of values to each, or all.
     """
     try:
         constants = parse_message(cls._type, cls._full_text.split("\n" + "=" * 10, 1)[0]).constants
@@ -138,7 +138,7 @@ def choices(cls: type[Message]) -> dict[str, list[list[Any]]]:
             and (kind == constant.type or {kind, constant.type} <= _INTEGERS)
         ]
         if owners:
-            found.setdefault(max(owners, key=len), []).append([constant.name, for_page(constant.value)])
+            found.setdefault(max(owners, key=len), []).append([constant.name, to_page_json(constant.value)])
         else:
             unassigned.append(constant)
     for kind in dict.fromkeys(constant.type for constant in unassigned):
@@ -148,17 +148,19 @@ def choices(cls: type[Message]) -> dict[str, list[list[Any]]]:
         runs = _runs([constant for constant in unassigned if constant.type == kind])
         for number, name in enumerate(names):
             field_runs = [runs[number]] if len(runs) == len(names) else runs
-            found.setdefault(name, []).extend([each.name, for_page(each.value)] for run in field_runs for each in run)
+            found.setdefault(name, []).extend(
+                [each.name, to_page_json(each.value)] for run in field_runs for each in run
+            )
     return found
 
 
 def _runs(constants: list[Constant]) -> list[list[Constant]]:
-    """Split constants where their values start again: there may be a run for each field, in order."""
+    """Split constants where their values start again, since there may be one run for each field, in order."""
     runs: list[list[Constant]] = []
     for constant in constants:
-        before = runs[-1][-1].value if runs else None
-        if before is None or (
-            not isinstance(before, str) and not isinstance(constant.value, str) and constant.value < before
+        previous = runs[-1][-1].value if runs else None
+        if previous is None or (
+            not isinstance(previous, str) and not isinstance(constant.value, str) and constant.value < previous
         ):
             runs.append([])
         runs[-1].append(constant)
@@ -166,11 +168,11 @@ def _runs(constants: list[Constant]) -> list[list[Constant]]:
 
 
 def _fields(cls: type[Message], depth: int) -> list[list[Any]]:
-    words = choices(cls)
+    field_choices = choices(cls)
     slots = zip(cls.__slots__, cls._slot_types, strict=True)
-    return [[name, kind, _inner(cls, kind, depth), words.get(name)] for name, kind in slots]
+    return [[name, kind, _nested_fields(cls, kind, depth), field_choices.get(name)] for name, kind in slots]
 
 
-def _inner(cls: type[Message], kind: str, depth: int) -> list[list[Any]] | None:
+def _nested_fields(cls: type[Message], kind: str, depth: int) -> list[list[Any]] | None:
     nested = cls._classes.get(kind.partition("[")[0])
     return None if nested is None or depth >= _MAX_DEPTH else _fields(nested, depth + 1)

@@ -1,4 +1,4 @@
-"""Goals of an action server, as reported on its topics. Pure."""
+"""Goals of an action server, as reported on its topics (pure)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ _ACTIVE = frozenset({0, 1, 6, 7})
 LOST = 9
 """Statuses of active goals, and of a goal that its server no longer knows."""
 _MAX_MISSED = 2
-"""Consecutive lists of the server without a known goal that show that it was restarted."""
+"""Number of consecutive status lists without a known goal from which the server is assumed to have restarted."""
 
 
 @dataclass
@@ -19,10 +19,13 @@ class Goal:
     """A goal.
 
     Attributes:
-        id: its id. stamp: when it was sent, in seconds.
-        status: a number of actionlib_msgs/GoalStatus. text: what the server says.
-        feedback, result: the newest messages; None for none. feedbacks: number of feedback messages.
-        missed: number of the server's last lists without it; None if it has not been in one yet.
+        id: the goal's id.
+        stamp: when the goal was sent, in seconds.
+        status: a number of actionlib_msgs/GoalStatus.
+        text: the server's message about the status.
+        feedback, result: the newest messages; None for none.
+        feedbacks: number of feedback messages.
+        missed: number of the latest status lists without the goal; None if it has not been in one yet.
     """
 
     id: str

@@ -1,4 +1,4 @@
-"""Data displayed and sent by the joints panel. Pure."""
+"""Data displayed and sent by the joints panel (pure)."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from pyros1.urdf.model import UrdfError
 from pyros1.web.server.wire import RequestError
 
 MAX_JOINTS = 1_000
-"""Maximum number of joints that are displayed, and that one change may move."""
+"""Maximum number of joints that are displayed, and that one request may move."""
 _MAX_SOURCES = 20
 
 
-def facts(states: JointStates) -> list[dict[str, Any]]:
-    """Return the joints, at most `MAX_JOINTS`: name, type, lower, upper and zero; and ``follows`` for mimics."""
+def describe(states: JointStates) -> list[dict[str, Any]]:
+    """Return name, type, lower, upper and zero of up to `MAX_JOINTS` joints; and ``follows`` of mimic joints."""
     return [_joint(states, name) for name in states.names[:MAX_JOINTS]]
 
 
@@ -47,16 +47,16 @@ def publisher_options(params: object) -> Options:
 
 
 def sources(node: str, params: object) -> list[str]:
-    """Return topics on which a node may accept positions, the best first.
+    """Return topics on which a node may accept positions, the best one first.
 
     Args:
-        node: its full name.
-        params: its private parameters.
+        node: the node's full name.
+        params: the node's private parameters.
     """
     listed = params.get("source_list", []) if isinstance(params, Mapping) else []
-    names = [each for each in listed if isinstance(each, str) and each] if isinstance(listed, (list, tuple)) else []
+    names = [name for name in listed if isinstance(name, str) and name] if isinstance(listed, (list, tuple)) else []
     namespace = node.rpartition("/")[0]
-    full_names = [each if each.startswith("/") else f"{namespace}/{each}" for each in names[:_MAX_SOURCES]]
+    full_names = [name if name.startswith("/") else f"{namespace}/{name}" for name in names[:_MAX_SOURCES]]
     return [f"{node}/{SLIDERS}", *filter(is_legal_name, full_names)]
 
 
@@ -64,14 +64,14 @@ def positions(value: object) -> dict[str, float]:
     """Return the joint positions requested by a page.
 
     Args:
-        value: an object: joint -> radians or metres.
+        value: an object: joint -> position in radians or metres.
 
     Raises:
-        RequestError: it is not such an object.
+        RequestError: the value is not such an object.
     """
     if not isinstance(value, dict) or len(value) > MAX_JOINTS:
-        raise RequestError(f"positions are an object with at most {MAX_JOINTS} joints")
+        raise RequestError(f"positions must be an object with at most {MAX_JOINTS} joints")
     for position in value.values():
         if isinstance(position, bool) or not isinstance(position, (int, float)) or not math.isfinite(position):
-            raise RequestError("a position is a number")
+            raise RequestError("a position must be a number")
     return value

@@ -1,4 +1,4 @@
-"""Processes of launches, for a page, and the last lines of log files."""
+"""Descriptions of launched processes for a page, and the last lines of their log files."""
 
 from __future__ import annotations
 
@@ -17,33 +17,33 @@ _SUFFIXES = (".log", "-stdout.log", "-stderr.log")
 _EXITS = {
     126: "the program cannot be executed",
     127: "a command was not found",
-    255: "a connection was lost, or the program says so",
+    255: "a connection was lost, or the program returned this code",
 }
 
 CpuTime = tuple[float, float]
-"""A point in time and the CPU time used until then, both in seconds."""
+"""A point in time, and the CPU time used until then, both in seconds."""
 
 
 def describe(report: Report, now: float, earlier: Mapping[tuple[str, int], CpuTime]) -> dict[str, Any]:
-    """Return a launch for a page.
+    """Return the description of a launch for a page.
 
     Args:
-        report: the launch.
-        now: seconds of a monotonic clock.
-        earlier: CPU times at an earlier time, by label and process id; see `cpu_times`.
+        report: the report of the launch.
+        now: monotonic time in seconds.
+        earlier: earlier CPU times, by label and process id; see `cpu_times`.
 
     Returns:
         ``{"title", "pid", "uptime", "expected", "refusal", "count", "processes": [{"label", "node", "state", "pid",
         "starts", "uptime", "cpu" (a percentage), "memory", "machine", "exit", "required", "respawn", "log"}]}``, with
-        null for what is unknown.
+        null for unknown values.
     """
     processes = report.processes
-    if len(processes) > MAX_PROCESSES:  # those that need attention are not left out
+    if len(processes) > MAX_PROCESSES:  # those that are not running need attention, so they are kept
         processes = sorted(processes, key=lambda entry: entry.state == "running")[:MAX_PROCESSES]
     return {
         "title": report.title,
         "pid": report.pid,
-        "uptime": _known(report.uptime),
+        "uptime": _finite(report.uptime),
         "expected": report.expected,
         "refusal": report.refusal,
         "count": len(report.processes),
@@ -59,9 +59,9 @@ def _describe(entry: Status, now: float, earlier: Mapping[tuple[str, int], CpuTi
         "state": entry.state,
         "pid": entry.pid if is_running and entry.pid > 0 else None,
         "starts": entry.starts,
-        "uptime": _known(entry.uptime),
+        "uptime": _finite(entry.uptime),
         "cpu": _percentage(entry, now, earlier.get((entry.label, entry.pid))),
-        "memory": _known(entry.memory),
+        "memory": _finite(entry.memory),
         "machine": entry.machine,
         "exit": "" if is_running or entry.exit_code is None else describe_exit(entry.exit_code),
         "required": entry.required,
@@ -81,15 +81,15 @@ def _percentage(entry: Status, now: float, earlier: CpuTime | None) -> float | N
     return max(0.0, round(100 * (entry.cpu - earlier[1]) / (now - earlier[0]), 1))
 
 
-def _known(value: float) -> float | None:
+def _finite(value: float) -> float | None:
     return value if 0 <= value < float("inf") else None
 
 
 def describe_exit(code: int) -> str:
-    """Return an exit code in words.
+    """Return a description of an exit code.
 
     Args:
-        code: negative for a signal.
+        code: the exit code; negative for a signal.
     """
     if code < 0:
         try:
@@ -105,12 +105,12 @@ def describe_exit(code: int) -> str:
 def log_files(base: str, folder: Path) -> list[Path]:
     """Return the existing log files of a process.
 
-    The path comes from the launch, and any program that reaches the master can claim to be a launch, so only files in
+    The path is sent by the launch, and any program that reaches the master can claim to be a launch, so only files in
     one folder are returned.
 
     Args:
-        base: their path without ``.log``.
-        folder: the folder of log files of this environment.
+        base: the path of the files without ``.log``.
+        folder: the folder of log files in this environment.
     """
     log_folder = folder.resolve()
     paths = [Path(base + suffix).resolve() for suffix in _SUFFIXES]
@@ -121,7 +121,7 @@ def tail(path: Path) -> str:
     """Return the last lines of a text file.
 
     Raises:
-        OSError: it cannot be read.
+        OSError: the file cannot be read.
     """
     with path.open("rb") as file:
         size = file.seek(0, 2)

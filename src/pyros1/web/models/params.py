@@ -1,4 +1,4 @@
-"""Parameters as displayed on a page. Pure."""
+"""Parameters as displayed on a page (pure)."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from pyros1.values.writing import dump
 MAX_PARAMETERS = 20_000
 """Maximum number of parameters that are displayed."""
 _MAX_TEXT = 300
-"""Maximum characters of a value that are displayed; the whole value is requested when it is edited."""
+"""Maximum number of displayed characters of a value; the whole value is requested when it is edited."""
 _MAX_ITEMS = 60
 _SPECIAL = {"nan": ".nan", "inf": ".inf", "-inf": "-.inf"}
 _KINDS = {str: "text", bool: "bool", int: "int", float: "double", list: "list", tuple: "list", dict: "dict"}
 
 
 class ValueSummary(NamedTuple):
-    """A parameter: the kind of its value, the beginning of the value as text, and whether it was cut."""
+    """The kind of a parameter's value, the beginning of the value as text, and whether it was cut off."""
 
     kind: str
     text: str
@@ -28,12 +28,12 @@ class ValueSummary(NamedTuple):
 
 
 def flatten(tree: Any) -> Iterator[tuple[str, Any]]:
-    """Yield full names and values of a tree of parameters; a dictionary without entries is a value."""
-    waiting: list[tuple[str, Any]] = [("", tree)]
-    while waiting:
-        name, value = waiting.pop()
+    """Yield the full names and values in a tree of parameters; an empty dictionary is a value."""
+    pending: list[tuple[str, Any]] = [("", tree)]
+    while pending:
+        name, value = pending.pop()
         if isinstance(value, dict) and (value or not name):
-            waiting.extend((f"{name}/{key!s}", inner) for key, inner in reversed(value.items()))
+            pending.extend((f"{name}/{key!s}", inner) for key, inner in reversed(value.items()))
         else:
             yield name, value
 
@@ -47,13 +47,13 @@ def summarize(value: Any) -> ValueSummary:
         return ValueSummary(kind, str(value) if math.isfinite(value) else _SPECIAL[str(value)], False)
     if isinstance(value, (bool, int)):
         return ValueSummary(kind, str(value).lower(), False)
-    cut = isinstance(value, (list, tuple)) and len(value) > _MAX_ITEMS
+    is_cut = isinstance(value, (list, tuple)) and len(value) > _MAX_ITEMS
     try:
-        text = dump(value[:_MAX_ITEMS] if cut else value, inline=lambda _: True).removesuffix("...\n").strip()
+        text = dump(value[:_MAX_ITEMS] if is_cut else value, inline=lambda _: True).removesuffix("...\n").strip()
     except YamlError:
         text = str(value)
     text = " ".join(text.split())
-    return ValueSummary(kind, text[:_MAX_TEXT], cut or len(text) > _MAX_TEXT)
+    return ValueSummary(kind, text[:_MAX_TEXT], is_cut or len(text) > _MAX_TEXT)
 
 
 class Changes:
@@ -71,10 +71,10 @@ class Changes:
             may_see: returns whether a parameter of this name may be displayed.
 
         Returns:
-            ``all``: whether ``set`` has all parameters; ``set``: name -> `ValueSummary`; ``gone``: names; ``more``: how
-            many are omitted because there are too many. None if nothing has changed.
+            ``all``: whether ``set`` has all parameters; ``set``: name -> `ValueSummary`; ``gone``: removed names;
+            ``more``: number of parameters that are omitted because there are too many. None if nothing has changed.
         """
-        raw = repr(tree)  # 1, 1.0 and true are equal, but not the same
+        raw = repr(tree)  # unlike ==, this distinguishes 1, 1.0 and true
         if self._known is not None and raw == self._raw:
             return None
         self._raw = raw
@@ -90,7 +90,7 @@ class Changes:
 
 
 def pretty(value: Any) -> str:
-    """Return the YAML text of a value for editing: flat lists in brackets, multi-line text as a block.
+    """Return the YAML of a value for editing, with flat lists in brackets and multi-line strings as blocks.
 
     Raises:
         YamlError: see `pyros1.values.dump_yaml`.
@@ -102,15 +102,15 @@ def pretty(value: Any) -> str:
             if load_yaml(text) == value:
                 return text
 
-    def flat(part: Any) -> bool:
+    def is_flat(part: Any) -> bool:
         items: Any = part.values() if isinstance(part, Mapping) else part
         return not any(isinstance(item, (list, dict)) for item in items)
 
-    return dump(value, inline=lambda part: isinstance(part, list) and flat(part), ordered=True).removesuffix("...\n")
+    return dump(value, inline=lambda part: isinstance(part, list) and is_flat(part), ordered=True).removesuffix("...\n")
 
 
 def _block(value: str) -> str:
-    """Return multi-line text as a YAML block; not every text can be one."""
+    """Return a multi-line string as a YAML block; this is not possible for all strings."""
     end = "-" if not value.endswith("\n") else "+" if value.endswith("\n\n") or not value.strip("\n") else ""
     lines = value.removesuffix("\n").split("\n") if end != "-" else value.split("\n")
     indent = "2" if lines[0].startswith((" ", "\t")) or not lines[0] else ""  # otherwise YAML detects it

@@ -1,4 +1,4 @@
-"""Publishes repeatedly, in a thread, until it is closed."""
+"""Publishes repeatedly in a thread until it is closed."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from pyros1.ground.errors import Error
 
 
 class RepeatedPublisher:
-    """Runs a function at a rate. A run that would be too late is skipped.
+    """Calls a function at a rate. Calls that would be too late are skipped.
 
     Args:
-        publish: publishes, and returns the number of subscribers; it may raise an `Error`, and is retried.
-        hz: runs per second, more than 0.
+        publish: publishes, and returns the number of subscribers; after an `Error`, it is called again.
+        hz: calls per second, more than 0.
 
     Attributes:
-        sent: number of successful runs.
-        subscribers: the result of the last run.
-        problem: why the last run failed; empty if it did not.
+        sent: number of successful calls.
+        subscribers: the result of the last call.
+        problem: why the last call failed; empty if it did not.
     """
 
     def __init__(self, publish: Callable[[], int], hz: float) -> None:
@@ -30,16 +30,16 @@ class RepeatedPublisher:
         self.problem = ""
         self._ended = threading.Event()
         self._changed = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="web: publishes at a rate", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="web: repeated publisher", daemon=True)
         self._thread.start()
 
     def change(self, publish: Callable[[], int], hz: float) -> None:
-        """Continue with another function and rate, immediately."""
+        """Continue with another function and rate, without delay."""
         self.publish, self.hz = publish, hz
         self._changed.set()
 
     def close(self) -> None:
-        """Stop after the current run."""
+        """Stop after the current call."""
         self._ended.set()
         self._changed.set()
         self._thread.join(5)

@@ -1,6 +1,6 @@
-"""One client: handles its frames, and creates the frames for it. No sockets here.
+"""One client: handles its frames and creates the frames for it. No sockets here.
 
-`handle` is called by one thread at a time, and so is `take`. Operations are performed in the order of their frames: one
+`handle` and `take` are called by one thread at a time each. Operations are performed in the order of their frames; one
 that follows subscriptions waits until they are established.
 """
 
@@ -27,14 +27,14 @@ from pyros1.web.service_exchanges import MAX_CONCURRENT_CALLS
 
 MAX_TOPICS = 500
 MAX_CALLS = 500
-"""Maximum number of running and waiting calls."""
+"""Maximum number of running and queued calls."""
 
 
 class Client:
-    """A client.
+    """A client of the bridge.
 
     Args:
-        robot: the robot, with what clients may see and do.
+        robot: the robot, with the access rules for clients.
         start: runs a function in another thread.
         wake: called, from any thread, when `take` may return something.
         resume: called, from any thread, when `handle` may continue.
@@ -56,7 +56,7 @@ class Client:
         self.outbox = Outbox(wake)
         self.subscribing = Pending(resume)
         self._frames_to_handle: deque[str | bytes] = deque()
-        self._deferred: tuple[Id, Action] | None = None  # it waits for subscriptions
+        self._deferred: tuple[Id, Action] | None = None  # an operation that waits for subscriptions
         self._decoder = FrameDecoder()
         self._level = LEVELS.index("error")
         self._queues: dict[str, TopicQueue] = {}
@@ -64,15 +64,15 @@ class Client:
         self._provided_services = ProvidedServices(robot, self.outbox)
         self._service_caller = ServiceCaller(robot)
         self._calls_lock = threading.Lock()
-        self._calls: deque[tuple[Id, operations.CallService]] = deque()  # they wait
-        self._running = 0
-        self._parts = 0
+        self._queued_calls: deque[tuple[Id, operations.CallService]] = deque()
+        self._num_running = 0
+        self._num_messages = 0
 
     def handle(self, received: Iterable[str | bytes]) -> bool:
         """Handle frames in order. Errors are reported to the client.
 
         Returns:
-            Whether all is done. If not, call it again, without frames, once `subscribing` is done.
+            Whether all frames were handled. If not, call it again, without frames, as soon as `subscribing` is done.
         """
         self._frames_to_handle.extend(received)
         while self._deferred is not None or self._frames_to_handle:
@@ -81,7 +81,7 @@ class Client:
         return True
 
     def _handle_next(self) -> bool:
-        """Handle one operation; return False if it has to wait."""
+        """Handle one operation; return False if it must wait."""
         id: Id = None
         try:
             found = self._deferred or self._decoder.decode(self._frames_to_handle.popleft())
@@ -91,14 +91,14 @@ class Client:
                     self._deferred = found
                     return False
                 self._deferred = None
-                self._do(id, action)
+                self._perform(id, action)
         except BridgeError as error:
             self._send_status("error", str(error), id if error.id is None else error.id)
         except Error as error:
             self._send_status("error", str(error), id)
         return True
 
-    def _do(self, id: Id, action: Action) -> None:
+    def _perform(self, id: Id, action: Action) -> None:
         match action:
             case operations.Publish():
                 self._check_may_change()
@@ -122,7 +122,7 @@ class Client:
             case operations.UnadvertiseService():
                 self._provided_services.unadvertise(action.service)
             case operations.ServiceResponse():
-                self._provided_services.answer(id, action)
+                self._provided_services.pass_response(id, action)
             case operations.SetLevel():
                 self._level = LEVELS.index(action.level)
 
@@ -144,16 +144,16 @@ class Client:
         queue = self._queues.get(request.topic)
         if queue is None:
             if len(self._queues) >= MAX_TOPICS:
-                raise BridgeError(f"a client subscribes to at most {MAX_TOPICS} topics")
+                raise BridgeError(f"a client can subscribe to at most {MAX_TOPICS} topics")
             queue = self._queues[request.topic] = TopicQueue(request.topic)
             self.outbox.add(queue)
         elif request.key not in queue.requests and len(queue.requests) >= MAX_TOPICS:
-            raise BridgeError(f"a client subscribes to a topic at most {MAX_TOPICS} times")
+            raise BridgeError(f"a client can subscribe to a topic at most {MAX_TOPICS} times")
         queue.add_subscription(request)
         unsubscribe_previous, queue.last = queue.unsubscribe, None
         done = self.subscribing.begin()
         try:
-            # Listen again for each subscription: later ones must get latched messages as well.
+            # Listen again for each subscription, since later ones must receive latched messages as well.
             queue.unsubscribe = self._robot.listen(topic, lambda arrival: self.outbox.put(queue, arrival), done)
         except Error:
             done()
@@ -174,9 +174,9 @@ class Client:
 
     def _call(self, id: Id, call: operations.CallService) -> None:
         with self._calls_lock:
-            is_refused = self._running + len(self._calls) >= MAX_CALLS
+            is_refused = self._num_running + len(self._queued_calls) >= MAX_CALLS
             if not is_refused:
-                self._calls.append((id, call))
+                self._queued_calls.append((id, call))
         if is_refused:
             self.outbox.enqueue(
                 frames.text(frames.response(call.service, id, "too many calls at the same time", False))
@@ -184,32 +184,32 @@ class Client:
         self._start_calls()
 
     def _start_calls(self) -> None:
-        """Start waiting calls, but none while the client does not read its answers."""
+        """Start queued calls, unless the client does not read its responses."""
         while not self.outbox.is_full():
             with self._calls_lock:
-                if not self._calls or self._running >= MAX_CONCURRENT_CALLS:
+                if not self._queued_calls or self._num_running >= MAX_CONCURRENT_CALLS:
                     return
-                self._running += 1
-                id, call = self._calls.popleft()
+                self._num_running += 1
+                id, call = self._queued_calls.popleft()
             self._start(partial(self._run, id, call))
 
     def _run(self, id: Id, call: operations.CallService) -> None:
         try:
-            for frame in self._service_caller.answer(id, call):
+            for frame in self._service_caller.call(id, call):
                 self.outbox.enqueue(frame)
         finally:
             with self._calls_lock:
-                self._running -= 1
+                self._num_running -= 1
         self._start_calls()
 
     def take(self, now: float) -> tuple[Iterator[Frame], float | None]:
-        """Return the frames that are due, which are created lazily, and when to call again.
+        """Return the frames that are due, and when to call this again. The frames are created lazily.
 
         Args:
-            now: seconds of a monotonic clock.
+            now: monotonic time in seconds.
 
         Returns:
-            The frames, and a time; None if there is nothing to do before it wakes.
+            The frames, and the time of the next call; None if the next call is after `wake`.
         """
         ready_frames, arrivals, next_time = self.outbox.take(now)
         self._start_calls()
@@ -221,7 +221,7 @@ class Client:
                     yield from self._message_frames(queue, arrival)
                     queue.problem = ""
                 except Error as error:
-                    if str(error) != queue.problem:  # once, not with each message
+                    if str(error) != queue.problem:  # report a problem only once
                         queue.problem = str(error)
                         self._send_status("error", f"{queue.name}: {error}")
 
@@ -238,14 +238,14 @@ class Client:
         if queue.compression == "cbor":
             yield frames.binary({**frame, "msg": values.for_cbor(message)})
             return
-        self._parts += 1
+        self._num_messages += 1
         text = frames.text({**frame, "msg": values.for_json(message)})
-        yield from frames.packed(text, queue.compression, queue.fragment_size, f"{queue.name}:{self._parts}")
+        yield from frames.packed(text, queue.compression, queue.fragment_size, f"{queue.name}:{self._num_messages}")
 
     def close(self) -> None:
         """End all subscriptions, publishers, services and calls."""
         with self._calls_lock:
-            self._calls.clear()
+            self._queued_calls.clear()
         self._service_caller.close()
         for queue in self._queues.values():
             queue.unsubscribe()

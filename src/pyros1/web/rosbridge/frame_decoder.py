@@ -1,28 +1,28 @@
-"""Decodes the frames of a client to operations: joins fragments and unpacks pictures. Pure and bounded."""
+"""Decodes a client's frames to operations: joins fragments and decodes PNG pictures (pure, bounded memory)."""
 
 from __future__ import annotations
 
 import json
 from typing import Any
 
-from pyros1.web.json_texts import loads
+from pyros1.web.client_json import loads
 from pyros1.web.rosbridge import picture
 from pyros1.web.rosbridge.operations import Action, BridgeError, Id, Part, parse
 
 MAX_FRAME = 10_000_000
-"""Maximum bytes of a frame, of a reassembled text, and of the contents of a picture."""
+"""Maximum size in bytes of a frame, of a reassembled frame, and of the contents of a picture."""
 MAX_PARTS = 10_000
-_MAX_TEXTS = 32
-"""Maximum number of texts being reassembled at the same time; the oldest is dropped for a new one."""
+_MAX_PARTIAL_FRAMES = 32
+"""Maximum number of frames being reassembled at the same time; the oldest one is dropped for a new one."""
 _MAX_NESTING = 3
-"""Maximum nesting: a picture may come in fragments; deeper nesting has no use."""
+"""Maximum nesting: a picture may be sent in fragments; deeper nesting has no use."""
 
 
 class FrameDecoder:
-    """The frames of one client."""
+    """Decodes the frames of one client."""
 
     def __init__(self) -> None:
-        self._texts: dict[tuple[str, Id], _Text] = {}
+        self._partial_frames: dict[tuple[str, Id], _PartialFrame] = {}
 
     def decode(self, frame: str | bytes) -> tuple[Id, Action] | None:
         """Return the operation that a frame completes, with its id; None if more fragments are missing.
@@ -31,8 +31,8 @@ class FrameDecoder:
             BridgeError: the frame is not a valid operation.
         """
         for _ in range(_MAX_NESTING):
-            text = _text(frame)
-            value = _load(text)
+            text = _to_text(frame)
+            value = _parse_json(text)
             id, found = parse(value)
             if not isinstance(found, Part):
                 if "\\ud" in text or "\\uD" in text:
@@ -51,26 +51,26 @@ class FrameDecoder:
         if part.total == 1:
             return part.data
         if part.total > MAX_PARTS:
-            raise BridgeError(f"a text has at most {MAX_PARTS} parts")
+            raise BridgeError(f"a frame can have at most {MAX_PARTS} fragments")
         key = (part.op, id)
-        text = self._texts.get(key)
-        if text is None or text.total != part.total:
-            while len(self._texts) >= _MAX_TEXTS:
-                self._texts.pop(next(iter(self._texts)))
-            text = self._texts[key] = _Text(part.total)
-        text.add(part)
-        while sum(each.size for each in self._texts.values()) > MAX_FRAME:
-            oldest = next(iter(self._texts))
-            del self._texts[oldest]
+        partial_frame = self._partial_frames.get(key)
+        if partial_frame is None or partial_frame.total != part.total:
+            while len(self._partial_frames) >= _MAX_PARTIAL_FRAMES:
+                self._partial_frames.pop(next(iter(self._partial_frames)))
+            partial_frame = self._partial_frames[key] = _PartialFrame(part.total)
+        partial_frame.add(part)
+        while sum(each.size for each in self._partial_frames.values()) > MAX_FRAME:
+            oldest = next(iter(self._partial_frames))
+            del self._partial_frames[oldest]
             if oldest == key:
-                raise BridgeError(f"the parts have more than {MAX_FRAME} bytes")
-        if len(text.parts) < text.total:
+                raise BridgeError(f"the fragments have more than {MAX_FRAME} bytes")
+        if len(partial_frame.parts) < partial_frame.total:
             return None
-        del self._texts[key]
-        return "".join(text.parts[number] for number in range(text.total))
+        del self._partial_frames[key]
+        return "".join(partial_frame.parts[number] for number in range(partial_frame.total))
 
 
-class _Text:
+class _PartialFrame:
     def __init__(self, total: int) -> None:
         self.total = total
         self.parts: dict[int, str] = {}
@@ -81,19 +81,19 @@ class _Text:
         self.parts[part.number] = part.data
 
 
-def _text(frame: str | bytes) -> str:
+def _to_text(frame: str | bytes) -> str:
     if len(frame) > MAX_FRAME:
-        raise BridgeError(f"a frame has at most {MAX_FRAME} bytes")
+        raise BridgeError(f"a frame can have at most {MAX_FRAME} bytes")
     try:
         if isinstance(frame, bytes):
             return frame.decode("utf-8")
-        # A JavaScript program may have split a text in the middle of a character.
+        # A JavaScript program may have split a string within a surrogate pair.
         return frame if frame.isascii() else frame.encode("utf-16-le", "surrogatepass").decode("utf-16-le")
     except ValueError:
         raise BridgeError("a frame must be JSON, in UTF-8") from None
 
 
-def _load(text: str) -> Any:
+def _parse_json(text: str) -> Any:
     try:
         return loads(text)
     except ValueError:
@@ -104,4 +104,4 @@ def _check_unicode(value: Any, id: Id) -> None:
     try:
         json.dumps(value, ensure_ascii=False).encode("utf-8")
     except ValueError:
-        raise BridgeError("a string has half a character, such as \\ud800", id) from None
+        raise BridgeError("a string contains half of a surrogate pair, such as \\ud800", id) from None

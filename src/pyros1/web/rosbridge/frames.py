@@ -14,7 +14,7 @@ _encode = json.JSONEncoder(ensure_ascii=True, allow_nan=False, separators=(",", 
 
 
 def text(value: Any) -> str:
-    """Return a value as JSON. Numbers that JSON lacks become null."""
+    """Return a value as JSON, with null for NaN and infinity."""
     try:
         return _encode(value)
     except ValueError:
@@ -58,13 +58,13 @@ def _cbor() -> Any:
 
 
 def status(level: str, message: str, id: Id = None) -> str:
-    """Return the frame of a status message."""
-    return text({"op": "status", **_with(id), "level": level, "msg": message})
+    """Return the frame with a status message."""
+    return text({"op": "status", **_id_field(id), "level": level, "msg": message})
 
 
 def response(service: str, id: Id, values: Any, result: bool) -> dict[str, Any]:
-    """Return the response to a call."""
-    return {"op": "service_response", **_with(id), "service": service, "values": values, "result": result}
+    """Return the response to a call, to be encoded."""
+    return {"op": "service_response", **_id_field(id), "service": service, "values": values, "result": result}
 
 
 def call(service: str, id: str, args: Any) -> str:
@@ -72,18 +72,18 @@ def call(service: str, id: str, args: Any) -> str:
     return text({"op": "call_service", "id": id, "service": service, "args": args})
 
 
-def _with(id: Id) -> dict[str, Any]:
+def _id_field(id: Id) -> dict[str, Any]:
     return {} if id is None else {"id": id}
 
 
 def packed(frame: str, compression: str, fragment_size: int | None, id: str) -> Iterator[str]:
-    """Yield a frame in the form that the client requested.
+    """Yield a frame in the form that the client has requested, perhaps in several fragments.
 
     Args:
-        frame: a JSON text.
+        frame: a JSON document.
         compression: ``png``, or any other value for none.
-        fragment_size: maximum characters of the text in each frame; None: no fragments.
-        id: id of the fragments, if there are several.
+        fragment_size: maximum number of characters in each fragment; None for no fragments.
+        id: the fragments' id, if there are several.
 
     Raises:
         BridgeError: Pillow is not installed.

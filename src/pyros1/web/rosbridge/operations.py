@@ -1,4 +1,4 @@
-"""The operations of clients: JSON objects with an ``op``, checked and typed. Pure.
+"""The operations of clients: JSON objects with an ``op``, checked and typed (pure).
 
 See https://github.com/RobotWebTools/rosbridge_suite/blob/ros1/ROSBRIDGE_PROTOCOL.md.
 """
@@ -15,27 +15,27 @@ Id = str | int | None
 COMPRESSIONS = ("none", "png", "cbor", "cbor-raw")
 LEVELS = ("none", "error", "warning", "info")
 MAX_CALL_SECONDS = 600.0
-"""Timeout of calls in seconds, unless they have a shorter one."""
+"""Maximum timeout of calls in seconds."""
 _MAX_NAME_LENGTH = 1000
 _MIN_FRAGMENT_SIZE = 16
 _MAX_NUMBER = 1 << 31
 
 
 class BridgeError(Error):
-    """A frame is not a valid operation, or the operation failed. The client gets the text.
+    """A frame is not a valid operation, or the operation failed. The client receives the message.
 
     Attributes:
-        id: id of the operation.
+        id: the operation's id.
     """
 
-    def __init__(self, text: str, id: Id = None) -> None:
-        super().__init__(text)
+    def __init__(self, message: str, id: Id = None) -> None:
+        super().__init__(message)
         self.id = id
 
 
 @dataclass(frozen=True)
 class Advertise:
-    """The client is going to publish."""
+    """The client will publish on a topic."""
 
     topic: str
     type: str
@@ -45,14 +45,14 @@ class Advertise:
 
 @dataclass(frozen=True)
 class Unadvertise:
-    """The client, or a part of it with an id, stops publishing."""
+    """The client, or the part of it with this id, stops publishing."""
 
     topic: str
 
 
 @dataclass(frozen=True)
 class Publish:
-    """Publish a message, as JSON; ``latch`` counts only if the client has not advertised the topic."""
+    """Publish a message, as JSON; ``latch`` is ignored if the client has advertised the topic."""
 
     topic: str
     message: Any
@@ -65,9 +65,9 @@ class Subscribe:
 
     Attributes:
         type: the expected type; empty for any.
-        throttle: minimum seconds between two messages.
-        queue_length: maximum number of queued messages; 0: as the client can receive them.
-        fragment_size: maximum characters of a frame; None for no limit.
+        throttle: minimum number of seconds between two messages.
+        queue_length: maximum number of queued messages; 0 for the default.
+        fragment_size: maximum number of characters in a frame; None for no limit.
     """
 
     topic: str
@@ -115,7 +115,7 @@ class UnadvertiseService:
 
 @dataclass(frozen=True)
 class ServiceResponse:
-    """The client answers a call of a service that it provides."""
+    """The client responds to a call to a service that it provides."""
 
     service: str
     values: Any
@@ -124,14 +124,14 @@ class ServiceResponse:
 
 @dataclass(frozen=True)
 class SetLevel:
-    """Set which status messages the client wants."""
+    """Set the level from which the client receives status messages."""
 
     level: str
 
 
 @dataclass(frozen=True)
 class Part:
-    """A fragment of a text, or a picture that contains one."""
+    """A fragment of a frame, or a picture that contains a frame."""
 
     op: str
     data: str
@@ -160,25 +160,25 @@ def parse(frame: object) -> tuple[Id, Action | Part]:
         frame: a JSON value.
 
     Raises:
-        BridgeError: it is not a valid operation.
+        BridgeError: the frame is not a valid operation.
     """
     if not isinstance(frame, dict):
-        raise BridgeError("an operation is a JSON object with a string 'op'")
-    given = frame.get("id")
-    id = given if isinstance(given, (str, int)) and not isinstance(given, bool) else None
+        raise BridgeError("an operation must be a JSON object with a string 'op'")
+    value = frame.get("id")
+    id = value if isinstance(value, (str, int)) and not isinstance(value, bool) else None
     op = frame.get("op")
     if not isinstance(op, str):
-        raise BridgeError("an operation is a JSON object with a string 'op'", id)
-    make = _MAKERS.get(op)
-    if make is None:
-        raise BridgeError(f"there is no operation {op[:50]!r}", id)
+        raise BridgeError("an operation must be a JSON object with a string 'op'", id)
+    parser = _PARSERS.get(op)
+    if parser is None:
+        raise BridgeError(f"unknown operation {op[:50]!r}", id)
     try:
-        return id, make(frame, id)
+        return id, parser(frame, id)
     except BridgeError as error:
         raise BridgeError(f"{op}: {error}", id) from None
 
 
-def _text(frame: Mapping[str, Any], name: str, default: str | None = None) -> str:
+def _string(frame: Mapping[str, Any], name: str, default: str | None = None) -> str:
     value = frame.get(name)
     if value is None and default is not None:
         return default
@@ -188,7 +188,7 @@ def _text(frame: Mapping[str, Any], name: str, default: str | None = None) -> st
 
 
 def _name(frame: Mapping[str, Any], name: str, default: str | None = None) -> str:
-    value = _text(frame, name, default)
+    value = _string(frame, name, default)
     if len(value) > _MAX_NAME_LENGTH or not value.isascii() or not (value or default is not None):
         raise BridgeError(f"{name} is not a valid name")
     return value
@@ -218,10 +218,10 @@ def _boolean(frame: Mapping[str, Any], name: str, default: bool) -> bool:
     return value
 
 
-def _choice(frame: Mapping[str, Any], name: str, words: tuple[str, ...]) -> str:
-    value = _text(frame, name, "none")
-    if value not in words:
-        raise BridgeError(f"{name} must be one of {', '.join(words)}")
+def _choice(frame: Mapping[str, Any], name: str, choices: tuple[str, ...]) -> str:
+    value = _string(frame, name, "none")
+    if value not in choices:
+        raise BridgeError(f"{name} must be one of {', '.join(choices)}")
     return value
 
 
@@ -253,7 +253,7 @@ def _subscribe(frame: Mapping[str, Any], id: Id) -> Subscribe:
 
 def _auth(frame: Mapping[str, Any], _: Id) -> Action:
     raise BridgeError(
-        "this server does not use rosauth; it lets in whoever gives the token of its link in the address: "
+        "this server does not use rosauth; clients need the token of the server's link in the address: "
         "ws://HOST:PORT/?token=TOKEN"
     )
 
@@ -262,13 +262,13 @@ def _part(frame: Mapping[str, Any], id: Id) -> Part:
     total = _count(frame, "total", 1, 1)
     number = _count(frame, "num", 0)
     if total > 1 and id is None:
-        raise BridgeError("parts need an id")
+        raise BridgeError("fragments need an id")
     if number >= total:
-        raise BridgeError(f"there is no part {number} of {total}")
-    return Part(_text(frame, "op"), _text(frame, "data"), number, total)
+        raise BridgeError(f"there is no fragment {number} of {total}")
+    return Part(_string(frame, "op"), _string(frame, "data"), number, total)
 
 
-_MAKERS: dict[str, Callable[[Mapping[str, Any], Id], Action | Part]] = {
+_PARSERS: dict[str, Callable[[Mapping[str, Any], Id], Action | Part]] = {
     "advertise": lambda frame, _: Advertise(
         _name(frame, "topic"), _name(frame, "type"), _boolean(frame, "latch", False), _count(frame, "queue_size", 100)
     ),

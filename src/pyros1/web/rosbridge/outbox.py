@@ -1,4 +1,4 @@
-"""The outgoing data of a client. Pure, bounded and thread-safe: a slow client gets the newest messages."""
+"""The outgoing data of a client (pure, bounded, thread-safe). A slow client gets the newest messages."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ Frame = str | bytes
 MAX_MESSAGES = 1000
 """Maximum number of queued messages of a topic."""
 MAX_BYTES = 4 << 20
-"""Maximum bytes of a topic's queued messages; but one may be queued, however large."""
+"""Maximum size in bytes of a topic's queued messages; one message of any size may be queued."""
 MAX_TOTAL_BYTES = 32 << 20
-"""Like `MAX_BYTES`, for all topics together."""
+"""Like `MAX_BYTES`, but for all topics together."""
 MAX_FRAME_BYTES = 1 << 20
-"""Bytes of queued answers above which nothing more is read from the client."""
+"""Size in bytes of queued responses above which nothing more is read from the client."""
 _BATCH_BYTES = 1 << 20
-"""Bytes of messages that are taken at a time."""
+"""Number of bytes of messages that `take` returns at a time."""
 
 
 class TopicQueue:
-    """A topic that the client subscribes to.
+    """The queued messages of a topic to which the client subscribes.
 
     Attributes:
-        name: the topic, as named by the client.
+        name: the topic's name as sent by the client.
         compression, fragment_size: the form of frames that the client requested.
         unsubscribe: ends the subscription.
-        problem: the problem with the last message.
+        problem: the problem with the last message; empty if there was none.
     """
 
     def __init__(self, name: str) -> None:
@@ -42,7 +42,7 @@ class TopicQueue:
         self.problem = ""
         self.compression = "none"
         self.fragment_size: int | None = None
-        self.waiting: deque[Arrival] = deque()
+        self.messages: deque[Arrival] = deque()
         self.size = 0
         self.max_length = MAX_MESSAGES
         self.throttle = 0.0
@@ -50,13 +50,13 @@ class TopicQueue:
         self.next_time = float("-inf")
 
     def add_subscription(self, request: Subscribe) -> None:
-        """Add a subscription. The highest rate, longest queue, smallest frames and last compression count."""
+        """Add a subscription. The highest rate, longest queue, smallest frames and last compression apply."""
         self.requests.pop(request.key, None)
         self.requests[request.key] = request
         self._merge_settings()
 
     def remove_subscription(self, key: Id) -> None:
-        """Remove a subscription, or all."""
+        """Remove a subscription, or all subscriptions."""
         if key is None:
             self.requests.clear()
         else:
@@ -76,11 +76,11 @@ class TopicQueue:
 
     def due(self) -> float | None:
         """Return when the next message may be sent; None if none is queued."""
-        return self.next_time if self.waiting else None
+        return self.next_time if self.messages else None
 
     def pop(self) -> Arrival:
         """Remove and return the oldest message."""
-        arrival = self.waiting.popleft()
+        arrival = self.messages.popleft()
         self.size -= len(arrival.raw._buff)
         return arrival
 
@@ -100,18 +100,18 @@ class Outbox:
         self._queues: list[TopicQueue] = []
 
     def enqueue(self, frame: Frame) -> None:
-        """Add an answer. Answers are never dropped; `is_full` says when to accept no more requests."""
+        """Add a response. Responses are never dropped; `is_full` tells when to accept no more requests."""
         with self._lock:
             self._frames.append(frame)
             self._frames_size += len(frame)
         self._wake()
 
     def is_full(self) -> bool:
-        """Return whether the client should first read what was sent to it."""
+        """Return whether the client should read its responses before it sends more requests."""
         return self._frames_size > MAX_FRAME_BYTES
 
     def is_overfull(self) -> bool:
-        """Return whether not even calls should be sent to the client."""
+        """Return whether even calls to the client's services should be refused."""
         return self._frames_size > MAX_TOTAL_BYTES
 
     def add(self, queue: TopicQueue) -> None:
@@ -128,12 +128,12 @@ class Outbox:
         """Add a message; the oldest ones are dropped if there is no space."""
         with self._lock:
             if arrival is queue.last:
-                return  # while the client subscribes again, it arrives twice
+                return  # while the client subscribes again, a message arrives twice
             queue.last = arrival
-            queue.waiting.append(arrival)
+            queue.messages.append(arrival)
             queue.size += len(arrival.raw._buff)
-            while len(queue.waiting) > 1 and (
-                len(queue.waiting) > queue.max_length or queue.size > MAX_BYTES or self._size() > MAX_TOTAL_BYTES
+            while len(queue.messages) > 1 and (
+                len(queue.messages) > queue.max_length or queue.size > MAX_BYTES or self._size() > MAX_TOTAL_BYTES
             ):
                 queue.pop()
         self._wake()
@@ -142,13 +142,13 @@ class Outbox:
         return sum(each.size for each in self._queues)
 
     def take(self, now: float) -> tuple[list[Frame], list[tuple[TopicQueue, Arrival]], float | None]:
-        """Remove and return what is due.
+        """Remove and return the data that is due.
 
         Args:
-            now: seconds of a clock that does not jump.
+            now: monotonic time in seconds.
 
         Returns:
-            Answers; messages, in order of arrival; and when to call again, None: when woken.
+            Responses; messages, in order of arrival; and the time of the next call, or None for the next `wake`.
         """
         with self._lock:
             ready_frames, self._frames, self._frames_size = list(self._frames), deque(), 0
@@ -163,8 +163,8 @@ class Outbox:
                     queue.next_time = now + queue.throttle
                     if size >= _BATCH_BYTES:
                         break
-                due = [queue for queue in due if queue.waiting and not queue.throttle]
-            if found:  # the last one is first next time
+                due = [queue for queue in due if queue.messages and not queue.throttle]
+            if found:  # queues that were served last come first next time
                 self._queues.sort(key=lambda queue: queue.next_time)
             next_time = min((time for queue in self._queues if (time := queue.due()) is not None), default=None)
         found.sort(key=lambda each: each[1].at)

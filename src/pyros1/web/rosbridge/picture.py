@@ -1,6 +1,6 @@
-"""Texts as PNG pictures, which some networks and browsers handle faster than texts. Pure.
+"""Encodes frames as PNG pictures, which some networks and browsers handle faster than text (pure).
 
-The bytes of the text are the red, green and blue values of the pixels, row by row; the rest is filled with newlines,
+The bytes of the frame are the red, green and blue values of the pixels, row by row; the rest is filled with newlines,
 which JSON ignores.
 """
 
@@ -16,11 +16,11 @@ from typing import Any
 from pyros1.web.rosbridge.operations import BridgeError
 
 _LEVEL = 1
-"""Compression level: higher ones take several times as long to save a few percent."""
+"""Compression level: higher levels take several times as long and save only a few percent."""
 
 
 def pack(text: str) -> str:
-    """Return an ASCII text as a picture, in base64.
+    """Return an ASCII string as a picture, in base64.
 
     Raises:
         BridgeError: Pillow is not installed.
@@ -36,20 +36,20 @@ def pack(text: str) -> str:
 
 
 def unpack(data: str, limit: int) -> bytes:
-    """Return the text in a picture, in UTF-8.
+    """Return the string in a picture, in UTF-8.
 
     Args:
         data: the picture, in base64.
-        limit: maximum bytes of the text. A picture that claims to have more is not unpacked.
+        limit: maximum size of the string in bytes. A picture that claims to have more is not decoded.
 
     Raises:
-        BridgeError: it is not such a picture, or Pillow is not installed.
+        BridgeError: the data is not such a picture, or Pillow is not installed.
     """
     pillow = _pillow()
     try:
         with pillow.open(io.BytesIO(base64.b64decode(data, validate=True)), formats=["PNG"]) as picture:
             if picture.width * picture.height * 4 > limit * 4 // 3 or picture.mode not in ("RGB", "RGBA"):
-                raise BridgeError(f"a picture is in RGB and holds at most {limit} bytes")
+                raise BridgeError(f"a picture must be RGB and contain at most {limit} bytes")
             found: bytes = picture.convert("RGB").tobytes()
             return found
     except (binascii.Error, OSError, ValueError, SyntaxError, pillow.DecompressionBombError) as error:

@@ -1,4 +1,4 @@
-"""Services that a client provides: calls are sent to it as frames, and wait for the answers in threads of the node."""
+"""Services that a client provides: calls are sent to it as frames and wait for responses in threads of the node."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from pyros1.web.rosbridge.values import for_json, from_args
 
 MAX_SERVICES = 200
 MAX_CALLS = 100
-"""Maximum number of pending calls of a client's services."""
+"""Maximum number of pending calls to a client's services."""
 
 
 class ProvidedServices:
-    """The services of one client.
+    """The services that one client provides.
 
     Args:
-        robot: the robot in which they are provided.
-        outbox: outbox of the client.
+        robot: the robot for which they are provided.
+        outbox: the client's outbox.
     """
 
     def __init__(self, robot: Robot, outbox: Outbox) -> None:
         self._robot = robot
         self._outbox = outbox
-        self._unadvertisers: dict[str, Callable[[], None]] = {}  # of each service, by the client's name for it
+        self._unadvertisers: dict[str, Callable[[], None]] = {}  # by the client's name of the service
         self._lock = threading.Lock()
-        self._waiting: dict[str, _Call] = {}
-        self._numbers = count(1)
+        self._pending_calls: dict[str, _Call] = {}
+        self._call_numbers = count(1)
         self._closed = False
 
     def advertise(self, name: str, kind: str) -> None:
@@ -43,13 +43,13 @@ class ProvidedServices:
             BridgeError: the client provides too many services.
             Error: the type does not exist, or the server's own node provides the service.
         """
-        full = self._robot.full_name(name)
-        self._robot.check_visible(full)
+        full_name = self._robot.full_name(name)
+        self._robot.check_visible(full_name)
         cls = load_service(kind)
         if name not in self._unadvertisers and len(self._unadvertisers) >= MAX_SERVICES:
-            raise BridgeError(f"a client provides at most {MAX_SERVICES} services")
+            raise BridgeError(f"a client can provide at most {MAX_SERVICES} services")
         self._unadvertisers[name] = self._robot.client_services.provide(
-            full, cls, lambda request: self._call_client(name, cls._response_class, request)
+            full_name, cls, lambda request: self._call_client(name, cls._response_class, request)
         )
 
     def unadvertise(self, name: str) -> None:
@@ -64,20 +64,20 @@ class ProvidedServices:
         unadvertise_service()
         self._cancel_calls(name)
 
-    def answer(self, id: Id, response: ServiceResponse) -> None:
-        """Pass an answer to the call that waits for it.
+    def pass_response(self, id: Id, response: ServiceResponse) -> None:
+        """Pass a response to the call that waits for it.
 
         Raises:
             BridgeError: no call waits for it.
         """
-        call = self._waiting.get(id) if isinstance(id, str) else None
+        call = self._pending_calls.get(id) if isinstance(id, str) else None
         if call is None or call.service != response.service:
-            raise BridgeError(f"no caller is waiting for this answer of {response.service}")
+            raise BridgeError(f"no caller is waiting for this response of {response.service}")
         call.response = response
         call.done.set()
 
     def close(self) -> None:
-        """End all services."""
+        """Stop providing all services."""
         with self._lock:
             self._closed = True
         for name in list(self._unadvertisers):
@@ -85,39 +85,39 @@ class ProvidedServices:
 
     def _cancel_calls(self, name: str) -> None:
         with self._lock:
-            calls = [call for call in self._waiting.values() if call.service == name]
+            calls = [call for call in self._pending_calls.values() if call.service == name]
         for call in calls:
             call.done.set()
 
     def _call_client(self, name: str, cls: type[Message], request: Message) -> Message:
         call = _Call(name)
-        id = f"service_request:{name}:{next(self._numbers)}"
+        id = f"service_request:{name}:{next(self._call_numbers)}"
         with self._lock:
-            if self._closed or len(self._waiting) >= MAX_CALLS or self._outbox.is_overfull():
+            if self._closed or len(self._pending_calls) >= MAX_CALLS or self._outbox.is_overfull():
                 raise ServiceRefusal(f"the client that provides {name} is too busy")
-            self._waiting[id] = call
+            self._pending_calls[id] = call
         try:
             self._outbox.enqueue(frames.call(name, id, for_json(request)))
-            answered = call.done.wait(MAX_CALL_SECONDS)
+            finished = call.done.wait(MAX_CALL_SECONDS)
         finally:
             with self._lock:
-                del self._waiting[id]
+                del self._pending_calls[id]
         response = call.response
         if response is None:
             raise ServiceRefusal(
                 f"the client that provides {name} has disconnected"
-                if answered
-                else f"{name}: the client does not answer"
+                if finished
+                else f"{name}: the client does not respond"
             )
         if not response.result:
             reason = response.values if isinstance(response.values, str) else frames.text(response.values)
             raise ServiceRefusal(reason[:1000])
         try:
-            answer = from_args(cls, response.values, self._robot.node.now())
-            cls._encode(answer)  # a later encoding error would not show who caused it
-            return answer
+            message = from_args(cls, response.values, self._robot.node.now())
+            cls._encode(message)  # a later encoding error would not reveal its cause
+            return message
         except MessageError as error:
-            raise ServiceRefusal(f"the client that provides {name} gave a wrong answer: {error}"[:1000]) from None
+            raise ServiceRefusal(f"the client that provides {name} sent an invalid response: {error}"[:1000]) from None
 
 
 class _Call:

@@ -25,10 +25,10 @@ class _Topic:
 
 
 class Publishers:
-    """The publishers of one client, by the topic names that it gave.
+    """The publishers of one client, by the topic names that it sent.
 
     Args:
-        robot: the robot in which they publish.
+        robot: the robot to which they publish.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -37,7 +37,7 @@ class Publishers:
         self._never_published: set[str] = set()
 
     def advertise(self, request: Advertise, id: Id = None) -> None:
-        """Start publishing on a topic. Parts of a client may do so, each with an id; the last options count.
+        """Start publishing on a topic. Several parts of a client may do so, each with an id; the last options apply.
 
         Raises:
             Error: the type does not exist, the topic has another type, or there are too many topics.
@@ -54,7 +54,7 @@ class Publishers:
             entry.ids.add(id)
             return
         if entry is None and len(self._topics) >= MAX_TOPICS:
-            raise BridgeError(f"a client publishes on at most {MAX_TOPICS} topics")
+            raise BridgeError(f"a client can publish on at most {MAX_TOPICS} topics")
         if entry is not None and entry.cls is not cls:
             self.unadvertise(request.topic)
             entry = None
@@ -69,10 +69,10 @@ class Publishers:
             return
         entry.ids.add(id)
         previous, entry.publisher, entry.request = entry.publisher, publisher, request
-        previous.unregister()  # it was the same topic of the node: its subscribers stay connected
+        previous.unregister()  # the subscribers of the node's topic stay connected
 
     def unadvertise(self, name: str, id: Id = None) -> bool:
-        """Stop publishing on a topic, or, with an id, for that part of the client: the topic ends with the last part.
+        """Stop publishing on a topic; with an id, only that part of the client stops, and the topic ends with the last.
 
         Returns:
             Whether the client was publishing on the topic.
@@ -88,7 +88,7 @@ class Publishers:
         return True
 
     def publish(self, request: Publish) -> None:
-        """Publish a message, which is a JSON object. A topic with a known type need not be advertised.
+        """Publish a message, given as a JSON object. A topic with a known type need not be advertised.
 
         Raises:
             Error: the topic's type is unknown, or a value does not fit its field.
@@ -99,7 +99,7 @@ class Publishers:
             self._robot.check_visible(topic)
             kind = self._robot.type_of(topic)
             if kind == "*":
-                raise BridgeError(f"the type of {topic} is not known: advertise it")
+                raise BridgeError(f"the type of {topic} is unknown: advertise it")
             self.advertise(Advertise(name, kind, request.latch, 0))
         publisher = self._topics[name].publisher
         message = from_client(self._topics[name].cls, request.message, self._robot.node.now())
@@ -110,6 +110,6 @@ class Publishers:
         publisher.publish(message)
 
     def close(self) -> None:
-        """End all publishers."""
+        """Close all publishers."""
         for name in list(self._topics):
             self.unadvertise(name)

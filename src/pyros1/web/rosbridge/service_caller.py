@@ -1,4 +1,4 @@
-"""Service calls for a client."""
+"""Calls services for a client."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from pyros1.web.service_exchanges import ServiceExchanges
 
 _PROBE_TIMEOUT = 2.0
 MAX_CHARACTERS = 64 << 20
-"""Maximum characters, or bytes, of an answer."""
+"""Maximum number of characters or bytes in a response."""
 _MAX_TYPES = 1000
 
 
 class ServiceCaller:
-    """The service calls of one client.
+    """Calls services for one client.
 
     Args:
         robot: the robot whose services are called.
@@ -32,18 +32,18 @@ class ServiceCaller:
         self._exchanges = ServiceExchanges()
         self._types: dict[tuple[str, str], str] = {}
 
-    def answer(self, id: Id, call: CallService) -> list[Frame]:
-        """Call a service and return the frames of the answer, or of the error. It may take long."""
+    def call(self, id: Id, call: CallService) -> list[Frame]:
+        """Call a service and return the frames with the response or the error. This may take long."""
         try:
             values, result = self._values(call), True
         except Error as error:
             values, result = str(error), False
-        answer = frames.response(call.service, id, values, result)
+        response = frames.response(call.service, id, values, result)
         try:
             cbor = call.compression.startswith("cbor")
-            encoded = frames.binary(answer) if cbor else frames.text(answer)
+            encoded = frames.binary(response) if cbor else frames.text(response)
             if len(encoded) > MAX_CHARACTERS:
-                raise BridgeError(f"the answer has {len(encoded)} characters; at most {MAX_CHARACTERS} are sent")
+                raise BridgeError(f"the response has {len(encoded)} characters; the limit is {MAX_CHARACTERS}")
             if isinstance(encoded, bytes):
                 return [encoded]
             return [*frames.packed(encoded, call.compression, call.fragment_size, f"{id}:parts")]

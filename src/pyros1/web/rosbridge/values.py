@@ -1,7 +1,7 @@
-"""Messages as clients read and write them. Pure.
+"""Converts messages to and from the forms that clients use (pure).
 
-In JSON, ``uint8[]`` and ``char[]`` are base64 texts, and numbers that JSON lacks are null. In CBOR, arrays of numbers
-are the bytes of the message, with tags that name their type
+In JSON, ``uint8[]`` and ``char[]`` are base64, and NaN and infinity are null. In CBOR, arrays of numbers
+are the bytes of the message, with tags that specify their type
 (https://datatracker.ietf.org/doc/html/draft-ietf-cbor-array-tags-00).
 """
 
@@ -36,7 +36,7 @@ _TAGS = {
     "float32": 85,
     "float64": 86,
 }
-"""Tags of arrays whose bytes are little-endian."""
+"""CBOR tags of arrays of little-endian numbers."""
 _TIMES = ("time", "duration")
 _HEADERS = ("std_msgs/Header", "roslib/Header")
 _Convert = Callable[[Any], Any]
@@ -55,7 +55,7 @@ def decode(cls: type[Message], data: bytes) -> Message:
 
 def for_json(message: Message) -> dict[str, Any]:
     """Return a message as a JSON value; its numbers may be NaN or infinite."""
-    return _plain(message, _json_array)
+    return _to_dict(message, _json_array)
 
 
 def for_cbor(message: Message) -> dict[str, Any]:
@@ -64,33 +64,33 @@ def for_cbor(message: Message) -> dict[str, Any]:
     Raises:
         BridgeError: cbor2 is not installed.
     """
-    return _plain(message, _cbor_array)
+    return _to_dict(message, _cbor_array)
 
 
-def _plain(message: Message, array: Callable[[Any, str], Any]) -> dict[str, Any]:
+def _to_dict(message: Message, array: Callable[[Any, str], Any]) -> dict[str, Any]:
     found = {}
-    for name, convert in _plan(type(message), array):
+    for name, convert in _converters(type(message), array):
         value = getattr(message, name)
         found[name] = value if convert is None else convert(value)
     return found
 
 
 @lru_cache(2000)
-def _plan(cls: type[Message], array: Callable[[Any, str], Any]) -> list[tuple[str, _Convert | None]]:
+def _converters(cls: type[Message], array: Callable[[Any, str], Any]) -> list[tuple[str, _Convert | None]]:
     return [(name, _converter(cls, kind, array)) for name, kind in zip(cls.__slots__, cls._slot_types, strict=True)]
 
 
 def _converter(cls: type[Message], kind: str, array: Callable[[Any, str], Any]) -> _Convert | None:
     base, bracket, _ = kind.partition("[")
     if base in cls._classes:
-        one: _Convert = lambda value: _plain(value, array)  # noqa: E731 - it needs no name
+        convert_element: _Convert = lambda value: _to_dict(value, array)  # noqa: E731 - it needs no name
     elif base in _TIMES:
-        one = _time
+        convert_element = _time
     elif not bracket:
         return None
     else:
         return list if base == "string" else lambda value: array(value, base)
-    return (lambda values: [one(value) for value in values]) if bracket else one
+    return (lambda values: [convert_element(value) for value in values]) if bracket else convert_element
 
 
 def _time(value: Any) -> dict[str, int]:
@@ -117,30 +117,30 @@ def _dtype(base: str) -> str:
 
 
 def from_client(cls: type[Message], value: Any, now: Time) -> Message:
-    """Return a message written by a client.
+    """Return a message sent by a client.
 
-    As in rosbridge_suite, each header that the client mentions, at any depth, gets the current time unless the client
-    gives one; an invalid time counts as none.
+    As in rosbridge_suite, each header in the client's message, at any depth, gets the current time unless the client
+    has set a valid time.
 
     Args:
         cls: class of the message.
-        value: a JSON object. Missing fields have their defaults.
+        value: a JSON object. Missing fields get default values.
         now: the current time.
 
     Raises:
-        MessageError: a value does not fit its field; the text names the field.
+        MessageError: a value does not fit its field; the error message names the field.
     """
     if value is None:
         value = {}
     if not isinstance(value, dict):
         raise MessageError(f"a {cls._type} must be a JSON object")
-    return from_json(cls, _prepared(cls, value, now), now)
+    return from_json(cls, _prepare(cls, value, now), now)
 
 
 def from_args(cls: type[Message], args: Any, now: Time) -> Message:
-    """Return a request or response, from an object, or a list of the values of its first fields in order.
+    """Return a request or response from an object, or from a list of the values of its first fields in order.
 
-    As in rosbridge_suite, anything else counts as no values, and surplus values of a list are ignored.
+    As in rosbridge_suite, other values are treated as an empty object, and surplus values of a list are ignored.
 
     Raises:
         MessageError: a value does not fit its field.
@@ -154,8 +154,8 @@ def from_args(cls: type[Message], args: Any, now: Time) -> Message:
     return from_client(cls, args if isinstance(args, dict) else {}, now)
 
 
-def _prepared(cls: type[Message], value: Any, now: Time) -> Any:
-    """Return a JSON object as `from_json` expects it."""
+def _prepare(cls: type[Message], value: Any, now: Time) -> Any:
+    """Return a JSON object in the form that `from_json` expects."""
     if not isinstance(value, dict):
         return value
     types = dict(zip(cls.__slots__, cls._slot_types, strict=True))
@@ -170,23 +170,23 @@ def _field(cls: type[Message], kind: str, value: Any, now: Time) -> Any:
     if bracket and isinstance(value, list) and (base in _TIMES or base in cls._classes or None in value):
         return [_field(cls, base, each, now) for each in value]
     if bracket and base in _BYTES and isinstance(value, str):
-        return _decoded(value)
-    if base in _FLOATS:  # clients get null for NaN
+        return _decode_base64(value)
+    if base in _FLOATS:  # clients receive null for NaN
         return math.nan if value is None else value
     if base in _TIMES and not bracket:
         return value if base == "time" and value == "now" else _time_fields(value)
     nested = cls._classes.get(base)
     if nested is None or bracket:
         return value
-    return _prepared(nested, {} if value is None else value, now)
+    return _prepare(nested, {} if value is None else value, now)
 
 
 def _time_fields(value: Any) -> dict[str, Any]:
     return {name: value[name] for name in ("secs", "nsecs") if name in value} if isinstance(value, dict) else {}
 
 
-def _decoded(text: str) -> Any:
-    """Return the bytes of a base64 text, ignoring line breaks and similar; or the text itself if it is not base64."""
+def _decode_base64(text: str) -> Any:
+    """Return the bytes of a base64 string, ignoring line breaks; return the string itself if it is not base64."""
     try:
         return base64.b64decode(text)
     except ValueError:

@@ -1,1 +1,1 @@
-"""Contents of a 3D scene: frames, and messages with their poses, in a form that is easy to draw for a page."""
+"""The contents of a 3D scene: frames, and messages with their poses, in a form that a page can easily draw."""

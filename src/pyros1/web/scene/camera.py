@@ -1,4 +1,4 @@
-"""How cameras see the scene: sensor_msgs/CameraInfo (https://wiki.ros.org/image_pipeline/CameraInfo). Pure."""
+"""Camera models from sensor_msgs/CameraInfo (https://wiki.ros.org/image_pipeline/CameraInfo) (pure)."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from typing import Any
 from pyros1.web.scene.shape import ShapeError
 
 _MIN_FOCAL_LENGTH, _MAX_FOCAL_LENGTH = 1e-6, 1e12
-"""Pixels: a camera with values outside this range is not calibrated."""
+"""Range in pixels; a camera with values outside this range is not calibrated."""
 
 
 @dataclass(frozen=True)
 class Camera:
-    """A camera without distortion, looking along z with x to the right and y down.
+    """A pinhole camera without distortion, which looks along z, with x to the right and y down.
 
     Attributes:
-        fx, fy: its focal lengths in pixels.
-        cx, cy: the principal point of the picture, in pixels from the centre of the first one.
-        tx, ty: metres from the origin of its frame to its optical centre, for the right camera of a stereo pair.
-        width, height: size of its picture in pixels; 0 for unknown.
+        fx, fy: the focal lengths in pixels.
+        cx, cy: the principal point, in pixels from the centre of the first pixel.
+        tx, ty: offset of the optical centre from the frame's origin in metres, for the right camera of a stereo pair.
+        width, height: size of the image in pixels; 0 if unknown.
     """
 
     fx: float
@@ -32,40 +32,40 @@ class Camera:
     height: int
 
     def resized(self, width: int, height: int) -> Camera:
-        """Return the same camera with a picture of another size."""
+        """Return the same camera with an image of another size."""
         if (width, height) == (self.width, self.height):
             return self
-        across, down = width / (self.width or width), height / (self.height or height)
-        cx, cy = (self.cx + 0.5) * across - 0.5, (self.cy + 0.5) * down - 0.5
-        return Camera(self.fx * across, self.fy * down, cx, cy, self.tx, self.ty, width, height)
+        scale_x, scale_y = width / (self.width or width), height / (self.height or height)
+        cx, cy = (self.cx + 0.5) * scale_x - 0.5, (self.cy + 0.5) * scale_y - 0.5
+        return Camera(self.fx * scale_x, self.fy * scale_y, cx, cy, self.tx, self.ty, width, height)
 
 
 def pinhole(info: Any) -> Camera:
-    """Return the camera described by a sensor_msgs/CameraInfo: from P, or from K if there is no P.
+    """Return the camera that a sensor_msgs/CameraInfo describes: from P, or from K if there is no P.
 
-    P is for rectified pictures. The region of interest and the binning in the message are considered.
+    P is for rectified images. The region of interest and the binning in the message are taken into account.
 
     Raises:
-        ShapeError: it does not describe a camera.
+        ShapeError: the message does not describe a camera.
     """
-    rows = [*info.P] if info.P[0] else [*info.K[:3], 0.0, *info.K[3:6], 0.0]
-    fx, cx, fy, cy = rows[0], rows[2], rows[5], rows[6]
-    if not all(abs(each) < _MAX_FOCAL_LENGTH for each in rows) or fx < _MIN_FOCAL_LENGTH or fy < _MIN_FOCAL_LENGTH:
+    matrix = [*info.P] if info.P[0] else [*info.K[:3], 0.0, *info.K[3:6], 0.0]
+    fx, cx, fy, cy = matrix[0], matrix[2], matrix[5], matrix[6]
+    if not all(abs(value) < _MAX_FOCAL_LENGTH for value in matrix) or fx < _MIN_FOCAL_LENGTH or fy < _MIN_FOCAL_LENGTH:
         raise ShapeError("the CameraInfo has no focal lengths (P and K): the camera is not calibrated")
-    eye = (-rows[3] / fx, -rows[7] / fy)
-    part = info.roi
-    across, down = max(1, info.binning_x), max(1, info.binning_y)
-    width, height = part.width or info.width, part.height or info.height
-    middle = ((cx - part.x_offset) / across, (cy - part.y_offset) / down)
-    return Camera(fx / across, fy / down, *middle, *eye, width // across, height // down)
+    offset = (-matrix[3] / fx, -matrix[7] / fy)
+    roi = info.roi
+    scale_x, scale_y = max(1, info.binning_x), max(1, info.binning_y)
+    width, height = roi.width or info.width, roi.height or info.height
+    centre = ((cx - roi.x_offset) / scale_x, (cy - roi.y_offset) / scale_y)
+    return Camera(fx / scale_x, fy / scale_y, *centre, *offset, width // scale_x, height // scale_y)
 
 
 def info_topic(topic: str, compressed: bool = False) -> str:
-    """Return the topic of the CameraInfo of an image topic: next to it, as in image_transport.
+    """Return the CameraInfo topic that belongs to an image topic, in the same namespace, as in image_transport.
 
     Args:
-        topic: the full name.
-        compressed: whether its last part is the name of a compressed transport.
+        topic: the full name of the image topic.
+        compressed: whether the last part of the name is a compressed transport.
     """
     base = topic.rpartition("/")[0] if compressed else topic
     return f"{base.rpartition('/')[0]}/camera_info"

@@ -1,4 +1,4 @@
-"""Depth images as point clouds. Pure except for numpy, and Pillow for compressed images."""
+"""Converts depth images to point clouds (pure; needs Pillow for compressed images)."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ _COMPRESSED = "sensor_msgs/CompressedImage"
 
 
 def depths(message: Any) -> NDArray[np.float32]:
-    """Return the depths of an image in metres, one for each pixel; 0, NaN or infinite where unknown.
+    """Return the depth of each pixel of an image in metres; 0, NaN or infinity where it is unknown.
 
     Args:
         message: a sensor_msgs/Image in integer millimetres (16UC1) or metres (32FC1); or a sensor_msgs/CompressedImage
-            of compressed_depth_image_transport with a PNG file.
+            of compressed_depth_image_transport that contains a PNG file.
 
     Raises:
-        ShapeError: it is neither, or damaged.
+        ShapeError: the message is not such an image, or is damaged.
     """
     try:
         if message._type == _COMPRESSED:
@@ -37,7 +37,7 @@ def depths(message: Any) -> NDArray[np.float32]:
     except MessageError as error:
         raise ShapeError(str(error)) from None
     if found.ndim == 2 and found.dtype == np.uint16:
-        return _metres(found)
+        return _to_metres(found)
     if found.ndim == 2 and found.dtype.kind == "f":
         with np.errstate(over="ignore"):
             return found.astype(np.float32)
@@ -45,10 +45,10 @@ def depths(message: Any) -> NDArray[np.float32]:
 
 
 def colours(message: Any) -> NDArray[np.uint8]:
-    """Return the colours of an image: blue, green, red and 0 for each pixel.
+    """Return the colour of each pixel of an image as blue, green, red and 0.
 
     Raises:
-        ShapeError: it cannot be read.
+        ShapeError: the image cannot be read.
     """
     try:
         if message._type == _COMPRESSED:
@@ -75,9 +75,9 @@ def depth_cloud(
 
     Args:
         depth: see `depths`.
-        camera: the camera of the depths.
-        picture: colours from the same viewpoint; see `colours`. None colours by depth.
-        max_points: approximate maximum of points; if there are more, every second, third ... row and column is used.
+        camera: the depth camera.
+        picture: colours from the same viewpoint; see `colours`. with None, points are coloured by depth.
+        max_points: approximate maximum of points; of more, only every second, third ... row and column is used.
         numbers: whether to send the points' indices in the image as well, counted row by row.
     """
     height, width = depth.shape
@@ -110,6 +110,6 @@ def depth_cloud(
     return {**facts, "by": "z", "colour": "z", "least": nearest, "most": farthest}, blob
 
 
-def _metres(millimetres: NDArray[Any]) -> NDArray[np.float32]:
+def _to_metres(millimetres: NDArray[Any]) -> NDArray[np.float32]:
     metres: NDArray[np.float32] = (millimetres * np.float32(0.001)).astype(np.float32, copy=False)
     return metres

@@ -1,4 +1,4 @@
-"""Occupancy grids and their updates, which change a part (map_msgs/OccupancyGridUpdate). Pure except for numpy."""
+"""Occupancy grids, and updates of parts of them (map_msgs/OccupancyGridUpdate) (pure)."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from pyros1.web.scene.shape import Shape, ShapeError
 from pyros1.web.scene.shapes import occupancy_grid
 
 UPDATES = "_updates"
-"""Suffix of the topic of updates, after the name of the grid's topic."""
+"""Suffix that is appended to a grid's topic to get the topic of its updates."""
 
 
 class Grid:
-    """A grid, and the part of it that has not been sent yet."""
+    """A grid, with the part of it that has not been sent yet."""
 
     def __init__(self) -> None:
         self._facts: dict[str, Any] = {}
         self._cells: NDArray[np.int8] | None = None
         self._changed: tuple[int, int, int, int] | None = None  # left, bottom, right, top
-        self._send_whole = True
+        self._send_all = True
         self.message: Any = None
 
     def put(self, message: Any) -> None:
         """Process a nav_msgs/OccupancyGrid.
 
         Raises:
-            ShapeError: it cannot be drawn.
+            ShapeError: the grid cannot be drawn.
         """
         self._cells = None
         facts, cells = occupancy_grid(message)
@@ -40,14 +40,16 @@ class Grid:
         """Process a map_msgs/OccupancyGridUpdate; it is ignored if there is no grid.
 
         Raises:
-            ShapeError: it does not fit into the grid.
+            ShapeError: the update does not fit into the grid.
         """
         if self._cells is None:
             return
         height, width = self._cells.shape
         left, low, right, high = message.x, message.y, message.x + message.width, message.y + message.height
         if min(left, low) < 0 or right > width or high > height:
-            raise ShapeError(f"an update of {message.width} x {message.height} cells at ({left}, {low}) leaves the map")
+            raise ShapeError(
+                f"an update of {message.width} x {message.height} cells at ({left}, {low}) exceeds the map"
+            )
         if len(message.data) != message.width * message.height:
             raise ShapeError(f"an update of {message.width} x {message.height} cells has {len(message.data)} values")
         self._cells[low:high, left:right] = np.asarray(message.data, np.int8).reshape(message.height, message.width)
@@ -62,16 +64,16 @@ class Grid:
         self._changed = (left, low, right, high)
 
     def forget(self) -> None:
-        """Return the whole grid next time."""
-        self._send_whole, self._changed = True, None
+        """Let `take` return the whole grid next time."""
+        self._send_all, self._changed = True, None
 
     def take(self) -> Shape | None:
-        """Return the grid if it is new, or the changed part with its position "x" and "y" in cells; or None."""
+        """Return the grid if it is new, the changed part with its position "x" and "y" in cells, or None."""
         if self._cells is None:
             return None
-        changed, send_whole = self._changed, self._send_whole
-        self._changed, self._send_whole = None, False
-        if send_whole:
+        changed, send_all = self._changed, self._send_all
+        self._changed, self._send_all = None, False
+        if send_all:
             return {**self._facts}, self._cells.tobytes()
         if changed is None:
             return None

@@ -1,6 +1,6 @@
-"""Interactive markers of a topic, as on their servers (https://wiki.ros.org/interactive_markers). Pure.
+"""The current interactive markers of a topic's servers (https://wiki.ros.org/interactive_markers) (pure).
 
-A server publishes all its markers, latched, on ``TOPIC/update_full``, and changes on ``TOPIC/update``; the sequence
+A server publishes all its markers, latched, on ``TOPIC/update_full``, and changes on ``TOPIC/update``. The sequence
 numbers of these messages show which of them belong together.
 """
 
@@ -12,30 +12,30 @@ from pyros1.web.scene.markers import as_json
 from pyros1.web.scene.shape import MAX_MAGNITUDE
 
 MAX_MARKERS = 1_000
-"""Maximum number of interactive markers of a topic; more are ignored."""
+"""Maximum number of interactive markers of a topic; further ones are ignored."""
 MAX_POINTS = 500_000
-"""Maximum number of points and colours in all of them; markers beyond that are ignored as well."""
+"""Maximum total number of points and colours in a topic's markers; markers beyond that are ignored as well."""
 MAX_CONTROLS = 200
 MAX_ENTRIES = 500
 _MAX_SERVERS = 20
 _SERVER_TIMEOUT = 10.0
-"""Seconds without a keep-alive (sent twice a second) after which a server is assumed to be gone."""
+"""Seconds without a keep-alive message (sent twice a second) after which a server is assumed to be gone."""
 _UPDATE = 1
 _POSE_FIELDS = ("pose", "frame")
 
 Key = tuple[str, str]
-"""Server and name."""
+"""Names of a server and a marker."""
 
 
 class InteractiveMarkers:
     """The interactive markers of a topic, with their changes since a given version."""
 
     def __init__(self) -> None:
-        self._markers: dict[Key, tuple[int, dict[str, Any]]] = {}  # version in which it was added, marker
+        self._markers: dict[Key, tuple[int, dict[str, Any]]] = {}  # (version in which it was added, marker)
         self._points: dict[Key, int] = {}
         self._moved: dict[Key, int] = {}
         self._removed: dict[Key, int] = {}
-        self._servers: dict[str, tuple[int, float]] = {}  # number of the newest message, time of the last sign of life
+        self._servers: dict[str, tuple[int, float]] = {}  # (newest sequence number, time of the last message)
         self._version = 0
 
     def init(self, message: Any, now: float) -> None:
@@ -46,7 +46,7 @@ class InteractiveMarkers:
         previous = self._servers.get(server)
         if previous is not None and previous[0] == message.seq_num and any(key[0] == server for key in self._markers):
             self._servers[server] = (previous[0], now)
-            return  # repeated, nothing has changed
+            return  # the message was repeated, nothing has changed
         self._version += 1
         self._servers[server] = (message.seq_num, now)
         names = {marker.name for marker in message.markers}
@@ -56,7 +56,7 @@ class InteractiveMarkers:
             self._put(server, marker)
 
     def update(self, message: Any, now: float) -> bool:
-        """Process a visualization_msgs/InteractiveMarkerUpdate; return whether no update is missing before it."""
+        """Process a visualization_msgs/InteractiveMarkerUpdate; return False if an earlier update is missing."""
         previous = self._servers.get(message.server_id)
         if previous is None:
             return False
@@ -84,22 +84,22 @@ class InteractiveMarkers:
         return True
 
     def remove_expired(self, now: float) -> None:
-        """Remove servers that are gone."""
-        for server in [server for server, (_, seen) in self._servers.items() if now > seen + _SERVER_TIMEOUT]:
+        """Remove servers that are gone, with their markers."""
+        for server in [server for server, (_, last_time) in self._servers.items() if now > last_time + _SERVER_TIMEOUT]:
             del self._servers[server]
             self._version += 1
             for key in [key for key in self._markers if key[0] == server]:
                 self._remove(key)
 
     def changes(self, seen: int) -> tuple[int, list[dict[str, Any]], list[dict[str, Any]], list[list[str]]]:
-        """Return what has changed.
+        """Return the changes since a version.
 
         Args:
-            seen: the version up to which everything is known; 0 for nothing.
+            seen: the version up to which all changes are known; 0 if nothing is known.
 
         Returns:
-            The current version; new or changed markers; "server", "name", "frame" and "pose" of those that have only
-            moved; servers and names of removed ones.
+            The current version; new or changed markers; "server", "name", "frame" and "pose" of markers that have
+            only moved; servers and names of removed ones.
         """
         new = [marker for version, marker in self._markers.values() if version > seen]
         moved = [
@@ -118,19 +118,19 @@ class InteractiveMarkers:
         if sum(self._points.values()) - self._points.get(key, 0) + points > MAX_POINTS:
             return
         self._points[key] = points
-        facts = {"server": server, **_facts(marker)}
+        description = {"server": server, **_to_json(marker)}
         if key in self._markers:
             version, previous = self._markers[key]
-            if previous == facts:
+            if previous == description:
                 return
             if (
-                previous | {name: facts[name] for name in _POSE_FIELDS} == facts
+                previous | {name: description[name] for name in _POSE_FIELDS} == description
             ):  # servers resend all markers when one moves
-                self._markers[key], self._moved[key] = (version, facts), self._version
+                self._markers[key], self._moved[key] = (version, description), self._version
                 return
         self._removed.pop(key, None)
         self._moved.pop(key, None)
-        self._markers[key] = (self._version, facts)
+        self._markers[key] = (self._version, description)
 
     def _remove(self, key: Key) -> None:
         if self._markers.pop(key, None) is not None:
@@ -143,7 +143,7 @@ class InteractiveMarkers:
 
 
 def pose_of(pose: Any) -> list[float]:
-    """Return x, y, z in metres and a quaternion x, y, z, w; 0 for non-finite values."""
+    """Return a pose as x, y, z in metres and a quaternion x, y, z, w, with 0 for non-finite values."""
     position, orientation = pose.position, pose.orientation
     return _finite(position.x, position.y, position.z, orientation.x, orientation.y, orientation.z, orientation.w)
 
@@ -152,7 +152,7 @@ def _finite(*numbers: float) -> list[float]:
     return [number if abs(number) < MAX_MAGNITUDE else 0.0 for number in numbers]
 
 
-def _facts(marker: Any) -> dict[str, Any]:
+def _to_json(marker: Any) -> dict[str, Any]:
     return {
         "name": marker.name,
         "description": marker.description[:1000],

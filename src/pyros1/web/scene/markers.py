@@ -1,4 +1,4 @@
-"""Markers that were added on a topic and not deleted (https://wiki.ros.org/rviz/DisplayTypes/Marker). Pure.
+"""The current markers of a topic (https://wiki.ros.org/rviz/DisplayTypes/Marker) (pure).
 
 Unlike other messages, markers accumulate: each has a namespace and an id, replaces an earlier one with the same, and
 stays until it is deleted or its lifetime has passed.
@@ -15,16 +15,16 @@ MAX_MARKERS = 20_000
 """Maximum number of markers of a topic; the oldest are removed first."""
 MAX_POINTS = 200_000
 MAX_BYTES = 256 << 20
-"""Approximate maximum size of a topic's markers in bytes; beyond that, the oldest are removed, but one always stays."""
+"""Approximate maximum size of a topic's markers in bytes; beyond that, the oldest are removed, except for one."""
 _POINT_SIZE = 112
 """Approximate size of a point, or of a colour, in bytes."""
 _MARKER_OVERHEAD = 2_000
-"""Approximate size of a marker without its points and texts, in bytes."""
+"""Approximate size of a marker without its points and strings, in bytes."""
 _ADD, _DELETE, _DELETE_ALL = 0, 2, 3
-_SHORTEST = 1e-4
-"""Seconds; as in rviz, a marker with a shorter lifetime never expires."""
+_MIN_LIFETIME = 1e-4
+"""Minimum lifetime in seconds; as in rviz, a marker with a shorter one never expires."""
 _MAX_BACKWARD_STEP = 0.5
-"""Seconds; if the time goes back by more, a bag or a simulation has started again."""
+"""Seconds; if the time jumps back by more than this, a bag or a simulation has restarted."""
 
 Key = tuple[str, int]
 
@@ -33,14 +33,14 @@ class Markers:
     """The markers of a topic, with their changes since a given version."""
 
     def __init__(self) -> None:
-        # version, marker, bytes, when it was added, and when it expires
+        # (version, marker, size in bytes, time when it was added, time when it expires)
         self._markers: dict[Key, tuple[int, Any, int, float, float]] = {}
         self._bytes = 0
         self._version = 0
         self._removed: dict[Key, int] = {}
 
     def add(self, markers: Any, now: float) -> None:
-        """Process visualization_msgs/Marker messages at a time in seconds."""
+        """Process visualization_msgs/Marker messages received at a time in seconds."""
         for marker in markers:
             self._version += 1
             if marker.action == _DELETE_ALL:
@@ -52,10 +52,10 @@ class Markers:
                 self._put(marker, now)
 
     def changes(self, seen: int, now: float) -> tuple[int, list[dict[str, Any]], list[list[Any]]]:
-        """Return what has changed.
+        """Return the changes since a version.
 
         Args:
-            seen: the version up to which all is known; 0 for nothing.
+            seen: the version up to which all changes are known; 0 if nothing is known.
             now: the time in seconds.
 
         Returns:
@@ -82,7 +82,13 @@ class Markers:
         size = _size(marker)
         while self._markers and (len(self._markers) >= MAX_MARKERS or self._bytes + size > MAX_BYTES):
             self._remove(next(iter(self._markers)))
-        self._markers[key] = (self._version, marker, size, now, now + lifetime if lifetime > _SHORTEST else math.inf)
+        self._markers[key] = (
+            self._version,
+            marker,
+            size,
+            now,
+            now + lifetime if lifetime > _MIN_LIFETIME else math.inf,
+        )
         self._bytes += size
 
     def _remove(self, key: Key) -> None:
@@ -111,7 +117,7 @@ def _has_expired(added_at: float, expires_at: float, now: float) -> bool:
 
 
 def as_json(marker: Any) -> dict[str, Any]:
-    """Return a marker for JSON."""
+    """Return a marker as JSON."""
     position, orientation, size = marker.pose.position, marker.pose.orientation, marker.scale
     return {
         "ns": marker.ns,
@@ -134,7 +140,7 @@ def as_json(marker: Any) -> dict[str, Any]:
 
 
 def _is_finite(marker: Any) -> bool:
-    """Return whether all numbers are finite, as rviz requires, and positions and sizes can be drawn."""
+    """Return whether all numbers are finite, as rviz requires, and positions and sizes are not too large to draw."""
     positions = [marker.pose.position, marker.scale, *marker.points[:MAX_POINTS]]
     if not all(abs(position.x) + abs(position.y) + abs(position.z) < MAX_MAGNITUDE for position in positions):
         return False

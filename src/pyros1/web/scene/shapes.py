@@ -1,4 +1,4 @@
-"""Messages as shapes: a block of numbers and its description. Pure except for numpy.
+"""Converts messages to shapes, which consist of a block of numbers and its description (pure).
 
 A shape is JSON and bytes. Positions are in metres in the frame of the message's header, angles in radians.
 """
@@ -23,7 +23,7 @@ _UNKNOWN = -1
 
 
 def laser_scan(scan: Any) -> Shape:
-    """Return the ranges, and then the intensities if there are any, as float32; as in rviz, missing ones are 0.
+    """Return the ranges, and then the intensities if there are any, as float32; as in rviz, missing intensities are 0.
 
     Raises:
         ShapeError: its angles or bounds are not finite, so nothing can be drawn.
@@ -34,7 +34,7 @@ def laser_scan(scan: Any) -> Shape:
             raise ShapeError(f"{name} is {value}")
     ranges = np.asarray(scan.ranges, np.float32)
     intensities = np.asarray(scan.intensities, np.float32)[: len(ranges)]
-    both = len(intensities) > 0
+    has_intensities = len(intensities) > 0
     intensities = np.pad(intensities, (0, len(ranges) - len(intensities)))
     facts = {
         "kind": "scan",
@@ -43,16 +43,16 @@ def laser_scan(scan: Any) -> Shape:
         "least": _finite(scan.range_min),
         "most": _finite(scan.range_max),
         "count": len(ranges),
-        "intensities": both,
+        "intensities": has_intensities,
     }
-    return facts, ranges.tobytes() + (intensities.tobytes() if both else b"")
+    return facts, ranges.tobytes() + (intensities.tobytes() if has_intensities else b"")
 
 
 def occupancy_grid(grid: Any) -> Shape:
-    """Return the cells as int8, row by row from the origin; as in rviz, missing ones are unknown.
+    """Return the cells as int8, row by row from the origin; as in rviz, missing cells are unknown.
 
     Raises:
-        ShapeError: there are too many cells, or its origin or resolution is not finite.
+        ShapeError: there are too many cells, or the map's origin or resolution is not finite.
     """
     info = grid.info
     count = info.width * info.height
@@ -82,18 +82,18 @@ def path(message: Any) -> Shape:
 
 
 def pose_array(message: Any) -> Shape:
-    """Return the poses as for `path`, without those that have no direction; "odd" is the number of those."""
-    return _poses("poses", message.poses[:MAX_POSES], whole=True)
+    """Return the poses like `path`, without those whose orientation is not finite; "odd" says how many."""
+    return _poses("poses", message.poses[:MAX_POSES], needs_orientation=True)
 
 
 def pose_stamped(message: Any) -> Shape:
-    """Return the pose as for `pose_array`."""
-    return _poses("poses", [message.pose], whole=True)
+    """Return the pose like `pose_array`."""
+    return _poses("poses", [message.pose], needs_orientation=True)
 
 
 def pose_with_covariance(message: Any) -> Shape:
-    """Return the pose as for `pose_array`, with the ellipsoid of its covariance; see `_ellipsoid`."""
-    facts, blob = _poses("poses", [message.pose.pose], whole=True)
+    """Return the pose like `pose_array`, with the ellipsoid of its covariance; see `_ellipsoid`."""
+    facts, blob = _poses("poses", [message.pose.pose], needs_orientation=True)
     return {**facts, **_ellipsoid(message.pose.covariance)}, blob
 
 
@@ -104,7 +104,7 @@ def point_stamped(message: Any) -> Shape:
 
 
 def range_(message: Any) -> Shape:
-    """Return a cone: its length and its full angle.
+    """Return the length and the full angle of a cone.
 
     A fixed-distance ranger has the same minimum and maximum range; -inf means that an object was detected (REP 117).
     """
@@ -119,66 +119,68 @@ def range_(message: Any) -> Shape:
 
 
 def imu(message: Any) -> Shape:
-    """Return orientation and linear acceleration."""
-    orientation, push = message.orientation, message.linear_acceleration
+    """Return the orientation and the linear acceleration."""
+    orientation, acceleration = message.orientation, message.linear_acceleration
     facts = {
         "kind": "imu",
         "orientation": [_finite(value) for value in (orientation.x, orientation.y, orientation.z, orientation.w)],
-        "acceleration": [_finite(value) for value in (push.x, push.y, push.z)],
+        "acceleration": [_finite(value) for value in (acceleration.x, acceleration.y, acceleration.z)],
     }
     return facts, b""
 
 
 def polygon(message: Any) -> Shape:
     """Return the corners as float32: x, y, z."""
-    corners = _rows([(each.x, each.y, each.z) for each in message.polygon.points[:MAX_POSES]], 3)
+    corners = _rows([(point.x, point.y, point.z) for point in message.polygon.points[:MAX_POSES]], 3)
     return {"kind": "polygon", "count": len(corners)}, corners.tobytes()
 
 
 def grid_cells(message: Any) -> Shape:
-    """Return width and height of the cells, and their centres as float32: x, y, z."""
-    middles = _rows([(each.x, each.y, each.z) for each in message.cells[:MAX_POSES]], 3)
-    facts = {"kind": "cells", "count": len(middles), "more": len(message.cells) - len(middles)}
-    return {**facts, "size": [_finite(message.cell_width), _finite(message.cell_height)]}, middles.tobytes()
+    """Return the width and height of the cells, and their centres as float32: x, y, z."""
+    centres = _rows([(cell.x, cell.y, cell.z) for cell in message.cells[:MAX_POSES]], 3)
+    facts = {"kind": "cells", "count": len(centres), "more": len(message.cells) - len(centres)}
+    return {**facts, "size": [_finite(message.cell_width), _finite(message.cell_height)]}, centres.tobytes()
 
 
 def wrench(message: Any) -> Shape:
-    """Return force and torque."""
-    return _screw(message.wrench.force, message.wrench.torque, "N", "N m")
+    """Return the force and the torque."""
+    return _linear_and_angular(message.wrench.force, message.wrench.torque, "N", "N m")
 
 
 def twist(message: Any) -> Shape:
-    """Return linear and angular velocity."""
-    return _screw(message.twist.linear, message.twist.angular, "m/s", "rad/s")
+    """Return the linear and the angular velocity."""
+    return _linear_and_angular(message.twist.linear, message.twist.angular, "m/s", "rad/s")
 
 
 def accel(message: Any) -> Shape:
-    """Return linear and angular acceleration."""
-    return _screw(message.accel.linear, message.accel.angular, "m/s\u00b2", "rad/s\u00b2")
+    """Return the linear and the angular acceleration."""
+    return _linear_and_angular(message.accel.linear, message.accel.angular, "m/s\u00b2", "rad/s\u00b2")
 
 
 def joint_efforts(message: Any) -> Shape:
-    """Return "names" of joints and their "efforts" in newtons or newton metres, for joints that have one."""
+    """Return the "names" and "efforts" (in newtons or newton metres) of the joints that have an effort."""
     pairs = [(name, _finite(value)) for name, value in zip(message.name, message.effort, strict=False)][:MAX_JOINTS]
     known = [(name[:200], value) for name, value in pairs if value is not None]
     facts = {"kind": "efforts", "names": [name for name, _ in known], "efforts": [value for _, value in known]}
     return facts, b""
 
 
-def _screw(straight: Any, around: Any, unit: str, unit_around: str) -> Shape:
+def _linear_and_angular(linear: Any, angular: Any, linear_unit: str, angular_unit: str) -> Shape:
     facts = {
         "kind": "screw",
-        "straight": [_finite(value) for value in (straight.x, straight.y, straight.z)],
-        "around": [_finite(value) for value in (around.x, around.y, around.z)],
-        "units": [unit, unit_around],
+        "straight": [_finite(value) for value in (linear.x, linear.y, linear.z)],
+        "around": [_finite(value) for value in (angular.x, angular.y, angular.z)],
+        "units": [linear_unit, angular_unit],
     }
     return facts, b""
 
 
-def _measured(field: str, unit: str, min_value: float, max_value: float, warm: bool = False) -> Callable[[Any], Shape]:
-    """Return a function that draws a message with one number as a point, coloured between rviz's bounds.
+def _scalar_shape(
+    field: str, unit: str, min_value: float, max_value: float, warm: bool = False
+) -> Callable[[Any], Shape]:
+    """Return a function that draws a message with one number as a point, coloured within rviz's bounds.
 
-    In rviz, the minimum is red; for temperatures, the maximum.
+    In rviz, red is the minimum or, for temperatures, the maximum.
     """
 
     def shape(message: Any) -> Shape:
@@ -208,20 +210,20 @@ SHAPES: dict[str, Callable[[Any], Shape]] = {
     "nav_msgs/OccupancyGrid": occupancy_grid,
     "nav_msgs/Odometry": pose_with_covariance,
     "nav_msgs/Path": path,
-    "sensor_msgs/FluidPressure": _measured("fluid_pressure", "Pa", 98_000.0, 105_000.0),
-    "sensor_msgs/Illuminance": _measured("illuminance", "lx", 0.0, 1_000.0),
+    "sensor_msgs/FluidPressure": _scalar_shape("fluid_pressure", "Pa", 98_000.0, 105_000.0),
+    "sensor_msgs/Illuminance": _scalar_shape("illuminance", "lx", 0.0, 1_000.0),
     "sensor_msgs/Imu": imu,
     "sensor_msgs/JointState": joint_efforts,
     "sensor_msgs/LaserScan": laser_scan,
     "sensor_msgs/PointCloud": point_cloud,
     "sensor_msgs/PointCloud2": point_cloud2,
     "sensor_msgs/Range": range_,
-    "sensor_msgs/RelativeHumidity": _measured("relative_humidity", "", 0.0, 1.0),
-    "sensor_msgs/Temperature": _measured("temperature", "\u00b0C", 0.0, 100.0, warm=True),
+    "sensor_msgs/RelativeHumidity": _scalar_shape("relative_humidity", "", 0.0, 1.0),
+    "sensor_msgs/Temperature": _scalar_shape("temperature", "\u00b0C", 0.0, 100.0, warm=True),
 }
 """Types that can be drawn from their newest message alone."""
-PLACELESS = frozenset({"sensor_msgs/JointState"})
-"""Types without a pose in the scene: their headers usually name no frame."""
+POSELESS_TYPES = frozenset({"sensor_msgs/JointState"})
+"""Types without a pose in the scene, since their headers usually have no frame."""
 CLOUDS: dict[str, Callable[[Any, str, int, bool, Bounds | None], Shape]] = {
     "sensor_msgs/PointCloud": point_cloud,
     "sensor_msgs/PointCloud2": point_cloud2,
@@ -230,26 +232,26 @@ CLOUDS: dict[str, Callable[[Any, str, int, bool, Bounds | None], Shape]] = {
 
 
 def _ellipsoid(covariance: Any) -> dict[str, Any]:
-    """Return the one-sigma ellipsoid of a position: "spread", the semi-axes as three vectors in metres.
+    """Return the one-sigma ellipsoid of a position as "spread", its semi-axes as three vectors in metres.
 
-    Empty if the covariance is unknown or invalid. "turn" is the standard deviation of yaw in radians.
+    "turn" is the standard deviation of yaw in radians. Empty if the covariance is unknown or invalid.
     """
     matrix = np.asarray(covariance, float).reshape(6, 6)
     if not (np.abs(matrix) < MAX_MAGNITUDE).all() or not matrix[:3, :3].any():
         return {}
     with np.errstate(all="ignore"):
-        squares, axes = np.linalg.eigh((matrix[:3, :3] + matrix[:3, :3].T) / 2)
-    half = axes * np.sqrt(np.maximum(squares, 0))
-    if not (np.abs(half) < MAX_MAGNITUDE).all():
+        variances, axes = np.linalg.eigh((matrix[:3, :3] + matrix[:3, :3].T) / 2)
+    semi_axes = axes * np.sqrt(np.maximum(variances, 0))
+    if not (np.abs(semi_axes) < MAX_MAGNITUDE).all():
         return {}
-    return {"spread": half.T.tolist(), "turn": math.sqrt(max(0.0, float(matrix[5, 5])))}
+    return {"spread": semi_axes.T.tolist(), "turn": math.sqrt(max(0.0, float(matrix[5, 5])))}
 
 
-def _rows(rows: Sequence[tuple[float, ...]], size: int, needed: int = 3) -> NDArray[np.float32]:
-    """Return rows of this many numbers, the first three a position; those without the needed ones are left out."""
-    found = np.array(rows, float).reshape(-1, size)
-    valid = np.abs(found) < MAX_MAGNITUDE
-    numbers: NDArray[np.float32] = np.where(valid, found, 0)[valid[:, :needed].all(axis=1)].astype(np.float32)
+def _rows(rows: Sequence[tuple[float, ...]], size: int, num_required: int = 3) -> NDArray[np.float32]:
+    """Return rows of numbers as an array, omitting rows whose first ``num_required`` numbers are not all finite."""
+    all_rows = np.array(rows, float).reshape(-1, size)
+    valid = np.abs(all_rows) < MAX_MAGNITUDE
+    numbers: NDArray[np.float32] = np.where(valid, all_rows, 0)[valid[:, :num_required].all(axis=1)].astype(np.float32)
     return numbers
 
 
@@ -261,15 +263,15 @@ def _pose(pose: Any) -> list[float | None]:
     ]
 
 
-def _poses(kind: str, poses: list[Any], whole: bool = False) -> Shape:
+def _poses(kind: str, poses: list[Any], needs_orientation: bool = False) -> Shape:
     rows = [
         (position.x, position.y, position.z, orientation.x, orientation.y, orientation.z, orientation.w)
         for position, orientation in ((pose.position, pose.orientation) for pose in poses)
     ]
-    found = _rows(rows, 7, 7 if whole else 3)
+    found = _rows(rows, 7, 7 if needs_orientation else 3)
     facts = {"kind": kind, "count": len(found)}
     odd = len(rows) - len(found)
-    return {**facts, **({"odd": f"{odd} of {len(rows)} left out: not finite"} if odd else {})}, found.tobytes()
+    return {**facts, **({"odd": f"{odd} of {len(rows)} omitted: not finite"} if odd else {})}, found.tobytes()
 
 
 def _finite(value: float) -> float | None:

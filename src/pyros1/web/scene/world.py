@@ -1,4 +1,4 @@
-"""Frames over time for the scenes of all pages: one buffer, which is filled while a page displays it."""
+"""The frames over time, for the scenes of all pages: one buffer, which is filled while a page displays a scene."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ Pose = list[float]
 MAX_FRAMES = 5_000
 """Maximum number of frames that are kept; new ones beyond that are ignored."""
 _MAX_STAMP_STEP_BACK = 5.0
-"""Seconds; if a publisher's stamps go back by more, a bag or a simulation has started again."""
+"""Seconds; if a publisher's stamps jump back by more than this, a bag or a simulation has restarted."""
 _MAX_CLOCK_STEP_BACK = 0.1
-"""The same for the node's clock, which is that of the bag or simulation if it publishes the time."""
+"""The same for the node's clock, which follows the bag or simulation if that publishes the time."""
 IDENTITY: Pose = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0]
 
 
@@ -35,34 +35,34 @@ class World:
     def __init__(self, listen: Listen) -> None:
         self._listen = listen
         self._lock = threading.Lock()
-        self._watchers = 0
+        self._num_watchers = 0
         self._unsubscribers: list[Callable[[], None]] = []
-        self._changed: tuple[Callable[[], object], ...] = ()
-        self._newest: dict[str, float] = {}
+        self._listeners: tuple[Callable[[], object], ...] = ()
+        self._newest_stamps: dict[str, float] = {}
         self._now = float("-inf")
         self.buffer = Buffer(warn=lambda text: None)
 
-    def watch(self, changed: Callable[[], object]) -> Callable[[], None]:
+    def watch(self, listener: Callable[[], object]) -> Callable[[], None]:
         """Fill the buffer until the returned function is called.
 
         Args:
-            changed: called after each change, in a thread of the node.
+            listener: called after each change, in a thread of the node.
 
         Returns:
-            A function that ends this.
+            A function that stops this.
         """
         with self._lock:
-            if not self._watchers:
+            if not self._num_watchers:
                 self.buffer = Buffer(warn=lambda text: None)
-                self._newest, self._now = {}, float("-inf")
-                self._unsubscribers.append(self._listen("/tf", self._tf_arrived))
+                self._newest_stamps, self._now = {}, float("-inf")
+                self._unsubscribers.append(self._listen("/tf", self._on_tf))
                 try:
-                    self._unsubscribers.append(self._listen("/tf_static", self._tf_static_arrived))
+                    self._unsubscribers.append(self._listen("/tf_static", self._on_tf_static))
                 except BaseException:
                     self._unsubscribers.pop()()
                     raise
-            self._watchers += 1
-            self._changed = (*self._changed, changed)
+            self._num_watchers += 1
+            self._listeners = (*self._listeners, listener)
         is_unwatched = False
 
         def unwatch() -> None:
@@ -71,13 +71,13 @@ class World:
                 if is_unwatched:
                     return
                 is_unwatched = True
-                self._changed = tuple(each for each in self._changed if each is not changed)
-                self._watchers -= 1
+                self._listeners = tuple(other for other in self._listeners if other is not listener)
+                self._num_watchers -= 1
                 unsubscribers, self._unsubscribers = (
-                    (self._unsubscribers, []) if not self._watchers else ([], self._unsubscribers)
+                    (self._unsubscribers, []) if not self._num_watchers else ([], self._unsubscribers)
                 )
-            for each in unsubscribers:
-                each()
+            for unsubscribe in unsubscribers:
+                unsubscribe()
 
         return unwatch
 
@@ -87,7 +87,7 @@ class World:
         Args:
             fixed: the frame in which the pose is expressed.
             frame: the frame whose pose is returned.
-            stamp: the time; the latest if None, or if the buffer does not reach that far.
+            stamp: the time; None, or a time for which the buffer has no data, stands for the latest one.
 
         Returns:
             The pose; None if there is no connection between the frames, or a transform has non-finite numbers.
@@ -102,25 +102,25 @@ class World:
                 continue
             translation, rotation = found.transform.translation, found.transform.rotation
             pose = [translation.x, translation.y, translation.z, rotation.x, rotation.y, rotation.z, rotation.w]
-            return pose if all(abs(each) < MAX_MAGNITUDE for each in pose) else None
+            return pose if all(abs(value) < MAX_MAGNITUDE for value in pose) else None
         return None
 
     def _reset_if_time_jumped_back(self, transforms: Any, publisher: str, now: float) -> None:
-        stamps = [each.header.stamp.to_sec() for each in transforms]
+        stamps = [transform.header.stamp.to_sec() for transform in transforms]
         if not stamps:
             return
-        newest = self._newest.get(publisher, 0.0)
+        newest = self._newest_stamps.get(publisher, 0.0)
         previous, self._now = self._now, now
         if max(stamps) < newest - _MAX_STAMP_STEP_BACK or now < previous - _MAX_CLOCK_STEP_BACK:
-            self.buffer.clear()  # static ones stay
-            self._newest.clear()
-        if len(self._newest) < MAX_FRAMES or publisher in self._newest:
-            self._newest[publisher] = max(*stamps, self._newest.get(publisher, 0.0))
+            self.buffer.clear()  # static transforms stay
+            self._newest_stamps.clear()
+        if len(self._newest_stamps) < MAX_FRAMES or publisher in self._newest_stamps:
+            self._newest_stamps[publisher] = max(*stamps, self._newest_stamps.get(publisher, 0.0))
 
-    def _tf_arrived(self, arrival: Arrival) -> None:
+    def _on_tf(self, arrival: Arrival) -> None:
         self._add(arrival, False)
 
-    def _tf_static_arrived(self, arrival: Arrival) -> None:
+    def _on_tf_static(self, arrival: Arrival) -> None:
         self._add(arrival, True)
 
     def _add(self, arrival: Arrival, static: bool) -> None:
@@ -128,14 +128,14 @@ class World:
             message: Any = arrival.message
             self._put(message.transforms, arrival, static)
         except (MessageError, AttributeError, TypeError):
-            return  # not transforms; the frames panel reports it
-        for changed in self._changed:
-            changed()
+            return  # not transforms, which the frames panel reports
+        for listener in self._listeners:
+            listener()
 
     def _put(self, transforms: Any, arrival: Arrival, static: bool) -> None:
         publisher = (arrival.raw._connection_header or {}).get("callerid", "")
         if not static:
             self._reset_if_time_jumped_back(transforms, publisher, arrival.time)
         if len(self.buffer.frames()) > MAX_FRAMES:
-            transforms = [each for each in transforms if self.buffer.has_frame(each.child_frame_id.lstrip("/"))]
+            transforms = [one for one in transforms if self.buffer.has_frame(one.child_frame_id.lstrip("/"))]
         self.buffer.set_transforms(transforms, publisher, static=static)

@@ -1,7 +1,7 @@
-"""Access control: machines, the token in the link, Host and Origin, visible topics, and what may be changed.
+"""Access control: machines, the token in the link, Host and Origin, visible topics, and permitted changes (pure).
 
-Pure. A page of another site that is open in the same browser can send requests here, even under its own name by DNS
-rebinding. But it does not know the token, and cannot send one of our names as Host.
+A page of another site that is open in the same browser can send requests here, even under its own name by DNS
+rebinding. But it does not know the token, and cannot send one of this server's names as Host.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ LOOPBACK = frozenset({"localhost", "127.0.0.1", "::1"})
 _HOST = re.compile(r"(?:\[(?P<six>[0-9A-Fa-f:.]+)\]|(?P<name>[A-Za-z0-9._-]+))(?::(?P<port>\d{1,5}))?\Z", re.ASCII)
 
 
-_STALE_TOKEN = "This link is of an earlier start of the server: pyros1 web makes a new token each time."
+_STALE_TOKEN = "This link is from an earlier run of the server: pyros1 web creates a new token each time it starts."
 _MISSING_TOKEN = "This link lacks its token."
 _TOKEN_HINT = (
     "Use the link that the server printed, or type pyros1 web graph, which opens it. "
@@ -38,13 +38,13 @@ class Access:
     """The access rules of one server.
 
     Attributes:
-        token: the token that links must contain; empty for none.
-        names: names under which the server may be reached, in addition to those of loopback; addresses count as names.
-        any_address: whether every IP address is such a name, as for a server that listens on all interfaces.
-        read_only: whether pages may not change anything.
-        origins: other sites whose pages may connect, such as ``http://localhost:8000``, with the token if there is one.
+        token: the token that links must contain; empty if none is needed.
+        names: names and addresses of the server, in addition to those of loopback.
+        any_address: whether every IP address is accepted, as for a server that listens on all interfaces.
+        read_only: whether pages must not change anything.
+        origins: other sites whose pages may connect (with the token, if any), such as ``http://localhost:8000``.
         topics: patterns such as ``/camera/*`` of topics, services and parameters that pages may see; empty for all.
-        allowlist: decides which machines may connect at all; None: all that can reach the interface.
+        allowlist: decides which machines may connect; None for all that can reach the interface.
         most_pages: maximum number of connected pages, programs and viewers.
         bags: folders whose bags pages may see and into which they may record, and single bags.
         granted: bags that are added later; see `pyros1.web.bags.granted_files`.
@@ -61,18 +61,18 @@ class Access:
     bags: tuple[str, ...] = ()
     granted: Container[Path] = ()
 
-    def is_our_name(self, host: str | None) -> bool:
-        """Return whether a Host header names this server."""
+    def is_own_name(self, host: str | None) -> bool:
+        """Return whether a Host header contains a name of this server."""
         match = _HOST.match(host or "")
         if match is None:
             return False
         name = (match["six"] or match["name"]).lower()
         return name in LOOPBACK or name in self.names or (self.any_address and _is_address(name))
 
-    def is_our_page(self, origin: str | None, host: str | None) -> bool:
-        """Return whether an Origin header is that of our own page or of an allowed site.
+    def is_own_page(self, origin: str | None, host: str | None) -> bool:
+        """Return whether an Origin header is that of the server's own page or of an allowed site.
 
-        Programs other than browsers send none.
+        Programs other than browsers do not send this header.
         """
         if origin is None or origin.lower() in self.origins:
             return True
@@ -84,21 +84,21 @@ class Access:
         """Whether programs of other sites may connect: rosbridge clients, and viewers such as Foxglove.
 
         They are separate web applications (https://app.foxglove.dev, a Lichtblick on another port, ``file://`` in
-        their desktop versions), so their Origin is never ours. With the right token they may connect: only a person
-        with the link can have given it to them. Without a token, a server cannot distinguish such a page from others,
-        so it admits only the allowed sites. Our own page's protocol is for that page only.
+        their desktop versions), so their Origin is never that of this server. They may connect with the right token,
+        which only a person who has the link can have given to them. Without a token, such pages look like any others,
+        so the server admits only the allowed sites. The protocol of the server's own page is for that page only.
         """
         return bool(self.token)
 
     def token_problem(self, path: str) -> str:
-        """Return the problem of the token in a path's query, and what to do; empty if it is correct."""
+        """Return what is wrong with the token in a path's query, and what to do; empty if the token is correct."""
         try:
-            given_token = parse_qs(urlsplit(path).query, max_num_fields=20).get("token", [""])[0]
+            token = parse_qs(urlsplit(path).query, max_num_fields=20).get("token", [""])[0]
         except ValueError:
-            given_token = ""
-        if not self.token or hmac.compare_digest(given_token.encode(), self.token.encode()):
+            token = ""
+        if not self.token or hmac.compare_digest(token.encode(), self.token.encode()):
             return ""
-        return f"{_STALE_TOKEN if given_token else _MISSING_TOKEN} {_TOKEN_HINT}"
+        return f"{_STALE_TOKEN if token else _MISSING_TOKEN} {_TOKEN_HINT}"
 
     def may_see(self, name: str) -> bool:
         """Return whether pages may see a topic, service or parameter."""

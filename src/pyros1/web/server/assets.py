@@ -6,7 +6,7 @@ import hashlib
 from dataclasses import dataclass
 from pathlib import Path
 
-PAGE = Path(__file__).parents[1] / "page"
+PAGE_FOLDER = Path(__file__).parents[1] / "page"
 _TYPES = {
     ".html": "text/html; charset=utf-8",
     ".js": "text/javascript; charset=utf-8",
@@ -16,15 +16,15 @@ _TYPES = {
     ".webp": "image/webp",
     ".LICENSE": "text/plain; charset=utf-8",
 }
-SECURITY = {
-    # Only our own files are run or fetched, whatever the text of a message contains.
+SECURITY_HEADERS = {
+    # Browsers run and fetch only the server's own files, whatever a message contains.
     "Content-Security-Policy": "default-src 'self'; img-src 'self' blob: data:; worker-src 'self' blob:; "
     "frame-ancestors 'none'; base-uri 'none'; form-action 'none'",
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
     "Cache-Control": "no-cache",
 }
-"""Headers of every response."""
+"""The headers of every response."""
 
 
 @dataclass(frozen=True)
@@ -40,24 +40,24 @@ class Assets:
     """The files of the page.
 
     Args:
-        folder: their folder.
+        folder: the folder with the files.
     """
 
-    def __init__(self, folder: Path = PAGE) -> None:
+    def __init__(self, folder: Path = PAGE_FOLDER) -> None:
         self._folder = folder
-        self._known = {"/" + path.relative_to(folder).as_posix(): path for path in folder.rglob("*") if path.is_file()}
-        self._known["/"] = folder / "index.html"
+        self._paths = {"/" + path.relative_to(folder).as_posix(): path for path in folder.rglob("*") if path.is_file()}
+        self._paths["/"] = folder / "index.html"
         panels = sorted(path.stem for path in (folder / "panels").glob("*.js"))
         self.panels = [name for name in panels if not name.startswith("_")]
 
     def get(self, path: str) -> Asset | None:
-        """Return the file of a URL's path; None if there is none."""
-        file = self._known.get(path)
+        """Return the file at a URL path; None if it does not exist."""
+        file = self._paths.get(path)
         kind = _TYPES.get(file.suffix) if file else None
         if file is None or kind is None:
             return None
         try:
-            body = file.read_bytes()  # each time, for developers of panels who reload the page
+            body = file.read_bytes()  # read each time, for developers of panels who reload the page
         except OSError:
             return None
         return Asset(body, kind, f'"{hashlib.sha256(body).hexdigest()[:20]}"')

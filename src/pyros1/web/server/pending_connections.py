@@ -1,4 +1,4 @@
-"""Connections that are not admitted yet: any client can open them, without a token, and send nothing."""
+"""Limits the connections that are not admitted yet: any client can open them without a token and send nothing."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from pyros1.net.allowlist import Allowlist
 
 MAX_PENDING = 128
-"""Maximum number of pending connections. The oldest are dropped, as those of pages are admitted within moments."""
+"""Maximum number of pending connections. The oldest are dropped, since those of pages are admitted immediately."""
 
-ACCEPTED_TIMEOUT = 6_000
+ACK_TIMEOUT = 6_000
 """Milliseconds within which a client must acknowledge sent data, or its connection ends. A ping would not detect this,
 as it is queued behind the other data."""
 
@@ -24,7 +24,7 @@ class PendingConnections:
     """The connections that are not admitted yet.
 
     Args:
-        allowlist: decides which machines may connect; None: all.
+        allowlist: decides which machines may connect; None for all.
         max_pending: maximum number of connections.
     """
 
@@ -34,17 +34,17 @@ class PendingConnections:
         self._transports: dict[_Connection, BaseTransport] = {}
 
     def connection(self, *args: Any, **options: Any) -> ServerConnection:
-        """Return a connection; for the argument ``create_connection`` of websockets."""
+        """Create a connection; to be passed to websockets as ``create_connection``."""
         return _Connection(self, *args, **options)
 
     def add(self, connection: _Connection, transport: BaseTransport) -> None:
-        """Accept a new connection, or end it before anything is read."""
+        """Add a new connection, or close it before anything is read."""
         peer, local = transport.get_extra_info("peername"), transport.get_extra_info("sockname")
         if self._allowlist is not None and not (peer and local and self._allowlist.allows(peer[0], local[0])):
             transport.abort()  # type: ignore[attr-defined]
             return
-        with contextlib.suppress(AttributeError, OSError):  # systems without it keep the connection longer
-            transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, ACCEPTED_TIMEOUT)
+        with contextlib.suppress(AttributeError, OSError):  # systems without this option keep the connection longer
+            transport.get_extra_info("socket").setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, ACK_TIMEOUT)
         self._transports[connection] = transport
         while len(self._transports) > self._max_pending:
             self._transports.pop(next(iter(self._transports))).abort()  # type: ignore[attr-defined]

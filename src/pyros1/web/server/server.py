@@ -1,7 +1,7 @@
 """The server: the page's files, a WebSocket for each page, and those of other viewers and programs, on one port.
 
 See https://www.rfc-editor.org/rfc/rfc6455. Everything that can take time runs in threads, so that a slow page, node or
-master delays nobody else.
+master does not delay others.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from pyros1.web.rosbridge.driver import Bridge
 from pyros1.web.rosbridge.frame_decoder import MAX_FRAME
 from pyros1.web.server import wire
 from pyros1.web.server.access import MAX_PAGES, Access
-from pyros1.web.server.assets import SECURITY, Assets
+from pyros1.web.server.assets import SECURITY_HEADERS, Assets
 from pyros1.web.server.pending_connections import PendingConnections
 from pyros1.web.server.session import Session
 from pyros1.web.server.threads import ThreadPool
@@ -46,9 +46,9 @@ from pyros1.web.server.wire import RequestError
 from pyros1.web.service_exchanges import MAX_CONCURRENT_CALLS
 
 PROTOCOL = Subprotocol("pyros1.v1")
-SOCKET = "/ws"
+SOCKET_PATH = "/ws"
 """Path of the page's WebSocket."""
-PACKAGE_FILE = "/package_file"
+PACKAGE_FILE_PATH = "/package_file"
 """Path of meshes and textures: ``/package_file?token=...&uri=package://NAME/PATH``."""
 _CONTENT_TYPES = {
     "bmp": "image/bmp",
@@ -63,29 +63,29 @@ _CONTENT_TYPES = {
     "tga": "application/octet-stream",
     "webp": "image/webp",
 }
-"""Package files that are served to pages, by suffix: none that a browser would display as a page or run."""
+"""Content types of the package files served to pages, by suffix; browsers neither display nor run any as a page."""
 _ROSBRIDGE_PATHS = ("/", "/rosbridge")
-"""WebSocket paths for other programs."""
+"""WebSocket paths for rosbridge clients."""
 _MAX_CALLS = 16
-"""Maximum number of concurrent calls of a page; more wait."""
+"""Maximum number of concurrent calls of a page; further ones wait."""
 _MAX_FINAL_REQUESTS = 64
 """Maximum number of remaining requests that are handled after a page has disconnected."""
-_THREADS = 32
-"""Maximum number of threads for pushes, and the same for calls, which may take long and must not delay pushes."""
+_MAX_THREADS = 32
+"""Maximum number of threads for pushes, and of separate ones for calls, which may take long."""
 _MAX_LOGGED_ERRORS = 100
 _CLEANUP_PERIOD = 10.0
 """Seconds between cleanups of unused resources."""
-_ATTEMPTS = 20
-"""Attempts to find a port that is free at all addresses of a host."""
+_MAX_PORT_ATTEMPTS = 20
+"""Maximum number of attempts to find a port that is free at all addresses of a host."""
 _COALESCE_DELAY = 0.003
-"""Seconds within which pushes that become due are handled together."""
+"""Seconds for which pushes that become due are collected, to handle them together."""
 
 
 class WebServer:
-    """The server.
+    """Serves the page and all WebSockets.
 
     Args:
-        robot: the robot that pages view.
+        robot: the robot.
         access: the access rules.
     """
 
@@ -93,21 +93,21 @@ class WebServer:
         self._robot = robot
         self._access = access
         self._assets = Assets()
-        self._pushes = ThreadPool(_THREADS, "web: pushes")
-        self._calls = ThreadPool(_THREADS, "web: calls")
+        self._pushes = ThreadPool(_MAX_THREADS, "web: pushes")
+        self._calls = ThreadPool(_MAX_THREADS, "web: calls")
         self._services = ThreadPool(MAX_PAGES * MAX_CONCURRENT_CALLS, "web: services")
         self._bridge = Bridge(robot, self._services)
         self._viewers = ViewerContext(robot)
         self._pending_connections = PendingConnections(access.allowlist)
-        self._pages = 0
+        self._num_pages = 0
 
     @contextlib.asynccontextmanager
     async def listen(self, host: str, port: int) -> AsyncIterator[Server]:
         """Serve while the context lasts.
 
         Args:
-            host: name or address of the interface.
-            port: 0 for any free port.
+            host: name or address of the network interface.
+            port: the port; 0 for any free port.
 
         Raises:
             OSError: the port is not available.
@@ -115,7 +115,9 @@ class WebServer:
         logger = logging.getLogger("pyros1.web")
         logger.addHandler(logging.NullHandler())
         logger.propagate = False
-        logging.getLogger("asyncio").setLevel(logging.ERROR)  # it warns about each frame to a closed connection
+        logging.getLogger("asyncio").setLevel(
+            logging.ERROR
+        )  # asyncio warns about each frame sent to a closed connection
         asyncio.get_running_loop().set_exception_handler(_LoopErrorLog())
         try:
             async with await self._serve(host, port) as server:
@@ -130,15 +132,15 @@ class WebServer:
             self._bridge.close()
 
     async def _serve(self, host: str, port: int) -> Server:
-        """Listen; with port 0, on one free port for all addresses of the host."""
-        for remaining in range(_ATTEMPTS - 1, -1, -1):
+        """Start listening; port 0 stands for one free port for all addresses of the host."""
+        for remaining in range(_MAX_PORT_ATTEMPTS - 1, -1, -1):
             try:
                 server: Server = await serve(
-                    self._page,
+                    self._serve_connection,
                     host,
                     port or await _free_port(host),
-                    create_connection=self._pending_connections.connection,  # type: ignore[arg-type]  # it creates one
-                    process_request=self._answer,
+                    create_connection=self._pending_connections.connection,  # type: ignore[arg-type]  # returns a connection
+                    process_request=self._process_request,
                     select_subprotocol=_choose_protocol,
                     max_size=MAX_FRAME,
                     max_queue=2,  # for frames of the largest size; small ones are read together
@@ -160,23 +162,23 @@ class WebServer:
             await asyncio.sleep(_CLEANUP_PERIOD)
             await asyncio.get_running_loop().run_in_executor(self._calls, self._robot.clean_up)
 
-    async def _answer(self, connection: ServerConnection, request: Request) -> Response | None:
-        """Answer an HTTP request; None accepts a WebSocket."""
+    async def _process_request(self, connection: ServerConnection, request: Request) -> Response | None:
+        """Return the response to an HTTP request; None accepts a WebSocket."""
         try:
             return await self._respond(request)
-        except (ValueError, MultipleValuesError):  # from urlsplit; duplicate Host or Origin
+        except (ValueError, MultipleValuesError):  # from urlsplit, and from duplicate Host or Origin headers
             return _text_response(HTTPStatus.BAD_REQUEST, "This is not a valid request.\n")
 
     async def _respond(self, request: Request) -> Response | None:
         host = request.headers.get("Host")
-        if not self._access.is_our_name(host):
+        if not self._access.is_own_name(host):
             return _text_response(
                 HTTPStatus.FORBIDDEN, "This server has a different name. Use the link that it printed.\n"
             )
         path = urlsplit(request.path).path
-        if path == SOCKET or (path in _ROSBRIDGE_PATHS and _is_websocket_request(request)):
+        if path == SOCKET_PATH or (path in _ROSBRIDGE_PATHS and _is_websocket_request(request)):
             return self._admit(request)
-        if path == PACKAGE_FILE:
+        if path == PACKAGE_FILE_PATH:
             if problem := self._access.token_problem(request.path):
                 return _text_response(HTTPStatus.UNAUTHORIZED, f"{problem}\n")
             loop = asyncio.get_running_loop()
@@ -184,16 +186,16 @@ class WebServer:
         return self._file(path, request.headers.get("If-None-Match"))
 
     def _admit(self, request: Request) -> Response | None:
-        """Accept a WebSocket, or return why not. See `Access.allows_programs_from_anywhere`."""
+        """Return None to accept a WebSocket, or a refusal. See `Access.allows_programs_from_anywhere`."""
         origin, host = request.headers.get("Origin"), request.headers.get("Host")
         from_anywhere = _is_from_program(request) and self._access.allows_programs_from_anywhere
-        if not from_anywhere and not self._access.is_our_page(origin, host):
+        if not from_anywhere and not self._access.is_own_page(origin, host):
             return _text_response(HTTPStatus.FORBIDDEN, "Pages of other sites may not connect.\n")
         if problem := self._access.token_problem(request.path):
             return _text_response(HTTPStatus.UNAUTHORIZED, f"{problem}\n")
-        if self._pages >= self._access.most_pages:
-            text = f"At most {self._access.most_pages} pages and programs may be connected (option --most-pages).\n"
-            return _text_response(HTTPStatus.SERVICE_UNAVAILABLE, text)
+        if self._num_pages >= self._access.most_pages:
+            message = f"At most {self._access.most_pages} pages and programs may be connected (option --most-pages).\n"
+            return _text_response(HTTPStatus.SERVICE_UNAVAILABLE, message)
         return None
 
     def _file(self, path: str, etag: str | None) -> Response:
@@ -203,7 +205,7 @@ class WebServer:
             )
         asset = self._assets.get(path)
         if asset is None:
-            return _text_response(HTTPStatus.NOT_FOUND, "There is nothing here.\n")
+            return _text_response(HTTPStatus.NOT_FOUND, "Not found.\n")
         headers = {"Content-Type": asset.content_type, "ETag": asset.tag}
         if etag == asset.tag:
             return _response(HTTPStatus.NOT_MODIFIED, b"", headers)
@@ -214,20 +216,20 @@ class WebServer:
             uri = parse_qs(urlsplit(path).query, max_num_fields=20).get("uri", [""])[0]
         except ValueError:
             uri = ""
-        kind = _CONTENT_TYPES.get(uri.rpartition(".")[2].lower())
-        if kind is None:
+        content_type = _CONTENT_TYPES.get(uri.rpartition(".")[2].lower())
+        if content_type is None:
             return _text_response(HTTPStatus.FORBIDDEN, f"only {', '.join(_CONTENT_TYPES)} files are served\n")
         try:
-            return _response(HTTPStatus.OK, self._robot.files.read(uri), {"Content-Type": kind})
+            return _response(HTTPStatus.OK, self._robot.files.read(uri), {"Content-Type": content_type})
         except FileError as error:
             return _text_response(HTTPStatus.NOT_FOUND, f"{error}\n")
 
-    async def _page(self, socket: ServerConnection) -> None:
+    async def _serve_connection(self, socket: ServerConnection) -> None:
         self._pending_connections.remove(socket)
-        self._pages += 1
+        self._num_pages += 1
         try:
-            # Each takes turns with the others.
-            pushes, calls, services = (each.queue() for each in (self._pushes, self._calls, self._services))
+            # The tasks of each connection take turns with those of the others.
+            pushes, calls, services = (threads.queue() for threads in (self._pushes, self._calls, self._services))
             if socket.subprotocol in FOXGLOVE:
                 await Viewer(socket, self._viewers, pushes, calls, services).run()
             elif socket.request is not None and urlsplit(socket.request.path).path in _ROSBRIDGE_PATHS:
@@ -235,11 +237,11 @@ class WebServer:
             else:
                 await _Page(socket, self._robot, pushes, calls, services).run()
         finally:
-            self._pages -= 1
+            self._num_pages -= 1
 
 
 class _Page:
-    """Drives a `Session`: one task reads, one checks what is due, and one runs per push and per call."""
+    """Drives a `Session`: one task reads, one checks for due pushes, and there is one task per push and per call."""
 
     def __init__(
         self, socket: ServerConnection, robot: Robot, pushes: Executor, calls: Executor, services: Executor
@@ -254,7 +256,7 @@ class _Page:
         self._session = Session(robot, self._wake)
         self._tasks: set[asyncio.Task[None]] = set()
         self._call_slots = asyncio.Semaphore(_MAX_CALLS)
-        self._running_service_calls = 0  # service calls: nothing waits for them to finish
+        self._running_service_calls = 0  # no other request waits for these calls to finish
 
     async def run(self) -> None:
         self._start_task(self._push_due_streams)
@@ -280,12 +282,12 @@ class _Page:
             await self._socket.close(1008, str(error)[:100])
             return
         if isinstance(request, wire.Call):
-            if request.name in calls.LONG:
+            if request.name in calls.LONG_CALLS:
                 if self._running_service_calls < MAX_CONCURRENT_CALLS:
                     self._running_service_calls += 1
                     self._start_task(self._call_service, request)
                 else:
-                    problem = f"{MAX_CONCURRENT_CALLS} calls of services are already waiting for their answers"
+                    problem = f"{MAX_CONCURRENT_CALLS} service calls are already waiting for responses"
                     await self._socket.send(wire.failure(request.id, problem))
                 return
             await self._call_slots.acquire()
@@ -296,14 +298,14 @@ class _Page:
 
     async def _call(self, call: wire.Call) -> None:
         try:
-            frame = await self._loop.run_in_executor(self._calls, self._session.answer, call)
+            frame = await self._loop.run_in_executor(self._calls, self._session.run_call, call)
             await self._socket.send(frame)
         finally:
             self._call_slots.release()
 
     async def _call_service(self, call: wire.Call) -> None:
         try:
-            frame = await self._loop.run_in_executor(self._services, self._session.answer, call)
+            frame = await self._loop.run_in_executor(self._services, self._session.run_call, call)
             await self._socket.send(frame)
         finally:
             self._running_service_calls -= 1
@@ -322,7 +324,7 @@ class _Page:
     async def _push(self, number: int) -> None:
         frame = await self._loop.run_in_executor(self._pushes, self._session.push, number)
         if frame is not None:
-            await self._socket.send(frame)  # waits here for a slow page
+            await self._socket.send(frame)  # waits while the page is slow
 
     def _start_task(self, work: Callable[..., Coroutine[Any, Any, None]], *args: Any) -> None:
         async def guarded() -> None:
@@ -336,7 +338,7 @@ class _Page:
     def _wake(self) -> None:
         if not self._wake_scheduled:  # most messages arrive while a check is already scheduled
             self._wake_scheduled = True
-            with contextlib.suppress(RuntimeError):  # the loop has ended
+            with contextlib.suppress(RuntimeError):  # the loop is closed
                 self._loop.call_soon_threadsafe(self._wake_event.set)
 
 
@@ -347,14 +349,14 @@ class _LoopErrorLog:
         self._logged: set[str] = set()
 
     def __call__(self, _: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
-        text = f"{context.get('message', 'a fault')}: {context.get('exception')!r}"[:500]
+        text = f"{context.get('message', 'an error occurred')}: {context.get('exception')!r}"[:500]
         if text not in self._logged and len(self._logged) < _MAX_LOGGED_ERRORS:
             self._logged.add(text)
             logging.getLogger("asyncio").error("pyros1 web: %s", text)
 
 
 async def _free_port(host: str) -> int:
-    """Return a port that is free at one address of a host, so probably at the others as well; 0 if there is none."""
+    """Return a port that is free at one address of a host, and so probably at the others; 0 if there is none."""
     getaddrinfo = asyncio.get_running_loop().getaddrinfo
     for family, kind, protocol, _, address in await getaddrinfo(host or None, None, type=socket.SOCK_STREAM):
         with contextlib.suppress(OSError), closing(socket.socket(family, kind, protocol)) as probe:
@@ -369,7 +371,7 @@ def _is_websocket_request(request: Request) -> bool:
 
 
 def _is_from_program(request: Request) -> bool:
-    """Return whether a request is from a rosbridge client or a viewer, which do not use our page's protocol."""
+    """Return whether a request is from a rosbridge client or a viewer, which do not use the page's protocol."""
     offered = [
         name.strip() for header in request.headers.get_all("Sec-WebSocket-Protocol") for name in header.split(",")
     ]
@@ -386,5 +388,5 @@ def _text_response(status: HTTPStatus, text: str) -> Response:
 
 
 def _response(status: HTTPStatus, body: bytes, headers: dict[str, str]) -> Response:
-    every = {**SECURITY, **headers, "Content-Length": str(len(body)), "Connection": "close"}
-    return Response(status.value, status.phrase, Headers(every), body)
+    all_headers = {**SECURITY_HEADERS, **headers, "Content-Length": str(len(body)), "Connection": "close"}
+    return Response(status.value, status.phrase, Headers(all_headers), body)

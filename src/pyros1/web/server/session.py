@@ -20,17 +20,17 @@ _RETRY_DELAY = 1.0
 
 
 class _Stream:
-    """A stream.
+    """A stream of a view's data.
 
     Args:
-        make_view: creates its view from arguments. If that fails, for example without a master, it is retried.
-        args: the arguments.
+        make_view: creates the view from arguments; retried after an error, for example if there is no master.
+        args: the arguments of the view.
     """
 
     def __init__(self, make_view: Callable[[Mapping[str, Any]], View], args: Mapping[str, Any]) -> None:
         self.make_view = make_view
         self.args = args
-        self.lock = threading.Lock()  # guards the view: it may be slow, and must not delay others
+        self.lock = threading.Lock()  # guards the view, which may be slow and must not delay others
         self.view: View | None = None
         self.busy = False
         self.closed = False
@@ -40,7 +40,7 @@ class _Stream:
         self.problem = ""
 
     def due(self) -> float | None:
-        """Return when to create the next push; None for not before an event."""
+        """Return when the next push is due; None if not before an event."""
         if self.busy or self.closed:
             return None
         if self.view is None:
@@ -51,13 +51,13 @@ class _Stream:
 
 
 class Session:
-    """A page.
+    """The server's state of a page.
 
-    `due` is called in the thread of the server's loop. `handle`, `push`, `answer` and `close` may take long and run in
+    `due` is called in the thread of the server's loop. `handle`, `push`, `run_call` and `close` may block, and run in
     other threads, concurrently for different streams.
 
     Args:
-        robot: the robot that the page views.
+        robot: the robot.
         wake: called, from any thread, when a stream may be due.
     """
 
@@ -68,13 +68,13 @@ class Session:
         self._exchanges = ServiceExchanges()
 
     def due(self, now: float) -> tuple[list[int], float | None]:
-        """Return the streams for which `push` is to be called now, and when to call this again.
+        """Return the streams for which to call `push` now, and when to call this again.
 
         Args:
-            now: seconds of a monotonic clock.
+            now: monotonic time in seconds.
 
         Returns:
-            Numbers of streams, and a time; None if there is nothing to do before `wake` is called.
+            The numbers of the streams, and the time of the next call; None if it is after `wake`.
         """
         numbers: list[int] = []
         next_time: float | None = None
@@ -90,7 +90,7 @@ class Session:
         return numbers, next_time
 
     def push(self, number: int) -> str | bytes | None:
-        """Return the frame of a stream that was due; None if its view has nothing new."""
+        """Return the next frame of a stream that was due; None if its view has nothing new."""
         stream = self._streams.get(number)
         if stream is None:
             return None
@@ -102,7 +102,7 @@ class Session:
                 self._wake()
 
     def handle(self, request: wire.Open | wire.Change | wire.Next | wire.Close) -> list[str]:
-        """Handle a request about a stream; return the frames of the answer."""
+        """Handle a request about a stream; return the frames of the response."""
         try:
             match request:
                 case wire.Open(number, name, args):
@@ -119,14 +119,14 @@ class Session:
             return [wire.problem(request.stream, str(error))]
         return []
 
-    def answer(self, call: wire.Call) -> str:
-        """Run a call; return the frame of the answer."""
+    def run_call(self, call: wire.Call) -> str:
+        """Run a call; return the frame of the response."""
         try:
             return wire.result(call.id, calls.run(self._robot, call.name, call.args, self._exchanges))
         except Error as error:
             return wire.failure(call.id, str(error))
-        except Exception as error:  # noqa: BLE001 - a bug here, which the page should report
-            return wire.failure(call.id, f"an internal error of this server: {error!r:.500}")
+        except Exception as error:  # noqa: BLE001 - a bug, which the page should report
+            return wire.failure(call.id, f"internal server error: {error!r:.500}")
 
     def close(self) -> None:
         """End all streams and service calls."""
@@ -136,18 +136,18 @@ class Session:
 
     def _open(self, number: int, name: str, args: Mapping[str, Any]) -> None:
         if number in self._streams:
-            raise RequestError(f"stream {number} is open")
+            raise RequestError(f"stream {number} is already open")
         if len(self._streams) >= MAX_STREAMS:
-            raise RequestError(f"a page has at most {MAX_STREAMS} streams")
+            raise RequestError(f"a page can have at most {MAX_STREAMS} streams")
         if name not in views.NAMES:
-            raise RequestError(f"there is no view {name[:100]!r}")
+            raise RequestError(f"unknown view {name[:100]!r}")
         view_class = views.view_class(name)
 
-        def updated() -> None:
+        def on_update() -> None:
             stream.updated = True
             self._wake()
 
-        stream = self._streams[number] = _Stream(lambda args: view_class(self._robot, args, updated), args)
+        stream = self._streams[number] = _Stream(lambda args: view_class(self._robot, args, on_update), args)
         self._wake()
 
     def _change(self, number: int, args: Mapping[str, Any]) -> None:
@@ -171,8 +171,8 @@ class Session:
             frame = None if push is None else wire.push(number, push)
         except Error as error:
             problem = str(error)
-        except Exception as error:  # noqa: BLE001 - a bug here, which the page should report
-            problem = f"an internal error of this server: {error!r:.500}"
+        except Exception as error:  # noqa: BLE001 - a bug, which the page should report
+            problem = f"internal server error: {error!r:.500}"
         else:
             stream.problem = ""
             stream.acknowledged = frame is None

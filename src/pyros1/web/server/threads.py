@@ -1,4 +1,4 @@
-"""Threads for work that may take long. Those of `concurrent.futures` would delay the exit of the program."""
+"""A thread pool for work that may take long. One of `concurrent.futures` would delay the exit of the program."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from concurrent.futures import Executor, Future
 from typing import Any, NamedTuple, TypeVar
 
 _T = TypeVar("_T")
-_IDLE_SECONDS = 10.0
+_IDLE_TIMEOUT = 10.0
 
 
 class _Job(NamedTuple):
@@ -20,22 +20,22 @@ class _Job(NamedTuple):
 
 
 class ThreadPool(Executor):
-    """Threads, created on demand. Threads that are idle for a while end.
+    """A pool of threads, which are created on demand and end after they have been idle for a while.
 
     Args:
-        max_threads: maximum number of threads; more work waits.
-        name: name of the threads.
+        max_threads: maximum number of threads; further work is queued.
+        name: the threads' name, to which a number is added.
         idle: seconds without work after which a thread ends.
     """
 
-    def __init__(self, max_threads: int, name: str, idle: float = _IDLE_SECONDS) -> None:
+    def __init__(self, max_threads: int, name: str, idle: float = _IDLE_TIMEOUT) -> None:
         self._max_threads = max_threads
         self._name = name
-        self._idle_time = idle
+        self._idle_timeout = idle
         self._changed = threading.Condition()
-        self._queues: dict[object, deque[_Job]] = {}  # queues with waiting work, in the order of their turns
-        self._waiting = 0  # work
-        self._idle = 0
+        self._queues: dict[object, deque[_Job]] = {}  # queues that are not empty, in the order of their turns
+        self._num_queued = 0
+        self._num_idle = 0
         self._threads: set[threading.Thread] = set()
         self._started_count = 0
         self._ended = False
@@ -43,7 +43,7 @@ class ThreadPool(Executor):
     def queue(self) -> Executor:
         """Return an executor on the same threads whose work takes turns with that of other queues.
 
-        So a busy queue delays others by only one piece of work at a time.
+        A busy queue thus delays others by only one job at a time.
         """
         return _QueueExecutor(self)
 
@@ -58,8 +58,8 @@ class ThreadPool(Executor):
             if self._ended:
                 raise RuntimeError("the server is shutting down")
             self._queues.setdefault(queue, deque()).append(_Job(future, fn, args, kwargs))
-            self._waiting += 1
-            if self._waiting > self._idle and len(self._threads) < self._max_threads:
+            self._num_queued += 1
+            if self._num_queued > self._num_idle and len(self._threads) < self._max_threads:
                 self._started_count += 1
                 thread = threading.Thread(target=self._worker, name=f"{self._name} {self._started_count}", daemon=True)
                 self._threads.add(thread)
@@ -69,10 +69,10 @@ class ThreadPool(Executor):
         return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
-        """Accept no more work, and end the threads as soon as their work is done.
+        """Stop accepting work, and end the threads when their work is done.
 
         Args:
-            wait: whether to wait for that.
+            wait: whether to wait until they have ended.
             cancel_futures: whether to cancel work that has not started.
         """
         with self._changed:
@@ -82,7 +82,7 @@ class ThreadPool(Executor):
                     for job in jobs:
                         job.future.cancel()
                 self._queues.clear()
-                self._waiting = 0
+                self._num_queued = 0
             threads = list(self._threads)
             self._changed.notify_all()
         if wait:
@@ -99,12 +99,12 @@ class ThreadPool(Executor):
             del job  # keep no references while the thread waits
 
     def _next(self) -> _Job | None:
-        """Wait for work; None: the thread should end."""
+        """Wait for a job and return it; None if the thread should end."""
         with self._changed:
             while not self._queues:
-                self._idle += 1
-                has_work = not self._ended and self._changed.wait(self._idle_time)
-                self._idle -= 1
+                self._num_idle += 1
+                has_work = not self._ended and self._changed.wait(self._idle_timeout)
+                self._num_idle -= 1
                 if not has_work and not self._queues:
                     self._threads.discard(threading.current_thread())
                     return None
@@ -113,7 +113,7 @@ class ThreadPool(Executor):
             job = jobs.popleft()
             if jobs:
                 self._queues[queue] = jobs  # behind the other queues
-            self._waiting -= 1
+            self._num_queued -= 1
             return job
 
 

@@ -1,4 +1,4 @@
-"""Waiting on the server's loop, and for the operations of a client."""
+"""Waiting in the server's loop, with a timeout, and for a client's pending operations."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from collections.abc import Callable
 from time import monotonic
 
 MAX_PENDING_SECONDS = 3.0
-"""Seconds for which a client's next operation waits for its subscriptions: the master may be unreachable."""
+"""Seconds for which a client's next operation waits for its subscriptions, as the master may be unreachable."""
 
 
 class Pending:
     """Operations in progress, such as subscriptions that are not registered yet.
 
     Args:
-        wake: called, from any thread, when nothing is in progress any more.
+        wake: called from any thread when no operation is in progress any more.
     """
 
     def __init__(self, wake: Callable[[], object]) -> None:
@@ -24,11 +24,11 @@ class Pending:
         self._pending: set[object] = set()
 
     def __bool__(self) -> bool:
-        """Return whether something is in progress."""
+        """Return whether an operation is in progress."""
         return bool(self._pending)
 
     def begin(self) -> Callable[[], None]:
-        """Note that an operation is in progress; return the function to call when it is done."""
+        """Record that an operation is in progress; return the function to call when it is done."""
         token = object()
         with self._lock:
             self._pending.add(token)
@@ -43,13 +43,13 @@ class Pending:
         return done
 
     def abandon(self) -> None:
-        """Stop waiting for what is in progress now."""
+        """Stop waiting for the operations in progress."""
         with self._lock:
             self._pending.clear()
 
 
 async def wait_for_event(event: asyncio.Event, seconds: float | None) -> None:
-    """Wait until an event is set, but at most this many seconds; None for no limit.
+    """Wait until an event is set, for at most this many seconds; None for no limit.
 
     Before Python 3.12, `asyncio.wait_for` may swallow a cancellation that arrives together with the event, and a loop
     around it then never ends (https://github.com/python/cpython/issues/86296).
@@ -62,12 +62,12 @@ async def wait_for_event(event: asyncio.Event, seconds: float | None) -> None:
 
 
 async def wait_until_done(pending: Pending, woken: asyncio.Event, seconds: float) -> None:
-    """Wait until nothing is pending, but at most this many seconds; then abandon the rest.
+    """Wait until no operation is pending, for at most this many seconds; then abandon those that are left.
 
     Args:
         pending: the operations in progress.
-        woken: set when they are done.
-        seconds: maximum time to wait.
+        woken: set when the operations are done.
+        seconds: the maximum time to wait.
     """
     deadline = monotonic() + seconds
     while True:

@@ -1,16 +1,16 @@
-"""The protocol between a page and its server, over one WebSocket. Pure.
+"""The protocol between a page and its server, over one WebSocket (pure).
 
-A page sends requests, as JSON texts. A request is one of ::
+A page sends requests as JSON. A request is one of ::
 
-    {"call": NAME, "id": N, "args": {...}}        ask for one thing
-    {"open": VIEW, "stream": N, "args": {...}}    begin a stream of what a view shows
-    {"change": N, "args": {...}}                  show something else in stream N
-    {"next": N}                                   the last push of stream N is on the screen: send the next one
+    {"call": NAME, "id": N, "args": {...}}        make a single request
+    {"open": VIEW, "stream": N, "args": {...}}    start a stream of a view's data
+    {"change": N, "args": {...}}                  change the arguments of stream N
+    {"next": N}                                   the last push of stream N was displayed: send the next one
     {"close": N}                                  end stream N
 
-The server answers with ``{"id": N, "result": ...}`` or ``{"id": N, "error": TEXT}``, and pushes
+The server responds with ``{"id": N, "result": ...}`` or ``{"id": N, "error": TEXT}``, and pushes
 ``{"stream": N, "data": ...}`` or ``{"stream": N, "error": TEXT}``. A stream has at most one push in flight, so a slow
-page gets fewer and newer ones. A push with numbers or pictures is binary: the length of the header (4 bytes, little
+page gets fewer, newer pushes. A push with numbers or pictures is binary: the length of the header (4 bytes, little
 endian), the header ``{"stream": N, "data": ...}`` in JSON, spaces up to a multiple of 8 bytes, then the bytes.
 """
 
@@ -22,16 +22,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from pyros1.ground.errors import Error
-from pyros1.web.json_texts import loads
+from pyros1.web.client_json import loads
 
 MAX_REQUEST = 1 << 20
-"""Maximum characters of a request: it may contain a message to publish."""
+"""Maximum number of characters of a request, which may contain a message to publish."""
 MAX_NUMBER = 1 << 31
 _ALIGNMENT = 8
 
 
 class RequestError(Error):
-    """A page's request is invalid or has failed. The text is displayed on the page."""
+    """A page's request is invalid or has failed. The message is displayed on the page."""
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class Call:
 
 @dataclass(frozen=True)
 class Open:
-    """Begin a stream."""
+    """Start a stream."""
 
     stream: int
     view: str
@@ -83,7 +83,7 @@ class Push:
 
     Attributes:
         data: a JSON value.
-        blob: bytes that go with it; None for a text frame.
+        blob: bytes that belong to it; None for a text frame.
     """
 
     data: Any
@@ -94,21 +94,21 @@ def parse(text: str | bytes) -> Request:
     """Return the request in a frame.
 
     Raises:
-        RequestError: it is not a valid request.
+        RequestError: the frame is not a valid request.
     """
     if not isinstance(text, str):
-        raise RequestError("a request is a text frame")
+        raise RequestError("a request must be a text frame")
     if len(text) > MAX_REQUEST:
-        raise RequestError(f"a request has at most {MAX_REQUEST} characters")
+        raise RequestError(f"a request can have at most {MAX_REQUEST} characters")
     try:
         value = loads(text)
     except ValueError:
-        raise RequestError("a request is JSON") from None
+        raise RequestError("a request must be JSON") from None
     if not isinstance(value, dict):
-        raise RequestError("a request is a JSON object")
+        raise RequestError("a request must be a JSON object")
     args = value.get("args", {})
     if not isinstance(args, dict):
-        raise RequestError("args is a JSON object")
+        raise RequestError("args must be a JSON object")
     match value:
         case {"call": str(name), "id": number}:
             return Call(_number(number), name, args)
@@ -120,33 +120,33 @@ def parse(text: str | bytes) -> Request:
             return Next(_number(number))
         case {"close": number}:
             return Close(_number(number))
-    raise RequestError("a request is a call, open, change, next or close")
+    raise RequestError("a request must be a call, open, change, next or close")
 
 
 def _number(value: object) -> int:
     if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value < MAX_NUMBER:
-        raise RequestError("calls and streams have numbers")
+        raise RequestError("ids of calls and streams must be integers that are not negative")
     return value
 
 
 def result(number: int, value: Any) -> str:
-    """Return the frame that answers a call."""
+    """Return the frame with the result of a call."""
     return _dumps({"id": number, "result": value})
 
 
 def failure(number: int, text: str) -> str:
-    """Return the frame that says why a call failed."""
+    """Return the frame with the reason why a call failed."""
     return _dumps({"id": number, "error": text})
 
 
-def push(stream: int, what: Push) -> str | bytes:
+def push(stream: int, data: Push) -> str | bytes:
     """Return the frame of a push."""
-    text = _dumps({"stream": stream, "data": what.data})
-    if what.blob is None:
+    text = _dumps({"stream": stream, "data": data.data})
+    if data.blob is None:
         return text
     header = text.encode("ascii")
     header += b" " * (-(4 + len(header)) % _ALIGNMENT)
-    return struct.pack("<I", len(header)) + header + what.blob
+    return struct.pack("<I", len(header)) + header + data.blob
 
 
 def problem(stream: int, text: str) -> str:

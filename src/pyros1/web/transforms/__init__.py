@@ -1,1 +1,1 @@
-"""Processing of the robot's data for views, before it is sent to a page."""
+"""Processes the robot's data for views before it is sent to a page."""

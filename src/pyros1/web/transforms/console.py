@@ -1,4 +1,4 @@
-"""The log of all nodes, from /rosout: the latest messages are kept, so that a reloaded page has them."""
+"""Stores the latest log messages of all nodes, from /rosout, so that a reloaded page can display them."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from typing import Any, NamedTuple
 
 from pyros1.node import Node
 
-_QUEUE = 20_000
-"""Maximum number of queued messages of each node; no node is delayed."""
+_QUEUE_SIZE = 20_000
+"""Maximum number of queued messages of each node, so that no node is delayed."""
 SIZE = 50_000
-"""Maximum number of messages that are kept."""
+"""Maximum number of stored messages."""
 _MAX_TEXT_LENGTH = 20_000
-"""Maximum characters of a message that are kept."""
+"""Maximum number of stored characters of a message."""
 _MAX_TOPICS = 50
 _MAX_NAME_LENGTH = 500
 MAX_CHARACTERS = 50_000_000
-"""Maximum total characters of all kept texts."""
+"""Maximum total number of stored characters."""
 
 
 class Entry(NamedTuple):
@@ -36,17 +36,17 @@ class Entry(NamedTuple):
     line: int
     topics: list[str]
     nanoseconds: int
-    """Nanoseconds of the time within its second: the time alone is not that precise."""
+    """Nanoseconds within the second of the time, which alone is not that precise."""
 
 
 class Console:
-    """The log.
+    """The log of all nodes.
 
     Args:
-        size: maximum number of messages that are kept.
+        size: maximum number of stored messages.
 
     Attributes:
-        run: name of this run of the server; each run numbers messages from the start again.
+        run: an id of this run of the server; each run numbers messages from 1.
     """
 
     def __init__(self, size: int = SIZE) -> None:
@@ -58,11 +58,11 @@ class Console:
         self._listeners: tuple[Callable[[], object], ...] = ()
 
     def start(self, node: Node) -> None:
-        """Collect the messages of a system until the node shuts down."""
-        # Not /rosout_agg, where the rosout node collects them: it may not be running, and messages would be delayed.
-        node.subscribe("/rosout", "rosgraph_msgs/Log", self.take, queue_size=_QUEUE)
+        """Collect the log messages until the node shuts down."""
+        # Not /rosout_agg: the rosout node, which collects messages there, may not be running and would delay them.
+        node.subscribe("/rosout", "rosgraph_msgs/Log", self.add, queue_size=_QUEUE_SIZE)
 
-    def take(self, message: Any) -> None:
+    def add(self, message: Any) -> None:
         """Add a rosgraph_msgs/Log message."""
         text = message.msg[: _MAX_TEXT_LENGTH + 1]
         if len(text) > _MAX_TEXT_LENGTH:
@@ -73,29 +73,29 @@ class Console:
         with self._lock:
             self._count += 1
             if len(self._entries) == self._entries.maxlen:
-                self._forget()
+                self._remove_oldest()
             level, line = message.level, message.line
             entry = Entry(self._count, stamp.to_sec(), level, name, text, file, function, line, topics, stamp.nsecs)
             self._characters += _characters(entry)
             while self._characters > MAX_CHARACTERS and self._entries:
-                self._forget()
+                self._remove_oldest()
             self._entries.append(entry)
         for listener in self._listeners:
             listener()
 
-    def _forget(self) -> None:
+    def _remove_oldest(self) -> None:
         self._characters -= _characters(self._entries.popleft())
 
     def after(self, number: int, max_entries: int, characters: int = MAX_CHARACTERS) -> tuple[list[Entry], int]:
-        """Return the messages after a given one.
+        """Return the messages after one with a given number.
 
         Args:
-            number: number of the last known message; 0 for none.
-            max_entries: maximum number to return. If there are more, the oldest are returned.
-            characters: maximum characters of their texts; one message is returned in any case.
+            number: the number of the last known message; 0 for none.
+            max_entries: maximum number of messages; if there are more, the oldest ones are returned.
+            characters: maximum total number of characters; at least one message is returned, however long.
 
         Returns:
-            The messages, and how many before them were dropped here.
+            The messages, and how many before them are no longer stored.
         """
         with self._lock:
             first = self._entries[0].number if self._entries else self._count + 1
@@ -110,7 +110,7 @@ class Console:
         return entries, start - number - 1
 
     def listen(self, listener: Callable[[], object]) -> Callable[[], None]:
-        """Call a function, in a thread of the node, after each message; return a function that ends this."""
+        """Call a function, in a thread of the node, after each message; return a function that stops this."""
         with self._lock:
             self._listeners = (*self._listeners, listener)
 

@@ -1,4 +1,4 @@
-"""Curves of a plot: the values of messages that they display, and the points that have not been sent yet."""
+"""Curves of a plot: they read values from messages, and queue points to be sent."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from pyros1.web.transforms.decimation import decimate
 MAX_PARTS = 50
 """Maximum number of array elements with their own curves."""
 MAX_POINTS = 20_000
-"""Maximum number of queued points of a part; beyond that, they are thinned out, but spikes are preserved."""
+"""Maximum number of queued points of a part; beyond that, points are removed, but spikes are preserved."""
 _WITH_EXPRESSION = re.compile(r"\s*(/[\w/]+)\s*:\s*(.+?)\s*\Z", re.DOTALL)
 
 FindTopic = Callable[[str], "tuple[str, str, str] | None"]
-"""Splits ``/topic/field`` into topic, type and the rest; see `pyros1.graph.Graph.find_topic`."""
+"""Splits ``/topic/field`` into topic, type and field path; see `pyros1.graph.Graph.find_topic`."""
 
 
 class CurveError(Error):
@@ -34,12 +34,12 @@ class Curve:
 
     Args:
         text: ``/topic/field``, ``/topic`` if its messages have one field, ``/topic/array[2]``, ``/topic/array[0:3]``,
-            or ``/topic: EXPRESSION`` where ``m`` is the message, as
+            or ``/topic: EXPRESSION`` where ``m`` is the message, such as
             ``/odom: hypot(m.twist.twist.linear.x, m.twist.twist.linear.y)``.
-        stamped: whether to use the time in the message's header instead of its arrival.
+        stamped: whether to use the time in the message's header instead of the time of its arrival.
 
     Attributes:
-        problem: its current problem; empty for none.
+        problem: the current problem; empty for none.
         has_data: whether a message has arrived.
 
     Raises:
@@ -53,7 +53,7 @@ class Curve:
         self._stamped = stamped
         self._lock = threading.Lock()
         self._points: dict[int, tuple[list[float], list[float]]] = {}
-        self._read: Callable[[Any], Any] | None = None
+        self._read_value: Callable[[Any], Any] | None = None
         match = _WITH_EXPRESSION.match(text)
         self._expression: Expression | None = None
         self._topic = ""
@@ -64,17 +64,17 @@ class Curve:
             except ExpressionError as error:
                 raise CurveError(str(error)) from None
         elif not self.text.startswith("/"):
-            raise CurveError(f"a curve is /topic/field, not {self.text[:100]!r}")
+            raise CurveError(f"a curve must be /topic/field, not {self.text[:100]!r}")
 
     def find(self, find_topic: FindTopic) -> str | None:
-        """Return the curve's topic; None while the master does not know it.
+        """Return the curve's topic; None while the master does not list it.
 
         Raises:
             CurveError: the part after the topic's name is not a field.
         """
         if self._expression is not None:
             found = find_topic(self._topic)
-            self._read = self._evaluate
+            self._read_value = self._evaluate
             return found[0] if found and not found[2] else None
         found = find_topic(self.text)
         if found is None:
@@ -83,14 +83,14 @@ class Curve:
             path = FieldPath(found[2])
         except FieldPathError as error:
             raise CurveError(str(error)) from None
-        self._read = lambda message: _value(path, message)
+        self._read_value = lambda message: _value(path, message)
         return found[0]
 
     def add(self, message: Any, arrived: float) -> None:
-        """Add the point of a message, or note its problem."""
+        """Add the point of a message, or record its problem."""
         self.has_data = True
         try:
-            value = self._read(message) if self._read else None
+            value = self._read_value(message) if self._read_value else None
             numbers = _numbers(value)
         except (CurveError, FieldPathError, ExpressionError, MessageError) as error:
             self.problem = str(error)
@@ -111,7 +111,7 @@ class Curve:
         """Return the points since the last call, as part -> times, values. A plain number has the part -1.
 
         Args:
-            max_points: maximum points of each part.
+            max_points: maximum number of points of each part.
         """
         with self._lock:
             points, self._points = self._points, {}
@@ -125,7 +125,7 @@ def _value(path: FieldPath, message: Any) -> Any:
     try:
         return path.get(message)[0]
     except FieldPathError as error:
-        path.type_in(type(message))  # gives a better error about the names
+        path.type_in(type(message))  # raises a better error if a name is wrong
         raise CurveError(f"no such element now, index out of range: {path.text}") from error
 
 
@@ -143,8 +143,8 @@ def _number(value: Any) -> float:
     if isinstance(value, TVal):
         return float(value.to_sec())
     if not isinstance(value, (int, float)):
-        what = "a text" if isinstance(value, str) else "a message: choose one of its fields"
-        raise CurveError(f"not a number, but {what}")
+        found = "a string" if isinstance(value, str) else "a message: choose one of its fields"
+        raise CurveError(f"not a number, but {found}")
     try:
         return float(value)
     except OverflowError:

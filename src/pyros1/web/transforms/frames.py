@@ -1,4 +1,4 @@
-"""The tree of coordinate frames from /tf and /tf_static, with publishers, rates and ages. Pure."""
+"""The tree of coordinate frames from /tf and /tf_static, with publishers, rates and ages (pure)."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ from collections import deque
 from typing import Any
 
 MAX_FRAMES = 2_000
-"""Maximum number of frames that are kept; more are only counted."""
+"""Maximum number of frames; further ones are only counted."""
 _WINDOW = 50
 """Number of messages over which a rate is measured."""
 _MAX_SOURCES = 8
-"""Maximum number of reported publishers, and parents, of a frame."""
+"""Maximum number of reported publishers and parents of a frame."""
 _MAX_BACKWARD_STEP = 0.5
-"""Seconds; if the time goes back by more, a bag or a simulation has started again."""
+"""Seconds; if the time jumps back by more than this, a bag or a simulation has restarted."""
 
 
 class _Frame:
     def __init__(self) -> None:
         self.static = False
-        self.sources: dict[tuple[str, str], float] = {}  # (publisher, parent) -> when
+        self.sources: dict[tuple[str, str], float] = {}  # (publisher, parent) -> time of the last message
         self.arrivals: deque[float] = deque(maxlen=_WINDOW)
         self.stamp = 0.0
         self.transform: list[float] = []
@@ -38,13 +38,13 @@ class Frames:
         Args:
             transforms: geometry_msgs/TransformStamped messages.
             publisher: name of the publishing node.
-            static: whether it was published on /tf_static.
+            static: whether the message was published on /tf_static.
             now: the time in seconds.
         """
-        if not static:  # these may have been published before this started
+        if not static:  # static transforms may have been published before this was created
             self._advance_time(now)
-        for each in transforms:
-            child, parent = each.child_frame_id.lstrip("/"), each.header.frame_id.lstrip("/")
+        for stamped in transforms:
+            child, parent = stamped.child_frame_id.lstrip("/"), stamped.header.frame_id.lstrip("/")
             frame = self._frames.get(child)
             if frame is None:
                 if len(self._frames) >= MAX_FRAMES:
@@ -58,8 +58,8 @@ class Frames:
                 del frame.sources[next(iter(frame.sources))]
             frame.sources[source] = now
             frame.arrivals.append(now)
-            frame.stamp = each.header.stamp.to_sec()
-            translation, rotation = each.transform.translation, each.transform.rotation
+            frame.stamp = stamped.header.stamp.to_sec()
+            translation, rotation = stamped.transform.translation, stamped.transform.rotation
             frame.transform = [
                 translation.x,
                 translation.y,
@@ -71,11 +71,11 @@ class Frames:
             ]
 
     def describe(self, now: float, recent: float = 5.0) -> dict[str, Any]:
-        """Return all frames for JSON.
+        """Return all frames as JSON.
 
         Args:
             now: the time in seconds.
-            recent: seconds; two parents that were both published within this time are a fault.
+            recent: the number of seconds within which two published parents are reported as a problem.
 
         Returns:
             - frames: a list of name, parent, publishers, static, hz or null, age in seconds or null, transform (x, y, z
@@ -87,7 +87,9 @@ class Frames:
         parents = {name: self._parent(frame) for name, frame in self._frames.items()}
         frames = []
         for name, frame in sorted(self._frames.items()):
-            recent_sources = [pair for pair, when in frame.sources.items() if frame.static or when > now - recent]
+            recent_sources = [
+                pair for pair, last_time in frame.sources.items() if frame.static or last_time > now - recent
+            ]
             recent_sources = recent_sources or [next(reversed(frame.sources))]
             frames.append(
                 {
@@ -105,7 +107,7 @@ class Frames:
         return {"frames": frames, "roots": roots, "ignored": self.ignored}
 
     def _advance_time(self, now: float) -> None:
-        if now < self._now - _MAX_BACKWARD_STEP:  # earlier data now lies in the future; static frames stay
+        if now < self._now - _MAX_BACKWARD_STEP:  # earlier data would be in the future; static frames stay
             self._frames = {name: frame for name, frame in self._frames.items() if frame.static}
             self._now = now
         self._now = max(self._now, now)

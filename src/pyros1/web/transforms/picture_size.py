@@ -1,15 +1,15 @@
-"""The size that a compressed picture claims to have: a small file may unpack to more than fits in memory. Pure."""
+"""Reads the size that a picture file claims to have, as a small file may decode to more than fits in memory (pure)."""
 
 from __future__ import annotations
 
 import struct
 
 MAX_PIXELS = 60_000_000
-"""Maximum pixels of a picture that is unpacked, here or on a page."""
+"""Maximum number of pixels of a picture that is decoded, here or on a page."""
 _MAX_SEGMENTS = 1_000
 _STANDALONE_MARKERS = {0x01, *range(0xD0, 0xD9)}
 """JPEG markers without a segment."""
-_FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
+_SIZE_MARKERS = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
 """JPEG markers whose segments contain the size."""
 
 
@@ -28,7 +28,7 @@ def picture_size(data: bytes) -> tuple[int, int] | None:
             width, height = struct.unpack_from("<ii", data, 18)
             return abs(width), abs(height)
     except struct.error:
-        pass  # it is cut off
+        pass  # the file is cut off
     return None
 
 
@@ -38,14 +38,14 @@ def _jpeg(data: bytes) -> tuple[int, int] | None:
         position = data.find(b"\xff", position)
         while position >= 0 and data[position + 1 : position + 2] == b"\xff":
             position += 1
-        mark = data[position + 1] if 0 <= position < len(data) - 1 else 0
-        if not mark:
+        marker = data[position + 1] if 0 <= position < len(data) - 1 else 0
+        if not marker:
             return None
         position += 2
-        if mark in _FRAMES:
+        if marker in _SIZE_MARKERS:
             height, width = struct.unpack_from(">HH", data, position + 3)
             return width, height
-        if mark not in _STANDALONE_MARKERS:
+        if marker not in _STANDALONE_MARKERS:
             position += struct.unpack_from(">H", data, position)[0]
     return None
 

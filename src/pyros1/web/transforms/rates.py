@@ -1,4 +1,4 @@
-"""Rates of fast and slow topics, from arrivals or from the counts of nodes."""
+"""Measures rates of fast and slow topics, from arriving messages or from the counts of nodes."""
 
 from __future__ import annotations
 
@@ -7,15 +7,15 @@ from collections import deque
 from typing import NamedTuple
 
 SILENCE_TIMEOUT = 12.0
-"""Seconds without messages, or with a single one, after which a topic counts as silent."""
+"""Seconds without messages, or with a single one, after which a topic is considered silent."""
 _WINDOW = 5.0
 """Seconds over which a rate is measured; for slow topics, the interval of the newest two messages is used."""
 _SAMPLE_MESSAGES = 30
-"""Messages that suffice for a rate: for fast topics, only the newest ones count."""
+"""Number of messages that suffice to measure a rate; for fast topics, only the newest ones are used."""
 _SILENCE_FACTOR = 3.0
-"""Multiple of the usual interval after which a topic counts as stopped."""
+"""Multiple of the usual interval after which a topic is considered stopped."""
 _MAX_INTERVAL = 2.5
-"""Seconds between checks beyond which the times of messages are unknown; longer if checks are rare."""
+"""Seconds between checks above which the times of messages are unknown; longer if checks are rare."""
 _MAX_TIMES = 10_000
 
 
@@ -30,10 +30,10 @@ NO_TRAFFIC = Rate(0.0, 0.0)
 
 
 class Meter:
-    """Measures what arrives.
+    """Measures the rate of arriving messages.
 
     Args:
-        now: the time at which it starts.
+        now: the time at which the measurement starts.
     """
 
     def __init__(self, now: float) -> None:
@@ -41,7 +41,7 @@ class Meter:
         self._started_at = now
         self._arrivals: deque[tuple[float, int]] = deque(maxlen=_MAX_TIMES)
 
-    def arrived(self, at: float, size: int) -> None:
+    def add(self, at: float, size: int) -> None:
         """Count a message."""
         with self._lock:
             self._arrivals.append((at, size))
@@ -52,7 +52,7 @@ class Meter:
             times = list(self._arrivals)
         if not times or now - times[-1][0] > SILENCE_TIMEOUT:
             return NO_TRAFFIC if now - max(self._started_at, times[-1][0] if times else 0.0) > SILENCE_TIMEOUT else None
-        recent = [each for each in times if each[0] > times[-1][0] - _WINDOW]
+        recent = [arrival for arrival in times if arrival[0] > times[-1][0] - _WINDOW]
         recent = recent if len(recent) > 1 else times[-2:]
         seconds = recent[-1][0] - recent[0][0]
         if len(recent) < 2 or seconds <= 0 or seconds > SILENCE_TIMEOUT:
@@ -63,19 +63,19 @@ class Meter:
         return Rate(hz, hz * sum(size for _, size in recent) / len(recent))
 
 
-class _Mark(NamedTuple):
+class _Sample(NamedTuple):
     at: float
     messages: int
     bytes: int
 
 
 class Track:
-    """The counts of a node on one connection, check by check.
+    """The message counts of a node on one connection, at successive checks.
 
     Args:
         at: the time of the first check.
         messages: number of messages sent until then.
-        size: their total bytes.
+        size: their total size in bytes.
     """
 
     def __init__(self, at: float, messages: int, size: int) -> None:
@@ -83,45 +83,47 @@ class Track:
 
     def _restart(self, at: float, messages: int, size: int) -> None:
         self._started_at = self._at = at
-        self._interval = 0.0  # between the last two checks
-        # The first one is the newest check before those with higher counts.
-        self._marks = [_Mark(at, messages, size)]
+        self._interval = 0.0  # seconds between the last two checks
+        # The first sample is the newest check before those with higher counts.
+        self._samples = [_Sample(at, messages, size)]
 
     def update(self, at: float, messages: int, size: int) -> None:
         """Add the counts of another check."""
-        newest = self._marks[-1]
+        newest = self._samples[-1]
         previous, self._interval = self._interval, at - self._at
         missed_times = self._interval > max(_MAX_INTERVAL, 1.5 * previous) and messages > newest.messages
-        if messages < newest.messages or size < newest.bytes or missed_times:  # or the number was reused
+        if messages < newest.messages or size < newest.bytes or missed_times:  # or the connection's id was reused
             interval = self._interval
             self._restart(at, messages, size)
             self._interval = interval
             return
         self._at = at
         if messages > newest.messages:
-            self._marks.append(_Mark(at, messages, size))
-            while len(self._marks) > 3 and self._marks[1].at < at - SILENCE_TIMEOUT:
-                del self._marks[0]
-        elif len(self._marks) == 1:
-            self._marks[0] = newest._replace(at=at)
+            self._samples.append(_Sample(at, messages, size))
+            while len(self._samples) > 3 and self._samples[1].at < at - SILENCE_TIMEOUT:
+                del self._samples[0]
+        elif len(self._samples) == 1:
+            self._samples[0] = newest._replace(at=at)
         else:
             rate = self._measure()
             if at - newest.at > (_SILENCE_FACTOR / rate.hz if rate else SILENCE_TIMEOUT):
-                self._marks = [newest._replace(at=at)]
+                self._samples = [newest._replace(at=at)]
                 self._started_at = float("-inf")
 
     def rate(self) -> Rate | None:
         """Return the rate; None until it is known."""
-        if len(self._marks) > 1:
+        if len(self._samples) > 1:
             return self._measure()
         return NO_TRAFFIC if self._at - self._started_at > SILENCE_TIMEOUT else None
 
     def _measure(self) -> Rate | None:
-        marks, newest = self._marks, self._marks[-1]
-        start = next((mark for mark in marks[-2::-1] if newest.messages - mark.messages >= _SAMPLE_MESSAGES), marks[0])
-        if start is marks[0] and len(marks) > 2:
-            start = marks[1]  # the time of the first of them is known more precisely
+        samples, newest = self._samples, self._samples[-1]
+        start = next(
+            (sample for sample in samples[-2::-1] if newest.messages - sample.messages >= _SAMPLE_MESSAGES), samples[0]
+        )
+        if start is samples[0] and len(samples) > 2:
+            start = samples[1]  # the time of its message is known more precisely
         count, seconds = newest.messages - start.messages, newest.at - start.at
-        if (start is marks[0] and count < 2) or seconds <= 0:
+        if (start is samples[0] and count < 2) or seconds <= 0:
             return None
         return Rate(count / seconds, (newest.bytes - start.bytes) / seconds)

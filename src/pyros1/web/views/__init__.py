@@ -1,4 +1,4 @@
-"""Views: each keeps one thing on a page up to date. A view is a class in its own file, listed here."""
+"""Views: each one keeps a part of a page up to date. A view is a class in its own module, listed here."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ NAMES = frozenset(_EXPORTS)
 
 
 def view_class(name: str) -> type[View]:
-    """Return the class of a view; its name is one of `NAMES`."""
-    module, _, kind = _EXPORTS[name].rpartition(".")
-    found: type[View] = getattr(import_module(f"pyros1.web.views.{module}"), kind)
+    """Return the class of a view, given one of `NAMES`."""
+    module, _, class_name = _EXPORTS[name].rpartition(".")
+    found: type[View] = getattr(import_module(f"pyros1.web.views.{module}"), class_name)
     return found

@@ -11,7 +11,7 @@ from pyros1.web.hub import Arrival
 from pyros1.web.models.goals import Goals
 from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.views.message import tree
-from pyros1.web.views.view import View, text
+from pyros1.web.views.view import View, string_arg
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
@@ -21,20 +21,20 @@ _MAX_TREES = 10
 
 
 class ActionView(View):
-    """An action.
+    """The goals of an action.
 
     Args (of the page):
-        action: its name, the common prefix of its topics.
+        action: the action's name, which is the common prefix of its topics.
 
     Pushes ``{"goals": [{"id", "stamp", "status", "text", "feedbacks", "feedback": tree, "result": tree}, ...]}``,
-    newest first; for trees see `pyros1.web.views.message.MessageView`.
+    newest first; trees are described at `pyros1.web.views.message.MessageView`.
     """
 
     period = 1 / 10
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
-        name = text(args, "action")
+        name = string_arg(args, "action")
         self._lock = threading.Lock()
         self._goals = Goals()
         self._problem = ""
@@ -55,8 +55,7 @@ class ActionView(View):
         with self._lock:
             if self._problem:
                 raise RequestError(self._problem)
-            goals = self._goals.all()
-            shown = [
+            goals = [
                 {
                     "id": goal.id,
                     "stamp": goal.stamp,
@@ -66,16 +65,16 @@ class ActionView(View):
                     "feedback": tree(goal.feedback) if goal.feedback is not None and number < _MAX_TREES else None,
                     "result": tree(goal.result) if goal.result is not None and number < _MAX_TREES else None,
                 }
-                for number, goal in enumerate(goals)
+                for number, goal in enumerate(self._goals.all())
             ]
-        return Push({"goals": shown})
+        return Push({"goals": goals})
 
     def close(self) -> None:
         for unsubscribe in self._unsubscribers:
             unsubscribe()
 
     def _listener(self, handler: Callable[[Any], None]) -> Callable[[Arrival], None]:
-        def arrived(arrival: Arrival) -> None:
+        def on_message(arrival: Arrival) -> None:
             try:
                 message = arrival.message
                 with self._lock:
@@ -83,8 +82,8 @@ class ActionView(View):
                     self._problem = ""
             except MessageError as error:
                 self._problem = str(error)
-            except (AttributeError, TypeError) as error:  # topics with these names, but other types
+            except (AttributeError, TypeError) as error:  # the topics have other types
                 self._problem = f"this is not an action: {error}"
             self.wake()
 
-        return arrived
+        return on_message

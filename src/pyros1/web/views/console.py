@@ -1,4 +1,4 @@
-"""The log of all nodes, live."""
+"""The live log of all nodes."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pyros1.web.server.wire import Push
-from pyros1.web.views.view import View, number, text
+from pyros1.web.views.view import View, number_arg, string_arg
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 _MAX_ENTRIES, _MAX_CHARACTERS = 2_000, 1_000_000
-"""Maximum number of messages per push, and maximum characters of their texts."""
+"""Maximum number of messages per push, and maximum total number of characters."""
 
 
 class ConsoleView(View):
-    """The log after a given message.
+    """The log messages after a given one.
 
     Args (of the page):
         after: number of the last message that the page has; 0 for none.
@@ -31,8 +31,8 @@ class ConsoleView(View):
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
         robot.check_visible("/rosout")
-        known = text(args, "run", robot.console.run) == robot.console.run
-        self._last = int(number(args, "after", 0, 1 << 53, 0)) if known else 0
+        known = string_arg(args, "run", robot.console.run) == robot.console.run
+        self._last = int(number_arg(args, "after", 0, 1 << 53, 0)) if known else 0
         self._unsubscribe = robot.console.listen(wake)
         wake()
 
@@ -43,7 +43,7 @@ class ConsoleView(View):
         self._last = entries[-1].number
         self.wake()  # there may be more
         access = self.robot.access
-        if access.topics:  # log messages list the topics of their nodes
+        if access.topics:  # log messages contain the topics of their nodes
             entries = [entry._replace(topics=access.visible(entry.topics)) for entry in entries]
         return Push({"run": self.robot.console.run, "dropped": dropped, "entries": entries})
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 _PROBLEM_AGE = 10.0
-"""Seconds for which a publisher of anything but transforms is reported."""
+"""Seconds for which a publisher of something other than transforms is reported."""
 _MAX_PROBLEMS = 20
 
 
@@ -33,10 +33,10 @@ class FramesView(View):
         super().__init__(robot, args, wake)
         self._lock = threading.Lock()
         self._frames = Frames()
-        self._problems: dict[str, tuple[str, float]] = {}  # by publisher, with the time of detection
-        self._unsubscribers = [robot.listen("/tf", self._tf_arrived)]
+        self._problems: dict[str, tuple[str, float]] = {}  # publisher -> (problem, time of detection)
+        self._unsubscribers = [robot.listen("/tf", self._on_tf)]
         try:
-            self._unsubscribers.append(robot.listen("/tf_static", self._tf_static_arrived))
+            self._unsubscribers.append(robot.listen("/tf_static", self._on_tf_static))
         except BaseException:
             self.close()
             raise
@@ -44,17 +44,19 @@ class FramesView(View):
     def poll(self) -> Push | None:
         now = self.robot.node.now().to_sec()
         with self._lock:
-            problem = next((text for text, seen in self._problems.values() if seen > monotonic() - _PROBLEM_AGE), "")
-            return Push({**plain(self._frames.describe(now)), "problem": problem})
+            problem = next(
+                (text for text, found_at in self._problems.values() if found_at > monotonic() - _PROBLEM_AGE), ""
+            )
+            return Push({**to_json(self._frames.describe(now)), "problem": problem})
 
     def close(self) -> None:
         for unsubscribe in self._unsubscribers:
             unsubscribe()
 
-    def _tf_arrived(self, arrival: Arrival) -> None:
+    def _on_tf(self, arrival: Arrival) -> None:
         self._add(arrival, False)
 
-    def _tf_static_arrived(self, arrival: Arrival) -> None:
+    def _on_tf_static(self, arrival: Arrival) -> None:
         self._add(arrival, True)
 
     def _add(self, arrival: Arrival, static: bool) -> None:
@@ -71,8 +73,8 @@ class FramesView(View):
                 self._problems = {publisher: (text, monotonic()), **dict([*self._problems.items()][:_MAX_PROBLEMS])}
 
 
-def plain(facts: dict[str, Any]) -> dict[str, Any]:
-    """Replace the numbers that JSON cannot represent."""
-    for frame in facts["frames"]:
+def to_json(description: dict[str, Any]) -> dict[str, Any]:
+    """Replace numbers that JSON cannot represent with null."""
+    for frame in description["frames"]:
         frame["transform"] = [value if math.isfinite(value) else None for value in frame["transform"]]
-    return facts
+    return description

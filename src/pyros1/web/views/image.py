@@ -11,7 +11,7 @@ from pyros1.web.hub import Arrival
 from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.transforms.picture_size import MAX_PIXELS, picture_size
 from pyros1.web.transforms.rates import Meter
-from pyros1.web.views.view import View, text
+from pyros1.web.views.view import View, string_arg
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
@@ -19,21 +19,23 @@ if TYPE_CHECKING:
 MAX_BYTES = 64 << 20
 """Maximum size of a picture sent to a page, in bytes."""
 COMPRESSED = "sensor_msgs/CompressedImage"
-_DEPTH_HEAD = 12
-"""Bytes before the PNG file in messages of compressed_depth_image_transport."""
+_DEPTH_HEADER_SIZE = 12
+"""Number of bytes before the PNG file in messages of compressed_depth_image_transport."""
 
 
 def check_picture(arrival: Arrival) -> str:
-    """Return the type of a picture message.
+    """Check that a message is a picture, and return its type.
 
     Raises:
-        RequestError: it is not a picture, or is too large.
+        RequestError: the message is not a picture, or is too large.
     """
     kind: str = (arrival.raw._connection_header or {}).get("type", "")
     if kind not in ("sensor_msgs/Image", COMPRESSED):
-        raise RequestError(f"not an image topic, but of type {kind}")
+        raise RequestError(f"this is not an image topic, its type is {kind}")
     if len(arrival.raw._buff) > MAX_BYTES:
-        raise RequestError(f"an image of {len(arrival.raw._buff) >> 20} MB; {MAX_BYTES >> 20} MB can be shown")
+        raise RequestError(
+            f"an image of {len(arrival.raw._buff) >> 20} MB is too large; the limit is {MAX_BYTES >> 20} MB"
+        )
     return kind
 
 
@@ -45,7 +47,7 @@ def picture(arrival: Arrival) -> tuple[dict[str, Any], bytes]:
         the message.
 
     Raises:
-        RequestError: see `check_picture`; or it would unpack to more than a page can hold.
+        RequestError: see `check_picture`; or it would decode to more than fits in a page's memory.
         MessageError: see `Arrival.checked_message`.
     """
     kind = check_picture(arrival)
@@ -54,9 +56,9 @@ def picture(arrival: Arrival) -> tuple[dict[str, Any], bytes]:
     facts = {"type": kind, "frame": message.header.frame_id, "stamp": message.header.stamp.to_sec()}
     if kind == COMPRESSED:
         facts["format"] = message.format
-        width, height = picture_size(data) or picture_size(data[_DEPTH_HEAD:]) or (0, 0)
+        width, height = picture_size(data) or picture_size(data[_DEPTH_HEADER_SIZE:]) or (0, 0)
         if width * height > MAX_PIXELS:
-            raise RequestError(f"an image of {width} x {height} pixels is too large to be shown")
+            raise RequestError(f"an image of {width} x {height} pixels is too large to display")
     else:
         facts |= {
             "encoding": message.encoding,
@@ -69,7 +71,7 @@ def picture(arrival: Arrival) -> tuple[dict[str, Any], bytes]:
 
 
 class ImageView(View):
-    """A topic's pictures, unconverted; the page converts them to colours.
+    """A topic's pictures; the page converts them to colours.
 
     Args (of the page):
         topic: the topic's full name.
@@ -83,17 +85,17 @@ class ImageView(View):
         super().__init__(robot, args, wake)
         self._lock = threading.Lock()
         self._newest: Arrival | None = None
-        self._last_shown: Arrival | None = None
+        self._last_pushed: Arrival | None = None
         self._count = 0
         self._meter = Meter(monotonic())
-        self._unsubscribe = robot.listen(text(args, "topic"), self._arrived)
+        self._unsubscribe = robot.listen(string_arg(args, "topic"), self._on_message)
 
     def poll(self) -> Push | None:
         with self._lock:
             arrival, count = self._newest, self._count
-        if arrival is None or arrival is self._last_shown:
+        if arrival is None or arrival is self._last_pushed:
             return None
-        self._last_shown = arrival
+        self._last_pushed = arrival
         facts, data = picture(arrival)
         rate = self._meter.rate(monotonic())
         return Push({**facts, "count": count, "hz": rate and rate.hz}, data)
@@ -101,9 +103,9 @@ class ImageView(View):
     def close(self) -> None:
         self._unsubscribe()
 
-    def _arrived(self, arrival: Arrival) -> None:
+    def _on_message(self, arrival: Arrival) -> None:
         with self._lock:
             self._newest = arrival
             self._count += 1
-        self._meter.arrived(arrival.at, 0)
+        self._meter.add(arrival.at, 0)
         self.wake()

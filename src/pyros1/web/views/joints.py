@@ -1,4 +1,4 @@
-"""The joints of a robot: their limits, their positions, and sliders to move them."""
+"""The joints of a robot: their limits and positions, and sliders to move them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pyros1.urdf.reading import read
 from pyros1.web.models import joints
 from pyros1.web.models.repeated_publisher import RepeatedPublisher
 from pyros1.web.server.wire import Push, RequestError
-from pyros1.web.views.view import View, text
+from pyros1.web.views.view import View, string_arg
 
 if TYPE_CHECKING:
     from pyros1.web.hub import Arrival
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 _PARAMETER = "/robot_description"
 _REFRESH_PERIOD = 1.0
-"""Seconds between checks of the description and of the publishers."""
+"""Seconds between checks of the description and the publishers."""
 _HZ = 10.0
 _TYPE = "sensor_msgs/JointState"
 _MAX_NAMES = 50
@@ -34,19 +34,19 @@ class _PublishedElsewhereError(RequestError):
 
 
 class JointsView(View):
-    """Displays and moves the joints of a description.
+    """Displays and moves the joints of a robot description.
 
-    A node that publishes the joints keeps doing so, and gets the desired positions: on the topic ``~sliders`` of
-    pyros1's joint_state_publisher, or on one in the source_list of any other. If no node publishes, this view can; of
-    several views, the first does, and after it one that was opened to publish.
+    A node that publishes the joints keeps doing so, and receives the desired positions: on the topic ``~sliders`` of
+    pyros1's joint_state_publisher, or on a topic in the source_list of others. If no node publishes, this view can; of
+    several views, only the first one does, and after it another one that was opened to publish.
 
     Args (of the page):
-        description: name of the parameter; the topic is the joint_states next to it.
+        description: name of the parameter; the topic is joint_states in the same namespace.
         publish: whether to publish the joints while this is open, if no other node does.
-        positions: joint -> desired position, in radians or metres. `change` moves joints with these.
+        positions: joint -> desired position, in radians or metres. Pass these to `change` to move joints.
 
     Pushes ``{"facts": {...}, "positions": [...]}``, each only when it has changed; `_facts` describes the facts.
-    Positions are those of the joints; null for unknown.
+    Positions are those of the joints, or null if unknown.
     """
 
     period = 1 / 15
@@ -54,7 +54,7 @@ class JointsView(View):
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
-        self._description = text(args, "description", _PARAMETER)
+        self._description = string_arg(args, "description", _PARAMETER)
         self._topic = f"{self._description.rpartition('/')[0]}/joint_states"
         robot.check_visible(self._description)
         self._lock = threading.Lock()  # guards the states and the received messages
@@ -63,19 +63,19 @@ class JointsView(View):
         self._problem = ""
         self._joints: list[dict[str, Any]] = []
         self._descriptions: list[str] = []
-        self._read_state: Any = None  # description and publishers on which the states are based
+        self._read_state: Any = None  # the description and publishers from which the states were created
         self._other_publishers: list[str] = []
         self._sources: list[tuple[str, str]] = []
         self._source = ""
         self._refreshed_at = float("-inf")
         self._last_pushed: dict[str, Any] = {}
         self._publisher: RepeatedPublisher | None = None
-        self._unsubscribe = robot.listen(self._topic, self._arrived)
-        self._deferred_args: Mapping[str, Any] | None = None  # until another view stops publishing
+        self._unsubscribe = robot.listen(self._topic, self._on_joint_states)
+        self._deferred_args: Mapping[str, Any] | None = None  # applied when another view stops publishing
         try:
             self._apply_args(args)
         except _PublishedElsewhereError:
-            self._deferred_args = args  # perhaps by this page's former connection, which is not detected as dead yet
+            self._deferred_args = args  # perhaps by this page's previous connection, which may not have been closed yet
         except BaseException:
             self.close()
             raise
@@ -89,11 +89,11 @@ class JointsView(View):
                     self._deferred_args = None
         if self._problem:
             raise RequestError(self._problem)
-        now: dict[str, Any] = {"facts": self._facts()}
+        current: dict[str, Any] = {"facts": self._facts()}
         with self._lock:
-            now["positions"] = [self._positions.get(each["name"]) for each in self._joints]
-        changed = {key: value for key, value in now.items() if value != self._last_pushed.get(key)}
-        self._last_pushed = now
+            current["positions"] = [self._positions.get(joint["name"]) for joint in self._joints]
+        changed = {key: value for key, value in current.items() if value != self._last_pushed.get(key)}
+        self._last_pushed = current
         return Push(changed) if changed else None
 
     def change(self, args: Mapping[str, Any]) -> None:
@@ -115,7 +115,7 @@ class JointsView(View):
         mover = self.robot.movers.get(self._topic, self)
         if publish and not self._other_publishers:
             mover = self.robot.movers.setdefault(self._topic, self)
-        if publish and mover is not self:  # whether or not the master lists its publisher yet
+        if publish and mover is not self:  # even if the master does not list its publisher yet
             raise _PublishedElsewhereError(f"another page is already publishing {self._topic}")
         if publish and not self._other_publishers:
             with self._lock:
@@ -150,12 +150,14 @@ class JointsView(View):
             del self.robot.movers[self._topic]
 
     def _refresh(self) -> None:
-        """Check the description and the publishers."""
+        """Check for changes of the description and the publishers."""
         self._refreshed_at = monotonic()
         node = self.robot.node
         description = node.params.cached(self._description)
         state = self.robot.graph.state()
-        own_name = node.name if self.robot.movers.get(self._topic, self) is self else ""  # else it is of another page
+        own_name = (
+            node.name if self.robot.movers.get(self._topic, self) is self else ""
+        )  # otherwise, the node's publisher belongs to another page
         self._other_publishers = sorted(name for name in state.publishers.get(self._topic, []) if name != own_name)
         if (description, self._other_publishers) != self._read_state:
             self._read_state = (description, self._other_publishers)
@@ -164,10 +166,10 @@ class JointsView(View):
         accepted = (topic for name, topic in self._sources if name in state.subscribers.get(topic, []))
         self._source = next((topic for topic in accepted if self.robot.access.may_see(topic)), "")
         if self._other_publishers:
-            self._stop()  # the robot's own driver has started: do not contradict it
+            self._stop()  # the robot's own driver has started, and takes over
 
     def _read(self, description: Any) -> None:
-        params = {name: self._private(name) for name in self._other_publishers[:_MAX_NAMES]}
+        params = {name: self._private_params(name) for name in self._other_publishers[:_MAX_NAMES]}
         self._sources = [(name, topic) for name, values in params.items() for topic in joints.sources(name, values)]
         states, self._problem = None, ""
         if isinstance(description, str):
@@ -177,19 +179,19 @@ class JointsView(View):
                 self._problem = f"{self._description}: {error}"
         with self._lock:
             self._states, self._positions = states, {}
-            self._joints = joints.facts(states) if states else []
+            self._joints = joints.describe(states) if states else []
 
-    def _private(self, node: str) -> Any:
+    def _private_params(self, node: str) -> Any:
         try:
             return self.robot.master.get_param(f"{node}/")
         except ParameterNotSetError:
             return {}
 
     def _facts(self) -> dict[str, Any]:
-        """Return what the page displays, except for positions.
+        """Return the data that the page displays, except for positions.
 
-        ``description``, and ``descriptions``: all that exist, if that one does not. ``joints``: see
-        `pyros1.web.models.joints.facts`; ``more``: how many are left out. ``topic``, ``publishers``: the source of
+        ``description``, and ``descriptions``: all existing ones, if it does not exist. ``joints``: see
+        `pyros1.web.models.joints.describe`; ``more``: how many are omitted. ``topic``, ``publishers``: the source of
         the states. ``movable``: whether a node accepts positions. ``publishing``: whether this view publishes.
         """
         states = self._states
@@ -210,13 +212,13 @@ class JointsView(View):
         names = (name for name in self.robot.master.get_param_names() if name.endswith(_PARAMETER))
         return sorted(filter(self.robot.access.may_see, names))[:_MAX_NAMES]
 
-    def _arrived(self, arrival: Arrival) -> None:
+    def _on_joint_states(self, arrival: Arrival) -> None:
         try:
             message: Any = arrival.checked_message
-            pairs = [each for each in zip(message.name, message.position, strict=False) if math.isfinite(each[1])]
+            pairs = [pair for pair in zip(message.name, message.position, strict=False) if math.isfinite(pair[1])]
             with self._lock:
                 if self._states is not None:
                     known = self._states.kinds
-                    self._positions.update((name, at) for name, at in pairs if name in known)
+                    self._positions.update((name, position) for name, position in pairs if name in known)
         except (MessageError, AttributeError, TypeError):
             return  # not joint states

@@ -1,4 +1,4 @@
-"""The last lines of the log files of a process of a launch."""
+"""The last lines of the log files of a launched process."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from pyros1.net.hosts import is_local, parse_uri
 from pyros1.web.calls.launches import find
 from pyros1.web.models.launches import log_files, tail
 from pyros1.web.server.wire import Push, RequestError
-from pyros1.web.views.view import View, text
+from pyros1.web.views.view import View, string_arg
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 
 class LaunchLogView(View):
-    """Log files as they grow.
+    """The ends of growing log files.
 
     Args (of the page):
         launch: name of the launch's parameter.
-        process: label of the process.
+        process: the label of the process.
 
-    Pushes ``{"files": [{"path", "size", "text"}, ...], "base": TEXT, "folder": TEXT}`` whenever they change: files
+    Pushes ``{"files": [{"path", "size", "text"}, ...], "base": TEXT, "folder": TEXT}`` after each change: the files
     in the log folder whose paths start with the base.
     """
 
@@ -35,11 +35,11 @@ class LaunchLogView(View):
         super().__init__(robot, args, wake)
         self._folder = log_folder(os.environ)
         self._base = self._find(args)
-        self._last_shown: object = None
+        self._last_stamps: object = None
 
     def _find(self, args: Mapping[str, Any]) -> str:
         launch = find(self.robot, args)
-        label = text(args, "process")
+        label = string_arg(args, "process")
         try:
             entry = next((entry for entry in launch.status() if entry.label == label), None)
         finally:
@@ -49,17 +49,17 @@ class LaunchLogView(View):
         if not entry.log:
             raise RequestError("this process has no log files")
         if entry.machine or not is_local(parse_uri(launch.uri)[0]):
-            raise RequestError(f"its log files are on another machine: {entry.log}*.log")
+            raise RequestError(f"the log files are on another machine: {entry.log}*.log")
         return entry.log
 
     def poll(self) -> Push | None:
         try:
             files = log_files(self._base, self._folder)
             stamps = [(path, path.stat().st_size, path.stat().st_mtime_ns) for path in files]
-            if stamps == self._last_shown:
+            if stamps == self._last_stamps:
                 return None
-            shown = [{"path": str(path), "size": size, "text": tail(path)} for path, size, _ in stamps]
-        except (OSError, ValueError) as error:  # a null character, for example
+            contents = [{"path": str(path), "size": size, "text": tail(path)} for path, size, _ in stamps]
+        except (OSError, ValueError) as error:  # ValueError: for example, the path contains a null character
             raise RequestError(f"the log files cannot be read: {error}") from None
-        self._last_shown = stamps
-        return Push({"files": shown, "base": self._base, "folder": str(self._folder)})
+        self._last_stamps = stamps
+        return Push({"files": contents, "base": self._base, "folder": str(self._folder)})

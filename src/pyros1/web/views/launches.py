@@ -22,15 +22,15 @@ _PERIOD = 1.0
 _TIMEOUT = 2.0
 _MAX_LAUNCHES = 50
 _RETRY_DELAY = 10.0
-"""Seconds until a launch that did not answer is asked again, so that the other launches are not delayed."""
+"""Seconds until a launch that did not respond is queried again, so that it does not delay the others."""
 _MAX_BUSY_SHARE = 0.1
-"""Maximum share of time spent on requests: launches with many processes are asked less often."""
+"""Maximum share of time spent on requests; launches with many processes are queried less often."""
 
 
 class LaunchesView(View):
     """Pushes ``{"launches": [{"param", "uri", "host", "problem", ...}], "more": N}``.
 
-    Each has the result of `pyros1.web.models.launches.describe`, or a problem if it does not answer.
+    Each launch has the result of `pyros1.web.models.launches.describe`, or a problem if it does not respond.
     """
 
     period = _PERIOD
@@ -45,14 +45,14 @@ class LaunchesView(View):
     def poll(self) -> Push | None:
         start = monotonic()
         params = launch_uris(self.robot.master)
-        shown = dict(sorted(params.items())[:_MAX_LAUNCHES])
-        self._forget({*shown.values()})
-        entries = [self._entry(param, uri, answer) for (param, uri), answer in self._query(shown).items()]
+        selected = dict(sorted(params.items())[:_MAX_LAUNCHES])
+        self._forget({*selected.values()})
+        entries = [self._entry(param, uri, reply) for (param, uri), reply in self._query(selected).items()]
         self.period = max(_PERIOD, (monotonic() - start) / _MAX_BUSY_SHARE) if not self._unreachable else _PERIOD
-        return Push({"launches": entries, "more": len(params) - len(shown)})
+        return Push({"launches": entries, "more": len(params) - len(selected)})
 
     def change(self, args: Mapping[str, Any]) -> None:
-        """Check immediately, including launches that did not answer: the page has changed something."""
+        """Check immediately, including launches that did not respond, since the page has changed something."""
         self._unreachable.clear()
 
     def close(self) -> None:
@@ -66,20 +66,20 @@ class LaunchesView(View):
 
     def _query(self, params: Mapping[str, str]) -> dict[tuple[str, str], Report | Exception | str]:
         now = monotonic()
-        answers: dict[tuple[str, str], Report | Exception | str] = {}
+        replies: dict[tuple[str, str], Report | Exception | str] = {}
         jobs = {}
         for entry in params.items():
             retry_at, problem = self._unreachable.get(entry[1], (0.0, ""))
-            answers[entry] = problem
+            replies[entry] = problem
             if now >= retry_at:
                 jobs[entry] = partial(self._report, entry[1])
-        for entry, answer in run_concurrently(jobs, _TIMEOUT + 1).items():
-            answers[entry] = answer
-            if isinstance(answer, Exception):
-                self._unreachable[entry[1]] = (now + _RETRY_DELAY, str(answer))
+        for entry, reply in run_concurrently(jobs, _TIMEOUT + 1).items():
+            replies[entry] = reply
+            if isinstance(reply, Exception):
+                self._unreachable[entry[1]] = (now + _RETRY_DELAY, str(reply))
             else:
                 self._unreachable.pop(entry[1], None)
-        return answers
+        return replies
 
     def _report(self, uri: str) -> Report:
         launch = self._launches.get(uri)
@@ -87,13 +87,13 @@ class LaunchesView(View):
             launch = self._launches[uri] = Launch(uri, _TIMEOUT)
         return launch.report()
 
-    def _entry(self, param: str, uri: str, answer: Report | Exception | str) -> dict[str, Any]:
+    def _entry(self, param: str, uri: str, reply: Report | Exception | str) -> dict[str, Any]:
         entry: dict[str, Any] = {"param": param, "uri": uri[:1000], "host": _host(uri)}
-        if not isinstance(answer, Report):
-            return {**entry, "problem": str(answer)}
+        if not isinstance(reply, Report):
+            return {**entry, "problem": str(reply)}
         now = monotonic()
-        entry.update(describe(answer, now, self._cpu_times.get(uri, {})))
-        self._cpu_times[uri] = cpu_times(answer, now)
+        entry.update(describe(reply, now, self._cpu_times.get(uri, {})))
+        self._cpu_times[uri] = cpu_times(reply, now)
         return entry
 
 

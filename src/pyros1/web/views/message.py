@@ -1,4 +1,4 @@
-"""The newest message of a topic, as a tree, with its rate and size."""
+"""The newest message of a topic as a tree, with the topic's rate and the message's size."""
 
 from __future__ import annotations
 
@@ -14,31 +14,31 @@ from pyros1.msgs import Message
 from pyros1.web.hub import Arrival
 from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.transforms.rates import Meter
-from pyros1.web.views.view import View, text
+from pyros1.web.views.view import View, string_arg
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 _MAX_ELEMENTS = 64
-"""Maximum number of elements of an array that are displayed."""
+"""Maximum number of displayed elements of an array."""
 _MAX_TEXT = 2_000
 _MAX_VALUES = 5_000
-"""Maximum number of values of a message that are displayed."""
+"""Maximum number of displayed values of a message."""
 _MAX_WINDOWS = 100
 
 
 class MessageView(View):
-    """A topic's messages.
+    """The newest message of a topic.
 
     Args (of the page):
         topic: the topic's full name.
-        windows: the first displayed element of long arrays, by path: ``{"ranges": 64}``.
-        frozen: whether to keep the current message.
+        windows: the first displayed element of long arrays, by path, such as ``{"ranges": 64}``.
+        frozen: whether to keep displaying the current message.
 
-    Pushes ``{"type", "count", "hz", "bytes", "size", "time", "age", "publisher", "latched", "value": tree}``: it
-    arrived at "time", "age" seconds ago. In a tree, a message is ``{"fields": [[name, type, value], ...]}``, an
-    array ``{"length": N, "start": N, "items": [...]}``, a time ``{"secs": S, "nsecs": N}``; a message whose fields are
-    left out has ``more``.
+    Pushes ``{"type", "count", "hz", "bytes", "size", "time", "age", "publisher", "latched", "value": tree}``.
+    The message arrived at "time", "age" seconds ago. In a tree, a message is
+    ``{"fields": [[name, type, value], ...]}``, an array ``{"length": N, "start": N, "items": [...]}``, and a time
+    ``{"secs": S, "nsecs": N}``; a message whose fields are omitted has ``more``.
     """
 
     period = 1 / 20
@@ -47,37 +47,37 @@ class MessageView(View):
         super().__init__(robot, args, wake)
         self._lock = threading.Lock()
         self._newest: Arrival | None = None
-        self._last_shown: Arrival | None = None
+        self._last_pushed: Arrival | None = None
         self._count = 0
         self._meter = Meter(monotonic())
         self._windows: dict[str, int] = {}
         self._frozen = self._needs_redraw = False
-        self._topic = text(args, "topic")
+        self._topic = string_arg(args, "topic")
         self.change(args)
-        self._unsubscribe = robot.listen(self._topic, self._arrived)
+        self._unsubscribe = robot.listen(self._topic, self._on_message)
 
     def change(self, args: Mapping[str, Any]) -> None:
-        if text(args, "topic") != self._topic:
-            raise RequestError("a stream of messages stays with its topic")
+        if string_arg(args, "topic") != self._topic:
+            raise RequestError("the topic of a stream cannot be changed")
         self._windows = _windows(args.get("windows", {}))
         self._frozen = bool(args.get("frozen"))
         self._needs_redraw = True
 
-    def _arrived(self, arrival: Arrival) -> None:
+    def _on_message(self, arrival: Arrival) -> None:
         with self._lock:
             self._newest = arrival
             self._count += 1
-        self._meter.arrived(arrival.at, len(arrival.raw._buff))
+        self._meter.add(arrival.at, len(arrival.raw._buff))
         self.wake()
 
     def poll(self) -> Push | None:
         with self._lock:
             arrival, count = self._newest, self._count
-        if self._frozen and self._last_shown is not None:
-            arrival = self._last_shown
-        if arrival is None or (arrival is self._last_shown and not self._needs_redraw):
+        if self._frozen and self._last_pushed is not None:
+            arrival = self._last_pushed
+        if arrival is None or (arrival is self._last_pushed and not self._needs_redraw):
             return None
-        self._last_shown, self._needs_redraw = arrival, False
+        self._last_pushed, self._needs_redraw = arrival, False
         header = arrival.raw._connection_header or {}
         rate = self._meter.rate(monotonic())
         size = len(arrival.raw._buff)
@@ -104,15 +104,15 @@ class MessageView(View):
 
 def _windows(value: Any) -> dict[str, int]:
     if not isinstance(value, dict) or len(value) > _MAX_WINDOWS:
-        raise RequestError(f"windows are at most {_MAX_WINDOWS} paths and numbers")
+        raise RequestError(f"windows must be an object with at most {_MAX_WINDOWS} paths")
     for start in value.values():
         if isinstance(start, bool) or not isinstance(start, int) or not 0 <= start < 1 << 32:
-            raise RequestError("a window begins at an element")
+            raise RequestError("a window must begin at the index of an element")
     return value
 
 
 def tree(message: Message, windows: Mapping[str, int] | None = None) -> Any:
-    """Return a message as a JSON value for reading: long arrays and texts are cut; see `MessageView`.
+    """Return a message as JSON for display, with long arrays and strings cut off; see `MessageView`.
 
     Args:
         message: the message.
@@ -123,8 +123,8 @@ def tree(message: Message, windows: Mapping[str, int] | None = None) -> Any:
 
     def fields(value: Message, path: str) -> dict[str, Any]:
         slots = zip(value.__slots__, value._slot_types, strict=True)
-        begin = path and f"{path}."
-        return {"fields": [[name, kind, element(getattr(value, name), kind, begin + name)] for name, kind in slots]}
+        prefix = path and f"{path}."
+        return {"fields": [[name, kind, element(getattr(value, name), kind, prefix + name)] for name, kind in slots]}
 
     def array(value: Any, kind: str, path: str) -> dict[str, Any]:
         length = len(value)

@@ -1,4 +1,4 @@
-"""One parameter with a long text, such as robot_description, and its changes."""
+"""One parameter with a long string, such as robot_description, and its changes."""
 
 from __future__ import annotations
 
@@ -8,25 +8,25 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import ParameterNotSetError
 from pyros1.web.server.wire import Push, RequestError
-from pyros1.web.views.view import View, text
+from pyros1.web.views.view import View, string_arg
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 MAX_TEXT = 16 << 20
-"""Maximum characters that are sent."""
+"""Maximum number of characters that are sent."""
 _MIN_PERIOD = 1.0
 _MAX_BUSY_SHARE = 0.05
-"""Maximum share of time spent on requests: a long text is requested less often."""
+"""Maximum share of time spent on requests; a long string is requested less often."""
 
 
 class ParamView(View):
-    """A parameter's text.
+    """The value of a string parameter.
 
     Args (of the page):
         param: the parameter's full name.
 
-    Pushes ``{"text": TEXT}``, or ``{"text": null, "why": TEXT}`` for a parameter that is not set or not a text.
+    Pushes ``{"text": TEXT}``, or ``{"text": null, "why": TEXT}`` for a parameter that is not set or not a string.
     """
 
     period = _MIN_PERIOD
@@ -34,22 +34,22 @@ class ParamView(View):
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
-        self._last_shown: dict[str, Any] | None = None
+        self._last_pushed: dict[str, Any] | None = None
         self.change(args)
 
     def poll(self) -> Push | None:
         start = monotonic()
-        facts = self._refresh()
+        data = self._refresh()
         self.period = max(_MIN_PERIOD, (monotonic() - start) / _MAX_BUSY_SHARE)
-        if facts == self._last_shown:
+        if data == self._last_pushed:
             return None
-        self._last_shown = facts
-        return Push(facts)
+        self._last_pushed = data
+        return Push(data)
 
     def change(self, args: Mapping[str, Any]) -> None:
-        self._name = text(args, "param")
+        self._name = string_arg(args, "param")
         self.robot.check_visible(self._name)
-        self._last_shown = None
+        self._last_pushed = None
 
     def _refresh(self) -> dict[str, Any]:
         try:
@@ -59,5 +59,5 @@ class ParamView(View):
         if not isinstance(value, str):
             return {"text": None, "why": f"{self._name} is not a string"}
         if len(value) > MAX_TEXT:
-            raise RequestError(f"{self._name} has {len(value)} characters; {MAX_TEXT} can be shown")
+            raise RequestError(f"{self._name} has {len(value)} characters; the limit is {MAX_TEXT}")
         return {"text": value}

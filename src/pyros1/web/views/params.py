@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 _MIN_PERIOD = 1.5
 _MAX_BUSY_SHARE = 0.05
-"""Maximum share of time spent on checks: many parameters are checked less often."""
+"""Maximum share of time spent on checks; many parameters are checked less often."""
 
 
 class ParamsView(View):
@@ -35,4 +35,4 @@ class ParamsView(View):
         return None if changed is None else Push(changed)
 
     def change(self, args: Mapping[str, Any]) -> None:
-        """Check immediately: the page has changed something."""
+        """Check immediately, since the page has changed something."""

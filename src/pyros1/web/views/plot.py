@@ -1,4 +1,4 @@
-"""Numbers over time."""
+"""Plots of numbers over time."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ if TYPE_CHECKING:
 
 MAX_CURVES = 200
 _MAX_POINTS = 400
-"""Maximum points of a curve per push; 30 pushes per second are 12,000 points."""
+"""Maximum number of points of a curve per push: 12,000 per second at 30 pushes per second."""
 _REFRESH_INTERVAL = 30
-"""Pushes after which missing topics are looked up again: about once a second."""
+"""Number of polls after which missing topics are looked up again, about once a second."""
 
 
 class PlotView(View):
-    """Curves.
+    """The curves of a plot.
 
     Args (of the page):
         curves: a list of ``{"id": N, "text": TEXT, "stamped": bool}``; see `pyros1.web.transforms.curves.Curve`.
 
     Pushes ``{"now": TIME, "curves": [{"id", "part", "count"}, ...], "problems": {ID: TEXT}, "waiting": {ID: TEXT}}``
-    with the points: for each entry its times, then its values, as float64. A part is the element of an array, or -1.
-    The texts of "waiting" say what curves are waiting for, which is not a fault: a topic or a message.
+    with the points of each entry: the times, then the values, as float64. A part is the index in an array, or -1.
+    "waiting" says what a curve without a problem is waiting for: its topic or a message.
     """
 
     polled = True
@@ -41,7 +41,7 @@ class PlotView(View):
         self._texts: dict[int, tuple[str, bool]] = {}
         self._unsubscribers: dict[int, Callable[[], None]] = {}
         self._problems: dict[int, str] = {}
-        self._last_shown: tuple[dict[int, str], dict[int, str]] = ({}, {})
+        self._last_pushed: tuple[dict[int, str], dict[int, str]] = ({}, {})
         self._poll_count = 0
         self.change(args)
 
@@ -75,10 +75,10 @@ class PlotView(View):
         waiting = {
             n: self._waiting_reason(n) for n, curve in self._curves.items() if n not in problems and not curve.has_data
         }
-        shown = (problems, waiting)
-        if not entries and shown == self._last_shown:
+        current = (problems, waiting)
+        if not entries and current == self._last_pushed:
             return None
-        self._last_shown = shown
+        self._last_pushed = current
         now = self.robot.node.now().to_sec()
         return Push({"now": now, "curves": entries, "problems": problems, "waiting": waiting}, blob.tobytes())
 
@@ -125,11 +125,11 @@ def _parse_curves(args: Mapping[str, Any]) -> dict[int, tuple[str, bool]]:
     found: dict[int, tuple[str, bool]] = {}
     curves = args.get("curves", [])
     if not isinstance(curves, list) or len(curves) > MAX_CURVES:
-        raise RequestError(f"curves is a list of at most {MAX_CURVES}")
+        raise RequestError(f"curves must be a list of at most {MAX_CURVES} curves")
     for entry in curves:
         match entry:
             case {"id": int(number), "text": str(text)} if not isinstance(number, bool):
                 found[number] = (text, bool(entry.get("stamped")))
             case _:
-                raise RequestError("a curve has an id and a text")
+                raise RequestError("a curve must have an id and a text")
     return found

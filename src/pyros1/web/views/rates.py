@@ -1,4 +1,4 @@
-"""Rates of topics without other subscribers: their publishers send nothing that could be counted."""
+"""Rates of topics without other subscribers, whose publishers send nothing that they could count."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ MAX_TOPICS = 50
 
 
 class RatesView(View):
-    """The traffic on topics.
+    """The traffic on some topics.
 
     Args (of the page):
-        topics: a list of full names.
+        topics: a list of the topics' full names.
 
-    Pushes ``{TOPIC: {"hz": N, "bytes": N per second} or {"problem": TEXT}}``; null while unknown.
+    Pushes ``{TOPIC: {"hz": N, "bytes": N per second} or {"problem": TEXT}}``, with null for unknown numbers.
     """
 
     period = 1.0
@@ -40,8 +40,12 @@ class RatesView(View):
 
     def change(self, args: Mapping[str, Any]) -> None:
         topics = args.get("topics", [])
-        if not isinstance(topics, list) or len(topics) > MAX_TOPICS or not all(isinstance(x, str) for x in topics):
-            raise RequestError(f"at most {MAX_TOPICS} topics are measured at the same time")
+        if (
+            not isinstance(topics, list)
+            or len(topics) > MAX_TOPICS
+            or not all(isinstance(topic, str) for topic in topics)
+        ):
+            raise RequestError(f"topics must be a list of at most {MAX_TOPICS} names")
         for topic in self._meters.keys() - topics:
             self._forget(topic)
         self._problems = {}
@@ -73,4 +77,4 @@ class RatesView(View):
 
 
 def _count_message(meter: Meter, arrival: Arrival) -> None:
-    meter.arrived(arrival.at, len(arrival.raw._buff))
+    meter.add(arrival.at, len(arrival.raw._buff))

@@ -1,4 +1,4 @@
-"""Parameters of dynamic_reconfigure (https://wiki.ros.org/dynamic_reconfigure) of one node, live."""
+"""The live dynamic_reconfigure parameters of a node (https://wiki.ros.org/dynamic_reconfigure)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pyros1.reconfigure.encoding import decode
 from pyros1.reconfigure.values import choices
 from pyros1.web.hub import Arrival
 from pyros1.web.server.wire import Push, RequestError
-from pyros1.web.views.view import View, text
+from pyros1.web.views.view import View, string_arg
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
@@ -21,11 +21,11 @@ _MAX_CHOICES = 200
 _MAX_GROUP_DEPTH = 8
 """Maximum nesting of groups."""
 _MAX_CHOICES_LENGTH = 100_000
-"""Maximum characters of a list of choices."""
+"""Maximum number of characters in a list of choices."""
 
 
 class ReconfigureView(View):
-    """The parameters and their values.
+    """The parameters of a node and their values.
 
     Args (of the page):
         node: the node's name, or the namespace of its parameters.
@@ -33,7 +33,7 @@ class ReconfigureView(View):
     Pushes ``{"parameters": [{"name", "type", "groups", "description", "min", "max", "default", "choices"}, ...],
     "values": {name: value}, "groups": [{"path", "type", "name", "state", "id", "parent"}, ...]}``. The groups of a
     parameter, and the path of a group, are the names of the groups around it, starting with the outermost, without the
-    root group; choices are a list of name and value. A group of the type collapse or hide whose state is false is
+    root group; choices are a list of names and values. A group of the type collapse or hide whose state is false is
     closed or hidden.
     """
 
@@ -41,14 +41,14 @@ class ReconfigureView(View):
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
-        name = text(args, "node")
+        name = string_arg(args, "node")
         self._lock = threading.Lock()
         self._description: Arrival | None = None
         self._config: Arrival | None = None
         self._unsubscribers: list[Callable[[], None]] = []
         try:
-            self._unsubscribers.append(robot.listen(f"{name}/parameter_descriptions", self._described))
-            self._unsubscribers.append(robot.listen(f"{name}/parameter_updates", self._updated))
+            self._unsubscribers.append(robot.listen(f"{name}/parameter_descriptions", self._on_description))
+            self._unsubscribers.append(robot.listen(f"{name}/parameter_updates", self._on_config))
         except RequestError:
             self.close()
             raise
@@ -66,19 +66,19 @@ class ReconfigureView(View):
                     "groups": groups(description.checked_message, config.checked_message),
                 }
             )
-        except (MessageError, AttributeError, TypeError) as error:  # another type under these names
+        except (MessageError, AttributeError, TypeError) as error:  # the topics have another type
             raise RequestError(f"this is not a dynamic_reconfigure server: {error}") from None
 
     def close(self) -> None:
         for unsubscribe in self._unsubscribers:
             unsubscribe()
 
-    def _described(self, arrival: Arrival) -> None:
+    def _on_description(self, arrival: Arrival) -> None:
         with self._lock:
             self._description = arrival
         self.wake()
 
-    def _updated(self, arrival: Arrival) -> None:
+    def _on_config(self, arrival: Arrival) -> None:
         with self._lock:
             self._config = arrival
         self.wake()
@@ -105,10 +105,11 @@ def parameters(description: Any) -> list[dict[str, Any]]:
 
 
 def groups(description: Any, config: Any) -> list[dict[str, Any]]:
-    """Return the groups with their states for a page; see `ReconfigureView`. A group without a state is on.
+    """Return the groups with their states for a page; see `ReconfigureView`. Groups without a state are on.
 
     Args:
-        description: a dynamic_reconfigure/ConfigDescription. config: a dynamic_reconfigure/Config.
+        description: a dynamic_reconfigure/ConfigDescription.
+        config: a dynamic_reconfigure/Config.
     """
     paths = _paths(description.groups)
     states = {group.id: group.state for group in config.groups}
@@ -126,7 +127,7 @@ def groups(description: Any, config: Any) -> list[dict[str, Any]]:
 
 
 def _paths(groups: Any) -> dict[int, list[str]]:
-    """Return the path of each group by its id; parents may be missing or circular."""
+    """Return group id -> path; parents may be missing or circular."""
     known = {group.id: group for group in groups}
     paths: dict[int, list[str]] = {}
     for group in groups:
@@ -141,16 +142,16 @@ def _paths(groups: Any) -> dict[int, list[str]]:
 
 
 def values(config: Any) -> dict[str, Any]:
-    """Return the values of a dynamic_reconfigure/Config, for JSON, with null for non-finite numbers."""
-    return {name: _plain(value) for name, value in decode(config, dict).items()}
+    """Return the values of a dynamic_reconfigure/Config as JSON, with null for non-finite numbers."""
+    return {name: _to_json(value) for name, value in decode(config, dict).items()}
 
 
 def _choices(edit_method: str) -> list[list[Any]]:
     if len(edit_method) > _MAX_CHOICES_LENGTH:
         return []
     found = choices(edit_method)
-    return [[name, _plain(value)] for name, value in list(found.items())[:_MAX_CHOICES]]
+    return [[name, _to_json(value)] for name, value in list(found.items())[:_MAX_CHOICES]]
 
 
-def _plain(value: Any) -> Any:
+def _to_json(value: Any) -> Any:
     return None if isinstance(value, float) and not math.isfinite(value) else value

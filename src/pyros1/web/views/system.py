@@ -8,7 +8,7 @@ from pyros1.web.server.wire import Push
 from pyros1.web.views.view import View
 
 _MAX_NODES = 100
-"""Above this number of nodes, they are queried less often."""
+"""Number of nodes above which they are queried less often."""
 
 
 class SystemView(View):
@@ -17,15 +17,15 @@ class SystemView(View):
     period = 1.0
     polled = True
 
-    _last_shown: Any = None
+    _last_pushed: Any = None
 
     def poll(self) -> Push | None:
         _ = self.robot.node
         description = self.robot.system.describe(max_age=self.period * 0.8)
         self.period = 1.0 if len(description["nodes"]) <= _MAX_NODES else 4.0
-        if description is self._last_shown:
+        if description is self._last_pushed:
             return None
-        self._last_shown = description
+        self._last_pushed = description
         return Push(self._visible(description))
 
     def _visible(self, description: dict[str, Any]) -> dict[str, Any]:
@@ -36,7 +36,7 @@ class SystemView(View):
         return {
             **description,
             "master": self.robot.master_uri,
-            "topics": {name: facts for name, facts in description["topics"].items() if may_see(name)},
+            "topics": {name: topic for name, topic in description["topics"].items() if may_see(name)},
             "services": {name: nodes for name, nodes in description["services"].items() if may_see(name)},
             "edges": [edge for edge in description["edges"] if may_see(edge[0])],
             "missing": [edge for edge in description["missing"] if may_see(edge[0])],

@@ -1,4 +1,4 @@
-"""Turtles of a turtlesim_node: their poses and their drawing."""
+"""The turtles of a turtlesim_node: their poses and their drawing."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pyros1.ground.errors import MessageError
 from pyros1.turtlesim.finding import drawing_topic, find_simulators
 from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.views.image import picture
-from pyros1.web.views.view import View, text
+from pyros1.web.views.view import View, string_arg
 
 if TYPE_CHECKING:
     from pyros1.web.hub import Arrival
@@ -24,13 +24,13 @@ _REFRESH_PERIOD = 1.0
 
 
 class TurtlesView(View):
-    """Displays the turtles of a node. With stock turtlesim, their drawing is not available to other nodes.
+    """Displays the turtles of a node. Stock turtlesim does not publish their drawing.
 
     Args (of the page):
         node: the node's name; empty for the first one found.
 
     Pushes changes: ``{"facts": {"node", "nodes", "there"}, "turtles": {name: [x, y, theta]},
-    "drawing": {...}}``, and with "drawing", which is as in `pyros1.web.views.image.picture`, the picture's data.
+    "drawing": {...}}``, and with "drawing" (see `pyros1.web.views.image.picture`), the picture's data.
     """
 
     period = 1 / 30
@@ -38,7 +38,7 @@ class TurtlesView(View):
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
-        self._requested_node = text(args, "node", "")
+        self._requested_node = string_arg(args, "node", "")
         self._lock = threading.Lock()  # guards the received data
         self._poses: dict[str, Arrival] = {}
         self._drawing: Arrival | None = None
@@ -46,7 +46,7 @@ class TurtlesView(View):
         self._last_pushed: dict[str, Any] = {}
         self._facts: dict[str, Any] = {}
         self._turtles: list[str] = []
-        self._unsubscribers: dict[str, Callable[[], None]] = {}  # of topics
+        self._unsubscribers: dict[str, Callable[[], None]] = {}  # by topic
         self._refreshed_at = float("-inf")
 
     def poll(self) -> Push | None:
@@ -55,20 +55,20 @@ class TurtlesView(View):
             self._refreshed_at = monotonic()
         with self._lock:
             poses, drawing = dict(self._poses), self._drawing
-        now = {
+        current = {
             "facts": self._facts,
             "turtles": {name: _position(poses[name]) for name in self._turtles if name in poses},
         }
-        changed: dict[str, Any] = {key: value for key, value in now.items() if value != self._last_pushed.get(key)}
+        changed: dict[str, Any] = {key: value for key, value in current.items() if value != self._last_pushed.get(key)}
         blob = None
         if drawing is not None and drawing is not self._last_drawing:
             self._last_drawing = drawing
             changed["drawing"], blob = picture(drawing)
-        self._last_pushed = now
+        self._last_pushed = current
         return Push(changed, blob) if changed else None
 
     def change(self, args: Mapping[str, Any]) -> None:
-        self._requested_node = text(args, "node", "")
+        self._requested_node = string_arg(args, "node", "")
         self._refreshed_at = float("-inf")
 
     def close(self) -> None:
@@ -79,7 +79,9 @@ class TurtlesView(View):
         graph = self.robot.graph
         found = find_simulators(graph.published_types(), graph.state().publishers)
         may_see = self.robot.access.may_see
-        found = {node: {name: topic for name, topic in all_.items() if may_see(topic)} for node, all_ in found.items()}
+        found = {
+            node: {name: topic for name, topic in turtles.items() if may_see(topic)} for node, turtles in found.items()
+        }
         nodes = [node for node, turtles in found.items() if turtles]
         node = self._requested_node or next(iter(nodes), "")
         turtles = found.get(node, {})

@@ -1,4 +1,4 @@
-"""The base of all views."""
+"""The base class of all views."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ if TYPE_CHECKING:
 
 
 class View(ABC):
-    """Something that a page displays.
+    """A source of data that a page displays.
 
     `poll` and `change` are never called at the same time, but `wake` may be called from any thread.
 
     Args:
-        robot: the source of the data.
-        args: what to display.
-        wake: to be called, from any thread, when there may be something new.
+        robot: the robot.
+        args: the arguments sent by the page.
+        wake: to be called from any thread when there may be new data.
 
     Raises:
         RequestError: the arguments are wrong.
-        Error: the robot cannot provide it.
+        Error: the data is not available.
     """
 
     period = 1 / 30
-    """Minimum seconds between two pushes."""
+    """Minimum number of seconds between two pushes."""
     polled = False
     """Whether to call `poll` after each period, even without `wake`."""
 
@@ -38,10 +38,10 @@ class View(ABC):
 
     @abstractmethod
     def poll(self) -> Push | None:
-        """Return what to push; None if nothing is new. Called in a thread.
+        """Return the data to push; None if nothing is new. Called in a thread.
 
         Raises:
-            Error: as in the constructor; the page displays the text, and the view continues.
+            Error: the data is not available; the page displays the message, and the view continues.
         """
 
     def change(self, args: Mapping[str, Any]) -> None:
@@ -52,29 +52,29 @@ class View(ABC):
         """
         raise RequestError("this view cannot be changed")
 
-    def close(self) -> None:  # noqa: B027 - most have nothing to close
+    def close(self) -> None:  # noqa: B027 - most views have nothing to close
         """Close the view."""
 
 
-def text(args: Mapping[str, Any], name: str, default: str | None = None) -> str:
-    """Return an argument that is a text.
+def string_arg(args: Mapping[str, Any], name: str, default: str | None = None) -> str:
+    """Return a string argument.
 
     Raises:
-        RequestError: it is missing, or not a text.
+        RequestError: the argument is missing or not a string.
     """
     value = args.get(name, default)
     if not isinstance(value, str):
-        raise RequestError(f"{name} is a text")
+        raise RequestError(f"{name} must be a string")
     return value
 
 
-def number(args: Mapping[str, Any], name: str, minimum: float, maximum: float, default: float) -> float:
-    """Return an argument that is a number.
+def number_arg(args: Mapping[str, Any], name: str, minimum: float, maximum: float, default: float) -> float:
+    """Return a numeric argument.
 
     Raises:
-        RequestError: it is not a number, or not within the bounds.
+        RequestError: the argument is not a number, or out of range.
     """
     value = args.get(name, default)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not minimum <= value <= maximum:
-        raise RequestError(f"{name} is a number from {minimum:g} to {maximum:g}")
+        raise RequestError(f"{name} must be a number from {minimum:g} to {maximum:g}")
     return value

@@ -1,9 +1,8 @@
-"""The services of rosapi, for clients: what exists, its details, and parameters.
+"""The services of rosapi for clients: lists of nodes, topics and services, their details, and parameters.
 
-They are answered here, without a node or a registration. Each is a function in a file of this folder: it gets the robot
-and its arguments, and returns the values of the response. `SERVICES` of a file has them by name, with the fields of the
-request.
-See https://wiki.ros.org/rosapi.
+They run here, without a node or a registration. Each is a function in a module of this package, called with the robot
+and the arguments, and returns the values of the response. `SERVICES` of a module has them by name, with the fields of
+the request. See https://wiki.ros.org/rosapi.
 """
 
 from __future__ import annotations
@@ -16,25 +15,25 @@ from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.operations import BridgeError
 
 PREFIX = "/rosapi/"
-Answer = Callable[[Robot, Mapping[str, str]], dict[str, Any]]
-Services = dict[str, tuple[tuple[str, ...], Answer]]
-_FILES = ("topics", "services", "nodes", "params", "details")
+Handler = Callable[[Robot, Mapping[str, str]], dict[str, Any]]
+Services = dict[str, tuple[tuple[str, ...], Handler]]
+_MODULES = ("topics", "services", "nodes", "params", "details")
 
 
 def _services() -> Services:
     found: Services = {}
-    for name in _FILES:
+    for name in _MODULES:
         found.update(import_module(f"{__name__}.{name}").SERVICES)
     return found
 
 
 def has(name: str) -> bool:
-    """Return whether a service, by its full name, is one of rosapi."""
+    """Return whether a service's full name is that of a rosapi service."""
     return name.startswith(PREFIX)
 
 
 def run(robot: Robot, name: str, args: Any) -> dict[str, Any]:
-    """Answer a call.
+    """Handle a call to a service.
 
     Args:
         robot: the robot.
@@ -46,24 +45,24 @@ def run(robot: Robot, name: str, args: Any) -> dict[str, Any]:
 
     Raises:
         BridgeError: the service does not exist, is not allowed, or has wrong arguments.
-        Error: the robot cannot answer.
+        Error: the request failed.
     """
-    fields, answer = _services().get(name.removeprefix(PREFIX), ((), None))
-    if answer is None:
+    fields, handler = _services().get(name.removeprefix(PREFIX), ((), None))
+    if handler is None:
         raise BridgeError(f"Service {name} does not exist")
-    return answer(robot, _texts(fields, args))
+    return handler(robot, _string_args(fields, args))
 
 
-def _texts(fields: tuple[str, ...], args: Any) -> dict[str, str]:
-    """Return the arguments by name. As in rosbridge_suite, those that are left out are empty, a list may be shorter or
+def _string_args(fields: tuple[str, ...], args: Any) -> dict[str, str]:
+    """Return the arguments by name. As in rosbridge_suite, missing arguments are empty, a list may be shorter or
     longer, and anything but a list or an object counts as no arguments.
 
     Raises:
-        BridgeError: one is not a string.
+        BridgeError: an argument is not a string.
     """
     if isinstance(args, list):
         args = args[0] if len(args) == 1 and isinstance(args[0], dict) else dict(zip(fields, args, strict=False))
     found = {name: args.get(name, "") if isinstance(args, dict) else "" for name in fields}
     if not all(isinstance(value, str) for value in found.values()):
-        raise BridgeError(f"the arguments are strings: {', '.join(fields)}")
+        raise BridgeError(f"the arguments must be strings: {', '.join(fields)}")
     return found

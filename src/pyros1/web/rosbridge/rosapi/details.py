@@ -31,10 +31,10 @@ def _response(_: Robot, args: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _definitions(cls: type[Message]) -> dict[str, Any]:
-    return {"typedefs": list(_all(cls, set()))}
+    return {"typedefs": list(_nested_definitions(cls, set()))}
 
 
-def _all(cls: type[Message], seen: set[str]) -> Iterator[dict[str, Any]]:
+def _nested_definitions(cls: type[Message], seen: set[str]) -> Iterator[dict[str, Any]]:
     """Yield the definition of a class, and those of its fields' types, each once."""
     seen.add(cls._type)
     yield _definition(cls)
@@ -46,7 +46,7 @@ def _all(cls: type[Message], seen: set[str]) -> Iterator[dict[str, Any]]:
             seen.add(base)
             yield _time(base)
         elif base in cls._classes:
-            yield from _all(cls._classes[base], seen)
+            yield from _nested_definitions(cls._classes[base], seen)
 
 
 def _time(kind: str) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Nodes, and the time."""
+"""rosapi's services about nodes and the time."""
 
 from __future__ import annotations
 

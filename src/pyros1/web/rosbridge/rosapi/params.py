@@ -1,4 +1,4 @@
-"""Parameters. Their values are sent as JSON texts."""
+"""rosapi's services about parameters, whose values are sent as JSON strings."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from pyros1.ground.errors import InvalidNameError, ParameterNotSetError
-from pyros1.web.json_texts import loads
+from pyros1.web.client_json import loads
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.frames import text
 from pyros1.web.rosbridge.operations import BridgeError
@@ -16,7 +16,7 @@ _ROOT = "/"
 
 
 def _name(robot: Robot, args: Mapping[str, str]) -> str:
-    """Return a parameter's full name. As in stock ROS, it need not be valid."""
+    """Return a parameter's full name, which, as in stock ROS, need not be valid."""
     name = args["name"]
     try:
         return robot.node.resolve(name) if name != _ROOT else _ROOT
@@ -36,7 +36,7 @@ def _get(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _default(default: str) -> str:
-    """Return a default, which may not be JSON, as JSON."""
+    """Return a default value as JSON; a default that is not JSON is taken as a string."""
     try:
         return text(loads(default) if default else None)
     except ValueError:
@@ -59,7 +59,7 @@ def _set(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
         raise BridgeError("the value must be JSON") from None
     name = _name(robot, args)
     if name == _ROOT:
-        raise BridgeError("all parameters together cannot be set: give the name of one, or of a namespace")
+        raise BridgeError("all parameters together cannot be set: send the name of a parameter or namespace")
     robot.parameters.set(name, value)
     return {}
 

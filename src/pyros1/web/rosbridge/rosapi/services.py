@@ -1,4 +1,4 @@
-"""Services."""
+"""rosapi's services about services."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ def _services(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _uri(robot: Robot, name: str) -> str:
-    """Return the address of a service; "" if there is none."""
+    """Return the address of a service; empty if it does not exist."""
     robot.check_visible(name)
     return robot.graph.service_uri(name) or ""
 
 
 def _type_of(robot: Robot, name: str) -> str:
-    """Return the type of a service; "" if there is none, or its node does not answer."""
+    """Return the type of a service; empty if it does not exist or its node does not respond."""
     uri = _uri(robot, name)
     try:
         return probe_service(name, uri, robot.master.caller_id, _PROBE_TIMEOUT).get("type", "") if uri else ""
@@ -50,10 +50,11 @@ def _of_type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _providers(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
-    """Return the nodes that provide a service, or services of a type: clients use both."""
+    """Return the nodes that provide a service or services of a type, since clients use both."""
     services = robot.graph.state().services
-    wanted = args["service"]
-    names = [wanted] if wanted in services else _with_type(robot, robot.access.visible(services), wanted)
+    name_or_type = args["service"]
+    is_name = name_or_type in services
+    names = [name_or_type] if is_name else _with_type(robot, robot.access.visible(services), name_or_type)
     return {"providers": list(dict.fromkeys(node for name in robot.access.visible(names) for node in services[name]))}
 
 

@@ -1,4 +1,4 @@
-"""Topics, including those of actions."""
+"""rosapi's services about topics, including those of actions."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.rosapi import Services
 
 _ACTION = {"goal": "ActionGoal", "result": "ActionResult", "feedback": "ActionFeedback"}
-"""Topics of an action, and the suffixes of their types."""
+"""Last parts of an action's topics, and the suffixes of their types."""
 
 
 def _types(robot: Robot) -> dict[str, str]:
     """Return topic -> type for all topics with publishers or subscribers; the type is empty if unknown."""
     state, types = robot.graph.state(), robot.graph.topic_types()
     names = robot.access.visible(sorted({*state.publishers, *state.subscribers}))
-    if not types.keys() >= {*names}:  # some are new
+    if not types.keys() >= {*names}:  # some topics are new
         types = Graph(robot.master).topic_types()
     return {name: types.get(name, "").replace("*", "") for name in names}
 
@@ -31,15 +31,15 @@ def _topics(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
 
 def _raw_types(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
     types = _types(robot)
-    texts = {kind: _text(kind) for kind in set(types.values())}
+    definitions = {kind: _definition(kind) for kind in set(types.values())}
     return {
         "topics": list(types),
         "types": list(types.values()),
-        "typedefs_full_text": [texts[kind] for kind in types.values()],
+        "typedefs_full_text": [definitions[kind] for kind in types.values()],
     }
 
 
-def _text(kind: str) -> str:
+def _definition(kind: str) -> str:
     try:
         return load_message(kind)._full_text if kind else ""
     except MessageError:
@@ -51,7 +51,7 @@ def _of_type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
-    """Return the type of a topic; for a field of a topic, such as ``/odom/pose``, that of the topic."""
+    """Return the type of a topic; for a field of a topic, such as ``/odom/pose``, the type of its topic."""
     topic = args["topic"]
     robot.check_visible(topic)
     kind = robot.type_of(topic)

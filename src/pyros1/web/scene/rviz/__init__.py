@@ -1,1 +1,1 @@
-"""rviz's display configuration files, read for the 3D panel."""
+"""Reads rviz's display configuration files for the 3D panel."""

@@ -1,4 +1,4 @@
-"""rviz's defaults of properties that have no counterpart here: only different values are reported. Pure."""
+"""rviz's defaults of properties that are not supported here: only different values are reported (pure)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-NO_PICTURE = frozenset({"Class", "Name", "Enabled", "Value", "Queue Size", "Unreliable"})
+INVISIBLE_PROPERTIES = frozenset({"Class", "Name", "Enabled", "Value", "Queue Size", "Unreliable"})
 """Properties without a visible effect: names, network options, and ``Value``, which is the same as ``Enabled``."""
 _DEFAULTS: Mapping[str, Any] = {
     "Angle": 0,
@@ -59,7 +59,7 @@ _DEFAULTS: Mapping[str, Any] = {
     "Covariance/Orientation/Offset": 1,
     "Covariance/Orientation/Scale": 1,
 }
-_BALLS: Mapping[str, Any] = {  # of displays of one number, which are drawn as balls here
+_SCALAR_DEFAULTS: Mapping[str, Any] = {  # of displays of one number, which are drawn as balls here
     "Alpha": 1,
     "Autocompute Intensity Bounds": False,
     "Autocompute Value Bounds/Max Value": 10,
@@ -77,10 +77,20 @@ _BALLS: Mapping[str, Any] = {  # of displays of one number, which are drawn as b
     "Use Fixed Frame": True,
     "Use rainbow": True,
 }
-_OF_KIND: Mapping[str, Mapping[str, Any]] = {
-    "FluidPressure": {**_BALLS, "Channel Name": "fluid_pressure", "Max Intensity": 105_000, "Min Intensity": 98_000},
-    "Illuminance": {**_BALLS, "Channel Name": "illuminance", "Max Intensity": 1000, "Min Intensity": 0},
-    "RelativeHumidity": {**_BALLS, "Channel Name": "relative_humidity", "Max Intensity": 1, "Min Intensity": 0},
+_DEFAULTS_BY_KIND: Mapping[str, Mapping[str, Any]] = {
+    "FluidPressure": {
+        **_SCALAR_DEFAULTS,
+        "Channel Name": "fluid_pressure",
+        "Max Intensity": 105_000,
+        "Min Intensity": 98_000,
+    },
+    "Illuminance": {**_SCALAR_DEFAULTS, "Channel Name": "illuminance", "Max Intensity": 1000, "Min Intensity": 0},
+    "RelativeHumidity": {
+        **_SCALAR_DEFAULTS,
+        "Channel Name": "relative_humidity",
+        "Max Intensity": 1,
+        "Min Intensity": 0,
+    },
     "FrameAligned": {
         "Lock Camera": False,
         "Pitch": math.pi / 2,
@@ -91,7 +101,7 @@ _OF_KIND: Mapping[str, Mapping[str, Any]] = {
         "Yaw": 0,
     },
     "Temperature": {
-        **_BALLS,
+        **_SCALAR_DEFAULTS,
         "Channel Name": "temperature",
         "Invert Rainbow": True,
         "Max Intensity": 100,
@@ -100,28 +110,28 @@ _OF_KIND: Mapping[str, Mapping[str, Any]] = {
 }
 
 
-def changes_something(kind: str, name: str, value: Any) -> bool:
+def differs_from_default(kind: str, name: str, value: Any) -> bool:
     """Return whether a property differs from rviz's default.
 
     Args:
-        kind: the class of the object with the property, without "rviz/".
-        name: its name; for a nested property, all names joined by ``/``.
+        kind: the class of the object that has the property, without "rviz/".
+        name: the property's name; for a nested property, all names joined by ``/``.
         value: the value in the file.
     """
-    if name in NO_PICTURE:
+    if name in INVISIBLE_PROPERTIES:
         return False
     if name.startswith("Visibility/"):
         return value is not True
-    defaults = _OF_KIND.get(kind, _DEFAULTS)
+    defaults = _DEFAULTS_BY_KIND.get(kind, _DEFAULTS)
     if name not in defaults:
         defaults = _DEFAULTS
     if name not in defaults:
         return True
     default = defaults[name]
-    return not any(_same(value, each) for each in (default if isinstance(default, tuple) else (default,)))
+    return not any(_is_same(value, each) for each in (default if isinstance(default, tuple) else (default,)))
 
 
-def _same(value: Any, default: Any) -> bool:
+def _is_same(value: Any, default: Any) -> bool:
     if isinstance(default, (bool, str)) or isinstance(value, (bool, str)):
         return value is default if isinstance(default, bool) else bool(value == default)
     return isinstance(value, (int, float)) and math.isclose(value, default, rel_tol=1e-5, abs_tol=1e-9)

@@ -1,6 +1,6 @@
-"""rviz's display configuration files as settings of the 3D panel (`page/panels/scene.js`). Pure.
+"""Converts rviz's display configuration files to settings of the 3D panel (`page/panels/scene.js`) (pure).
 
-The YAML of a file is untrusted: it is read within bounds, and anything not in the form that rviz writes counts as
+The YAML of a file is untrusted: it is read within limits, and anything not in the form that rviz writes is treated as
 absent.
 """
 
@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from pyros1.ground.errors import Error
 from pyros1.ground.terminal_text import one_line
 from pyros1.values import YamlError, load_yaml
-from pyros1.web.scene.rviz.defaults import changes_something
+from pyros1.web.scene.rviz.defaults import differs_from_default
 from pyros1.web.scene.rviz.kinds import KINDS, Options
 from pyros1.web.scene.rviz.values import (
     Properties,
@@ -35,13 +35,13 @@ _MAX_DISPLAYS = 200
 _MAX_DEPTH = 10
 _MAX_NOTES = 40
 _WINDOW = 800.0
-"""Default height of rviz's window in pixels, if the file has none."""
+"""Height of rviz's window in pixels, if the file does not specify it."""
 _AXES_LENGTH = 0.2
 """Length of TF's axes in metres, at rviz's marker scale 1."""
 _GREY = "#a0a0a4"
-"""rviz's default colour of grids; the page's own depends on its light or dark theme."""
+"""rviz's default colour of grids; the page's default depends on its light or dark theme."""
 _BACKGROUND = "#303030"
-"""rviz's default background colour; the page's own depends on its theme."""
+"""rviz's default background colour; the page's default depends on its theme."""
 _MAX_CONCEALED = 200
 _FRAMES = "frames"
 _GRID = "grid"
@@ -56,7 +56,7 @@ class RvizFile(NamedTuple):
 
     Attributes:
         settings: settings of the 3D panel.
-        notes: lines for the user: what the panel does not support.
+        notes: lines for the user about what the panel does not support.
     """
 
     settings: dict[str, Any]
@@ -64,24 +64,24 @@ class RvizFile(NamedTuple):
 
 
 def read_rviz(content: str, resolve: Callable[[str], str]) -> RvizFile:
-    """Read a file's text.
+    """Convert the contents of a file.
 
     Args:
-        content: YAML, as rviz saves it.
+        content: the YAML saved by rviz.
         resolve: returns the full name of a topic or parameter.
 
     Raises:
-        RvizFileError: it is not an rviz file; the text says why, without the file's name.
+        RvizFileError: it is not an rviz file; the message, which lacks the file's name, says why.
     """
     if len(content) > MAX_BYTES:
-        raise RvizFileError(f"is longer than {MAX_BYTES} characters, which no file of rviz is")
+        raise RvizFileError(f"is longer than {MAX_BYTES} characters, which no rviz file is")
     try:
         data = load_yaml(content)
     except YamlError as error:
         raise RvizFileError(f"is not YAML: {one_line(str(error))}") from None
     manager = mapping(mapping(data).get("Visualization Manager"))
     if not manager:
-        raise RvizFileError('has no "Visualization Manager": it is not a file that rviz has saved')
+        raise RvizFileError('has no "Visualization Manager": it was not saved by rviz')
     return _Reader(resolve).read(data, manager)
 
 
@@ -94,7 +94,7 @@ _PUBLISHING = {
     "SetInitialPose": ("estimate", "/initialpose"),
     "PublishPoint": ("point", "/clicked_point"),
 }
-"""Tools that publish: their names in the panel, and their default topics."""
+"""Publishing tools -> their names in the panel, and their default topics."""
 
 
 class _Reader:
@@ -110,23 +110,23 @@ class _Reader:
         self._notes: list[str] = []
 
     def read(self, data: Mapping[Any, Any], manager: Mapping[Any, Any]) -> RvizFile:
-        whole = Properties(mapping(manager.get("Global Options")))
-        fixed = text(whole, "Fixed Frame").lstrip("/")
-        displayed = {_FRAMES: False, _GRID: False}
+        global_options = Properties(mapping(manager.get("Global Options")))
+        fixed = text(global_options, "Fixed Frame").lstrip("/")
+        visible = {_FRAMES: False, _GRID: False}
         for count, (display, enabled) in enumerate(self._displays(manager.get("Displays"))):
             if count == _MAX_DISPLAYS:
-                self._note(f"more than {_MAX_DISPLAYS} displays: the others are left out")
+                self._note(f"more than {_MAX_DISPLAYS} displays: the others are ignored")
                 break
-            self._display(display, enabled, displayed)
-        self._hidden += [key for key, seen in displayed.items() if not seen]
+            self._display(display, enabled, visible)
+        self._hidden += [key for key, is_visible in visible.items() if not is_visible]
         height = number(mapping(data.get("Window Geometry")), "Height", 100, 10_000) or _WINDOW
         current = Properties(mapping(mapping(manager.get("Views")).get("Current")))
         view, note = view_settings(current, height)
         self._note(note)
         if not note:
             self._note_missing(current, f"view {class_of(current)}")
-        background = colour(whole, "Background Color")
-        self._note_missing(whole, "Global Options")
+        background = colour(global_options, "Background Color")
+        self._note_missing(global_options, "Global Options")
         settings = {
             "fixed": "" if fixed == FIXED else fixed,
             "topics": self._topics,
@@ -137,54 +137,54 @@ class _Reader:
         }
         if background not in (None, _BACKGROUND):
             settings["background"] = background
-        self._others(data, manager)
+        self._read_tools_and_panels(data, manager)
         if self._tools:
             settings["tools"] = self._tools
         if len(self._notes) > _MAX_NOTES:
-            self._notes[_MAX_NOTES:] = [f"and {len(self._notes) - _MAX_NOTES} more that are not here"]
+            self._notes[_MAX_NOTES:] = [f"and {len(self._notes) - _MAX_NOTES} more that are not supported"]
         return RvizFile(settings, self._notes)
 
     def _displays(self, displays: Any, enabled: bool = True, depth: int = 0) -> Iterator[tuple[Properties, bool]]:
-        """Yield the displays, including those in groups, each with whether it is enabled."""
+        """Yield the displays, including those in groups, and whether each is enabled."""
         for values in map(mapping, listed(displays)):
             display = Properties(values)
-            seen = enabled and flag(display, "Enabled") is not False
+            is_enabled = enabled and flag(display, "Enabled") is not False
             if class_of(display) != "Group":
-                yield display, seen
+                yield display, is_enabled
             elif depth < _MAX_DEPTH:
-                yield from self._displays(display.get("Displays"), seen, depth + 1)
+                yield from self._displays(display.get("Displays"), is_enabled, depth + 1)
 
-    def _display(self, display: Properties, enabled: bool, displayed: dict[str, bool]) -> None:
+    def _display(self, display: Properties, enabled: bool, visible: dict[str, bool]) -> None:
         kind = class_of(display)
         if kind == "TF":
-            displayed[_FRAMES] = displayed[_FRAMES] or enabled
+            visible[_FRAMES] = visible[_FRAMES] or enabled
             self._frames(display)
         elif kind == "Grid":
-            displayed[_GRID] = displayed[_GRID] or enabled
+            visible[_GRID] = visible[_GRID] or enabled
             self._grid(display)
         elif kind == "Axes":
             if enabled:
-                self._note(f"{_name(display)}: axes of frames are shown by TF")
+                self._note(f"{_name(display)}: use the TF display for axes of frames")
         elif kind == "RobotModel":
             self._robot(display, enabled)
         elif kind in KINDS:
             self._topic(display, enabled, kind)
         else:
-            self._note(f"{_name(display)}: there is no display {one_line(text(display, 'Class')) or 'without a class'}")
+            self._note(f"{_name(display)}: unsupported display {one_line(text(display, 'Class')) or 'without a class'}")
 
     def _topic(self, display: Properties, enabled: bool, kind: str) -> None:
-        options, keys, made, transport = KINDS[kind]
+        options, keys, prefix, transport = KINDS[kind]
         topic = text(display, *keys)
         if not topic:
             self._note(f"{_name(display)}: it has no topic")
             return
         name = self._resolve(topic)
-        how = text(display, "Transport Hint")
-        if transport and how in ("compressed", "compressedDepth"):
-            name = f"{name}/{how}"
-        key = f"{made}{name}"
+        hint = text(display, "Transport Hint")
+        if transport and hint in ("compressed", "compressedDepth"):
+            name = f"{name}/{hint}"
+        key = f"{prefix}{name}"
         if key in self._topics:
-            self._note(f"{_name(display)}: {one_line(name)} is shown once")
+            self._note(f"{_name(display)}: {one_line(name)} is displayed only once")
             return
         self._topics.append(key)
         self._options[key] = options(display)
@@ -196,22 +196,22 @@ class _Reader:
             self._hidden.append(key)
         self._note_missing(display)
 
-    def _note_missing(self, values: Properties, name: str = "", but: tuple[str, ...] = ()) -> None:
-        """Note the properties that have no counterpart, unless they have rviz's defaults."""
+    def _note_missing(self, values: Properties, name: str = "", ignored: tuple[str, ...] = ()) -> None:
+        """Note the properties that are not supported, unless they have rviz's default values."""
         kind = class_of(values)
         missing = [
             f"{key} {value}" if isinstance(value, str) and value else key
             for key, value in values.unread()
-            if key.partition("/")[0] not in but and changes_something(kind, key, value)
+            if key.partition("/")[0] not in ignored and differs_from_default(kind, key, value)
         ]
         if missing:
-            self._note(one_line(f"{name or _name(values)}: not here: {', '.join(missing)}"))
+            self._note(one_line(f"{name or _name(values)}: not supported: {', '.join(missing)}"))
 
     def _robot(self, display: Properties, enabled: bool) -> None:
         name = self._resolve(text(display, "Robot Description") or "robot_description")
         key = f"robot:{name}"
         if name in self._robots:
-            self._note(f"{_name(display)}: the robot in {one_line(name)} is shown once")
+            self._note(f"{_name(display)}: the robot in {one_line(name)} is displayed only once")
             return
         self._robots.append(name)
         self._options[key] = given(
@@ -228,8 +228,8 @@ class _Reader:
             flag(link, "Show Axes") or flag(link, "Show Trail") or number(link, "Alpha", 0, 1) not in (None, 1)
             for link in links
         ):
-            self._note(f"{_name(display)}: axes, trails and the opacity of single links are not here")
-        self._note_missing(display, but=("Links",))
+            self._note(f"{_name(display)}: axes, trails and the alpha of single links are not supported")
+        self._note_missing(display, ignored=("Links",))
 
     def _frames(self, display: Properties) -> None:
         scale = number(display, "Marker Scale", 0.05, 300)
@@ -240,11 +240,11 @@ class _Reader:
             size=None if scale is None else round(_AXES_LENGTH * scale, 3),
             concealed=_concealed(display.get("Frames")),
         )
-        self._note_missing(display, but=("Frames", "Tree"))
+        self._note_missing(display, ignored=("Frames", "Tree"))
 
     def _grid(self, display: Properties) -> None:
         if _GRID in self._options:
-            self._note(f"{_name(display)}: there is one grid")
+            self._note(f"{_name(display)}: only one grid is supported")
             return
         tint = colour(display)
         count = number(display, "Plane Cell Count", 1, 200)
@@ -263,23 +263,23 @@ class _Reader:
         ) | (dict(zip("xyz", point(offset), strict=True)) if any(point(offset)) else {})
         self._note_missing(display)
 
-    def _others(self, data: Mapping[Any, Any], manager: Mapping[Any, Any]) -> None:
+    def _read_tools_and_panels(self, data: Mapping[Any, Any], manager: Mapping[Any, Any]) -> None:
         for tool in map(Properties, map(mapping, listed(manager.get("Tools")))):
             kind = class_of(tool)
             topic = text(tool, "Topic")
             if kind not in _TOOLS:
-                self._note(f"there is no tool {one_line(text(tool, 'Class')) or 'without a class'}")
+                self._note(f"unsupported tool {one_line(text(tool, 'Class')) or 'without a class'}")
                 continue
             if kind in _PUBLISHING and topic:
                 name, default = _PUBLISHING[kind]
-                if (full := self._resolve(topic)) != default:
-                    self._tools[name] = full
+                if (full_name := self._resolve(topic)) != default:
+                    self._tools[name] = full_name
             self._note_missing(tool, f"tool {kind}")
         for panel in map(mapping, listed(data.get("Panels"))):
             if class_of(panel) not in _PANELS:
-                self._note(f"there is no panel {one_line(text(panel, 'Class')) or 'without a class'}")
+                self._note(f"unsupported panel {one_line(text(panel, 'Class')) or 'without a class'}")
         if listed(mapping(manager.get("Views")).get("Saved")):
-            self._note("saved views are left out; the page's layouts keep views")
+            self._note("saved views are ignored; views are saved with the page's layouts")
 
     def _note(self, line: str) -> None:
         if line and line not in self._notes:

@@ -1,4 +1,4 @@
-"""Converts options of rviz's topic displays to those of the panel (`page/lib/scene/displays.js`). Pure."""
+"""Converts options of rviz's topic displays to those of the panel (`page/lib/scene/displays.js`) (pure)."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ _COLOURS = {
     "RGBF32": RED_GREEN_BLUE,
     "MONO8": MONO,
 }
-_FAR_DISTANCE = 1e9
+_MAX_BOUND = 1e9
 
 
-def _looks(values: Mapping[Any, Any]) -> Options:
-    """Return how points are drawn."""
-    how = chosen(values, _COLOURS, "Color Transformer")
+def _point_options(values: Mapping[Any, Any]) -> Options:
+    """Return the options of displays that draw points."""
+    transformer = chosen(values, _COLOURS, "Color Transformer")
     axes = mapping(values.get("Autocompute Value Bounds"))
     by_axis = (
         flag(axes, "Value"),
-        *(number(axes, key, -_FAR_DISTANCE, _FAR_DISTANCE) for key in ("Min Value", "Max Value")),
+        *(number(axes, key, -_MAX_BOUND, _MAX_BOUND) for key in ("Min Value", "Max Value")),
     )
     by_value = (
         flag(values, "Autocompute Intensity Bounds"),
-        *(number(values, key, -_FAR_DISTANCE, _FAR_DISTANCE) for key in ("Min Intensity", "Max Intensity")),
+        *(number(values, key, -_MAX_BOUND, _MAX_BOUND) for key in ("Min Intensity", "Max Intensity")),
     )
-    auto, low, high = by_axis if how == "axis" else by_value
+    auto, low, high = by_axis if transformer == "axis" else by_value
     fixed = auto is False
     axis = chosen(values, {"X": "x", "Y": "y", "Z": "z"}, "Axis")
     channel = text(values, "Channel Name")
@@ -54,13 +54,13 @@ def _looks(values: Mapping[Any, Any]) -> Options:
         size=number(values, "Size (Pixels)", 1, 30),
         metres=number(values, "Size (m)", 0.0001, 100),
         alpha=number(values, "Alpha", 0, 1),
-        by={"axis": axis or "z", "intensity": channel or "intensity", "flat": None}.get(how, how),
-        flat=True if how == "flat" else None,
-        tint=tint if how == "flat" else None,
+        by={"axis": axis or "z", "intensity": channel or "intensity", "flat": None}.get(transformer, transformer),
+        flat=True if transformer == "flat" else None,
+        tint=tint if transformer == "flat" else None,
         auto=False if fixed else None,
         low=low if fixed else None,
         high=high if fixed else None,
-        **({} if how == "axis" else ramp),  # these are for intensities
+        **({} if transformer == "axis" else ramp),  # the ramp is for intensities
         local=None if in_fixed_frame is None else not in_fixed_frame,
         decay=number(values, "Decay Time", 0, 3600),
     )
@@ -70,35 +70,35 @@ _SHAPES = {"Arrow": "arrow", "Axes": "axes", "Arrow (3D)": "arrow", "Arrow (Flat
 
 
 def _arrows(values: Mapping[Any, Any]) -> Options:
-    inside = mapping(values.get("Shape"))
-    shape = chosen(inside, _SHAPES, "Value") if inside else chosen(values, _SHAPES, "Shape")
-    where = inside or values
+    shape_properties = mapping(values.get("Shape"))
+    shape = chosen(shape_properties, _SHAPES, "Value") if shape_properties else chosen(values, _SHAPES, "Shape")
+    properties = shape_properties or values
     return given(
         axes=None if shape is None else shape == "axes",
-        tint=colour(where),
-        alpha=number(where, "Alpha", 0, 1),
-        shaft=number(where, "Shaft Length", 0, 1000),
-        shaftWidth=number(where, "Shaft Radius", 0, 1000),
-        head=number(where, "Head Length", 0, 1000),
-        headWidth=number(where, "Head Radius", 0, 1000),
-        axesLength=number(where, "Axes Length", 0, 1000),
-        axesWidth=number(where, "Axes Radius", 0, 1000),
+        tint=colour(properties),
+        alpha=number(properties, "Alpha", 0, 1),
+        shaft=number(properties, "Shaft Length", 0, 1000),
+        shaftWidth=number(properties, "Shaft Radius", 0, 1000),
+        head=number(properties, "Head Length", 0, 1000),
+        headWidth=number(properties, "Head Radius", 0, 1000),
+        axesLength=number(properties, "Axes Length", 0, 1000),
+        axesWidth=number(properties, "Axes Radius", 0, 1000),
     )
 
 
-def _many_arrows(values: Mapping[Any, Any]) -> Options:
+def _arrow_array(values: Mapping[Any, Any]) -> Options:
     shape = chosen(values, _SHAPES, "Shape")
     lines = None if shape is None else shape == "lines"
     return {**_arrows(values), **given(lines=lines, arrow=number(values, "Arrow Length", 0, 1000))}
 
 
-def _uncertain(values: Mapping[Any, Any]) -> Options:
-    known = mapping(values.get("Covariance"))
-    place, turn = mapping(known.get("Position")), mapping(known.get("Orientation"))
+def _covariance(values: Mapping[Any, Any]) -> Options:
+    covariance = mapping(values.get("Covariance"))
+    place, turn = mapping(covariance.get("Position")), mapping(covariance.get("Orientation"))
     return {
         **_arrows(values),
         **given(
-            covariance=flag(known, "Value"),
+            covariance=flag(covariance, "Value"),
             place=flag(place, "Value"),
             placeTint=colour(place),
             placeAlpha=number(place, "Alpha", 0, 1),
@@ -113,9 +113,9 @@ def _uncertain(values: Mapping[Any, Any]) -> Options:
 def _odometry(values: Mapping[Any, Any]) -> Options:
     keep = number(values, "Keep", 0, _MAX_KEPT)
     return {
-        **_uncertain(values),
+        **_covariance(values),
         **given(
-            keep=_MAX_KEPT if keep == 0 else keep,  # 0: all
+            keep=_MAX_KEPT if keep == 0 else keep,  # 0 means all
             step=number(values, "Position Tolerance", 0, 1000),
             angle=number(values, "Angle Tolerance", 0, 7),
         ),
@@ -125,7 +125,7 @@ def _odometry(values: Mapping[Any, Any]) -> Options:
 def _path(values: Mapping[Any, Any]) -> Options:
     offset = values.get("Offset")
     return {
-        **_kept(values),
+        **_with_history(values),
         **given(
             line=chosen(values, {"Lines": "pixel", "Billboards": "metres"}, "Line Style"),
             width=number(values, "Line Width", 0, 1000),
@@ -150,7 +150,7 @@ def _map(values: Mapping[Any, Any]) -> Options:
     )
 
 
-def _tinted(values: Mapping[Any, Any]) -> Options:
+def _colour_and_alpha(values: Mapping[Any, Any]) -> Options:
     return given(tint=colour(values), alpha=number(values, "Alpha", 0, 1))
 
 
@@ -158,25 +158,25 @@ def _box(values: Mapping[Any, Any]) -> Options:
     return given(tint=colour(values))
 
 
-def _kept(values: Mapping[Any, Any]) -> Options:
+def _with_history(values: Mapping[Any, Any]) -> Options:
     lengths = [number(values, key, 1, _MAX_KEPT) for key in ("Buffer Length", "History Length")]
     keep = next((length for length in lengths if length is not None), None)
-    return {**_tinted(values), **given(keep=keep)}
+    return {**_colour_and_alpha(values), **given(keep=keep)}
 
 
-def _spot(values: Mapping[Any, Any]) -> Options:
-    return {**_kept(values), **given(radius=number(values, "Radius", 0, 1000))}
+def _point_stamped(values: Mapping[Any, Any]) -> Options:
+    return {**_with_history(values), **given(radius=number(values, "Radius", 0, 1000))}
 
 
-def _screw(values: Mapping[Any, Any]) -> Options:
-    straight, around = ("Force", "Torque") if "Force Arrow Scale" in values else ("Linear", "Angular")
+def _twist_and_wrench(values: Mapping[Any, Any]) -> Options:
+    linear, angular = ("Force", "Torque") if "Force Arrow Scale" in values else ("Linear", "Angular")
     return {
-        **_kept(values),
+        **_with_history(values),
         **given(
-            scale=number(values, f"{straight} Arrow Scale", 0.001, 1000),
-            scaleAround=number(values, f"{around} Arrow Scale", 0.001, 1000),
-            tint=colour(values, f"{straight} Color"),
-            tintAround=colour(values, f"{around} Color"),
+            scale=number(values, f"{linear} Arrow Scale", 0.001, 1000),
+            scaleAround=number(values, f"{angular} Arrow Scale", 0.001, 1000),
+            tint=colour(values, f"{linear} Color"),
+            tintAround=colour(values, f"{angular} Color"),
             width=number(values, "Arrow Width", 0, 1000),
             small=flag(values, "Hide Small Values"),
         ),
@@ -195,10 +195,10 @@ def _camera(values: Mapping[Any, Any]) -> Options:
 
 
 def _namespaces(values: Mapping[Any, Any]) -> Options:
-    shown = mapping(values.get("Namespaces"))
+    namespaces = mapping(values.get("Namespaces"))
     return {
         f"ns:{name}": value
-        for name, value in list(shown.items())[:_MAX_NAMESPACES]
+        for name, value in list(namespaces.items())[:_MAX_NAMESPACES]
         if isinstance(name, str) and isinstance(value, bool)
     }
 
@@ -211,61 +211,61 @@ def _effort(values: Mapping[Any, Any]) -> Options:
     )
 
 
-def _handles(values: Mapping[Any, Any]) -> Options:
+def _interactive_markers(values: Mapping[Any, Any]) -> Options:
     return given(names=flag(values, "Show Descriptions"))
 
 
-def _nothing(values: Mapping[Any, Any]) -> Options:
+def _no_options(values: Mapping[Any, Any]) -> Options:
     return {}
 
 
 class Kind(NamedTuple):
-    """A display of a topic.
+    """A class of rviz's topic displays.
 
     Attributes:
-        options: returns its options.
-        topics: entries that name its topic; the first existing one counts.
-        made: prefix of the topic in its key (`page/lib/scene/display_kinds.js`).
-        transport: whether it displays images, which may be compressed on another topic.
+        options: returns the panel's options for a display.
+        topics: names of the properties that may contain the topic; the first existing one is used.
+        prefix: prefix of the topic in the display's key (`page/lib/scene/display_kinds.js`).
+        transport: whether it displays images, which may be available compressed on another topic.
     """
 
-    options: Callable[[Mapping[Any, Any]], Options] = _nothing
+    options: Callable[[Mapping[Any, Any]], Options] = _no_options
     topics: tuple[str, ...] = ("Topic",)
-    made: str = ""
+    prefix: str = ""
     transport: bool = False
 
 
 _PICTURES = ("Image Topic", "Topic")
 _MARKERS = ("Marker Topic", "Topic")
 KINDS: Mapping[str, Kind] = {
-    "AccelStamped": Kind(_screw),
+    "AccelStamped": Kind(_twist_and_wrench),
     "Camera": Kind(_camera, _PICTURES, "camera:", transport=True),
-    "DepthCloud": Kind(_looks, ("Depth Map Topic",), "depth:"),
+    "DepthCloud": Kind(_point_options, ("Depth Map Topic",), "depth:"),
     "Effort": Kind(_effort),
     "FluidPressure": Kind(),
-    "GridCells": Kind(_tinted),
+    "GridCells": Kind(_colour_and_alpha),
     "Illuminance": Kind(),
-    "Image": Kind(_nothing, _PICTURES, transport=True),
+    "Image": Kind(_no_options, _PICTURES, transport=True),
     "Imu": Kind(_box),
-    "InteractiveMarkers": Kind(_handles, ("Update Topic",)),
-    "LaserScan": Kind(_looks),
+    "InteractiveMarkers": Kind(_interactive_markers, ("Update Topic",)),
+    "LaserScan": Kind(_point_options),
     "Map": Kind(_map),
     "Marker": Kind(_namespaces, _MARKERS),
     "MarkerArray": Kind(_namespaces, _MARKERS),
     "Odometry": Kind(_odometry),
     "Path": Kind(_path),
-    "PointCloud": Kind(_looks),
-    "PointCloud2": Kind(_looks),
-    "PointStamped": Kind(_spot),
-    "Polygon": Kind(_tinted),
+    "PointCloud": Kind(_point_options),
+    "PointCloud2": Kind(_point_options),
+    "PointStamped": Kind(_point_stamped),
+    "Polygon": Kind(_colour_and_alpha),
     "Pose": Kind(_arrows),
-    "PoseArray": Kind(_many_arrows),
-    "PoseWithCovariance": Kind(_uncertain),
-    "Range": Kind(_kept),
+    "PoseArray": Kind(_arrow_array),
+    "PoseWithCovariance": Kind(_covariance),
+    "Range": Kind(_with_history),
     "RelativeHumidity": Kind(),
     "Temperature": Kind(),
-    "TwistStamped": Kind(_screw),
-    "Wrench": Kind(_screw),
-    "WrenchStamped": Kind(_screw),
+    "TwistStamped": Kind(_twist_and_wrench),
+    "Wrench": Kind(_twist_and_wrench),
+    "WrenchStamped": Kind(_twist_and_wrench),
 }
 """rviz's topic displays, by the last part of their class."""

@@ -1,4 +1,4 @@
-"""Values in rviz's files. They are untrusted: anything not in the form that rviz writes counts as absent. Pure."""
+"""Reads values in rviz's files. As they are untrusted, all that rviz would not write is treated as absent (pure)."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 MAX_NAME_LENGTH = 200
-"""Maximum characters of names and topics; longer ones count as absent."""
+"""Maximum length of names and topics; longer ones are treated as absent."""
 
 
 class Properties(Mapping[Any, Any]):
-    """Entries of a file that track which of them were read, so that the unread ones can be reported."""
+    """Properties that track which of them were read, so that the unread ones can be reported."""
 
     def __init__(self, values: Mapping[Any, Any]) -> None:
         self._values = values
@@ -31,15 +31,15 @@ class Properties(Mapping[Any, Any]):
         return len(self._values)
 
     def forget(self, key: Any) -> None:
-        """Mark an entry as unread: its value has no counterpart."""
+        """Mark a property as unread, because its value is not supported."""
         self._used_keys.discard(key)
 
     def unread(self) -> Iterator[tuple[str, Any]]:
-        """Yield the unread entries with their names: a nested one as ``Line Style/Value``."""
+        """Yield the names and values of unread properties; names of nested ones are like ``Line Style/Value``."""
         for key, value in self._values.items():
             if isinstance(value, dict):
-                for name, each in self._nested.get(key, Properties(value)).unread():
-                    yield f"{key}/{name}", each
+                for name, inner in self._nested.get(key, Properties(value)).unread():
+                    yield f"{key}/{name}", inner
             elif key not in self._used_keys:
                 yield str(key), value
 
@@ -55,7 +55,7 @@ def listed(value: Any) -> Sequence[Any]:
 
 
 def text(values: Mapping[Any, Any], *keys: str) -> str:
-    """Return the first of some entries that is a text, or a number as text; empty if none is."""
+    """Return the first of several properties that is a string or an integer, as a string; empty if none is."""
     for key in keys:
         value = values.get(key)
         if isinstance(value, (str, int)) and not isinstance(value, bool) and 0 < len(str(value)) <= MAX_NAME_LENGTH:
@@ -64,7 +64,7 @@ def text(values: Mapping[Any, Any], *keys: str) -> str:
 
 
 def number(values: Mapping[Any, Any], key: str, minimum: float, maximum: float) -> float | None:
-    """Return an entry that is a number, within bounds; None if it is not a number."""
+    """Return a numeric property, clipped to a range; None if it is not a number."""
     value = values.get(key)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not abs(value) < 1e9:
         return None
@@ -72,7 +72,7 @@ def number(values: Mapping[Any, Any], key: str, minimum: float, maximum: float) 
 
 
 def chosen(values: Mapping[Any, Any], choices: Mapping[str, Any], key: str) -> Any:
-    """Return the counterpart of a choice; None if it is absent or has none."""
+    """Return the panel's value for a choice; None if it is absent or not supported."""
     choice = text(values, key)
     if choice and choice not in choices and isinstance(values, Properties):
         values.forget(key)
@@ -80,13 +80,13 @@ def chosen(values: Mapping[Any, Any], choices: Mapping[str, Any], key: str) -> A
 
 
 def flag(values: Mapping[Any, Any], key: str) -> bool | None:
-    """Return an entry that is true or false; None if it is neither."""
+    """Return a boolean property; None if it is not a boolean."""
     value = values.get(key)
     return value if isinstance(value, bool) else None
 
 
 def point(values: Any) -> list[float]:
-    """Return X, Y and Z, 0 for those that are absent."""
+    """Return the properties X, Y and Z, with 0 for absent ones."""
     return [number(mapping(values), axis, -1e6, 1e6) or 0.0 for axis in "XYZ"]
 
 

@@ -1,4 +1,4 @@
-"""Converts rviz's views to those of the panel (`page/lib/scene/stage.js`). Pure."""
+"""Converts rviz's views to those of the panel (`page/lib/scene/stage.js`) (pure)."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from pyros1.web.scene.rviz.values import class_of, number, point, text
 
 FIXED = "<Fixed Frame>"
 """rviz's name for the fixed frame."""
-_AROUND = {"Orbit": "orbit", "XYOrbit": "ground", "ThirdPersonFollower": "third"}
+_ORBIT_VIEWS = {"Orbit": "orbit", "XYOrbit": "ground", "ThirdPersonFollower": "third"}
 _FLAT_HEIGHT = 16.0
 """Height of the flat view in metres, as in stage.js."""
-_FLAT_FAR = 100.0
-_SIDE = 0.05
-"""Offset of the flat view's eye from the centre in metres: this determines which way is up."""
-_SCALE = 50.0
+_FLAT_DISTANCE = 100.0
+_EYE_OFFSET = 0.05
+"""Offset of the flat view's eye from the centre in metres, which determines the upward direction."""
+_DEFAULT_SCALE = 50.0
 
 
 def view_settings(view: Mapping[Any, Any], height: float) -> tuple[dict[str, Any], str]:
-    """Return the settings ``view`` and ``target``, as far as the file has them, and a line about unsupported ones.
+    """Return the settings ``view`` and ``target``, if the file has them, and a note about unsupported ones.
 
     Args:
         view: the current view.
@@ -34,24 +34,26 @@ def view_settings(view: Mapping[Any, Any], height: float) -> tuple[dict[str, Any
         return {"view": {"name": "frame"}, **target}, ""
     pitch, yaw = (number(view, key, -1e3, 1e3) or 0.0 for key in ("Pitch", "Yaw"))
     ahead, aside, up = math.cos(yaw) * math.cos(pitch), math.sin(yaw) * math.cos(pitch), math.sin(pitch)
-    if kind in _AROUND:
+    if kind in _ORBIT_VIEWS:
         focus = point(view.get("Focal Point"))
-        far = number(view, "Distance", 0.01, 1e5) or 10.0
-        eye = [value + far * part for value, part in zip(focus, (ahead, aside, up), strict=True)]
-        beside = target and any(abs(value) > 0.01 for value in focus)
-        note = "the view looks at the origin of its frame, not at a point beside it" if beside else ""
-        return {"view": _place(_AROUND[kind], eye, focus), **target}, note
+        distance = number(view, "Distance", 0.01, 1e5) or 10.0
+        eye = [value + distance * part for value, part in zip(focus, (ahead, aside, up), strict=True)]
+        is_off_centre = target and any(abs(value) > 0.01 for value in focus)
+        note = "the view looks at the origin of its frame, not at another point in it" if is_off_centre else ""
+        return {"view": _place(_ORBIT_VIEWS[kind], eye, focus), **target}, note
     if kind == "FPS":
         eye = point(view.get("Position"))
-        seen = [value + part for value, part in zip(eye, (ahead, aside, -up), strict=True)]
-        return {"view": _place("walk", eye, seen), **target}, ""
+        looks_at = [value + part for value, part in zip(eye, (ahead, aside, -up), strict=True)]
+        return {"view": _place("walk", eye, looks_at), **target}, ""
     if kind == "TopDownOrtho":
         x, y = (number(view, key, -1e6, 1e6) or 0.0 for key in "XY")
         angle = number(view, "Angle", -1e3, 1e3) or 0.0
-        scale = abs(number(view, "Scale", -1e5, 1e5) or 0.0) or _SCALE  # pixels per metre
-        place = _place("flat", [x + _SIDE * math.sin(angle), y - _SIDE * math.cos(angle), _FLAT_FAR], [x, y, 0.0])
+        scale = abs(number(view, "Scale", -1e5, 1e5) or 0.0) or _DEFAULT_SCALE  # pixels per metre
+        place = _place(
+            "flat", [x + _EYE_OFFSET * math.sin(angle), y - _EYE_OFFSET * math.cos(angle), _FLAT_DISTANCE], [x, y, 0.0]
+        )
         return {"view": {**place, "zoom": round(scale * _FLAT_HEIGHT / height, 4)}, **target}, ""
-    note = f"there is no view {one_line(text(view, 'Class')) or 'without a class'}; it is the usual one"
+    note = f"unsupported view {one_line(text(view, 'Class')) or 'without a class'}: the default view is used"
     return dict(target), note if view else ""
 
 

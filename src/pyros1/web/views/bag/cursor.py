@@ -1,4 +1,4 @@
-"""The messages of a bag at a time."""
+"""The messages of a bag at a point in time."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from pyros1.ground.terminal_text import untrusted
 from pyros1.web.server.wire import Push
 from pyros1.web.views.bag.file import BagView, topics
 from pyros1.web.views.message import tree
-from pyros1.web.views.view import number
+from pyros1.web.views.view import number_arg
 
 _MAX_TOPICS = 8
-_MAX_SECONDS = 4.29e9  # the sum of two of them, in nanoseconds, fits into 64 bits
+_MAX_SECONDS = 4.29e9  # the sum of two such times in nanoseconds fits into 64 bits
 
 
 class BagCursorView(BagView):
-    """The last message of each topic at or before a time, as a late subscriber would get it if the topics were latched.
+    """The last message of each topic at or before a time, as if all topics were latched.
 
     Args (of the page):
-        path: an open bag.
-        time: in seconds since the bag's beginning.
-        topics: names of the topics.
+        path: path of an open bag.
+        time: the time in seconds since the bag's start.
+        topics: the names of the topics.
 
     Pushes ``{"time", "messages": {TOPIC: {"time", "type", "publisher", "value", "problem"}}}``; see `MessageView` for
-    the value. A topic without a message so far is left out.
+    the value. Topics without a message so far are omitted.
     """
 
     def change(self, args: Mapping[str, Any]) -> None:
-        time = number(args, "time", -_MAX_SECONDS, _MAX_SECONDS, 0.0)
-        self._request: tuple[float, list[str]] | None = (time, self.bag.names(topics(args, _MAX_TOPICS)))
+        time = number_arg(args, "time", -_MAX_SECONDS, _MAX_SECONDS, 0.0)
+        self._request: tuple[float, list[str]] | None = (time, self.bag.recorded_names(topics(args, _MAX_TOPICS)))
 
     def poll(self) -> Push | None:
         request, self._request = self._request, None
@@ -38,7 +38,7 @@ class BagCursorView(BagView):
             return None
         time, names = request
         found = {}
-        for name in names:  # one by one: a topic whose messages cannot be read must not affect the others
+        for name in names:  # one by one, since a topic whose messages cannot be read must not affect the others
             try:
                 for topic, item in self.bag.at(time, [name]).items():
                     found[topic] = {

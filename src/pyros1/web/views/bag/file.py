@@ -1,4 +1,4 @@
-"""An open bag and its contents."""
+"""Opens a bag and describes its contents."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import Error
 from pyros1.web.server.wire import Push, RequestError
-from pyros1.web.views.view import View, text
+from pyros1.web.views.view import View, string_arg
 
 if TYPE_CHECKING:
     from pyros1.web.bags.open_bag import OpenBag
@@ -24,30 +24,30 @@ class _ViewClosedError(Error):
 
 
 class BagFileView(View):
-    """A bag. It stays open while this or another view of it exists.
+    """The contents of a bag, which stays open while this or another view of it exists.
 
     Args (of the page):
-        path: the file.
+        path: path of the file.
 
     Pushes ``{"reading": bytes, "size": bytes}`` while a bag without an index is scanned, ``{"problem": TEXT}``, or
-    what `pyros1.web.bags.open_bag.OpenBag.facts` says.
+    the result of `pyros1.web.bags.open_bag.OpenBag.describe`.
     """
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
-        self._path = text(args, "path")
+        self._path = string_arg(args, "path")
         self._size = robot.bags.bag_folders.file(self._path).stat().st_size
         self._bag: OpenBag | None = None
-        self._news: dict[str, Any] | None = None
+        self._pending_push: dict[str, Any] | None = None
         self._reported_at = monotonic()
         self._closed = False
         self._lock = threading.Lock()
-        threading.Thread(target=self._open, name="web: opens a bag", daemon=True).start()
+        threading.Thread(target=self._open, name="web: open bag", daemon=True).start()
 
     def poll(self) -> Push | None:
         with self._lock:
-            news, self._news = self._news, None
-        return None if news is None else Push(news)
+            pending_push, self._pending_push = self._pending_push, None
+        return None if pending_push is None else Push(pending_push)
 
     def close(self) -> None:
         with self._lock:
@@ -65,14 +65,14 @@ class BagFileView(View):
             self._report({"problem": str(error)})
             return
         with self._lock:
-            closed = self._closed
-            self._bag = None if closed else bag
-        if closed:
+            is_closed = self._closed
+            self._bag = None if is_closed else bag
+        if is_closed:
             self.robot.bags.release(bag)
             return
         try:
-            self._report(bag.facts())
-        except (Error, OSError, ValueError) as error:  # ValueError: closed meanwhile
+            self._report(bag.describe())
+        except (Error, OSError, ValueError) as error:  # ValueError: the bag was closed meanwhile
             self._report({"problem": str(error)})
 
     def _progress(self, done: int) -> None:
@@ -82,22 +82,22 @@ class BagFileView(View):
             self._reported_at = monotonic()
             self._report({"reading": done, "size": self._size})
 
-    def _report(self, news: dict[str, Any]) -> None:
+    def _report(self, data: dict[str, Any]) -> None:
         with self._lock:
-            self._news = news
+            self._pending_push = data
         self.wake()
 
 
 class BagView(View):
-    """Base of all views of an open bag.
+    """Base class of all views of an open bag.
 
     Args (of the page):
-        path: the file, opened by a `BagFileView`.
+        path: path of the file, which a `BagFileView` has opened.
     """
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
-        self.path = text(args, "path")
+        self.path = string_arg(args, "path")
         self.bag = robot.bags.borrow(self.path)
         try:
             self.change(args)
@@ -113,9 +113,9 @@ def topics(args: Mapping[str, Any], max_topics: int) -> list[str]:
     """Return an argument that is a list of topics.
 
     Raises:
-        RequestError: it is not a list of topics, or is too long.
+        RequestError: the argument is not a list of topics, or is too long.
     """
     found = args.get("topics", [])
-    if not isinstance(found, list) or len(found) > max_topics or not all(isinstance(each, str) for each in found):
-        raise RequestError(f"topics is a list of at most {max_topics} names")
+    if not isinstance(found, list) or len(found) > max_topics or not all(isinstance(name, str) for name in found):
+        raise RequestError(f"topics must be a list of at most {max_topics} names")
     return found

@@ -1,4 +1,4 @@
-"""A bag that is played into the running system while a page shows it."""
+"""Plays a bag into the running ROS system while a page displays this."""
 
 from __future__ import annotations
 
@@ -9,24 +9,24 @@ from pyros1.web.bags.open_bag import MAX_TOPICS
 from pyros1.web.bags.playback import Playback, PlaybackSettings
 from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.views.bag.file import BagView, topics
-from pyros1.web.views.view import number
+from pyros1.web.views.view import number_arg
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-SLOWEST, FASTEST = 0.01, 100.0
-_MAX_SECONDS = 4.29e9  # the sum of two of them, in nanoseconds, fits into 64 bits
+MIN_SPEED, MAX_SPEED = 0.01, 100.0
+_MAX_SECONDS = 4.29e9  # the sum of two such times in nanoseconds fits into 64 bits
 
 
 class BagPlayView(BagView):
-    """Playback of a bag. It ends with this view.
+    """The playback of a bag, which ends when this view is closed.
 
     Args (of the page):
-        path: an open bag.
-        rate: speed factor.
+        path: path of an open bag.
+        rate: the factor by which time passes faster than when recording.
         loop, paused, clock: see `pyros1.web.bags.playback.PlaybackSettings`.
         topics: the topics to publish; all if absent.
-        start: where to start or continue, in seconds since the bag's beginning. If absent, playback continues from
+        start: where to start or continue, in seconds since the bag's start. If absent, playback continues from
             its current position.
 
     Pushes the result of `pyros1.web.bags.playback.Playback.status`.
@@ -39,7 +39,7 @@ class BagPlayView(BagView):
             raise RequestError("this server is read-only (--read-only)")
         self._node = robot.node
         self._playback: Playback | None = None
-        self._last_shown: dict[str, Any] = {}
+        self._last_status: dict[str, Any] = {}
         super().__init__(robot, args, wake)
 
     def change(self, args: Mapping[str, Any]) -> None:
@@ -47,13 +47,13 @@ class BagPlayView(BagView):
             self.robot.check_visible("/clock")
         selected = topics(args, MAX_TOPICS) if args.get("topics") is not None else list(self.bag.topics)
         settings = PlaybackSettings(
-            rate=number(args, "rate", SLOWEST, FASTEST, 1.0),
+            rate=number_arg(args, "rate", MIN_SPEED, MAX_SPEED, 1.0),
             loop=args.get("loop") is True,
             paused=args.get("paused") is True,
             clock=args.get("clock") is True,
-            topics=frozenset(self.bag.names(selected)),
+            topics=frozenset(self.bag.recorded_names(selected)),
         )
-        start = None if args.get("start") is None else number(args, "start", -_MAX_SECONDS, _MAX_SECONDS, 0.0)
+        start = None if args.get("start") is None else number_arg(args, "start", -_MAX_SECONDS, _MAX_SECONDS, 0.0)
         if start is not None:
             start = min(max(0.0, start), self.bag.length)
         if self._playback is None:
@@ -63,9 +63,9 @@ class BagPlayView(BagView):
 
     def poll(self) -> Push | None:
         status = self._playback.status() if self._playback is not None else {}
-        if status == self._last_shown:
+        if status == self._last_status:
             return None
-        self._last_shown = status
+        self._last_status = status
         return Push(status)
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Recorded numbers over the time of a bag."""
+"""Plots of recorded numbers over the time of a bag."""
 
 from __future__ import annotations
 
@@ -14,32 +14,32 @@ from pyros1.web.bags.open_bag import OpenBag
 from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.transforms.curves import Curve, CurveError
 from pyros1.web.views.bag.file import BagView
-from pyros1.web.views.view import number
+from pyros1.web.views.view import number_arg
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 MAX_CURVES = 16
 MAX_LINES = 64
-"""Maximum number of lines: each element of an array is one."""
+"""Maximum number of lines, of which each element of an array is one."""
 _PARTS = 800
-"""Number of parts of the time range: for each, up to four points of a line are kept."""
+"""Number of parts of the time range, in each of which up to four points of a line are kept."""
 _BATCH = 200
 _POLL_PERIOD = 0.3
 """Seconds between checks of the threads' progress."""
-_MAX_SECONDS = 4.29e9  # the sum of two of them, in nanoseconds, fits into 64 bits
+_MAX_SECONDS = 4.29e9  # the sum of two such times in nanoseconds fits into 64 bits
 
 
 class BagPlotView(BagView):
     """Curves of recorded numbers. A thread reads the bag, and partial results are displayed meanwhile.
 
     Args (of the page):
-        path: an open bag.
+        path: path of an open bag.
         curves: a list of ``{"id": N, "text": TEXT}``; see `pyros1.web.transforms.curves.Curve`.
-        begin, end: the time range, in seconds since the bag's beginning.
+        begin, end: the time range, in seconds since the bag's start.
 
     Pushes ``{"begin", "end", "progress": 0..1, "curves": [{"id", "part", "count"}, ...], "problems": {ID: TEXT}}`` with
-    all points, as `PlotView` does. Progress is 1 when everything was read.
+    all points, like `PlotView`. Progress is 1 when everything was read.
     """
 
     period = _POLL_PERIOD
@@ -50,11 +50,11 @@ class BagPlotView(BagView):
 
     def change(self, args: Mapping[str, Any]) -> None:
         curves = _parse_curves(args)
-        begin = number(args, "begin", -_MAX_SECONDS, _MAX_SECONDS, 0.0)
-        end = number(args, "end", -_MAX_SECONDS, _MAX_SECONDS, self.bag.length)
+        begin = number_arg(args, "begin", -_MAX_SECONDS, _MAX_SECONDS, 0.0)
+        end = number_arg(args, "end", -_MAX_SECONDS, _MAX_SECONDS, self.bag.length)
         if self._job is not None:
             self._job.stop()
-            self._job.join()  # which may take as long as reading a chunk
+            self._job.join()  # this may take as long as reading a chunk
         self._job = _Job(self.bag, curves, begin, max(end, begin + 1e-6), self.robot.bags.jobs, self.wake)
 
     def poll(self) -> Push | None:
@@ -63,17 +63,17 @@ class BagPlotView(BagView):
     def close(self) -> None:
         if self._job is not None:
             self._job.stop()
-            self._job.join()  # a bag may only be closed when no thread reads it
+            self._job.join()  # a bag must not be closed while a thread reads it
         super().close()
 
 
 class _Job:
-    """Reads a bag once."""
+    """Reads a bag once, in a thread."""
 
     def __init__(
         self,
         bag: OpenBag,
-        texts: dict[int, str],
+        curve_texts: dict[int, str],
         begin: float,
         end: float,
         slots: threading.BoundedSemaphore,
@@ -87,24 +87,24 @@ class _Job:
         self._lock = threading.Lock()
         self._stopped = threading.Event()
         self._pushed_progress = -1.0
-        for number_, words in texts.items():
+        for curve_id, curve_text in curve_texts.items():
             try:
-                curve = Curve(words)
+                curve = Curve(curve_text)
                 topic = curve.find(bag.find_topic)
                 if topic is None:
                     raise CurveError("no such topic in this bag")
-                self._curves.setdefault(topic, []).append((number_, curve))
+                self._curves.setdefault(topic, []).append((curve_id, curve))
             except Error as error:
-                self._problems[number_] = str(error)
-        self._thread = threading.Thread(target=self._run, name="web: reads a bag", daemon=True)
+                self._problems[curve_id] = str(error)
+        self._thread = threading.Thread(target=self._run, name="web: read bag", daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
-        """Tell the thread to stop."""
+        """Request the thread to stop."""
         self._stopped.set()
 
     def join(self) -> None:
-        """Wait for the thread to end; it finishes its current chunk."""
+        """Wait for the thread to end after its current chunk."""
         self._thread.join()
 
     def poll(self) -> Push | None:
@@ -115,8 +115,8 @@ class _Job:
             lines = {key: line.points() for key, line in sorted(self._lines.items())}
             problems = dict(self._problems)
         entries, blob = [], array("d")
-        for (number_, part), (times, values) in lines.items():
-            entries.append({"id": number_, "part": part, "count": len(times)})
+        for (curve_id, part), (times, values) in lines.items():
+            entries.append({"id": curve_id, "part": part, "count": len(times)})
             blob.extend(times)
             blob.extend(values)
         data = {
@@ -124,7 +124,7 @@ class _Job:
             "end": self._end,
             "progress": self._pushed_progress,
             "curves": entries,
-            "problems": {number_: untrusted(words) for number_, words in problems.items()},
+            "problems": {curve_id: untrusted(problem) for curve_id, problem in problems.items()},
         }
         return Push(data, blob.tobytes())
 
@@ -137,7 +137,9 @@ class _Job:
                 self._read()
         except (Error, OSError) as error:
             with self._lock:
-                self._problems.update(dict.fromkeys((n for each in self._curves.values() for n, _ in each), str(error)))
+                self._problems.update(
+                    dict.fromkeys((curve_id for curves in self._curves.values() for curve_id, _ in curves), str(error))
+                )
         finally:
             self._slots.release()
         with self._lock:
@@ -164,21 +166,21 @@ class _Job:
 
     def _collect(self) -> None:
         with self._lock:
-            for number_, curve in ((n, curve) for each in self._curves.values() for n, curve in each):
+            for curve_id, curve in (pair for curves in self._curves.values() for pair in curves):
                 for part, (times, values) in curve.take(_BATCH).items():
-                    line = self._line(number_, part)
+                    line = self._line(curve_id, part)
                     if line is None:
                         curve.problem = f"more than {MAX_LINES} lines: choose some elements, as in [0:3]"
                         break
                     for time, value in zip(times, values, strict=True):
                         line.add(time, value)
                 if curve.problem:
-                    self._problems[number_] = curve.problem
+                    self._problems[curve_id] = curve.problem
 
-    def _line(self, number_: int, part: int) -> Envelope | None:
-        line = self._lines.get((number_, part))
+    def _line(self, curve_id: int, part: int) -> Envelope | None:
+        line = self._lines.get((curve_id, part))
         if line is None and len(self._lines) < MAX_LINES:
-            line = self._lines[number_, part] = Envelope(self._begin, self._end, _PARTS)
+            line = self._lines[curve_id, part] = Envelope(self._begin, self._end, _PARTS)
         return line
 
 
@@ -186,11 +188,11 @@ def _parse_curves(args: Mapping[str, Any]) -> dict[int, str]:
     found: dict[int, str] = {}
     curves = args.get("curves", [])
     if not isinstance(curves, list) or len(curves) > MAX_CURVES:
-        raise RequestError(f"curves is a list of at most {MAX_CURVES}")
+        raise RequestError(f"curves must be a list of at most {MAX_CURVES} curves")
     for entry in curves:
         match entry:
-            case {"id": int(number_), "text": str(words)} if not isinstance(number_, bool):
-                found[number_] = words[:1_000]
+            case {"id": int(curve_id), "text": str(curve_text)} if not isinstance(curve_id, bool):
+                found[curve_id] = curve_text[:1_000]
             case _:
-                raise RequestError("a curve has an id and a text")
+                raise RequestError("a curve must have an id and a text")
     return found

@@ -1,4 +1,4 @@
-"""The state of the recording."""
+"""The state of the current or last recording."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from pyros1.web.views.view import View
 
 
 class BagRecordingView(View):
-    """The current recording, or the last one.
+    """The state of the current or last recording.
 
     Pushes ``{"recording": STATUS}``; see `pyros1.web.bags.recording.Recording.status`, or null if there was none.
     """
 
     period = 0.5
     polled = True
-    _last_shown: Any = ()
+    _last_status: Any = ()
 
     def poll(self) -> Push | None:
         recording = self.robot.bags.recording
         status = None if recording is None else recording.status()
-        if status == self._last_shown:
+        if status == self._last_status:
             return None
-        self._last_shown = status
+        self._last_status = status
         return Push({"recording": status})

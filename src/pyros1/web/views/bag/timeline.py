@@ -1,4 +1,4 @@
-"""Where a bag has messages."""
+"""The number of a bag's messages over time."""
 
 from __future__ import annotations
 
@@ -7,32 +7,32 @@ from typing import Any
 
 from pyros1.web.server.wire import Push, RequestError
 from pyros1.web.views.bag.file import BagView, topics
-from pyros1.web.views.view import number
+from pyros1.web.views.view import number_arg
 
 _MAX_ROWS = 200
 _MAX_COLUMNS = 4_000
-_MAX_SECONDS = 4.29e9  # the sum of two of them, in nanoseconds, fits into 64 bits
+_MAX_SECONDS = 4.29e9  # the sum of two such times in nanoseconds fits into 64 bits
 
 
 class BagTimelineView(BagView):
-    """The rows of a timeline.
+    """The rows of a timeline, one per topic.
 
     Args (of the page):
-        path: an open bag.
-        begin, end: times of the edges, in seconds since the bag's beginning.
+        path: path of an open bag.
+        begin, end: the times of both edges, in seconds since the bag's start.
         columns: number of columns.
-        topics: the rows.
+        topics: the topics of the rows.
 
     Pushes ``{"begin", "end", "columns", "topics", "exact"}`` with a float32 for each column of each row: the number
-    of messages, placed to within one column. If not exact, some may be further away.
+    of messages, which are at most one column off. If not exact, some may be further off.
     """
 
     def change(self, args: Mapping[str, Any]) -> None:
-        begin = number(args, "begin", -_MAX_SECONDS, _MAX_SECONDS, 0.0)
-        end = number(args, "end", -_MAX_SECONDS, _MAX_SECONDS, self.bag.length)
+        begin = number_arg(args, "begin", -_MAX_SECONDS, _MAX_SECONDS, 0.0)
+        end = number_arg(args, "end", -_MAX_SECONDS, _MAX_SECONDS, self.bag.length)
         if not begin < end:
-            raise RequestError("a timeline ends after it begins")
-        columns = int(number(args, "columns", 1, _MAX_COLUMNS, 600))
+            raise RequestError("a timeline must end after it begins")
+        columns = int(number_arg(args, "columns", 1, _MAX_COLUMNS, 600))
         self._request: tuple[float, float, int, list[str]] | None = (begin, end, columns, topics(args, _MAX_ROWS))
 
     def poll(self) -> Push | None:
@@ -40,7 +40,7 @@ class BagTimelineView(BagView):
         if request is None:
             return None
         begin, end, columns, names = request
-        rows = self.bag.names(names)
+        rows = self.bag.recorded_names(names)
         counts, exact = self.bag.histogram(begin, end, columns, rows)
         data = {"begin": begin, "end": end, "columns": columns, "topics": rows, "exact": exact}
         return Push(data, counts.tobytes())

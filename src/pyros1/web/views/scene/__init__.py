@@ -1,1 +1,1 @@
-"""Views of the scene in 3D."""
+"""Views of the 3D scene."""

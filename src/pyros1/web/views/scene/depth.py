@@ -1,4 +1,4 @@
-"""A camera's depths as a point cloud."""
+"""The depth images of a camera as point clouds."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from pyros1.web.scene.shape import ShapeError
 from pyros1.web.server.wire import RequestError
 from pyros1.web.views.image import check_picture
 from pyros1.web.views.scene.camera import CameraView
-from pyros1.web.views.view import number, text
+from pyros1.web.views.view import number_arg, string_arg
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 _MAX_PICTURES = 4
-"""Number of recent colour pictures from which the one taken together with the depths is chosen."""
+"""Number of recent colour pictures from which the one nearest in time to the depth image is chosen."""
 KEPT_BYTES = 32 << 20
-"""Maximum bytes of these; but one is always kept."""
+"""Maximum total size of these in bytes; one is always kept."""
 
 
 class SceneDepthView(CameraView):
-    """Depths as a cloud, with the colours of another picture.
+    """A depth image as a point cloud, with the colours of another picture.
 
     Args (of the page):
         topic, info, fixed: see `CameraView`; the topic has depth images.
         colour: the full name of a topic with pictures from the same viewpoint; empty for none.
         most: approximate maximum number of points that are sent.
-        numbers: whether to send their indices in the picture as well.
+        numbers: whether to send the points' indices in the picture as well.
 
     Pushes the result of `pyros1.web.scene.depth.depth_cloud`, with "frame", "stamp" and "pose".
     """
@@ -43,7 +43,7 @@ class SceneDepthView(CameraView):
         self._colour = ""
         super().__init__(robot, args, wake)
         try:
-            self._read(args)
+            self._read_args(args)
         except BaseException:
             self.close()
             raise
@@ -54,35 +54,37 @@ class SceneDepthView(CameraView):
         message: Any = arrival.checked_message
         try:
             depth = depths(message)
-            nearest = self._picture_near(message.header.stamp.to_sec())
-            return depth_cloud(depth, camera, None if nearest is None else colours(nearest), self._most, self._numbers)
+            nearest = self._nearest_picture(message.header.stamp.to_sec())
+            return depth_cloud(
+                depth, camera, None if nearest is None else colours(nearest), self._max_points, self._numbers
+            )
         except ShapeError as error:
             raise RequestError(f"{self._topic}: {error}") from None
 
     def change(self, args: Mapping[str, Any]) -> None:
-        self._read(args)
+        self._read_args(args)
         super().change(args)
 
-    def _read(self, args: Mapping[str, Any]) -> None:
-        self._most = int(number(args, "most", 1, MAX_POINTS, MAX_POINTS))
+    def _read_args(self, args: Mapping[str, Any]) -> None:
+        self._max_points = int(number_arg(args, "most", 1, MAX_POINTS, MAX_POINTS))
         self._numbers = bool(args.get("numbers"))
-        colour = text(args, "colour", "").strip()
+        colour = string_arg(args, "colour", "").strip()
         if colour != self._colour:
             self._colour = colour
             self._pictures.clear()
-            self.listen("colours", colour, self._picture_arrived)
+            self.listen("colours", colour, self._on_picture_colours)
 
-    def _picture_arrived(self, arrival: Arrival) -> None:
-        first = not self._pictures
+    def _on_picture_colours(self, arrival: Arrival) -> None:
+        is_first = not self._pictures
         size = len(arrival.raw._buff)
         while len(self._pictures) > max(0, min(_MAX_PICTURES, KEPT_BYTES // max(1, size)) - 1):
             self._pictures.popleft()
         self._pictures.append(arrival)
-        if first:
+        if is_first:
             self.revision += 1
             self.wake()
 
-    def _picture_near(self, stamp: float) -> Any:
+    def _nearest_picture(self, stamp: float) -> Any:
         """Return the colour picture nearest to a time; None if there is none."""
         messages: list[Any] = []
         for arrival in list(self._pictures):
@@ -91,4 +93,4 @@ class SceneDepthView(CameraView):
                 messages.append(arrival.checked_message)
             except MessageError as error:
                 raise RequestError(f"{self._colour}: {error}") from None
-        return min(messages, key=lambda each: abs(each.header.stamp.to_sec() - stamp), default=None)
+        return min(messages, key=lambda message: abs(message.header.stamp.to_sec() - stamp), default=None)

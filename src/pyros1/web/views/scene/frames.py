@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pyros1.web.server.wire import Push
-from pyros1.web.views.view import View, text
+from pyros1.web.views.view import View, string_arg
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
@@ -16,15 +16,15 @@ if TYPE_CHECKING:
 _MAX_FRAMES = 2_000
 _MAX_TREES = 10
 _DEFAULT_FRAME = "map"
-"""The fixed frame while there are no frames."""
+"""The fixed frame as long as there are no frames."""
 
 
 class SceneFramesView(View):
     """The poses of all frames, relative to one of them.
 
     Args (of the page):
-        fixed: the frame in which poses are expressed; empty for the root of a tree, or map.
-        robot: a frame that selects this tree; if it is in no tree, the largest is used.
+        fixed: the frame in which poses are expressed; empty for the root of a tree, or ``map``.
+        robot: a frame whose tree is used; if it is not in a tree, the largest tree is used.
 
     Pushes ``{"fixed": NAME, "names": [...], "parents": [...], "lost": [...], "trees": [[ROOT, COUNT], ...]}`` with
     seven float64 for each name: x, y, z in metres, and a quaternion x, y, z, w. Lost are frames without a connection to
@@ -61,18 +61,18 @@ class SceneFramesView(View):
         return Push(facts, numbers.tobytes())
 
     def change(self, args: Mapping[str, Any]) -> None:
-        self._fixed = text(args, "fixed", "").lstrip("/")
-        self._robot = text(args, "robot", "").lstrip("/")
+        self._fixed = string_arg(args, "fixed", "").lstrip("/")
+        self._robot = string_arg(args, "robot", "").lstrip("/")
 
     def close(self) -> None:
         self._unwatch()
 
 
 def roots_of(parents: Mapping[str, str]) -> dict[str, str]:
-    """Return the root of the tree that each frame is in.
+    """Return frame -> root of its tree.
 
     Args:
-        parents: frame -> its parent; "" for roots. Circular frames have no root and are left out.
+        parents: frame -> its parent; empty for roots. Frames in a loop have no root and are omitted.
     """
     roots: dict[str, str] = {}
     for name in parents:

@@ -11,18 +11,18 @@ from pyros1.ground.errors import MessageError
 from pyros1.web.hub import Arrival
 from pyros1.web.scene.interactive import InteractiveMarkers
 from pyros1.web.server.wire import Push, RequestError
-from pyros1.web.views.view import View, text
+from pyros1.web.views.view import View, string_arg
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
 _TYPES = {"visualization_msgs/InteractiveMarkerInit", "visualization_msgs/InteractiveMarkerUpdate"}
 RESUBSCRIBE_PERIOD = 2.0
-"""Minimum seconds between requests for all markers, if updates were missed."""
+"""Minimum number of seconds between requests for all markers after missed updates."""
 
 
 class SceneInteractiveView(View):
-    """Interactive markers.
+    """The interactive markers of a topic.
 
     Args (of the page):
         topic: the full name of the topic of updates, which ends in ``/update``.
@@ -31,20 +31,20 @@ class SceneInteractiveView(View):
     `pyros1.web.scene.interactive`. Poses are in the frames of the markers.
     """
 
-    polled = True  # servers disappear without notice
+    polled = True  # servers may disappear without notice
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
-        self._base = text(args, "topic").removesuffix("/update")
+        self._base = string_arg(args, "topic").removesuffix("/update")
         self._lock = threading.Lock()
         self._markers = InteractiveMarkers()
         self._seen_version = -1
         self._problem = ""
         self._missed_updates = False
         self._resubscribed_at = monotonic()
-        self._unsubscribe_full = robot.listen(f"{self._base}/update_full", self._arrived)
+        self._unsubscribe_full = robot.listen(f"{self._base}/update_full", self._on_message)
         try:
-            self._unsubscribe = robot.listen(f"{self._base}/update", self._arrived)
+            self._unsubscribe = robot.listen(f"{self._base}/update", self._on_message)
         except BaseException:
             self._unsubscribe_full()
             raise
@@ -53,18 +53,18 @@ class SceneInteractiveView(View):
         now = monotonic()
         if self._missed_updates and now > self._resubscribed_at + RESUBSCRIBE_PERIOD:
             self._missed_updates, self._resubscribed_at = False, now
-            self._unsubscribe_full()  # a new subscription gets the latched message
-            self._unsubscribe_full = self.robot.listen(f"{self._base}/update_full", self._arrived)
+            self._unsubscribe_full()  # a new subscription receives the latched message
+            self._unsubscribe_full = self.robot.listen(f"{self._base}/update_full", self._on_message)
         if self._problem:
             raise RequestError(self._problem)
         with self._lock:
             self._markers.remove_expired(now)
-            seen_before = self._seen_version
-            self._seen_version, new, moved_markers, removed = self._markers.changes(max(0, seen_before))
-        if self._seen_version == seen_before:
+            previous_version = self._seen_version
+            self._seen_version, new, moved_markers, removed = self._markers.changes(max(0, previous_version))
+        if self._seen_version == previous_version:
             return None
-        first = seen_before < 0
-        return Push({"kind": "interactive", "all": first, "new": new, "moved": moved_markers, "gone": removed})
+        is_first = previous_version < 0
+        return Push({"kind": "interactive", "all": is_first, "new": new, "moved": moved_markers, "gone": removed})
 
     def change(self, args: Mapping[str, Any]) -> None:
         """Send all markers again."""
@@ -74,10 +74,10 @@ class SceneInteractiveView(View):
         self._unsubscribe()
         self._unsubscribe_full()
 
-    def _arrived(self, arrival: Arrival) -> None:
+    def _on_message(self, arrival: Arrival) -> None:
         kind = (arrival.raw._connection_header or {}).get("type", "")
         if kind not in _TYPES:
-            self._problem = f"{self._base} has no interactive markers, but {kind}"
+            self._problem = f"the type of {self._base} is not that of interactive markers, but {kind}"
             return
         try:
             message: Any = arrival.checked_message

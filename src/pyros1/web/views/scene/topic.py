@@ -13,10 +13,10 @@ from pyros1.web.scene.clouds import MAX_POINTS
 from pyros1.web.scene.grids import UPDATES, Grid
 from pyros1.web.scene.markers import Markers
 from pyros1.web.scene.shape import MAX_MAGNITUDE, Shape, ShapeError
-from pyros1.web.scene.shapes import CLOUDS, PLACELESS, SHAPES
+from pyros1.web.scene.shapes import CLOUDS, POSELESS_TYPES, SHAPES
 from pyros1.web.scene.world import IDENTITY
 from pyros1.web.server.wire import Push, RequestError
-from pyros1.web.views.view import View, number, text
+from pyros1.web.views.view import View, number_arg, string_arg
 
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
@@ -25,7 +25,7 @@ MARKER, MARKERS = "visualization_msgs/Marker", "visualization_msgs/MarkerArray"
 GRID = "nav_msgs/OccupancyGrid"
 GRID_UPDATE = "map_msgs/OccupancyGridUpdate"
 MAX_UPDATES = 100
-"""Maximum queued updates of a grid for a slow page; beyond that, they are drawn into the grid as they arrive."""
+"""Maximum number of a grid's updates queued for a slow page; beyond that, they are applied as they arrive."""
 
 
 class SceneTopicView(View):
@@ -34,11 +34,12 @@ class SceneTopicView(View):
     Args (of the page):
         topic: the topic's full name. Updates of an OccupancyGrid are received on ``TOPIC_updates``.
         fixed: the frame in which the pose is expressed.
-        by: the field that colours a cloud; empty to choose one. most: maximum number of its points that are sent.
+        by: the field that colours a cloud; empty to choose one.
+        most: maximum number of points of a cloud that are sent.
         numbers: whether to send the points' indices in the message and their values as well.
-        bounds: bounds of the values that colour a cloud, as two numbers; absent or null for those of the message.
+        bounds: two values for the ends of a cloud's colour scale; absent or null for those of the message.
 
-    Pushes the facts of `pyros1.web.scene.shapes` with "frame", "stamp" and "pose", the pose of the message's frame at
+    Pushes a shape of `pyros1.web.scene.shapes` with "frame", "stamp" and "pose", the pose of the message's frame at
     its time, or null if unknown (the message is sent again as soon as it is known); or
     ``{"kind": "markers", "new": [...], "gone": [[NS, ID], ...], "poses": {FRAME: POSE}, "all": BOOL}``, with null for
     each unknown frame; all markers are sent again as soon as one of these is known.
@@ -46,30 +47,30 @@ class SceneTopicView(View):
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
-        self._topic = text(args, "topic")
-        self._read(args)
+        self._topic = string_arg(args, "topic")
+        self._read_args(args)
         self._lock = threading.Lock()
         self._newest: Arrival | None = None
         self._updates: list[Arrival] = []
-        self._last_shown: Arrival | None = None
-        self._pose_unknown = False  # no transform yet to the frame of the current message
+        self._last_pushed: Arrival | None = None
+        self._pose_unknown = False  # the transform to the frame of the current message is missing
         self._markers: Markers | None = None
-        self._unplaced_frames: set[str] = set()  # frames of markers to which there is no transform yet
+        self._unplaced_frames: set[str] = set()  # frames of markers to which the transform is missing
         self._grid: Grid | None = None
-        self._drawing = threading.Lock()  # of the grid
+        self._grid_lock = threading.Lock()
         self._update_error: Error | None = None  # of the last update
         self._seen_version = 0
         self._problem = ""
         self._unsubscribe_updates: Callable[[], None] | None = None
         self._unwatch = robot.world.watch(lambda: None)
         try:
-            self._unsubscribe = robot.listen(self._topic, self._arrived)
+            self._unsubscribe = robot.listen(self._topic, self._on_message)
         except BaseException:
             self._unwatch()
             raise
 
     @property
-    def polled(self) -> bool:  # type: ignore[override]  # markers expire, and frames arrive late
+    def polled(self) -> bool:  # type: ignore[override]  # markers expire, and frames may arrive late
         """Whether to call `poll` even if no message has arrived."""
         return self._markers is not None or self._pose_unknown
 
@@ -85,29 +86,29 @@ class SceneTopicView(View):
         kind = _type(arrival)
         if kind != GRID and kind not in CLOUDS and kind not in SHAPES:
             raise RequestError(f"messages of {kind} cannot be drawn")
-        new = arrival is not self._last_shown
+        is_new = arrival is not self._last_pushed
         message: Any = arrival.arrays
         header = message.header
-        if self._pose_unknown and not new and self._pose(kind, header) is None:
+        if self._pose_unknown and not is_new and self._pose(kind, header) is None:
             return None
-        self._last_shown = arrival
+        self._last_pushed = arrival
         try:
-            shape = self._grid_shape(arrival, new) if kind == GRID else self._shape(kind, message, new)
+            shape = self._grid_shape(arrival, is_new) if kind == GRID else self._shape(kind, message, is_new)
         except (ShapeError, MessageError) as error:
             raise RequestError(f"{self._topic}: {error}") from None
         if shape is None:
             return None
         pose = self._pose(kind, header)
         if pose is None and self._grid is not None:
-            with self._drawing:
+            with self._grid_lock:
                 self._grid.forget()
         self._pose_unknown = pose is None
         facts, blob = shape
         return Push({**facts, "frame": header.frame_id, "stamp": header.stamp.to_sec(), "pose": pose}, blob)
 
     def change(self, args: Mapping[str, Any]) -> None:
-        self._read(args)
-        self._last_shown = None
+        self._read_args(args)
+        self._last_pushed = None
         self._seen_version = 0
 
     def close(self) -> None:
@@ -116,42 +117,42 @@ class SceneTopicView(View):
             self._unsubscribe_updates()
         self._unwatch()
 
-    def _read(self, args: Mapping[str, Any]) -> None:
-        self._fixed = text(args, "fixed", "")
-        self._by = text(args, "by", "")
-        self._most = int(number(args, "most", 1, MAX_POINTS, MAX_POINTS))
+    def _read_args(self, args: Mapping[str, Any]) -> None:
+        self._fixed = string_arg(args, "fixed", "")
+        self._colour_field = string_arg(args, "by", "")
+        self._max_points = int(number_arg(args, "most", 1, MAX_POINTS, MAX_POINTS))
         self._numbers = bool(args.get("numbers"))
-        self._bounds = _bounds(args.get("bounds"))
+        self._bounds = _parse_bounds(args.get("bounds"))
 
     def _pose(self, kind: str, header: Any) -> list[float] | None:
-        if kind in PLACELESS:
+        if kind in POSELESS_TYPES:
             return IDENTITY
         return self.robot.world.pose(self._fixed, header.frame_id, header.stamp)
 
-    def _shape(self, kind: str, message: Any, new: bool) -> Shape | None:
-        if not new and not self._pose_unknown:
+    def _shape(self, kind: str, message: Any, is_new: bool) -> Shape | None:
+        if not is_new and not self._pose_unknown:
             return None
         if kind in CLOUDS:
-            return CLOUDS[kind](message, self._by, self._most, self._numbers, self._bounds)
+            return CLOUDS[kind](message, self._colour_field, self._max_points, self._numbers, self._bounds)
         return SHAPES[kind](message)
 
-    def _grid_shape(self, arrival: Arrival, new: bool) -> Shape | None:
+    def _grid_shape(self, arrival: Arrival, is_new: bool) -> Shape | None:
         if self._grid is None:
             self._grid = Grid()
-            with suppress(RequestError):  # pages may not see them
-                self._unsubscribe_updates = self.robot.listen(self._topic + UPDATES, self._grid_updated)
-        with self._drawing:
-            if new and self._grid.message is arrival.arrays:
+            with suppress(RequestError):  # pages may not see the updates
+                self._unsubscribe_updates = self.robot.listen(self._topic + UPDATES, self._on_grid_update)
+        with self._grid_lock:
+            if is_new and self._grid.message is arrival.arrays:
                 self._grid.forget()  # the page requests everything again
-            self._draw(self._grid, arrival)
+            self._apply_updates(self._grid, arrival)
             error, self._update_error = self._update_error, None
             if error is not None:
-                self.wake()  # for those that fit
+                self.wake()  # to send the updates that fit
                 raise error
             return self._grid.take()
 
-    def _draw(self, grid: Grid, arrival: Arrival) -> None:
-        """Update the grid. One of the updates that do not fit is kept, to be reported."""
+    def _apply_updates(self, grid: Grid, arrival: Arrival) -> None:
+        """Update the grid; store the error of an update that does not fit, to be reported."""
         with self._lock:
             updates, self._updates = self._updates, []
         message: Any = arrival.arrays
@@ -166,14 +167,14 @@ class SceneTopicView(View):
 
     def _changed_markers(self, markers: Markers) -> Push | None:
         if any(self.robot.world.pose(self._fixed, frame) for frame in self._unplaced_frames):
-            self._seen_version = 0  # the page could not draw their markers
+            self._seen_version = 0  # the page could not draw the markers in these frames
         with self._lock:
             if markers is not self._markers:
                 return None
-            seen_before = self._seen_version
+            previous_version = self._seen_version
             self._seen_version, new, removed = markers.changes(self._seen_version, self.robot.node.now().to_sec())
-            unplaced = self._unplaced_frames & markers.frames() if self._unplaced_frames and seen_before else set()
-        if self._seen_version == seen_before:
+            unplaced = self._unplaced_frames & markers.frames() if self._unplaced_frames and previous_version else set()
+        if self._seen_version == previous_version:
             return None
         frames = {marker["frame"] for marker in new}
         poses = {frame: self.robot.world.pose(self._fixed, frame) for frame in frames} | dict.fromkeys(unplaced)
@@ -182,13 +183,13 @@ class SceneTopicView(View):
             {
                 "kind": "markers",
                 "new": new,
-                "gone": removed if seen_before else [],
+                "gone": removed if previous_version else [],
                 "poses": poses,
-                "all": not seen_before,
+                "all": not previous_version,
             }
         )
 
-    def _arrived(self, arrival: Arrival) -> None:
+    def _on_message(self, arrival: Arrival) -> None:
         kind = _type(arrival)
         if kind in (MARKER, MARKERS):
             try:
@@ -205,23 +206,23 @@ class SceneTopicView(View):
                 self._newest, self._markers, self._problem = arrival, None, ""
         self.wake()
 
-    def _grid_updated(self, arrival: Arrival) -> None:
+    def _on_grid_update(self, arrival: Arrival) -> None:
         if _type(arrival) != GRID_UPDATE:
             return
         with self._lock:
             self._updates.append(arrival)
             newest, too_many = self._newest, len(self._updates) > MAX_UPDATES
         if too_many and newest is not None and self._grid is not None and _type(newest) == GRID:
-            with self._drawing, suppress(MessageError, ShapeError):  # of the grid, which `poll` reports
-                self._draw(self._grid, newest)
+            with self._grid_lock, suppress(MessageError, ShapeError):  # an error in the grid, which `poll` reports
+                self._apply_updates(self._grid, newest)
         self.wake()
 
 
-def _bounds(given: Any) -> tuple[float, float] | None:
-    if not isinstance(given, list) or len(given) != 2 or not all(isinstance(each, (int, float)) for each in given):
+def _parse_bounds(value: Any) -> tuple[float, float] | None:
+    if not isinstance(value, list) or len(value) != 2 or not all(isinstance(bound, (int, float)) for bound in value):
         return None
-    least, most = map(float, given)
-    return (least, most) if abs(least) < MAX_MAGNITUDE and abs(most) < MAX_MAGNITUDE else None
+    low, high = map(float, value)
+    return (low, high) if abs(low) < MAX_MAGNITUDE and abs(high) < MAX_MAGNITUDE else None
 
 
 def _type(arrival: Arrival) -> str:

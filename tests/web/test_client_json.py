@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from pyros1.web.json_texts import MAX_DEPTH, loads
+from pyros1.web.client_json import MAX_DEPTH, loads
 
 
 @pytest.mark.parametrize(("begin", "end"), [("[", "]"), ('{"a": ', "}"), ('[1, {"a": 2, "b": ', "}]")])

@@ -1,4 +1,4 @@
-"""JSON from clients, limited in nesting so that recursive code does not fail on it. Pure."""
+"""Parses JSON from clients, with limited nesting so that recursive code does not fail on it (pure)."""
 
 from __future__ import annotations
 
@@ -6,26 +6,26 @@ import json
 from typing import Any
 
 MAX_DEPTH = 200
-"""Maximum levels of arrays and objects. Messages and parameters have a few; XML-RPC allows 100."""
+"""Maximum nesting of arrays and objects. Messages and parameters have a few levels; XML-RPC allows 100."""
 
 
 def loads(text: str | bytes) -> Any:
-    """Return the value of a JSON text.
+    """Return the value of a JSON document.
 
     Raises:
-        ValueError: it is not JSON, or is nested too deeply.
+        ValueError: the text is not JSON, or is nested too deeply.
     """
     try:
         value = json.loads(text)
-    except RecursionError:  # some versions of Python have their own limit of depth, others have none
+    except RecursionError:  # some versions of Python limit the nesting, others do not
         raise ValueError("nested too deeply") from None
     openings = text.count("[") + text.count("{") if isinstance(text, str) else text.count(b"[") + text.count(b"{")
-    if openings > MAX_DEPTH and _is_deep(value):
+    if openings > MAX_DEPTH and _is_too_deep(value):
         raise ValueError("nested too deeply")
     return value
 
 
-def _is_deep(value: Any) -> bool:
+def _is_too_deep(value: Any) -> bool:
     level = [value]
     for _ in range(MAX_DEPTH):
         level = [
