@@ -23,7 +23,7 @@ from pyros1.web.scene.shape import MAX_MAGNITUDE, ShapeError
 from pyros1.web.scene.shapes import CLOUDS, SHAPES
 from pyros1.web.server import wire
 from pyros1.web.transforms.frames import Frames
-from pyros1.web.views.frames import plain
+from pyros1.web.views.frames import to_json
 
 from ..bodies import decode, encode
 from ..msgs.random_definitions import random_message
@@ -47,7 +47,7 @@ def _interactive(message: Any) -> dict[str, Any]:
 def _frames(message: Any) -> dict[str, Any]:
     frames = Frames()
     frames.add(message.transforms, "/node", False, 5.0)
-    return plain(frames.describe(5.0))
+    return to_json(frames.describe(5.0))
 
 
 def _picture(message: Any) -> dict[str, Any]:

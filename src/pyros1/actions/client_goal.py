@@ -132,13 +132,13 @@ class ClientGoal:
 
     def cancel(self) -> None:
         """Request the server to cancel the goal, which ends when the server confirms. Do nothing if it has ended."""
-        sent = [False]
+        may_have_effect = [False]
 
         def request_cancel(progress: Progress) -> None:
-            sent[0] = progress.ask_to_cancel()
+            may_have_effect[0] = progress.ask_to_cancel()
 
         self.take(request_cancel)
-        if sent[0]:
+        if may_have_effect[0]:
             self._cancel_requested_on = self._client.cancel(self.name)
 
     def forget(self) -> None:

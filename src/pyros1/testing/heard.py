@@ -75,9 +75,9 @@ class Heard(Generic[M]):
         """
         with self._changed:
             if not self._changed.wait_for(lambda: self.count - self._num_returned >= count, timeout):
-                num_arrived = self.count - self._num_returned
+                arrived = self.count - self._num_returned
                 raise AssertionError(
-                    f"{num_arrived} of {count} messages arrived within {timeout:g} s. {self._describe_state()}"
+                    f"{arrived} of {count} messages arrived within {timeout:g} s. {self._describe_state()}"
                 )
             skipped = self._num_returned - (self.count - len(self._messages))
             if skipped < 0:

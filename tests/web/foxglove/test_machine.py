@@ -14,7 +14,7 @@ from pyros1.web.foxglove import machine, requests
 from pyros1.web.foxglove.frames import Frame
 from pyros1.web.foxglove.machine import Machine
 from pyros1.web.foxglove.offers import Channel, Nodes, Offers, Service
-from pyros1.web.foxglove.parameters import Values
+from pyros1.web.foxglove.parameters import ParameterValues
 
 A = Channel(1, "/a", "std_msgs/Float64", "float64 data\n", "1")
 B = Channel(2, "/b", "std_msgs/String", "string data\n", "2")
@@ -167,7 +167,7 @@ def test_read_only() -> None:
 
 def test_changes_of_parameters() -> None:
     one = viewer()
-    values = Values({"a": 1, "b": {"c": 2.0, "d": "x"}})
+    values = ParameterValues({"a": 1, "b": {"c": 2.0, "d": "x"}})
     assert read(one.watch((), values))[0]["parameters"] == [
         {"name": "/a", "value": 1},
         {"name": "/b/c", "value": 2.0, "type": "float64"},
@@ -179,7 +179,7 @@ def test_changes_of_parameters() -> None:
         {"name": "/later"},
     ]
     assert one.parameters(values) == []
-    changed = read(one.parameters(Values({"a": True, "b": {"c": 2.0}, "later": [1, 2]})))[0]["parameters"]
+    changed = read(one.parameters(ParameterValues({"a": True, "b": {"c": 2.0}, "later": [1, 2]})))[0]["parameters"]
     assert changed == [
         {"name": "/a", "value": True},
         {"name": "/b/d"},
@@ -188,7 +188,7 @@ def test_changes_of_parameters() -> None:
     ]
     assert one.watches_parameters
     one.handle(text("unsubscribeParameterUpdates", parameterNames=["/a"]))
-    assert one.parameters(Values({"a": 1, "b": {"c": 2.0}, "later": [1, 2]})) == []
+    assert one.parameters(ParameterValues({"a": 1, "b": {"c": 2.0}, "later": [1, 2]})) == []
     one.handle(text("unsubscribeParameterUpdates", parameterNames=[]))
     assert not one.watches_parameters
 
@@ -196,10 +196,10 @@ def test_changes_of_parameters() -> None:
 def test_parameters_that_are_equal_but_not_the_same() -> None:
     one = Machine()
     first = {"a": [1, 2], "b": math.nan, "c": [math.nan], "d": {}, "e": 1}
-    one.watch(tuple(f"/{name}" for name in first), Values(first))
-    assert one.parameters(Values(first)) == []  # told once, although NaN is not equal to itself
+    one.watch(tuple(f"/{name}" for name in first), ParameterValues(first))
+    assert one.parameters(ParameterValues(first)) == []  # told once, although NaN is not equal to itself
     second = {"a": [1.0, 2.0], "b": math.nan, "c": [math.nan], "d": {}, "e": True}
-    changed = read(one.parameters(Values(second)))[0]["parameters"]
+    changed = read(one.parameters(ParameterValues(second)))[0]["parameters"]
     assert changed == [
         {"name": "/a", "value": [1.0, 2.0], "type": "float64_array"},
         {"name": "/e", "value": True},
@@ -209,7 +209,7 @@ def test_parameters_that_are_equal_but_not_the_same() -> None:
 def test_the_number_of_watched_parameters_is_bounded() -> None:
     one = viewer()
     names = [f"/p{number}" for number in range(machine.MAX_WATCHED + 5)]
-    told, warning = read(one.watch(names, Values({})))
+    told, warning = read(one.watch(names, ParameterValues({})))
     assert len(told["parameters"]) == machine.MAX_WATCHED
     assert "at most" in warning["message"]
 

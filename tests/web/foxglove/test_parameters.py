@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.web.foxglove.parameters import Values, entries, entry, value_to_set
+from pyros1.web.foxglove.parameters import ParameterValues, entries, entry, value_to_set
 from pyros1.web.foxglove.requests import FrameError, SetParameter
 
 
@@ -36,7 +36,7 @@ def test_values_that_are_told(value: Any, wanted: dict[str, Any]) -> None:
 
 
 def test_names_of_parameters_and_namespaces() -> None:
-    values = Values({"a": 1, "ns": {"b": 2, "empty": {}, "deep": {"c": 3}}})
+    values = ParameterValues({"a": 1, "ns": {"b": 2, "empty": {}, "deep": {"c": 3}}})
     assert [*values.flat] == ["/a", "/ns/b", "/ns/deep/c", "/ns/empty"]
     assert entries(values, ["/ns/deep", "/none", "/a", "/a"]) == [
         {"name": "/ns/deep", "value": {"c": 3}},
@@ -48,13 +48,13 @@ def test_names_of_parameters_and_namespaces() -> None:
 
 
 def test_names_with_slashes_that_go_through_values() -> None:
-    values = Values({"a": {"b/c": 1, "b": 5, "": 6, "b/c/d": {}}})
+    values = ParameterValues({"a": {"b/c": 1, "b": 5, "": 6, "b/c/d": {}}})
     assert values.flat == {"/a/": 6, "/a/b": 5, "/a/b/c": 1, "/a/b/c/d": {}}
     assert [each["value"] for each in entries(values, ["/a/b", "/a/b/c", "/a/"])] == [5, 1, 6]
 
 
 def test_only_what_may_be_seen() -> None:
-    values = Values({"open": {"a": 1}, "secret": {"b": 2}}, lambda name: name.startswith("/open"))
+    values = ParameterValues({"open": {"a": 1}, "secret": {"b": 2}}, lambda name: name.startswith("/open"))
     assert values.flat == {"/open/a": 1}
     assert values.get("/secret") is None
     assert values.get("/secret/b") is None

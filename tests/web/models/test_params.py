@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from pyros1.values import load_yaml
-from pyros1.web.models.params import MAX_PARAMETERS, Changes, flatten, pretty, summarize
+from pyros1.web.models.params import MAX_PARAMETERS, Changes, editable_yaml, flatten, summarize
 
 
 def everything(_: str) -> bool:
@@ -81,13 +81,13 @@ def test_too_many_are_counted() -> None:
 
 @pytest.mark.parametrize("value", [1, 1.0, "a: b", "true", "", [1, 2], {"a": {"b": [[1], [2]]}}, "two\nlines\n", None])
 def test_text_for_editing_is_the_value(value: Any) -> None:
-    assert load_yaml(pretty(value)) == value
+    assert load_yaml(editable_yaml(value)) == value
 
 
 @given(st.text(alphabet="ab :#'-|\n\t "))
 def test_any_text_can_be_edited(value: str) -> None:
-    assert load_yaml(pretty(value)) == value
+    assert load_yaml(editable_yaml(value)) == value
 
 
 def test_text_of_several_lines_is_edited_as_it_is() -> None:
-    assert pretty("<a>\n  <b/>\n</a>\n") == "|\n  <a>\n    <b/>\n  </a>\n"
+    assert editable_yaml("<a>\n  <b/>\n</a>\n") == "|\n  <a>\n    <b/>\n  </a>\n"

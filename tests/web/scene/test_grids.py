@@ -38,7 +38,7 @@ def test_the_whole_and_then_its_parts() -> None:
     assert shape is not None
     assert shape[0] == {"kind": "patch", "x": 1, "y": 0, "width": 3, "height": 2}
     assert [*shape[1]] == [7, 7, 0, 0, 0, 8]
-    known.forget()
+    known.resend()
     shape = known.take()
     assert shape is not None
     assert [*shape[1]] == [0, 7, 7, 0, 0, 0, 0, 8, 0, 0, 0, 0]
@@ -69,7 +69,7 @@ def test_who_looks_now_and_then_sees_the_same(steps: list[tuple[int, int, int, i
         if look:
             paint(seen, known)
     paint(seen, known)
-    known.forget()
+    known.resend()
     whole = known.take()
     assert whole is not None
     assert seen.tobytes() == whole[1]

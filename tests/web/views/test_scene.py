@@ -25,7 +25,7 @@ from pyros1.node.topic_type import topic_type
 from pyros1.tf import StaticTransformBroadcaster
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
-from pyros1.web.views.scene.frames import roots_of
+from pyros1.web.views.scene.frames import find_roots
 
 PATIENCE = 20.0
 Make = Callable[..., Any]
@@ -75,7 +75,7 @@ def test_a_message_comes_again_when_there_is_a_way_to_its_frame(make_node: Make,
     ],
 )
 def test_roots_of_frames(parents: dict[str, str], roots: dict[str, str]) -> None:
-    assert roots_of(parents) == roots
+    assert find_roots(parents) == roots
 
 
 def test_what_stands_still_is_the_chosen_frame_or_the_robots_root_or_that_of_the_largest_tree(

@@ -60,7 +60,7 @@ class BagFolders:
         """
         path = self._resolve(raw_path)
         if not self._is_inside(path):
-            raise RequestError(f"{_for_display(raw_path)} is outside of the folders that this server shows (--bags)")
+            raise RequestError(f"{_for_display(raw_path)} is outside the folders that this server shows (--bags)")
         if not path.is_dir():
             raise RequestError(f"{_for_display(raw_path)} is not a folder")
         return path

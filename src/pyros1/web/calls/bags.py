@@ -10,7 +10,7 @@ from pyros1.web.server.wire import RequestError
 from pyros1.web.views.view import number_arg, string_arg
 
 _MAX_TOPICS = 5_000
-_MAX_SECONDS = 4.29e9  # the sum of two of them, in nanoseconds, fits into 64 bits
+_MAX_SECONDS = 4.29e9  # the sum of two such times in nanoseconds fits into 64 bits
 
 
 def files(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:

@@ -18,7 +18,7 @@ def info(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     name = string_arg(args, "node")
     uri = _uri(robot, name)
     registered = robot.graph.state().of_node(name)
-    info_json: dict[str, Any] = {
+    details: dict[str, Any] = {
         "name": name,
         "uri": uri,
         "publishes": robot.access.visible(registered.publications),
@@ -27,17 +27,17 @@ def info(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     }
     node = robot.graph.node(uri, _TIMEOUT)
     try:
-        info_json["pid"] = node.pid()
-        info_json["connections"] = [
+        details["pid"] = node.pid()
+        details["connections"] = [
             {"topic": link.topic, "peer": link.destination, "direction": link.direction, "transport": link.transport}
             for link in node.connections()
             if robot.access.may_see(link.topic)
         ]
     except Error as error:
-        info_json["problem"] = str(error)
+        details["problem"] = str(error)
     finally:
         node.close()
-    return info_json
+    return details
 
 
 def kill(robot: Robot, args: Mapping[str, Any]) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from pyros1.values import load_yaml
-from pyros1.web.models.params import flatten, pretty
+from pyros1.web.models.params import editable_yaml, flatten
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import MAX_REQUEST, RequestError
 from pyros1.web.views.view import string_arg
@@ -22,7 +22,7 @@ def tree(robot: Robot, args: Mapping[str, Any]) -> Any:
 def get(robot: Robot, args: Mapping[str, Any]) -> str:
     """Return a parameter, or the visible part of a namespace, as YAML text. Args: name."""
     name = string_arg(args, "name")
-    found = pretty(robot.parameters.get(name))
+    found = editable_yaml(robot.parameters.get(name))
     if len(found) > MAX_REQUEST:
         raise RequestError(f"{name} is too long to display: {len(found)} characters")
     return found

@@ -86,7 +86,7 @@ class Viewer:
         self._limit_send_buffer()
         tasks: list[asyncio.Task[None]] = []
         try:
-            await self._call(self._robot.wait, _POLL_PERIOD)
+            await self._run_long(self._robot.wait, _POLL_PERIOD)
             await self._send_hello()
             tasks = [
                 asyncio.create_task(each) for each in (self._push_offers(), self._send_messages(), self._send_time())
@@ -102,7 +102,7 @@ class Viewer:
                 task.cancel()
             await asyncio.gather(*tasks, *self._jobs, return_exceptions=True)
             async with self._machine_lock:
-                await self._push(self._clean_up)
+                await self._run_short(self._clean_up)
 
     def _limit_send_buffer(self) -> None:
         option = getattr(socket, "TCP_NOTSENT_LOWAT", None)
@@ -184,14 +184,14 @@ class Viewer:
         if self._simulated() != self._announced_simulated:
             await self._send_hello()  # the master was started after the viewer
         catalogue = self._shared.catalogue
-        offers = await self._call(catalogue.current_offers, _POLL_PERIOD * 0.8)
+        offers = await self._run_long(catalogue.current_offers, _POLL_PERIOD * 0.8)
         async with self._machine_lock:
             await self._perform_all(*self._machine.offer(offers))
         if offers.has_pending_queries:
-            await self._call(catalogue.query_nodes)
+            await self._run_long(catalogue.query_nodes)
             return True
         if self._machine.watches_parameters:
-            values = await self._call(self._shared.parameters, _POLL_PERIOD * 0.8)
+            values = await self._run_long(self._shared.parameters, _POLL_PERIOD * 0.8)
             await self._send(self._machine.parameters(values))
         return False
 
@@ -213,14 +213,14 @@ class Viewer:
             case machine.Listen(subscription, channel):
                 await self._listen(subscription, channel)
             case machine.StopListening(subscription):
-                await self._push(self._unsubscribers[subscription])
+                await self._run_short(self._unsubscribers[subscription])
                 del self._unsubscribers[subscription]
             case machine.Advertise(channel):
-                await self._push(self._publishers.advertise, channel)
+                await self._run_short(self._publishers.advertise, channel)
             case machine.Publish(channel, payload):
-                await self._push(self._publishers.publish, channel, payload)
+                await self._run_short(self._publishers.publish, channel, payload)
             case machine.Unadvertise(channel):
-                await self._push(self._publishers.unadvertise, channel)
+                await self._run_short(self._publishers.unadvertise, channel)
             case machine.Call():
                 if len(self._jobs) >= _MAX_JOBS:
                     return [frames.service_failure(action.service.id, action.call, "too many calls at once")]
@@ -232,11 +232,11 @@ class Viewer:
                     return [frames.asset_failure(action.id, "too many files at once")]
                 self._start_job(self._run_job(self._calls, viewer_actions.fetch, action))
             case requests.GetParameters():
-                return list(await self._call(viewer_actions.get_parameters, self._shared, action))
+                return list(await self._run_long(viewer_actions.get_parameters, self._shared, action))
             case requests.SetParameters():
-                return list(await self._call(viewer_actions.set_parameters, self._shared, action))
+                return list(await self._run_long(viewer_actions.set_parameters, self._shared, action))
             case requests.WatchParameters(names):
-                return self._machine.watch(names, await self._call(self._shared.parameters, 0.0))
+                return self._machine.watch(names, await self._run_long(self._shared.parameters, 0.0))
         return []
 
     async def _listen(self, subscription: int, channel: Channel) -> None:
@@ -266,7 +266,7 @@ class Viewer:
         self._subscriptions[ticket] = subscription
         done = self._subscribing.begin()
         try:
-            stop_listening = await self._push(self._robot.listen, channel.topic, on_arrival, done)
+            stop_listening = await self._run_short(self._robot.listen, channel.topic, on_arrival, done)
         except Error:
             done()
             self._outbox.close(ticket)
@@ -296,10 +296,10 @@ class Viewer:
                 frame = await self._loop.run_in_executor(threads, function, self._shared, action)
                 await self._connection.send(frame)
 
-    async def _push(self, function: Callable[..., Any], *args: Any) -> Any:
+    async def _run_short(self, function: Callable[..., Any], *args: Any) -> Any:
         return await self._loop.run_in_executor(self._pushes, function, *args)
 
-    async def _call(self, function: Callable[..., Any], *args: Any) -> Any:
+    async def _run_long(self, function: Callable[..., Any], *args: Any) -> Any:
         return await self._loop.run_in_executor(self._calls, function, *args)
 
     def _wake(self) -> None:

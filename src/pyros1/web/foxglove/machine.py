@@ -10,7 +10,7 @@ from typing import Any
 from pyros1.web.foxglove import frames, parameters, payloads, requests
 from pyros1.web.foxglove.frames import Frame, Level
 from pyros1.web.foxglove.offers import NO_NODES, Channel, Nodes, Offers, Service
-from pyros1.web.foxglove.parameters import Values
+from pyros1.web.foxglove.parameters import ParameterValues
 from pyros1.web.foxglove.requests import ClientChannel, FrameError
 
 MAX_SUBSCRIPTIONS = 2_000
@@ -171,7 +171,7 @@ class Machine:
         """Whether the viewer watches parameters."""
         return bool(self._watched)
 
-    def parameters(self, values: Values) -> list[Frame]:
+    def parameters(self, values: ParameterValues) -> list[Frame]:
         """Process the current parameters; return frames with those that have changed."""
         changed: dict[str, Any] = {}
         for name, old in self._watched.items():
@@ -183,7 +183,7 @@ class Machine:
             return []
         return [frames.parameter_values([parameters.entry(*each) for each in changed.items()])]
 
-    def watch(self, names: Iterable[str], values: Values) -> list[Frame]:
+    def watch(self, names: Iterable[str], values: ParameterValues) -> list[Frame]:
         """Start reporting changes of parameters.
 
         Args:
@@ -317,7 +317,7 @@ class Machine:
 
 
 def _is_same(first: Any, second: Any) -> bool:
-    """Return whether parameter values are the same: 1, 1.0 and true are equal, but not the same; NaN equals itself."""
+    """Return whether parameter values have the same type and value; NaN is the same as NaN."""
     if isinstance(first, (float, list, dict)):
         return repr(first) == repr(second)
     return type(first) is type(second) and bool(first == second)

@@ -14,7 +14,7 @@ MAX_VALUES = 100_000
 """Maximum number of parameters that are sent to viewers."""
 
 
-class Values:
+class ParameterValues:
     """All parameters that viewers may see.
 
     Args:
@@ -77,7 +77,7 @@ def entry(name: str, value: Any) -> dict[str, Any]:
     return found
 
 
-def entries(values: Values, names: Iterable[str]) -> list[dict[str, Any]]:
+def entries(values: ParameterValues, names: Iterable[str]) -> list[dict[str, Any]]:
     """Return the parameters with these names, or all if there are no names, in the form used in frames."""
     requested = list(dict.fromkeys(names))
     if not requested:

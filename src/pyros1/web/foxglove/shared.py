@@ -8,7 +8,7 @@ from time import monotonic
 
 from pyros1.ground.errors import ParameterNotSetError
 from pyros1.web.foxglove.catalogue import Catalogue
-from pyros1.web.foxglove.parameters import Values
+from pyros1.web.foxglove.parameters import ParameterValues
 from pyros1.web.robot import Robot
 
 
@@ -28,10 +28,10 @@ class ViewerContext:
         self.files = robot.files
         self.session = secrets.token_hex(8)
         self._lock = threading.Lock()
-        self._values = Values({})
+        self._values = ParameterValues({})
         self._fetched_at = float("-inf")
 
-    def parameters(self, max_age: float) -> Values:
+    def parameters(self, max_age: float) -> ParameterValues:
         """Return the parameters.
 
         Args:
@@ -49,7 +49,7 @@ class ViewerContext:
                     tree = self.robot.master.get_param("/")
                 except ParameterNotSetError:
                     tree = {}
-                self._values = Values(tree if isinstance(tree, dict) else {}, self.robot.access.may_see)
+                self._values = ParameterValues(tree if isinstance(tree, dict) else {}, self.robot.access.may_see)
                 self._fetched_at = monotonic()
             return self._values
         finally:

@@ -89,7 +89,7 @@ class Changes:
         return {"all": False, "set": changed, "gone": removed, "more": more} if changed or removed else None
 
 
-def pretty(value: Any) -> str:
+def editable_yaml(value: Any) -> str:
     """Return the YAML of a value for editing, with flat lists in brackets and multi-line strings as blocks.
 
     Raises:
@@ -113,5 +113,5 @@ def _block(value: str) -> str:
     """Return a multi-line string as a YAML block; this is not possible for all strings."""
     end = "-" if not value.endswith("\n") else "+" if value.endswith("\n\n") or not value.strip("\n") else ""
     lines = value.removesuffix("\n").split("\n") if end != "-" else value.split("\n")
-    indent = "2" if lines[0].startswith((" ", "\t")) or not lines[0] else ""  # otherwise YAML detects it
+    indent = "2" if lines[0].startswith((" ", "\t")) or not lines[0] else ""  # YAML detects the indentation otherwise
     return f"|{indent}{end}\n" + "".join(f"  {line}\n" if line else "\n" for line in lines)

@@ -76,8 +76,8 @@ def point_cloud2(
         valid = np.isfinite(positions).all(axis=1)
         positions, colours = positions[valid], colours[valid]
         indices = None if indices is None else indices[valid]
-    facts = {"kind": "cloud", "count": len(positions), "every": stride, "fields": fields}
-    return _add_colours(facts, positions, colours, colour_field, indices, bounds)
+    description = {"kind": "cloud", "count": len(positions), "every": stride, "fields": fields}
+    return _add_colours(description, positions, colours, colour_field, indices, bounds)
 
 
 def point_cloud(
@@ -110,9 +110,9 @@ def point_cloud(
         else:
             values = _colours(colour_field, [*channels], channel)
     valid = np.isfinite(positions).all(axis=1)
-    facts = {"kind": "cloud", "count": int(valid.sum()), "every": stride, "fields": fields}
+    description = {"kind": "cloud", "count": int(valid.sum()), "every": stride, "fields": fields}
     indices = (np.flatnonzero(valid) * stride).astype(np.uint32) if numbers else None
-    return _add_colours(facts, positions[valid], values[valid], colour_field, indices, bounds)
+    return _add_colours(description, positions[valid], values[valid], colour_field, indices, bounds)
 
 
 def _points(cloud: Any) -> NDArray[Any]:
@@ -184,31 +184,33 @@ def _is_usable(field: Any) -> bool:
 
 
 def _add_colours(
-    facts: dict[str, Any],
+    description: dict[str, Any],
     positions: _Floats,
     values: NDArray[Any],
     colour_field: str,
     indices: NDArray[np.uint32] | None,
     bounds: Bounds | None,
 ) -> Shape:
-    facts["by"] = colour_field
+    description["by"] = colour_field
     blob = positions.tobytes()
     if indices is not None:
-        facts["numbers"] = True
+        description["numbers"] = True
         blob += indices.tobytes()
     if colour_field in (*_PACKED, *_COMPUTED) and values.dtype.itemsize == 4:
-        return {**facts, "colour": "rgba" if colour_field == "rgba" else "rgb"}, blob + _as_integers(values).tobytes()
+        return {**description, "colour": "rgba" if colour_field == "rgba" else "rgb"}, blob + _as_integers(
+            values
+        ).tobytes()
     if colour_field in _XYZ:
-        return {**facts, "colour": colour_field}, blob
+        return {**description, "colour": colour_field}, blob
     with np.errstate(all="ignore"):
         floats = values.astype(np.float32)
         finite = floats[np.isfinite(floats)]
         low, high = bounds or ((float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0))
-        facts |= {"least": low, "most": high}
+        description |= {"least": low, "most": high}
         scaled = (floats - low) * np.float32(255 / (high - low) if high != low else 0)
         if len(finite) < len(floats):
             scaled = np.nan_to_num(scaled, nan=0.0, posinf=255.0, neginf=0.0)
         levels = scaled.clip(0, 255).astype(np.uint8)
     if indices is not None:
         blob += floats.tobytes()
-    return {**facts, "colour": "value"}, blob + levels.tobytes()
+    return {**description, "colour": "value"}, blob + levels.tobytes()

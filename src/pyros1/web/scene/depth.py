@@ -96,18 +96,18 @@ def depth_cloud(
     if not valid.all():  # absurd depths or camera parameters
         measured[measured] = valid
         distances, positions = distances[valid], positions[valid]
-    facts: dict[str, Any] = {"kind": "cloud", "count": len(distances), "every": step * step, "fields": ["z"]}
+    description: dict[str, Any] = {"kind": "cloud", "count": len(distances), "every": step * step, "fields": ["z"]}
     blob = positions.tobytes()
     if numbers:
-        facts["numbers"] = True
+        description["numbers"] = True
         blob += (down[:, None] * width + across)[measured].astype(np.uint32).tobytes()
     if picture is not None:
         high, wide = picture.shape[:2]
         packed_pixels = picture.view(np.uint32)[:, :, 0]  # one number per pixel
         sampled = packed_pixels[np.ix_(down * high // height, across * wide // width)][measured]
-        return {**facts, "by": "rgb", "colour": "rgb", "least": 0.0, "most": 1.0}, blob + sampled.tobytes()
+        return {**description, "by": "rgb", "colour": "rgb", "least": 0.0, "most": 1.0}, blob + sampled.tobytes()
     nearest, farthest = (float(distances.min()), float(distances.max())) if len(distances) else (0.0, 1.0)
-    return {**facts, "by": "z", "colour": "z", "least": nearest, "most": farthest}, blob
+    return {**description, "by": "z", "colour": "z", "least": nearest, "most": farthest}, blob
 
 
 def _to_metres(millimetres: NDArray[Any]) -> NDArray[np.float32]:

@@ -18,7 +18,7 @@ class Grid:
     """A grid, with the part of it that has not been sent yet."""
 
     def __init__(self) -> None:
-        self._facts: dict[str, Any] = {}
+        self._description: dict[str, Any] = {}
         self._cells: NDArray[np.int8] | None = None
         self._changed: tuple[int, int, int, int] | None = None  # left, bottom, right, top
         self._send_all = True
@@ -31,10 +31,10 @@ class Grid:
             ShapeError: the grid cannot be drawn.
         """
         self._cells = None
-        facts, cells = occupancy_grid(message)
-        self._facts, self.message = facts, message
-        self._cells = np.frombuffer(cells, np.int8).reshape(facts["height"], facts["width"]).copy()
-        self.forget()
+        description, cells = occupancy_grid(message)
+        self._description, self.message = description, message
+        self._cells = np.frombuffer(cells, np.int8).reshape(description["height"], description["width"]).copy()
+        self.resend()
 
     def update(self, message: Any) -> None:
         """Process a map_msgs/OccupancyGridUpdate; it is ignored if there is no grid.
@@ -63,7 +63,7 @@ class Grid:
             )
         self._changed = (left, low, right, high)
 
-    def forget(self) -> None:
+    def resend(self) -> None:
         """Let `take` return the whole grid next time."""
         self._send_all, self._changed = True, None
 
@@ -74,9 +74,9 @@ class Grid:
         changed, send_all = self._changed, self._send_all
         self._changed, self._send_all = None, False
         if send_all:
-            return {**self._facts}, self._cells.tobytes()
+            return {**self._description}, self._cells.tobytes()
         if changed is None:
             return None
         left, low, right, high = changed
-        facts = {"kind": "patch", "x": left, "y": low, "width": right - left, "height": high - low}
-        return facts, self._cells[low:high, left:right].tobytes()
+        description = {"kind": "patch", "x": left, "y": low, "width": right - left, "height": high - low}
+        return description, self._cells[low:high, left:right].tobytes()

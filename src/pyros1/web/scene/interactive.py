@@ -91,7 +91,7 @@ class InteractiveMarkers:
             for key in [key for key in self._markers if key[0] == server]:
                 self._remove(key)
 
-    def changes(self, seen: int) -> tuple[int, list[dict[str, Any]], list[dict[str, Any]], list[list[str]]]:
+    def changes(self, known_version: int) -> tuple[int, list[dict[str, Any]], list[dict[str, Any]], list[list[str]]]:
         """Return the changes since a version.
 
         Args:
@@ -101,13 +101,13 @@ class InteractiveMarkers:
             The current version; new or changed markers; "server", "name", "frame" and "pose" of markers that have
             only moved; servers and names of removed ones.
         """
-        new = [marker for version, marker in self._markers.values() if version > seen]
+        new = [marker for version, marker in self._markers.values() if version > known_version]
         moved = [
             {name: marker[name] for name in ("server", "name", *_POSE_FIELDS)}
             for key, (version, marker) in self._markers.items()
-            if version <= seen < self._moved.get(key, 0)
+            if version <= known_version < self._moved.get(key, 0)
         ]
-        removed = [list(key) for key, version in self._removed.items() if version > seen]
+        removed = [list(key) for key, version in self._removed.items() if version > known_version]
         return self._version, new, moved, removed
 
     def _put(self, server: str, marker: Any) -> None:

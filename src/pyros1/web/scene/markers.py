@@ -51,7 +51,7 @@ class Markers:
             elif marker.action == _ADD:
                 self._put(marker, now)
 
-    def changes(self, seen: int, now: float) -> tuple[int, list[dict[str, Any]], list[list[Any]]]:
+    def changes(self, known_version: int, now: float) -> tuple[int, list[dict[str, Any]], list[list[Any]]]:
         """Return the changes since a version.
 
         Args:
@@ -66,8 +66,8 @@ class Markers:
         ]:
             self._version += 1
             self._remove(key)
-        new = [as_json(marker) for version, marker, *_ in self._markers.values() if version > seen]
-        removed = [list(key) for key, version in self._removed.items() if version > seen]
+        new = [as_json(marker) for version, marker, *_ in self._markers.values() if version > known_version]
+        removed = [list(key) for key, version in self._removed.items() if version > known_version]
         return self._version, new, removed
 
     def frames(self) -> set[str]:

@@ -36,7 +36,7 @@ def laser_scan(scan: Any) -> Shape:
     intensities = np.asarray(scan.intensities, np.float32)[: len(ranges)]
     has_intensities = len(intensities) > 0
     intensities = np.pad(intensities, (0, len(ranges) - len(intensities)))
-    facts = {
+    description = {
         "kind": "scan",
         "start": _finite(scan.angle_min),
         "step": _finite(scan.angle_increment),
@@ -45,7 +45,7 @@ def laser_scan(scan: Any) -> Shape:
         "count": len(ranges),
         "intensities": has_intensities,
     }
-    return facts, ranges.tobytes() + (intensities.tobytes() if has_intensities else b"")
+    return description, ranges.tobytes() + (intensities.tobytes() if has_intensities else b"")
 
 
 def occupancy_grid(grid: Any) -> Shape:
@@ -63,7 +63,7 @@ def occupancy_grid(grid: Any) -> Shape:
     if None in (origin := _pose(info.origin)):
         raise ShapeError("the map's origin is not finite")
     cells = np.asarray(grid.data, np.int8)
-    facts: dict[str, Any] = {
+    description: dict[str, Any] = {
         "kind": "map",
         "width": info.width,
         "height": info.height,
@@ -71,9 +71,9 @@ def occupancy_grid(grid: Any) -> Shape:
         "origin": origin,
     }
     if len(cells) != count:
-        facts["odd"] = f"a map of {info.width} x {info.height} cells has {len(cells)} values"
+        description["odd"] = f"a map of {info.width} x {info.height} cells has {len(cells)} values"
         cells = np.concatenate([cells[:count], np.full(max(0, count - len(cells)), _UNKNOWN, np.int8)])
-    return facts, cells.tobytes()
+    return description, cells.tobytes()
 
 
 def path(message: Any) -> Shape:
@@ -93,8 +93,8 @@ def pose_stamped(message: Any) -> Shape:
 
 def pose_with_covariance(message: Any) -> Shape:
     """Return the pose like `pose_array`, with the ellipsoid of its covariance; see `_ellipsoid`."""
-    facts, blob = _poses("poses", [message.pose.pose], needs_orientation=True)
-    return {**facts, **_ellipsoid(message.pose.covariance)}, blob
+    description, blob = _poses("poses", [message.pose.pose], needs_orientation=True)
+    return {**description, **_ellipsoid(message.pose.covariance)}, blob
 
 
 def point_stamped(message: Any) -> Shape:
@@ -109,24 +109,24 @@ def range_(message: Any) -> Shape:
     A fixed-distance ranger has the same minimum and maximum range; -inf means that an object was detected (REP 117).
     """
     near = message.min_range == message.max_range and message.range == -math.inf
-    facts = {
+    description = {
         "kind": "range",
         "range": _finite(message.min_range if near else message.range),
         "angle": _finite(message.field_of_view),
         "inside": near or message.min_range <= message.range <= message.max_range,
     }
-    return facts, b""
+    return description, b""
 
 
 def imu(message: Any) -> Shape:
     """Return the orientation and the linear acceleration."""
     orientation, acceleration = message.orientation, message.linear_acceleration
-    facts = {
+    description = {
         "kind": "imu",
         "orientation": [_finite(value) for value in (orientation.x, orientation.y, orientation.z, orientation.w)],
         "acceleration": [_finite(value) for value in (acceleration.x, acceleration.y, acceleration.z)],
     }
-    return facts, b""
+    return description, b""
 
 
 def polygon(message: Any) -> Shape:
@@ -138,8 +138,8 @@ def polygon(message: Any) -> Shape:
 def grid_cells(message: Any) -> Shape:
     """Return the width and height of the cells, and their centres as float32: x, y, z."""
     centres = _rows([(cell.x, cell.y, cell.z) for cell in message.cells[:MAX_POSES]], 3)
-    facts = {"kind": "cells", "count": len(centres), "more": len(message.cells) - len(centres)}
-    return {**facts, "size": [_finite(message.cell_width), _finite(message.cell_height)]}, centres.tobytes()
+    description = {"kind": "cells", "count": len(centres), "more": len(message.cells) - len(centres)}
+    return {**description, "size": [_finite(message.cell_width), _finite(message.cell_height)]}, centres.tobytes()
 
 
 def wrench(message: Any) -> Shape:
@@ -161,18 +161,18 @@ def joint_efforts(message: Any) -> Shape:
     """Return the "names" and "efforts" (in newtons or newton metres) of the joints that have an effort."""
     pairs = [(name, _finite(value)) for name, value in zip(message.name, message.effort, strict=False)][:MAX_JOINTS]
     known = [(name[:200], value) for name, value in pairs if value is not None]
-    facts = {"kind": "efforts", "names": [name for name, _ in known], "efforts": [value for _, value in known]}
-    return facts, b""
+    description = {"kind": "efforts", "names": [name for name, _ in known], "efforts": [value for _, value in known]}
+    return description, b""
 
 
 def _linear_and_angular(linear: Any, angular: Any, linear_unit: str, angular_unit: str) -> Shape:
-    facts = {
+    description = {
         "kind": "screw",
         "straight": [_finite(value) for value in (linear.x, linear.y, linear.z)],
         "around": [_finite(value) for value in (angular.x, angular.y, angular.z)],
         "units": [linear_unit, angular_unit],
     }
-    return facts, b""
+    return description, b""
 
 
 def _scalar_shape(
@@ -269,9 +269,9 @@ def _poses(kind: str, poses: list[Any], needs_orientation: bool = False) -> Shap
         for position, orientation in ((pose.position, pose.orientation) for pose in poses)
     ]
     found = _rows(rows, 7, 7 if needs_orientation else 3)
-    facts = {"kind": kind, "count": len(found)}
+    description = {"kind": kind, "count": len(found)}
     odd = len(rows) - len(found)
-    return {**facts, **({"odd": f"{odd} of {len(rows)} omitted: not finite"} if odd else {})}, found.tobytes()
+    return {**description, **({"odd": f"{odd} of {len(rows)} omitted: not finite"} if odd else {})}, found.tobytes()
 
 
 def _finite(value: float) -> float | None:

@@ -61,19 +61,19 @@ async def wait_for_event(event: asyncio.Event, seconds: float | None) -> None:
         event_task.cancel()
 
 
-async def wait_until_done(pending: Pending, woken: asyncio.Event, seconds: float) -> None:
+async def wait_until_done(pending: Pending, wake_event: asyncio.Event, seconds: float) -> None:
     """Wait until no operation is pending, for at most this many seconds; then abandon those that are left.
 
     Args:
         pending: the operations in progress.
-        woken: set when the operations are done.
+        wake_event: set when the operations are done.
         seconds: the maximum time to wait.
     """
     deadline = monotonic() + seconds
     while True:
-        woken.clear()
+        wake_event.clear()
         remaining = deadline - monotonic()
         if not pending or remaining <= 0:
             break
-        await wait_for_event(woken, remaining)
+        await wait_for_event(wake_event, remaining)
     pending.abandon()

@@ -53,7 +53,7 @@ class Console:
         self.run = secrets.token_hex(8)
         self._lock = threading.Lock()
         self._entries: deque[Entry] = deque(maxlen=size)
-        self._count = 0
+        self._last_number = 0
         self._characters = 0
         self._listeners: tuple[Callable[[], object], ...] = ()
 
@@ -71,11 +71,13 @@ class Console:
         topics = [topic[:_MAX_NAME_LENGTH] for topic in message.topics[:_MAX_TOPICS]]
         name, stamp = message.name[:_MAX_NAME_LENGTH], message.header.stamp
         with self._lock:
-            self._count += 1
+            self._last_number += 1
             if len(self._entries) == self._entries.maxlen:
                 self._remove_oldest()
             level, line = message.level, message.line
-            entry = Entry(self._count, stamp.to_sec(), level, name, text, file, function, line, topics, stamp.nsecs)
+            entry = Entry(
+                self._last_number, stamp.to_sec(), level, name, text, file, function, line, topics, stamp.nsecs
+            )
             self._characters += _characters(entry)
             while self._characters > MAX_CHARACTERS and self._entries:
                 self._remove_oldest()
@@ -98,8 +100,8 @@ class Console:
             The messages, and how many before them are no longer stored.
         """
         with self._lock:
-            first = self._entries[0].number if self._entries else self._count + 1
-            number = min(number, self._count)
+            first = self._entries[0].number if self._entries else self._last_number + 1
+            number = min(number, self._last_number)
             start = max(number + 1, first)
             entries = list(_slice(self._entries, start - first, max_entries))
         for count, entry in enumerate(entries):

@@ -53,21 +53,21 @@ def picture(arrival: Arrival) -> tuple[dict[str, Any], bytes]:
     kind = check_picture(arrival)
     message: Any = arrival.checked_message
     data = bytes(message.data)
-    facts = {"type": kind, "frame": message.header.frame_id, "stamp": message.header.stamp.to_sec()}
+    description = {"type": kind, "frame": message.header.frame_id, "stamp": message.header.stamp.to_sec()}
     if kind == COMPRESSED:
-        facts["format"] = message.format
+        description["format"] = message.format
         width, height = picture_size(data) or picture_size(data[_DEPTH_HEADER_SIZE:]) or (0, 0)
         if width * height > MAX_PIXELS:
             raise RequestError(f"an image of {width} x {height} pixels is too large to display")
     else:
-        facts |= {
+        description |= {
             "encoding": message.encoding,
             "width": message.width,
             "height": message.height,
             "step": message.step,
             "bigendian": bool(message.is_bigendian),
         }
-    return facts, data
+    return description, data
 
 
 class ImageView(View):
@@ -96,9 +96,9 @@ class ImageView(View):
         if arrival is None or arrival is self._last_pushed:
             return None
         self._last_pushed = arrival
-        facts, data = picture(arrival)
+        description, data = picture(arrival)
         rate = self._meter.rate(monotonic())
-        return Push({**facts, "count": count, "hz": rate and rate.hz}, data)
+        return Push({**description, "count": count, "hz": rate and rate.hz}, data)
 
     def close(self) -> None:
         self._unsubscribe()

@@ -81,7 +81,7 @@ class MessageView(View):
         header = arrival.raw._connection_header or {}
         rate = self._meter.rate(monotonic())
         size = len(arrival.raw._buff)
-        facts = {
+        description = {
             "type": header.get("type", ""),
             "publisher": header.get("callerid", ""),
             "count": count,
@@ -95,8 +95,8 @@ class MessageView(View):
         try:
             value = tree(arrival.message, self._windows)
         except MessageError as error:
-            return Push({**facts, "value": None, "problem": str(error)})
-        return Push({**facts, "value": value})
+            return Push({**description, "value": None, "problem": str(error)})
+        return Push({**description, "value": value})
 
     def close(self) -> None:
         self._unsubscribe()

@@ -44,7 +44,7 @@ class TurtlesView(View):
         self._drawing: Arrival | None = None
         self._last_drawing: Arrival | None = None
         self._last_pushed: dict[str, Any] = {}
-        self._facts: dict[str, Any] = {}
+        self._node_info: dict[str, Any] = {}
         self._turtles: list[str] = []
         self._unsubscribers: dict[str, Callable[[], None]] = {}  # by topic
         self._refreshed_at = float("-inf")
@@ -56,7 +56,7 @@ class TurtlesView(View):
         with self._lock:
             poses, drawing = dict(self._poses), self._drawing
         current = {
-            "facts": self._facts,
+            "facts": self._node_info,
             "turtles": {name: _position(poses[name]) for name in self._turtles if name in poses},
         }
         changed: dict[str, Any] = {key: value for key, value in current.items() if value != self._last_pushed.get(key)}
@@ -93,14 +93,14 @@ class TurtlesView(View):
             topics[drawing] = self._draw
         for topic in self._unsubscribers.keys() - topics.keys():
             self._unsubscribers.pop(topic)()
-        if node != self._facts.get("node"):
+        if node != self._node_info.get("node"):
             with self._lock:
                 self._poses, self._drawing = {}, None
         for topic in topics.keys() - self._unsubscribers.keys():
             with suppress(RequestError):
                 self._unsubscribers[topic] = self.robot.listen(topic, topics[topic])
         self._turtles = list(turtles)
-        self._facts = {"node": node, "nodes": nodes, "there": bool(turtles)}
+        self._node_info = {"node": node, "nodes": nodes, "there": bool(turtles)}
 
     def _pose_listener(self, name: str) -> Callable[[Arrival], None]:
         def listener(arrival: Arrival) -> None:

@@ -42,7 +42,7 @@ _GREY = "#a0a0a4"
 """rviz's default colour of grids; the page's default depends on its light or dark theme."""
 _BACKGROUND = "#303030"
 """rviz's default background colour; the page's default depends on its theme."""
-_MAX_CONCEALED = 200
+_MAX_HIDDEN_PARTS = 200
 _FRAMES = "frames"
 _GRID = "grid"
 
@@ -219,7 +219,7 @@ class _Reader:
             collision=flag(display, "Collision Enabled"),
             alpha=number(display, "Alpha", 0, 1),
             prefix=text(display, "TF Prefix") or None,
-            concealed=_concealed(display.get("Links")),
+            concealed=_hidden_parts(display.get("Links")),
         )
         if not enabled:
             self._hidden.append(key)
@@ -238,7 +238,7 @@ class _Reader:
             axes=flag(display, "Show Axes"),
             lines=flag(display, "Show Arrows"),
             size=None if scale is None else round(_AXES_LENGTH * scale, 3),
-            concealed=_concealed(display.get("Frames")),
+            concealed=_hidden_parts(display.get("Frames")),
         )
         self._note_missing(display, ignored=("Frames", "Tree"))
 
@@ -286,10 +286,10 @@ class _Reader:
             self._notes.append(line)
 
 
-def _concealed(parts: Any) -> list[str] | None:
+def _hidden_parts(parts: Any) -> list[str] | None:
     """Return the frames or links that are hidden individually; None if there are none."""
     hidden = (name for name, part in mapping(parts).items() if flag(mapping(part), "Value") is False)
-    return [name for name in hidden if isinstance(name, str)][:_MAX_CONCEALED] or None
+    return [name for name in hidden if isinstance(name, str)][:_MAX_HIDDEN_PARTS] or None
 
 
 def _name(display: Mapping[Any, Any]) -> str:

@@ -186,10 +186,10 @@ def _twist_and_wrench(values: Mapping[Any, Any]) -> Options:
 def _camera(values: Mapping[Any, Any]) -> Options:
     rendering = ("background", "overlay", "background and overlay")
     where = chosen(values, {name: name for name in rendering}, "Image Rendering")
-    over = number(values, "Overlay Alpha", 0, 1)
+    overlay_alpha = number(values, "Overlay Alpha", 0, 1)
     return given(
         behind="background" in where if where else None,
-        alpha=0.0 if where == "background" else over,
+        alpha=0.0 if where == "background" else overlay_alpha,
         zoom=number(values, "Zoom Factor", 0.1, 20),
     )
 

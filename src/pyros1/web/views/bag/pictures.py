@@ -53,12 +53,12 @@ class BagPicturesView(BagView):
             self.polled = False  # until the next change
             return None
         request = self._request.popleft()
-        facts = {"topic": self._topic, "wanted": request, "time": None, "width": 0, "height": 0, "problem": ""}
+        description = {"topic": self._topic, "wanted": request, "time": None, "width": 0, "height": 0, "problem": ""}
         try:
             for item in self.bag.at(request, [self._topic]).values():
                 data, width, height = thumbnail(item.message, self._height)
                 time = self.bag.seconds(item.time.to_nsec())
-                return Push({**facts, "time": time, "width": width, "height": height}, data)
+                return Push({**description, "time": time, "width": width, "height": height}, data)
         except Error as error:
-            return Push({**facts, "problem": untrusted(str(error))}, b"")
-        return Push(facts, b"")
+            return Push({**description, "problem": untrusted(str(error))}, b"")
+        return Push(description, b"")

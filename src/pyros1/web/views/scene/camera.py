@@ -72,8 +72,8 @@ class CameraView(View):
         if current == self._last_pushed and not (self._pose_unknown and pose is not None):
             return None
         self._last_pushed, self._pose_unknown = current, pose is None
-        facts, blob = self.render(arrival, *self._camera(current[1]))
-        return Push({**facts, "frame": header.frame_id, "stamp": header.stamp.to_sec(), "pose": pose}, blob)
+        description, blob = self.render(arrival, *self._camera(current[1]))
+        return Push({**description, "frame": header.frame_id, "stamp": header.stamp.to_sec(), "pose": pose}, blob)
 
     @abstractmethod
     def render(self, arrival: Arrival, camera: Camera | None, reason: str) -> tuple[dict[str, Any], bytes]:
@@ -147,8 +147,8 @@ class SceneCameraView(CameraView):
     """
 
     def render(self, arrival: Arrival, camera: Camera | None, reason: str) -> tuple[dict[str, Any], bytes]:
-        facts, data = picture(arrival)
-        return {**facts, "camera": asdict(camera) if camera else None, "why": reason}, data
+        description, data = picture(arrival)
+        return {**description, "camera": asdict(camera) if camera else None, "why": reason}, data
 
 
 def _type(arrival: Arrival) -> str:

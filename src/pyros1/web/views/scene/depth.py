@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 _MAX_PICTURES = 4
 """Number of recent colour pictures from which the one nearest in time to the depth image is chosen."""
-KEPT_BYTES = 32 << 20
+MAX_PICTURE_BYTES = 32 << 20
 """Maximum total size of these in bytes; one is always kept."""
 
 
@@ -77,7 +77,7 @@ class SceneDepthView(CameraView):
     def _on_picture_colours(self, arrival: Arrival) -> None:
         is_first = not self._pictures
         size = len(arrival.raw._buff)
-        while len(self._pictures) > max(0, min(_MAX_PICTURES, KEPT_BYTES // max(1, size)) - 1):
+        while len(self._pictures) > max(0, min(_MAX_PICTURES, MAX_PICTURE_BYTES // max(1, size)) - 1):
             self._pictures.popleft()
         self._pictures.append(arrival)
         if is_first:

@@ -40,7 +40,7 @@ class SceneFramesView(View):
         world = self.robot.world
         states = world.buffer.states()[:_MAX_FRAMES]
         parents = {state.name: state.parent or "" for state in states}
-        roots = roots_of(parents)
+        roots = find_roots(parents)
         sizes = Counter(roots.values())
         fixed = self._fixed or roots.get(self._robot) or max(sizes, key=sizes.__getitem__, default=_DEFAULT_FRAME)
         names, unplaced, numbers = [], [], array("d")
@@ -51,14 +51,14 @@ class SceneFramesView(View):
             else:
                 names.append(name)
                 numbers.extend(pose)
-        facts = {
+        description = {
             "fixed": fixed,
             "names": names,
             "parents": [parents[name] for name in names],
             "lost": unplaced,
             "trees": sizes.most_common(_MAX_TREES),
         }
-        return Push(facts, numbers.tobytes())
+        return Push(description, numbers.tobytes())
 
     def change(self, args: Mapping[str, Any]) -> None:
         self._fixed = string_arg(args, "fixed", "").lstrip("/")
@@ -68,7 +68,7 @@ class SceneFramesView(View):
         self._unwatch()
 
 
-def roots_of(parents: Mapping[str, str]) -> dict[str, str]:
+def find_roots(parents: Mapping[str, str]) -> dict[str, str]:
     """Return frame -> root of its tree.
 
     Args:

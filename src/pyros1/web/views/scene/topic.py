@@ -101,10 +101,10 @@ class SceneTopicView(View):
         pose = self._pose(kind, header)
         if pose is None and self._grid is not None:
             with self._grid_lock:
-                self._grid.forget()
+                self._grid.resend()
         self._pose_unknown = pose is None
-        facts, blob = shape
-        return Push({**facts, "frame": header.frame_id, "stamp": header.stamp.to_sec(), "pose": pose}, blob)
+        description, blob = shape
+        return Push({**description, "frame": header.frame_id, "stamp": header.stamp.to_sec(), "pose": pose}, blob)
 
     def change(self, args: Mapping[str, Any]) -> None:
         self._read_args(args)
@@ -143,7 +143,7 @@ class SceneTopicView(View):
                 self._unsubscribe_updates = self.robot.listen(self._topic + UPDATES, self._on_grid_update)
         with self._grid_lock:
             if is_new and self._grid.message is arrival.arrays:
-                self._grid.forget()  # the page requests everything again
+                self._grid.resend()  # the page requests everything again
             self._apply_updates(self._grid, arrival)
             error, self._update_error = self._update_error, None
             if error is not None:
