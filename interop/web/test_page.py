@@ -64,7 +64,8 @@ def test_the_consoles_buttons_are_in_one_line(browser: Browser, web: Web, make_n
 def test_without_the_token_the_page_says_what_to_do(browser: Browser, web: Web) -> None:
     browser.open(web.link.replace("token=", "token=x"))
     browser.wait_for_text(
-        "pyros1 web creates a new token each time it starts. Use the link that the server printed, or type pyros1 web graph"
+        "pyros1 web creates a new token each time it starts. "
+        "Use the link that the server printed, or type pyros1 web graph"
     )
     browser.driver.get("about:blank")  # the page would try again
     assert any("401" in text or "WebSocket" in text for text in browser.complaints())
