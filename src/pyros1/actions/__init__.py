@@ -12,7 +12,7 @@
             print(feedback.sequence)
         print(goal.result(timeout=10).sequence)
 
-Clients and servers work with those of stock's actionlib, in Python and C++. `SimpleServer` is the usual server;
+Clients and servers are compatible with those of stock actionlib, in Python and C++. `SimpleServer` is the usual server;
 `AsyncClient` and `AsyncServer` are for asyncio programs.
 """
 

@@ -1,1 +1,1 @@
-"""Bags on a page: which files may be opened, what is in them, and playing and recording."""
+"""Bags on a page: access to files, their contents, playback and recording."""

@@ -29,7 +29,7 @@ class PlaybackSettings:
     """The settings of a playback.
 
     Attributes:
-        rate: the factor by which time passes faster than when recording.
+        rate: the speed factor; 2 plays twice as fast as recorded.
         loop: whether to start again at the end.
         paused: whether playback is paused.
         clock: whether to publish /clock.

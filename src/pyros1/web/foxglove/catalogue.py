@@ -274,5 +274,5 @@ def _checked_definition(kind: str, md5sum: str, text: str) -> _Definition:
         if md5sum == cls._md5sum:
             return _Definition(kind, md5sum, cls._full_text)
     except Error:
-        pass  # it is not installed here
+        pass  # the type is not installed here
     return _Definition(kind, md5sum, DefinitionCache().get(kind, md5sum, text)._full_text)

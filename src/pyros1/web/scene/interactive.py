@@ -39,7 +39,7 @@ class InteractiveMarkers:
         self._version = 0
 
     def init(self, message: Any, now: float) -> None:
-        """Process a visualization_msgs/InteractiveMarkerInit at a time in seconds."""
+        """Process a visualization_msgs/InteractiveMarkerInit received at a time in seconds."""
         server = message.server_id
         if server not in self._servers and len(self._servers) >= _MAX_SERVERS:
             return

@@ -1,1 +1,1 @@
-"""The server: access control, files, sockets, the page's protocol, and the threads for slow work."""
+"""The server: access control, files, sockets, the page's protocol, and threads for slow work."""

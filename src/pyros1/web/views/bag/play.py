@@ -23,7 +23,7 @@ class BagPlayView(BagView):
 
     Args (of the page):
         path: path of an open bag.
-        rate: the factor by which time passes faster than when recording.
+        rate: the speed factor; 2 plays twice as fast as recorded.
         loop, paused, clock: see `pyros1.web.bags.playback.PlaybackSettings`.
         topics: the topics to publish; all if absent.
         start: where to start or continue, in seconds since the bag's start. If absent, playback continues from

@@ -58,7 +58,7 @@ class SceneTopicView(View):
         self._unplaced_frames: set[str] = set()  # frames of markers to which the transform is missing
         self._grid: Grid | None = None
         self._grid_lock = threading.Lock()
-        self._update_error: Error | None = None  # of the last update
+        self._update_error: Error | None = None  # the error of the last update, to be reported
         self._seen_version = 0
         self._problem = ""
         self._unsubscribe_updates: Callable[[], None] | None = None
