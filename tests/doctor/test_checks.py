@@ -6,12 +6,12 @@ from typing import Any
 
 import pytest
 
+from pyros1.doctor.connectivity_checks import check_connectivity
 from pyros1.doctor.edges import Edge, actual_edges, expected_edges
 from pyros1.doctor.facts import REFUSED, TIMEOUT, Failure, LocalProcess, Machine, NodeFacts, System
 from pyros1.doctor.finding import Finding
 from pyros1.doctor.local_facts import setting_problems
 from pyros1.doctor.machine_checks import check_machine
-from pyros1.doctor.reach_checks import check_reach
 from pyros1.doctor.topic_checks import check_topics, missing_edges, similar_topic_name
 from pyros1.graph import Connection, SystemState
 
@@ -42,7 +42,7 @@ def test_the_debian_trap_127_0_1_1() -> None:
     names = {"here": ["127.0.1.1"], "robot": ["192.0.2.1"]}
     assert not check_machine(machine({}, resolved=names))
     found = kinds(check_machine(machine({"ROS_MASTER_URI": "http://robot:11311"}, resolved=names)))
-    assert "resolves to 127.0.1.1 here" in found["own-name"].text and found["own-name"].cure == f"export ROS_IP={HERE}"
+    assert "resolves to 127.0.1.1 here" in found["own-name"].text and found["own-name"].fix == f"export ROS_IP={HERE}"
 
 
 @pytest.mark.parametrize(
@@ -50,7 +50,7 @@ def test_the_debian_trap_127_0_1_1() -> None:
 )
 def test_an_own_name_that_is_wrong(addresses: list[str] | None, part: str) -> None:
     found = kinds(check_machine(machine({}, resolved={"here": addresses})))
-    assert part in found["own-name"].text and "/etc/hosts" in found["own-name"].cure
+    assert part in found["own-name"].text and "/etc/hosts" in found["own-name"].fix
     assert "own-name" not in kinds(check_machine(machine({"ROS_IP": HERE}, resolved={"here": addresses, HERE: [HERE]})))
 
 
@@ -89,24 +89,24 @@ def test_a_loopback_address_in_a_system_of_several_machines() -> None:
         "/a": NodeFacts("http://localhost:1/", "localhost", ["127.0.0.1"]),
         "/b": NodeFacts("http://192.0.2.1:2/", "192.0.2.1", ["192.0.2.1"]),
     }
-    found = kinds(check_reach(one_topic(nodes), machine({})))["loopback-node"]
-    assert found.items == ("/a (http://localhost:1/)",) and "/b" in found.text and "127.0.1.1" in found.cure
+    found = kinds(check_connectivity(one_topic(nodes), machine({})))["loopback-node"]
+    assert found.items == ("/a (http://localhost:1/)",) and "/b" in found.text and "127.0.1.1" in found.fix
     nodes["/b"].failure = Failure(TIMEOUT, "")  # perhaps it is here, and its address is wrong
-    assert "loopback-node" not in kinds(check_reach(one_topic(nodes), machine({})))
+    assert "loopback-node" not in kinds(check_connectivity(one_topic(nodes), machine({})))
     nodes["/b"] = NodeFacts("http://192.0.2.1:2/", "192.0.2.1", [HERE])
-    assert not check_reach(one_topic(nodes), machine({}))
+    assert not check_connectivity(one_topic(nodes), machine({}))
 
 
 def test_the_process_that_gave_a_wrong_address_is_named() -> None:
     nodes = {"/a": NodeFacts("http://192.0.2.99:1/", "192.0.2.99", ["192.0.2.99"], Failure(TIMEOUT, ""))}
     here = machine({}, processes=[LocalProcess(7, "talker", "", "192.0.2.99")])
-    assert f"(here: {HERE}; talker, pid 7)" in kinds(check_reach(one_topic(nodes), here))["unreachable-host"].cure
+    assert f"(here: {HERE}; talker, pid 7)" in kinds(check_connectivity(one_topic(nodes), here))["unreachable-host"].fix
 
 
 @pytest.mark.parametrize(("offset", "found"), [(0.9, False), (-3.0, True), (7200.0, True), (None, False)])
 def test_clocks(offset: float | None, found: bool) -> None:
     nodes = {"/a": NodeFacts("http://r:1/", "r", [HERE], clock_offset=offset)}
-    assert ("clock-skew" in kinds(check_reach(one_topic(nodes), machine({})))) is found
+    assert ("clock-skew" in kinds(check_connectivity(one_topic(nodes), machine({})))) is found
 
 
 @pytest.mark.parametrize(

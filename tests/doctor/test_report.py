@@ -9,7 +9,7 @@ import pytest
 
 from pyros1.doctor.facts import REFUSED, Disk, Failure, Machine, NodeFacts, System
 from pyros1.doctor.finding import ERROR, Finding
-from pyros1.doctor.report import ROWS, report, versions, without_secrets
+from pyros1.doctor.report import MAX_ROWS, report, versions, without_secrets
 from pyros1.graph import Connection, SystemState
 
 
@@ -56,8 +56,8 @@ def test_the_machine_and_the_findings() -> None:
     assert "| ROS_IP | 10.0.0.2 |" in text
     assert "| PATH | ~/bin |" in text
     assert "| PYROS1_TOKEN | ... |" in text
-    assert "- **error** (no-master): no master\\nanswers\n  - a | b\n  - cure: pyros1 core" in text
-    assert "No master answers." in text
+    assert "- **error** (no-master): no master\\nanswers\n  - a | b\n  - fix: pyros1 core" in text
+    assert "No master responds." in text
     for secret in ("abc", "def", "anna"):
         assert secret not in text
 
@@ -72,7 +72,7 @@ def test_the_running_system() -> None:
     text = report({}, Machine({}), System("http://robot:11311", state, nodes), {"/t": "std_msgs/String"}, [])
     assert "None." in text
     assert "| /a | http://robot:1/ | yes; its clock is -1.500 s off | 1 |" in text
-    assert "| /b | http://robot:2/ | none: connection refused | 0 |" in text
+    assert "| /b | http://robot:2/ | no: connection refused | 0 |" in text
     assert "| /t | std_msgs/String | /a | /b |" in text
     assert "| /u | ? |  | /b |" in text
     assert "| /s | /a |" in text
@@ -80,11 +80,11 @@ def test_the_running_system() -> None:
 
 
 def test_a_large_system_is_cut_and_names_do_not_break_the_tables() -> None:
-    nodes = {f"/n{number:04}": NodeFacts("http://h:1/", "h") for number in range(ROWS + 7)}
+    nodes = {f"/n{number:04}": NodeFacts("http://h:1/", "h") for number in range(MAX_ROWS + 7)}
     state = SystemState({"/a|b\x1b[31m": ["/n0000"]}, {}, {})
     text = report({}, Machine({}), System("http://h:11311", state, nodes), {}, [])
     assert "... and 7 more." in text
-    assert f"/n{ROWS - 1:04}" in text
-    assert f"/n{ROWS:04}" not in text
+    assert f"/n{MAX_ROWS - 1:04}" in text
+    assert f"/n{MAX_ROWS:04}" not in text
     assert "| /a\\|b\\x1b[31m | ? | /n0000 |  |" in text
-    assert "No services but those of loggers." in text
+    assert "No services except those of loggers." in text

@@ -1,1 +1,1 @@
-"""Diagnosis of a ROS system: collectors gather facts, and pure checks derive findings with hints from them."""
+"""Diagnosis of a ROS system: collectors gather facts, and checks without side effects derive findings from them."""

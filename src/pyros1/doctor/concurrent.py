@@ -1,4 +1,4 @@
-"""Concurrent requests with one timeout for all: a host that does not answer does not delay the rest."""
+"""Concurrent requests with a common timeout, so that a host that does not respond does not delay the others."""
 
 from __future__ import annotations
 
@@ -17,43 +17,43 @@ MAX_THREADS = 256
 
 
 def run_concurrently(jobs: Mapping[_K, Callable[[], _V]], seconds: float) -> dict[_K, _V | Exception]:
-    """Run functions at the same time.
+    """Run functions concurrently.
 
     Args:
-        jobs: functions by any key. A function that is not done in time keeps running on its daemon thread, since a
-            lookup of a host name cannot be interrupted.
-        seconds: timeout for all of them, and again for each further MAX_THREADS, so that jobs that hang do not use up
-            the time of the rest.
+        jobs: functions by any key. A function that has not returned in time keeps running in its daemon thread, since
+            host name lookups cannot be interrupted.
+        seconds: the timeout for all functions. It is extended by the same amount for every further MAX_THREADS jobs,
+            so that jobs that hang do not use up the time of the others.
 
     Returns:
-        For each key, in the same order, what its function returned or raised, or a DeadlineError.
+        The result of each function, or the exception it raised, or a DeadlineError, by key and in the same order.
     """
     pending: queue.SimpleQueue[_K] = queue.SimpleQueue()
-    answers: queue.SimpleQueue[tuple[_K, _V | Exception]] = queue.SimpleQueue()
+    finished: queue.SimpleQueue[tuple[_K, _V | Exception]] = queue.SimpleQueue()
     for key in jobs:
         pending.put(key)
     seconds *= max(1, -(-len(jobs) // MAX_THREADS))
     deadline = monotonic() + seconds
 
-    def work() -> None:
+    def run_jobs() -> None:
         while monotonic() < deadline:
             try:
                 key = pending.get_nowait()
             except queue.Empty:
                 return
             try:
-                answers.put((key, jobs[key]()))
+                finished.put((key, jobs[key]()))
             except Exception as error:  # noqa: BLE001 - any error is this job's result
-                answers.put((key, error))
+                finished.put((key, error))
 
     for number in range(min(len(jobs), MAX_THREADS)):
-        threading.Thread(target=work, name=f"question {number}", daemon=True).start()
+        threading.Thread(target=run_jobs, name=f"request {number}", daemon=True).start()
     results: dict[_K, _V | Exception] = {}
     while len(results) < len(jobs):
         try:
-            key, answer = answers.get(timeout=max(0.0, deadline - monotonic()))
+            key, result = finished.get(timeout=max(0.0, deadline - monotonic()))
         except queue.Empty:
             break
-        results[key] = answer
-    timeout_error = DeadlineError(f"no answer within {seconds:g} s")
+        results[key] = result
+    timeout_error = DeadlineError(f"no response within {seconds:g} s")
     return {key: results.get(key, timeout_error) for key in jobs}

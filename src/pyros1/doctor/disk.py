@@ -1,4 +1,4 @@
-"""The disk usage of log folders, and which of their files are being written."""
+"""The disk usage of log folders, and the files in them that are being written."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from time import monotonic
 
 
 def folder_size(path: Path, *, on_disk: bool = False, deadline: float | None = None) -> int:
-    """Return the size in bytes of a file or folder. Links are not followed, hard links count once.
+    """Return the size in bytes of a file or folder. Links are not followed, and hard links are counted once.
 
     Args:
-        path: file or folder.
-        on_disk: count disk usage instead of file sizes.
-        deadline: time on the monotonic clock in seconds; anything not counted by then is left out.
+        path: the file or folder.
+        on_disk: whether to count disk usage instead of file sizes.
+        deadline: the time on the monotonic clock in seconds at which to stop counting.
     """
     seen: set[tuple[int, int]] = set()
     total = 0
-    for name in _all_below(path):
+    for name in _walk(path):
         if deadline is not None and monotonic() > deadline:
             break
         try:
             status = os.lstat(name)
         except OSError:
-            continue  # it has been removed
+            continue  # the file was removed
         if status.st_nlink > 1:
             if (status.st_dev, status.st_ino) in seen:
                 continue
@@ -33,7 +33,7 @@ def folder_size(path: Path, *, on_disk: bool = False, deadline: float | None = N
     return total
 
 
-def _all_below(path: Path) -> Iterator[str]:
+def _walk(path: Path) -> Iterator[str]:
     yield str(path)
     if path.is_symlink():
         return
@@ -42,11 +42,11 @@ def _all_below(path: Path) -> Iterator[str]:
             yield os.path.join(base, name)
 
 
-def with_unit(size: int) -> str:
-    """Return a size in bytes with a suitable unit, for example ``1.2 GB``.
+def format_size(size: int) -> str:
+    """Format a size with a suitable unit, such as ``1.2 GB``.
 
     Args:
-        size: size in bytes.
+        size: the size in bytes.
     """
     value, unit = float(size), "B"
     for larger in ("kB", "MB", "GB", "TB"):
@@ -56,11 +56,11 @@ def with_unit(size: int) -> str:
     return f"{value:.1f} {unit}" if unit != "B" and value < 9.95 else f"{value:.0f} {unit}"
 
 
-def human_size(size: int) -> str:
-    """Return a size as ``du -h`` prints it, for example ``272K``: rounded up, with one decimal below 10.
+def format_size_like_du(size: int) -> str:
+    """Format a size like ``du -h``, such as ``272K``: rounded up, with one decimal place below 10.
 
     Args:
-        size: size in bytes.
+        size: the size in bytes.
     """
     if size < 1024:
         return str(size)
@@ -75,23 +75,23 @@ def human_size(size: int) -> str:
 
 
 def files_in_use(folder: Path) -> list[Path]:
-    """Return the files below a folder that running programs have open; empty where the system does not report them.
+    """Return the files below a folder that running programs have open; empty if the system does not report them.
 
     Args:
-        folder: the folder; links in it are resolved, since the system reports real paths of open files.
+        folder: the folder. Links in its path are resolved, since the system reports the real paths of open files.
     """
-    found: set[Path] = set()
+    used_files: set[Path] = set()
     real = str(folder.resolve()) + os.sep
     for descriptors in Path("/proc").glob("[0-9]*/fd"):
         try:
             names = os.listdir(descriptors)
         except OSError:
-            continue  # another user's process, or it has ended
+            continue  # another user's process, or one that has exited
         for name in names:
             try:
                 target = os.readlink(descriptors / name)
             except OSError:
                 continue
             if target.startswith(real) and os.path.exists(target):
-                found.add(folder / target[len(real) :])
-    return sorted(found)
+                used_files.add(folder / target[len(real) :])
+    return sorted(used_files)

@@ -1,4 +1,4 @@
-"""The connections between nodes, as the nodes report them. Pure."""
+"""The connections between nodes: expected, reported and missing ones. This module has no side effects."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pyros1.graph import Connection, SystemState
 
 
 class Edge(NamedTuple):
-    """An existing or expected connection: names of topic and nodes."""
+    """An existing or expected connection, with the names of the topic and the nodes."""
 
     topic: str
     publisher: str
@@ -17,7 +17,7 @@ class Edge(NamedTuple):
 
 
 def expected_edges(state: SystemState) -> list[Edge]:
-    """Return the connections that follow from the master's registrations."""
+    """Return the connections that the master's registrations imply."""
     return [
         Edge(topic, publisher, subscriber)
         for topic, publishers in sorted(state.publishers.items())
@@ -27,11 +27,11 @@ def expected_edges(state: SystemState) -> list[Edge]:
 
 
 def actual_edges(connections: Mapping[str, Iterable[Connection]], uris: Mapping[str, str]) -> dict[str, set[Edge]]:
-    """Return the topic connections that each node reports.
+    """Return the topic connections reported by each node.
 
     Args:
-        connections: node name -> its ``getBusInfo``.
-        uris: node name -> API URI, since nodes report the other end of inbound connections by its URI.
+        connections: the result of ``getBusInfo`` by node name.
+        uris: the API URIs by node name. Nodes report the peers of inbound connections by URI.
     """
     names = {uri.rstrip("/"): name for name, uri in uris.items()}
     return {
@@ -47,13 +47,13 @@ def actual_edges(connections: Mapping[str, Iterable[Connection]], uris: Mapping[
 
 
 def is_missing_edge(edge: Edge, reported: Mapping[str, set[Edge]]) -> bool:
-    """Return whether both ends of an expected connection answer, but not both report it.
+    """Return whether both ends of an expected connection respond, but at least one does not report it.
 
-    One end is not enough: rospy's subscribers report connections that they are only trying to make.
+    One end is not sufficient, since rospy's subscribers report connections that they are still trying to establish.
 
     Args:
         edge: the connection.
-        reported: what each node that answers reports; see `actual_edges`.
+        reported: the connections reported by each node that responds; see `actual_edges`.
     """
     ends = [reported.get(name) for name in (edge.publisher, edge.subscriber)]
     if edge.publisher == edge.subscriber:

@@ -1,4 +1,4 @@
-"""The facts that collectors gather and checks judge."""
+"""The facts that collectors gather and checks evaluate."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from typing import NamedTuple
 from pyros1.graph import Connection, SystemState
 
 UNRESOLVED, REFUSED, TIMEOUT, HANGS, OTHER = "unresolved", "refused", "timeout", "hangs", "other"
-"""Why something cannot be reached: unknown host name, connection refused, timeout, it accepts connections but does not
-answer, or another reason."""
+"""Reasons why something cannot be reached: the host name is unknown, the connection is refused, the connection times
+out, connections are accepted but requests are not answered, or any other reason."""
 
 
 class Failure(NamedTuple):
-    """Why a request was not answered.
+    """The reason why a request was not answered.
 
     Attributes:
-        kind: one of the five above.
-        text: the error's text.
+        kind: one of the five kinds above.
+        text: the error message.
     """
 
     kind: str
@@ -26,7 +26,7 @@ class Failure(NamedTuple):
 
 
 class Disk(NamedTuple):
-    """Space on the disk of a folder in bytes."""
+    """The free and total space in bytes on the disk of a folder."""
 
     folder: str
     free: int
@@ -35,7 +35,7 @@ class Disk(NamedTuple):
 
 
 class LocalProcess(NamedTuple):
-    """A running ROS program on this machine, with variables of its environment; empty strings for unset ones."""
+    """A running ROS program on this machine, with variables of its environment, which are empty if unset."""
 
     pid: int
     name: str
@@ -45,23 +45,23 @@ class LocalProcess(NamedTuple):
 
 @dataclass
 class Machine:
-    """This machine and this shell.
+    """Facts about this machine and this shell.
 
     Attributes:
         environ: environment variables.
         hostname: the machine's name.
-        interfaces: addresses of its network interfaces.
-        resolved: host name -> addresses, None if it cannot be resolved; for all relevant names.
+        interfaces: the addresses of the network interfaces.
+        resolved: the addresses of all relevant host names; None if a name cannot be resolved.
         missing_paths: entries of ROS_PACKAGE_PATH that are not folders.
-        disks: disks of the folders that ROS writes to.
-        log_folder: folder of log files.
-        log_size: its size in bytes; a lower bound if counting took too long.
-        masters: URIs of masters that answer on this machine.
-        processes: running ROS programs, as far as the system lists them.
-        python: version, for example ``(3, 11)``.
-        launch_problems: problems of the given launch files.
-        package_problems: problems of unusable packages.
-        setting_problems: variables of pyros1 with a value that keeps nodes from starting, and why.
+        disks: the disks of the folders to which ROS writes.
+        log_folder: the folder of log files.
+        log_size: the size of that folder in bytes; a lower bound if counting took too long.
+        masters: the URIs of the masters that are running on this machine.
+        processes: the running ROS programs that the system lists.
+        python: the version of Python, such as ``(3, 11)``.
+        launch_problems: problems in the given launch files.
+        package_problems: problems that make packages unusable.
+        setting_problems: values of pyros1's environment variables that prevent nodes from starting.
     """
 
     environ: Mapping[str, str]
@@ -82,15 +82,15 @@ class Machine:
 
 @dataclass
 class NodeFacts:
-    """A node that the master lists.
+    """Facts about a registered node.
 
     Attributes:
-        uri: URI of its API.
-        host: host in that URI.
-        addresses: addresses of the host as resolved here; None if it cannot be resolved.
-        failure: why it did not answer; None if it did.
+        uri: the URI of the node's API.
+        host: the host in that URI.
+        addresses: the addresses of the host as resolved on this machine; None if it cannot be resolved.
+        failure: the reason why the node did not respond; None if it did.
         connections: the result of ``getBusInfo``.
-        clock_offset: how far its machine's clock is ahead of ours in seconds, None if unknown.
+        clock_offset: the offset of the clock on the node's machine from ours in seconds; None if unknown.
     """
 
     uri: str
@@ -101,22 +101,22 @@ class NodeFacts:
     clock_offset: float | None = None
 
 
-class TopicEnd(NamedTuple):
-    """One end of a topic."""
+class TopicParticipant(NamedTuple):
+    """A publisher or subscriber of a topic."""
 
     topic: str
     node: str
 
 
 class ReportedType(NamedTuple):
-    """The type that a publisher sends or a subscriber wants, as reported by that node.
+    """The type that a publisher or subscriber reports.
 
     Attributes:
-        type, md5sum: the type and its checksum; ``*`` means any.
-        failure: why it did not report them; None if it did.
-        definition: full text of the type's definition, if a publisher gave it.
-        extra_bytes: number of bytes after the first message received while the publisher was queried; negative: this
-            many are missing at its end.
+        type, md5sum: the type and its checksum; ``*`` for any.
+        failure: the reason why the node did not report them; None if it did.
+        definition: the full definition of the type if a publisher reported it.
+        extra_bytes: the number of bytes after the end of the first message received while the publisher was queried;
+            negative if bytes are missing.
     """
 
     type: str = "*"
@@ -128,22 +128,22 @@ class ReportedType(NamedTuple):
 
 @dataclass
 class System:
-    """A running system.
+    """Facts about a running system.
 
     Attributes:
         master_uri: the master's URI in this shell.
-        state: publishers, subscribers and service providers, from the master.
-        nodes: nodes by name.
-        services: name -> (URI of its provider, why it did not answer or None).
-        publications, subscriptions: the types that the ends report; only relevant ends are queried. Subscribers report
-            type names only.
-        use_sim_time: the parameter /use_sim_time.
+        state: the registered publishers, subscribers and service providers.
+        nodes: the nodes by name.
+        services: the URI of each service's provider, and the reason why it did not respond or None.
+        publications, subscriptions: the types reported by publishers and subscribers, of which only relevant ones are
+            queried. Subscribers only report type names.
+        use_sim_time: whether the parameter /use_sim_time is true.
     """
 
     master_uri: str
     state: SystemState
     nodes: Mapping[str, NodeFacts]
     services: Mapping[str, tuple[str, Failure | None]] = field(default_factory=dict)
-    publications: Mapping[TopicEnd, ReportedType] = field(default_factory=dict)
-    subscriptions: Mapping[TopicEnd, ReportedType] = field(default_factory=dict)
+    publications: Mapping[TopicParticipant, ReportedType] = field(default_factory=dict)
+    subscriptions: Mapping[TopicParticipant, ReportedType] = field(default_factory=dict)
     use_sim_time: bool = False

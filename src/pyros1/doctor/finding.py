@@ -1,4 +1,4 @@
-"""A finding: a problem and how to fix it."""
+"""Findings: problems and how to fix them."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ ERROR, WARNING = "error", "warning"
 
 @dataclass(frozen=True)
 class Finding:
-    """A problem or possible problem, and what to do about it.
+    """A problem or possible problem, and how to fix it.
 
     Attributes:
-        kind: short name for programs, for example ``dead-node``.
-        severity: ``error``, or ``warning`` for what may be intended.
-        text: what is wrong, in one sentence.
-        cure: what to do, in one line.
-        items: the nodes, topics or folders concerned.
+        kind: a short name for programs, such as ``dead-node``.
+        severity: ``error``, or ``warning`` if the situation may be intended.
+        text: a one-sentence description of the problem.
+        fix: a one-line description of the fix.
+        items: the affected nodes, topics or folders.
     """
 
     kind: str
     severity: str
     text: str
-    cure: str
+    fix: str
     items: tuple[str, ...] = ()
 
     def as_json(self) -> dict[str, Any]:
-        """Return the finding as a dictionary for JSON."""
+        """Return the finding as a JSON object."""
         return {
             "kind": self.kind,
             "severity": self.severity,
             "text": self.text,
             "items": list(self.items),
-            "cure": self.cure,
+            "cure": self.fix,
         }

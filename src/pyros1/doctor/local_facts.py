@@ -23,13 +23,13 @@ from pyros1.net.xmlrpc_client import XmlRpcClient
 from pyros1.wire.local import is_local_enabled
 
 MASTER_PORTS = range(11311, 11321)
-"""Ports on this machine to search for masters, in addition to that in ROS_MASTER_URI."""
+"""Ports on this machine on which to look for masters, in addition to the port in ROS_MASTER_URI."""
 _TIMEOUT = 2.0
-_SIZE_TIMEOUT = 1.0
+_LOG_SIZE_TIMEOUT = 1.0
 
 
 def collect_machine(environ: Mapping[str, str]) -> Machine:
-    """Return the facts about this machine, within about three seconds.
+    """Collect the facts about this machine, which takes up to about three seconds.
 
     Args:
         environ: environment variables.
@@ -50,11 +50,13 @@ def collect_machine(environ: Mapping[str, str]) -> Machine:
         environ=environ,
         hostname=hostname,
         interfaces=interface_addresses(),
-        resolved={name: None if isinstance(answer, Exception) else answer for name, answer in found.items()},
+        resolved={name: None if isinstance(result, Exception) else result for name, result in found.items()},
         missing_paths=missing,
-        disks=[_disk(folder) for folder in dict.fromkeys((_existing(logs), _existing(ros_home(environ))))],
+        disks=[
+            _disk(folder) for folder in dict.fromkeys((_closest_existing(logs), _closest_existing(ros_home(environ))))
+        ],
         log_folder=str(logs),
-        log_size=folder_size(logs.resolve(), on_disk=True, deadline=monotonic() + _SIZE_TIMEOUT)
+        log_size=folder_size(logs.resolve(), on_disk=True, deadline=monotonic() + _LOG_SIZE_TIMEOUT)
         if logs.exists()
         else 0,
         masters=local_masters(environ),
@@ -65,7 +67,7 @@ def collect_machine(environ: Mapping[str, str]) -> Machine:
 
 
 def setting_problems(environ: Mapping[str, str]) -> list[str]:
-    """Return the variables of pyros1 whose values keep nodes from starting, and why."""
+    """Return messages about pyros1's environment variables whose values prevent nodes from starting."""
     problems = []
     for name in ("PYROS1_ALLOW", "PYROS1_BIND", "PYROS1_PORTS", "PYROS1_TRANSPORTS"):
         value = environ.get(name, "")
@@ -84,8 +86,8 @@ def _host_and_port(uri: str) -> tuple[str, int] | None:
         return None
 
 
-def _existing(folder: Path) -> Path:
-    """Return the folder, or the closest existing folder above it, in which it would be created."""
+def _closest_existing(folder: Path) -> Path:
+    """Return the folder if it exists, otherwise its closest existing parent."""
     while not folder.is_dir() and folder != folder.parent:
         folder = folder.parent
     return folder
@@ -97,20 +99,20 @@ def _disk(folder: Path) -> Disk:
 
 
 def local_masters(environ: Mapping[str, str]) -> list[str]:
-    """Return the URIs of the masters that answer on this machine."""
+    """Return the URIs of the masters that are running on this machine."""
     ports = dict.fromkeys(MASTER_PORTS)
     own_master = _host_and_port(environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI)
     if own_master is not None and own_master[0] in ("localhost", "127.0.0.1", socket.gethostname()):
         ports[own_master[1]] = None
     uris = [f"http://localhost:{port}/" for port in ports]
-    answers = run_concurrently({uri: partial(_is_master, uri) for uri in uris}, _TIMEOUT)
-    return [uri for uri, answer in answers.items() if answer is True]
+    results = run_concurrently({uri: partial(_is_master, uri) for uri in uris}, _TIMEOUT)
+    return [uri for uri, result in results.items() if result is True]
 
 
 def _is_master(uri: str) -> bool:
     client = XmlRpcClient(uri, timeout=_TIMEOUT / 2)
     try:
-        return bool(client.call("getUri", "/roswtf")[0] == 1)  # a method that nodes lack
+        return bool(client.call("getUri", "/roswtf")[0] == 1)  # nodes do not have this method
     except (Error, LookupError, TypeError):
         return False
     finally:
@@ -118,25 +120,25 @@ def _is_master(uri: str) -> bool:
 
 
 def ros_processes() -> list[LocalProcess]:
-    """Return programs on this machine that have a ROS_MASTER_URI and a listening socket, as nodes do. Linux only."""
+    """Return programs with a ROS_MASTER_URI and a listening socket, such as nodes. This only works on Linux."""
     listening = _listening_sockets()
     found = []
     for folder in Path("/proc").glob("[0-9]*"):
         if int(folder.name) == os.getpid():
             continue
         try:
-            environ = _environ(folder)
+            environ = _read_environ(folder)
             if "ROS_MASTER_URI" not in environ or not _has_socket(folder, listening):
                 continue
-            words = (folder / "cmdline").read_bytes().decode(errors="replace").split("\0")
+            command_line = (folder / "cmdline").read_bytes().decode(errors="replace").split("\0")
         except OSError:
-            continue  # another user's process, or it has exited
+            continue  # another user's process, or one that has exited
         host = environ.get("ROS_HOSTNAME") or environ.get("ROS_IP") or ""
-        found.append(LocalProcess(int(folder.name), _program(words), environ["ROS_MASTER_URI"], host))
+        found.append(LocalProcess(int(folder.name), _program_name(command_line), environ["ROS_MASTER_URI"], host))
     return sorted(found)
 
 
-def _environ(folder: Path) -> dict[str, str]:
+def _read_environ(folder: Path) -> dict[str, str]:
     entries = (folder / "environ").read_bytes().decode(errors="replace").split("\0")
     return dict(entry.split("=", 1) for entry in entries if "=" in entry)
 
@@ -152,7 +154,7 @@ def _has_socket(folder: Path, sockets: set[str]) -> bool:
 
 
 def _listening_sockets() -> set[str]:
-    """Return the listening sockets, as named in ``/proc/PID/fd``."""
+    """Return the names of listening sockets in ``/proc/PID/fd``."""
     found = set()
     for table in ("/proc/net/tcp", "/proc/net/tcp6"):
         try:
@@ -163,18 +165,18 @@ def _listening_sockets() -> set[str]:
     return found
 
 
-def _program(words: list[str]) -> str:
-    """Return the name to show for a command line: that of the script if an interpreter runs one."""
-    name = os.path.basename(words[0])
+def _program_name(command_line: list[str]) -> str:
+    """Return the display name of a command line, including the script's name if Python runs one."""
+    name = os.path.basename(command_line[0])
     if re.fullmatch(r"python[\d.]*", name):
-        script = next((word for word in words[1:] if word and not word.startswith("-")), "")
+        script = next((arg for arg in command_line[1:] if arg and not arg.startswith("-")), "")
         name = f"{name} {os.path.basename(script)}".strip()
     return name
 
 
 def check_packages(environ: Mapping[str, str]) -> list[str]:
-    """Return the problems in the ``package.xml`` of all packages."""
-    # Only --all needs these; defusedxml has no stubs.
+    """Return the problems in the ``package.xml`` files of all packages."""
+    # Only --all needs these. defusedxml has no stubs.
     from defusedxml.ElementTree import ParseError, parse  # type: ignore[import-untyped]  # noqa: PLC0415
 
     from pyros1.finding.packages import PackageIndex  # noqa: PLC0415

@@ -1,20 +1,20 @@
-"""Checks of this machine and this shell, which need no master. Pure."""
+"""Checks of this machine and this shell, which need no master and have no side effects."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from pyros1.doctor.disk import with_unit
+from pyros1.doctor.disk import format_size
 from pyros1.doctor.facts import Machine
 from pyros1.doctor.finding import ERROR, WARNING, Finding
 from pyros1.ground.errors import ProtocolError
 from pyros1.net.connectivity import is_loopback
 from pyros1.net.hosts import DEFAULT_MASTER_URI, parse_uri
 
-MIN_FREE = 100 << 20
-"""Bytes that should be free on the disk of the log files."""
+MIN_FREE_BYTES = 100 << 20
+"""Minimum number of free bytes on the disk of the log files."""
 MAX_LOG_SIZE = 1 << 30
-"""Size of the log folder in bytes that causes a warning, the same as in the stock tools."""
+"""Size of the log folder in bytes above which a warning is given, as in the stock tools."""
 _MAX_ITEMS = 10
 MIN_PYTHON = (3, 10)
 
@@ -24,19 +24,19 @@ def check_machine(machine: Machine) -> list[Finding]:
     checks = (
         _master_uri,
         _settings,
-        _own_address,
-        _own_name,
+        _address_variables,
+        _machine_name,
         _package_path,
         _disks,
         _masters,
-        _versions,
-        _found_problems,
+        _python_version,
+        _reported_problems,
     )
     return [finding for check in checks for finding in check(machine)]
 
 
-def address_of(machine: Machine) -> str:
-    """Return an address at which other machines may reach this one, for texts."""
+def external_address(machine: Machine) -> str:
+    """Return an address at which other machines may reach this one, for messages."""
     return next((address for address in machine.interfaces if not is_loopback(address)), "<address of this machine>")
 
 
@@ -68,7 +68,7 @@ def _settings(machine: Machine) -> Iterator[Finding]:
         yield Finding("setting", ERROR, f"no pyros1 node can start in this shell: {problem}", "correct or unset it")
 
 
-def _own_address(machine: Machine) -> Iterator[Finding]:
+def _address_variables(machine: Machine) -> Iterator[Finding]:
     name, address = machine.environ.get("ROS_HOSTNAME"), machine.environ.get("ROS_IP")
     if name is not None and address is not None and name != address:
         yield Finding(
@@ -77,11 +77,11 @@ def _own_address(machine: Machine) -> Iterator[Finding]:
             f"both ROS_HOSTNAME [{name}] and ROS_IP [{address}] are set: ROS_HOSTNAME is used",
             "unset one of them",
         )
-    ip = address_of(machine)
+    ip = external_address(machine)
     for variable, value in (("ROS_IP", address), ("ROS_HOSTNAME", name)):
         if value is None or (variable == "ROS_IP" and name):
             continue
-        found = machine.resolved.get(value)
+        resolved = machine.resolved.get(value)
         if not value or "://" in value:
             yield Finding(
                 "own-address",
@@ -89,14 +89,14 @@ def _own_address(machine: Machine) -> Iterator[Finding]:
                 f"{variable} [{value}] is neither a host name nor an IP address",
                 f"export ROS_IP={ip}, or unset {variable}",
             )
-        elif found is None:
+        elif resolved is None:
             yield Finding(
                 "own-address",
                 ERROR,
-                f"{variable} may be incorrect: [{value}] cannot be resolved: no node can reach those of this shell",
+                f"{variable} may be incorrect: [{value}] cannot be resolved, so no node can reach nodes of this shell",
                 f"export ROS_IP={ip} and unset ROS_HOSTNAME, or add '{ip} {value}' to /etc/hosts on all machines",
             )
-        elif not any(is_loopback(each) or each in machine.interfaces for each in found):
+        elif not any(is_loopback(ip_address) or ip_address in machine.interfaces for ip_address in resolved):
             yield Finding(
                 "own-address",
                 ERROR,
@@ -104,7 +104,7 @@ def _own_address(machine: Machine) -> Iterator[Finding]:
                 f"network interface (one of {', '.join(machine.interfaces)})",
                 f"export {variable}={ip}, or unset {variable}; then restart the nodes of this shell",
             )
-        elif all(map(is_loopback, found)) and not _master_is_here(machine):
+        elif all(map(is_loopback, resolved)) and not _master_is_here(machine):
             yield Finding(
                 "own-address",
                 ERROR,
@@ -120,34 +120,35 @@ def _master_is_here(machine: Machine) -> bool:
     except ProtocolError:
         return True  # reported by another check
     addresses = machine.resolved.get(host)
-    return addresses is None or any(is_loopback(each) or each in machine.interfaces for each in addresses)
+    return addresses is None or any(is_loopback(address) or address in machine.interfaces for address in addresses)
 
 
-def _own_name(machine: Machine) -> Iterator[Finding]:
+def _machine_name(machine: Machine) -> Iterator[Finding]:
     """Check the machine's name, which nodes use as their address if neither variable is set."""
     if machine.environ.get("ROS_HOSTNAME") or machine.environ.get("ROS_IP"):
         return
-    found, ip = machine.resolved.get(machine.hostname), address_of(machine)
-    if found is None:
+    resolved, ip = machine.resolved.get(machine.hostname), external_address(machine)
+    if resolved is None:
         yield Finding(
             "own-name",
             ERROR,
             f"the name of this machine [{machine.hostname}] cannot be resolved, and nodes use it as their address",
             f"export ROS_IP={ip}, or add a line '127.0.0.1 {machine.hostname}' to /etc/hosts",
         )
-    elif all(map(is_loopback, found)) and not _master_is_here(machine):
+    elif all(map(is_loopback, resolved)) and not _master_is_here(machine):
         yield Finding(
             "own-name",
             WARNING,
-            f"the name of this machine [{machine.hostname}] resolves to {', '.join(found)} here, and nodes use it as "
-            "their address: other machines may not know the name, or resolve it to themselves",
+            f"the name of this machine [{machine.hostname}] resolves to {', '.join(resolved)} here, and nodes use it "
+            "as their address: other machines may not know the name, or resolve it to themselves",
             f"export ROS_IP={ip}",
         )
-    elif not any(is_loopback(each) or each in machine.interfaces for each in found):
+    elif not any(is_loopback(ip_address) or ip_address in machine.interfaces for ip_address in resolved):
         yield Finding(
             "own-name",
             ERROR,
-            f"the name of this machine [{machine.hostname}] resolves to {', '.join(found)}, which is not its address",
+            f"the name of this machine [{machine.hostname}] resolves to {', '.join(resolved)}, which is not its "
+            "address",
             f"correct the line of {machine.hostname} in /etc/hosts, or export ROS_IP={ip}",
         )
 
@@ -173,18 +174,18 @@ def _disks(machine: Machine) -> Iterator[Finding]:
                 f"[{disk.folder}] cannot be written to: nodes cannot log",
                 f"sudo chown -R $USER {disk.folder}, or set ROS_LOG_DIR to another folder",
             )
-        elif disk.free < MIN_FREE:
+        elif disk.free < MIN_FREE_BYTES:
             yield Finding(
                 "disk-full",
                 ERROR,
-                f"the disk of [{disk.folder}] is full: {with_unit(disk.free)} of {with_unit(disk.total)} are free",
-                "free some space: `pyros1 clean purge` removes old logs; large bags may fill the disk",
+                f"the disk of [{disk.folder}] is full: {format_size(disk.free)} of {format_size(disk.total)} are free",
+                "free some space: `pyros1 clean purge` removes old logs; large bags may also fill the disk",
             )
     if machine.log_size > MAX_LOG_SIZE:
         yield Finding(
             "log-size",
             WARNING,
-            f"the log folder [{machine.log_folder}] uses {with_unit(machine.log_size)}",
+            f"the log folder [{machine.log_folder}] uses {format_size(machine.log_size)}",
             "pyros1 clean purge --size 500",
         )
 
@@ -199,29 +200,29 @@ def _masters(machine: Machine) -> Iterator[Finding]:
             tuple(machine.masters),
         )
     master_uri = machine.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI
-    others = [p for p in machine.processes if p.master_uri and not _same_uri(p.master_uri, master_uri, machine)]
+    others = [p for p in machine.processes if p.master_uri and not _is_same_uri(p.master_uri, master_uri, machine)]
     if others:
         yield Finding(
             "other-master-uri",
             WARNING,
             f"programs on this machine use a different ROS_MASTER_URI than this shell [{master_uri}]",
             "if they belong together, restart them with the same ROS_MASTER_URI",
-            _first(f"{p.name} (pid {p.pid}): {p.master_uri}" for p in others),
+            _shorten(f"{p.name} (pid {p.pid}): {p.master_uri}" for p in others),
         )
 
 
-def _first(items: Iterable[str]) -> tuple[str, ...]:
-    """Return the first few items as text, and the number of the rest."""
-    texts = [*items]
-    more = len(texts) - _MAX_ITEMS
-    return (*texts[:_MAX_ITEMS], *([f"and {more} more"] if more > 0 else []))
+def _shorten(items: Iterable[str]) -> tuple[str, ...]:
+    """Return the first few items, followed by the number of the others."""
+    all_items = [*items]
+    remaining = len(all_items) - _MAX_ITEMS
+    return (*all_items[:_MAX_ITEMS], *([f"and {remaining} more"] if remaining > 0 else []))
 
 
-def _same_uri(one: str, other: str, machine: Machine) -> bool:
+def _is_same_uri(uri: str, other: str, machine: Machine) -> bool:
     try:
-        (host, port), (other_host, other_port) = parse_uri(one), parse_uri(other)
+        (host, port), (other_host, other_port) = parse_uri(uri), parse_uri(other)
     except ProtocolError:
-        return one == other
+        return uri == other
     if port != other_port or host == other_host:
         return port == other_port
     addresses = [{*(machine.resolved.get(name) or (name,))} for name in (host, other_host)]
@@ -232,7 +233,7 @@ def _is_here(machine: Machine, addresses: Iterable[str]) -> bool:
     return all(is_loopback(address) or address in machine.interfaces for address in addresses)
 
 
-def _versions(machine: Machine) -> Iterator[Finding]:
+def _python_version(machine: Machine) -> Iterator[Finding]:
     if machine.python < MIN_PYTHON:
         yield Finding(
             "python",
@@ -242,7 +243,7 @@ def _versions(machine: Machine) -> Iterator[Finding]:
         )
 
 
-def _found_problems(machine: Machine) -> Iterator[Finding]:
+def _reported_problems(machine: Machine) -> Iterator[Finding]:
     if machine.launch_problems:
         yield Finding(
             "launch-file",

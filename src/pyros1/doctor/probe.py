@@ -1,4 +1,4 @@
-"""Requests to single nodes and services, each with a timeout. They leave no traces in the nodes' logs."""
+"""Requests to individual nodes with timeouts. They leave no traces in the nodes' logs."""
 
 from __future__ import annotations
 
@@ -25,32 +25,32 @@ from pyros1.wire.header import HeaderReader, encode_header
 from pyros1.wire.xmlrpc import dumps_call
 
 NODE_TIMEOUT = 2.5
-"""Timeout for the answers of a node in seconds."""
+"""Timeout for a node's responses in seconds."""
 _CONNECT_TIMEOUT = 0.3
 _MAX_BYTES = 1 << 20
-"""Largest message, in bytes, that is inspected."""
+"""Maximum size in bytes of a message that is inspected."""
 
 
-def failure_of(error: BaseException) -> Failure:
-    """Return why a request was not answered, given its error."""
+def classify_error(error: BaseException) -> Failure:
+    """Classify the error of a request."""
     causes: list[BaseException] = []
     cause: BaseException | None = error
     while cause is not None:
         causes.append(cause)
         cause = cause.__cause__
-    if any(isinstance(each, (DeadlineError, TimeoutError)) for each in causes):
+    if any(isinstance(exception, (DeadlineError, TimeoutError)) for exception in causes):
         return Failure(TIMEOUT, str(error))
-    if any(isinstance(each, socket.gaierror) for each in causes):
+    if any(isinstance(exception, socket.gaierror) for exception in causes):
         return Failure(UNRESOLVED, str(error))
-    if any(isinstance(each, ConnectionError) for each in causes):
+    if any(isinstance(exception, ConnectionError) for exception in causes):
         return Failure(REFUSED, str(error))
-    if any(isinstance(each, OSError) for each in causes):  # no route to the host, network unreachable
+    if any(isinstance(exception, OSError) for exception in causes):  # no route to the host, network unreachable
         return Failure(TIMEOUT, str(error))
     return Failure(OTHER, str(error))
 
 
 def addresses(host: str) -> list[str] | None:
-    """Return the IP addresses of a host name, None if it cannot be resolved in time."""
+    """Return the IP addresses of a host name; None if it cannot be resolved in time."""
     try:
         return HostLookup(host).wait(NODE_TIMEOUT)
     except OSError:
@@ -58,7 +58,7 @@ def addresses(host: str) -> list[str] | None:
 
 
 def _accepts_connections(uri: str) -> bool:
-    """Return whether a node accepts connections: its process is running and reachable."""
+    """Return whether a node accepts connections, which means that its process is running and reachable."""
     try:
         socket.create_connection(parse_uri(uri), _CONNECT_TIMEOUT).close()
     except (OSError, Error):
@@ -67,15 +67,15 @@ def _accepts_connections(uri: str) -> bool:
 
 
 def _failure_reason(error: Error, uri: str) -> Failure:
-    """Return why a node did not answer."""
-    failure = failure_of(error)
+    """Return the reason why a node did not respond."""
+    failure = classify_error(error)
     if failure.kind == TIMEOUT and _accepts_connections(uri):
         return Failure(HANGS, failure.text)
     return failure
 
 
-def ask_whether_alive(caller_id: str, uri: str) -> Failure | None:
-    """Return why a node does not answer; None if it does."""
+def probe_node(caller_id: str, uri: str) -> Failure | None:
+    """Return the reason why a node does not respond; None if it does."""
     try:
         api = NodeApi(caller_id, uri, NODE_TIMEOUT)
     except ProtocolError as error:
@@ -83,7 +83,7 @@ def ask_whether_alive(caller_id: str, uri: str) -> Failure | None:
     try:
         api.pid()
     except (MasterError, XmlRpcFault):
-        pass  # it answers, but does not report its process id
+        pass  # it responds, but does not report its process id
     except Error as error:
         return _failure_reason(error, uri)
     finally:
@@ -91,16 +91,16 @@ def ask_whether_alive(caller_id: str, uri: str) -> Failure | None:
     return None
 
 
-def ask_node(caller_id: str, uri: str) -> NodeFacts:
-    """Ask a node for its connections and its clock."""
+def query_node(caller_id: str, uri: str) -> NodeFacts:
+    """Query the connections and the clock of a node."""
     try:
         host, port = parse_uri(uri)
     except ProtocolError as error:
         return NodeFacts(uri, uri, None, Failure(OTHER, str(error)))
-    found = addresses(host)
-    if found is None:
+    ip_addresses = addresses(host)
+    if ip_addresses is None:
         return NodeFacts(uri, host, None, Failure(UNRESOLVED, f"unknown host {host}"))
-    facts = NodeFacts(uri, host, found)
+    facts = NodeFacts(uri, host, ip_addresses)
     api = NodeApi(caller_id, uri, NODE_TIMEOUT)
     try:
         facts.connections = api.connections()
@@ -113,12 +113,12 @@ def ask_node(caller_id: str, uri: str) -> NodeFacts:
 
 
 def clock_offset(caller_id: str, host: str, port: int) -> float | None:
-    """Return how far a machine's clock is ahead of ours in seconds, by the ``Date`` of a node's HTTP answer.
+    """Return the offset of a machine's clock from ours in seconds, using the ``Date`` of a node's HTTP response.
 
     Returns:
-        The offset, accurate to about a second; None if the answer has no date.
+        The offset, accurate to about a second; None if the response has no date.
     """
-    import http.client  # noqa: PLC0415 - slow to import, and needed for a running system only
+    import http.client  # noqa: PLC0415 - slow to import, and only needed for running systems
     from email.utils import parsedate_to_datetime  # noqa: PLC0415
 
     connection = http.client.HTTPConnection(host, port, timeout=NODE_TIMEOUT)
@@ -129,7 +129,7 @@ def clock_offset(caller_id: str, host: str, port: int) -> float | None:
         now = (sent_at + time()) / 2
         if date is None:
             return None
-        # The date is in whole seconds.
+        # The date has a resolution of one second.
         return parsedate_to_datetime(date).timestamp() + 0.5 - now
     except (OSError, http.client.HTTPException, ValueError, TypeError):
         return None
@@ -137,73 +137,72 @@ def clock_offset(caller_id: str, host: str, port: int) -> float | None:
         connection.close()
 
 
-def ask_publisher(caller_id: str, uri: str, topic: str, listen: float = 0.0) -> ReportedType:
-    """Ask a publisher for type, md5sum and definition, with the header of a subscriber that accepts any type.
+def query_publisher(caller_id: str, uri: str, topic: str, listen: float = 0.0) -> ReportedType:
+    """Query the type, checksum and definition of a publisher, by connecting like a subscriber that accepts any type.
 
     Args:
-        caller_id: name of the node that asks.
-        uri: URI of the publisher's node.
-        topic: the topic's name.
-        listen: seconds to wait for a message, to check its length.
+        caller_id: the name of the caller.
+        uri: the URI of the publisher's node.
+        topic: the name of the topic.
+        listen: the time in seconds to wait for a message, whose length is checked.
     """
     api = XmlRpcClient(uri, timeout=NODE_TIMEOUT)
     try:
-        answer = api.call("requestTopic", caller_id, topic, [["TCPROS"]])
-        code, text, protocol = answer
+        code, text, protocol = api.call("requestTopic", caller_id, topic, [["TCPROS"]])
         if code != 1 or not protocol or protocol[0] != "TCPROS":
-            return ReportedType(failure=Failure(OTHER, f"it refuses the connection: {text}"))
-        header_to_send = {"callerid": caller_id, "topic": topic, "type": "*", "md5sum": "*", "message_definition": ""}
-        header, body = _exchange_headers(str(protocol[1]), int(protocol[2]), header_to_send, listen)
+            return ReportedType(failure=Failure(OTHER, f"the node refuses the connection: {text}"))
+        request_header = {"callerid": caller_id, "topic": topic, "type": "*", "md5sum": "*", "message_definition": ""}
+        header, body = _exchange_headers(str(protocol[1]), int(protocol[2]), request_header, listen)
         if "error" in header:
-            return ReportedType(failure=Failure(OTHER, f"it refuses the connection: {header['error']}"))
+            return ReportedType(failure=Failure(OTHER, f"the node refuses the connection: {header['error']}"))
         kind, md5sum, text = header.get("type", "*"), header.get("md5sum", "*"), header.get("message_definition", "")
         return ReportedType(kind, md5sum, None, text, 0 if body is None else _extra_bytes(kind, md5sum, text, body))
     except (Error, OSError, ValueError, TypeError, LookupError) as error:
-        return ReportedType(failure=failure_of(error))
+        return ReportedType(failure=classify_error(error))
     finally:
         api.close()
 
 
 def _exchange_headers(
-    host: str, port: int, header_to_send: dict[str, str], listen: float = 0.0
+    host: str, port: int, request_header: dict[str, str], listen: float = 0.0
 ) -> tuple[dict[str, str], bytes | None]:
-    """Return a publisher's header, and the first message that arrives within some seconds."""
+    """Return a publisher's header, and the first message if one arrives within `listen` seconds."""
     reader = HeaderReader()
     with socket.create_connection((host, port), NODE_TIMEOUT) as sock:
-        sock.sendall(encode_header(header_to_send))
+        sock.sendall(encode_header(request_header))
         header = _read_header(sock, reader, monotonic() + NODE_TIMEOUT)
-        return header, _first_message(sock, reader.rest, monotonic() + listen) if listen else None
+        return header, _receive_message(sock, reader.rest, monotonic() + listen) if listen else None
 
 
-def _first_message(sock: socket.socket, data: bytes, deadline: float) -> bytes | None:
-    """Return a publisher's first message; None if it is too large or does not arrive in time."""
+def _receive_message(sock: socket.socket, data: bytes, deadline: float) -> bytes | None:
+    """Receive a publisher's first message. Return None if it is too large or does not arrive in time."""
     while (missing := _missing_bytes(data)) and monotonic() < deadline and len(data) + missing < _MAX_BYTES:
         sock.settimeout(max(0.001, deadline - monotonic()))
         try:
-            piece = sock.recv(missing)
+            chunk = sock.recv(missing)
         except OSError:
             return None
-        if not piece:
+        if not chunk:
             return None
-        data += piece
+        data += chunk
     return None if missing else data[4 : 4 + int.from_bytes(data[:4], "little")]
 
 
 def _missing_bytes(data: bytes) -> int:
-    """Return how many bytes are missing for a complete frame."""
+    """Return the number of bytes that are missing for a complete frame."""
     size = 4 + int.from_bytes(data[:4], "little") if len(data) >= 4 else 4
     return max(0, size - len(data))
 
 
 def _extra_bytes(kind: str, md5sum: str, text: str, body: bytes) -> int:
-    """Return the number of extra bytes after a message."""
+    """Return the number of bytes after the end of a message."""
     try:
-        cls = DefinitionCache(by_name=True).get(kind, md5sum, text)
-        cls._decode(body, 0, len(body), True)
+        message_class = DefinitionCache(by_name=True).get(kind, md5sum, text)
+        message_class._decode(body, 0, len(body), True)
     except LengthError as error:
         return error.surplus
     except MessageError:
-        pass  # reported by another finding, or not a concern here
+        pass  # reported by another finding, or irrelevant here
     return 0
 
 
@@ -212,7 +211,7 @@ def _read_header(sock: socket.socket, reader: HeaderReader, deadline: float) -> 
         sock.settimeout(max(0.001, deadline - monotonic()))
         data = sock.recv(4096)
         if not data:
-            raise UnreachableError("the connection was closed before the answer")
+            raise UnreachableError("the connection was closed before the response")
         header = reader.feed(data)
         if header is not None:
             return header

@@ -1,7 +1,7 @@
-"""A report for remote support: the machine, the findings and the running system as Markdown.
+"""A Markdown report for remote support about the machine, the findings and the running system.
 
-It has no secrets: only environment variables that ROS reads, no values of parameters, no messages; passwords and tokens
-in addresses are left out, and folders of the user appear without the user's name.
+It contains no secrets: only environment variables that ROS reads, and no parameter values or messages. Passwords and
+tokens in addresses are removed, and the user's folders appear without the user's name.
 """
 
 from __future__ import annotations
@@ -14,40 +14,42 @@ from pyros1.doctor.facts import Machine, NodeFacts, System
 from pyros1.doctor.finding import Finding
 from pyros1.ground.terminal_text import one_line
 
-ROWS = 200
-"""Maximum number of rows of a table; the rest is counted."""
+MAX_ROWS = 200
+"""Maximum number of rows in a table. For the others, only the number is given."""
 _LIBRARIES = (
     "rosbags", "defusedxml", "PyYAML", "lz4", "numpy", "xacro", "websockets", "pillow", "cbor2", "av", "cryptography",
 )  # fmt: skip
-_LIBRARIES_WITHOUT_ROS = ("rospkg", "catkin-pkg", "setuptools", "pip")
-_READ = re.compile(r"ROS_\w+|ROSCONSOLE_\w+|PYROS1_\w+|CMAKE_PREFIX_PATH|PYTHONPATH|VIRTUAL_ENV|LANG|LC_ALL|TERM|PATH")
+_OPTIONAL_LIBRARIES = ("rospkg", "catkin-pkg", "setuptools", "pip")
+_VARIABLES = re.compile(
+    r"ROS_\w+|ROSCONSOLE_\w+|PYROS1_\w+|CMAKE_PREFIX_PATH|PYTHONPATH|VIRTUAL_ENV|LANG|LC_ALL|TERM|PATH"
+)
 _SECRET_NAME = re.compile(r"TOKEN|KEY|SECRET|PASS", re.IGNORECASE)
 _CREDENTIALS = re.compile(r"(?<=//)[^/@\s]+@")
 _SECRET_VALUE = re.compile(r"((?:token|key|password|passwd|secret)=)[^&\s]+", re.IGNORECASE)
-_USER = re.compile(r"(/home/|/Users/|\\Users\\)[^/\\:\s]+")
+_USER_FOLDER = re.compile(r"(/home/|/Users/|\\Users\\)[^/\\:\s]+")
 
 
 def versions() -> dict[str, str]:
-    """Return the installed versions of the libraries that pyros1 and its extras use: name -> version or ``-``."""
-    found = {}
-    for name in (*_LIBRARIES, *_LIBRARIES_WITHOUT_ROS):
+    """Return the installed versions of the libraries that pyros1 and its extras use; ``-`` if one is not installed."""
+    version_by_library = {}
+    for name in (*_LIBRARIES, *_OPTIONAL_LIBRARIES):
         try:
-            found[name] = metadata.version(name)
+            version_by_library[name] = metadata.version(name)
         except metadata.PackageNotFoundError:
-            found[name] = "-"
-    return found
+            version_by_library[name] = "-"
+    return version_by_library
 
 
 def without_secrets(text: str, home: str = "") -> str:
-    """Return a text without passwords and tokens of addresses, and without the names of users in paths.
+    """Remove passwords and tokens in addresses, and user names in paths, from a string.
 
     Args:
-        text: any text.
-        home: the user's folder, which becomes ``~``.
+        text: the string.
+        home: the user's home folder, which is replaced with ``~``.
     """
     if len(home) > 1:
         text = re.sub(rf"{re.escape(home)}(?![\w.-])", "~", text)
-    text = _USER.sub(r"\1...", text)
+    text = _USER_FOLDER.sub(r"\1...", text)
     return _SECRET_VALUE.sub(r"\1...", _CREDENTIALS.sub("...@", text))
 
 
@@ -58,28 +60,28 @@ def report(
     types: Mapping[str, str],
     findings: Sequence[Finding],
 ) -> str:
-    """Return the report.
+    """Create the report.
 
     Args:
-        about: lines about the machine: title -> text.
-        machine: facts about this machine.
-        system: facts about the running system; None: there is none, or it does not answer.
-        types: topic -> type, from the master.
-        findings: the problems found.
+        about: additional rows about the machine, by title.
+        machine: the facts about this machine.
+        system: the facts about the running system; None if no master responds.
+        types: the types of the topics.
+        findings: the findings.
     """
     parts = [
         "# pyros1 wtf --report",
         "## Machine",
-        _table(("what", "value"), [*about.items(), *_machine(machine)]),
+        _table(("what", "value"), [*about.items(), *_machine_rows(machine)]),
         "## Findings",
-        "\n".join(_findings(findings)) or "None.",
+        "\n".join(_finding_lines(findings)) or "None.",
         "## Running system",
-        *(_system(system, types) if system else ["No master answers."]),
+        *(_system_parts(system, types) if system else ["No master responds."]),
     ]
     return without_secrets("\n\n".join(parts), machine.environ.get("HOME", "")) + "\n"
 
 
-def _machine(machine: Machine) -> Iterator[tuple[str, str]]:
+def _machine_rows(machine: Machine) -> Iterator[tuple[str, str]]:
     yield "interfaces", ", ".join(machine.interfaces)
     for name, addresses in machine.resolved.items():
         yield f"the name {name}", ", ".join(addresses) if addresses else "has no address"
@@ -87,43 +89,46 @@ def _machine(machine: Machine) -> Iterator[tuple[str, str]]:
         yield f"disk of {disk.folder}", f"{disk.free / 1e9:.1f} of {disk.total / 1e9:.1f} GB free"
     yield "masters here", ", ".join(machine.masters) or "none"
     for name, value in sorted(machine.environ.items()):
-        if _READ.fullmatch(name):
+        if _VARIABLES.fullmatch(name):
             yield name, "..." if _SECRET_NAME.search(name) else value
 
 
-def _findings(findings: Iterable[Finding]) -> Iterator[str]:
+def _finding_lines(findings: Iterable[Finding]) -> Iterator[str]:
     for finding in findings:
         yield f"- **{finding.severity}** ({finding.kind}): {one_line(finding.text)}"
-        yield from (f"  - {one_line(item)}" for item in finding.items[:ROWS])
-        yield f"  - cure: {one_line(finding.cure)}"
+        yield from (f"  - {one_line(item)}" for item in finding.items[:MAX_ROWS])
+        yield f"  - fix: {one_line(finding.fix)}"
 
 
-def _system(system: System, types: Mapping[str, str]) -> Iterator[str]:
+def _system_parts(system: System, types: Mapping[str, str]) -> Iterator[str]:
     state = system.state
     yield f"Master {system.master_uri}; /use_sim_time is {system.use_sim_time}."
-    nodes = [(name, node.uri, _answer(node), str(len(node.connections))) for name, node in sorted(system.nodes.items())]
-    yield _table(("node", "address", "answer", "connections"), nodes)
+    nodes = [
+        (name, node.uri, _response_text(node), str(len(node.connections)))
+        for name, node in sorted(system.nodes.items())
+    ]
+    yield _table(("node", "address", "responds", "connections"), nodes)
     topics = sorted({*state.publishers, *state.subscribers})
     ends = (state.publishers, state.subscribers)
-    rows = [(topic, types.get(topic, "?"), *(", ".join(each.get(topic, [])) for each in ends)) for topic in topics]
+    rows = [(topic, types.get(topic, "?"), *(", ".join(table.get(topic, [])) for table in ends)) for topic in topics]
     yield _table(("topic", "type", "publishers", "subscribers"), rows)
     rows = [(name, ", ".join(providers)) for name, providers in sorted(state.services.items())]
     rows = [
         row for row in rows if not row[0].endswith(("/get_loggers", "/set_logger_level"))
-    ]  # each roscpp node has them
-    yield _table(("service", "node"), rows) if rows else "No services but those of loggers."
+    ]  # every roscpp node has these
+    yield _table(("service", "node"), rows) if rows else "No services except those of loggers."
 
 
-def _answer(node: NodeFacts) -> str:
+def _response_text(node: NodeFacts) -> str:
     if node.failure:
-        return f"none: {node.failure.text}"
+        return f"no: {node.failure.text}"
     return "yes" if node.clock_offset is None else f"yes; its clock is {node.clock_offset:+.3f} s off"
 
 
 def _table(titles: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    lines = [titles, ["---"] * len(titles), *rows[:ROWS]]
+    lines = [titles, ["---"] * len(titles), *rows[:MAX_ROWS]]
     text = "\n".join(f"| {' | '.join(_cell(cell) for cell in line)} |" for line in lines)
-    return text if len(rows) <= ROWS else f"{text}\n\n... and {len(rows) - ROWS} more."
+    return text if len(rows) <= MAX_ROWS else f"{text}\n\n... and {len(rows) - MAX_ROWS} more."
 
 
 def _cell(text: str) -> str:

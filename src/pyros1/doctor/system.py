@@ -7,8 +7,8 @@ from functools import partial
 from time import sleep
 
 from pyros1.doctor.concurrent import run_concurrently
-from pyros1.doctor.facts import TIMEOUT, Failure, NodeFacts, ReportedType, System, TopicEnd
-from pyros1.doctor.probe import NODE_TIMEOUT, ask_node, ask_publisher, failure_of
+from pyros1.doctor.facts import TIMEOUT, Failure, NodeFacts, ReportedType, System, TopicParticipant
+from pyros1.doctor.probe import NODE_TIMEOUT, classify_error, query_node, query_publisher
 from pyros1.doctor.topic_checks import missing_edges
 from pyros1.graph import Graph, NodeApi, probe_service
 from pyros1.ground.errors import Error
@@ -16,63 +16,63 @@ from pyros1.net.hosts import parse_uri
 from pyros1.net.master_client import MasterClient
 
 ROUND_TIMEOUT = NODE_TIMEOUT + 0.5
-"""Timeout in seconds for one round of requests."""
+"""Timeout for a round of requests in seconds."""
 MESSAGE_TIMEOUT = 0.5
-"""Seconds to wait for a publisher's message, to check its length."""
-CONNECT_TIME = 1.0
-"""Seconds that new nodes have to connect."""
+"""Time in seconds to wait for a publisher's message, whose length is checked."""
+CONNECT_TIMEOUT = 1.0
+"""Time in seconds in which new nodes should have connected."""
 
 
 def collect_system(master: MasterClient, only: Collection[str] | None = None) -> System:
-    """Ask the master, then all nodes and services, then the ends of topics about their types.
+    """Query the master, then all nodes and services, then publishers and subscribers about their types.
 
     Args:
         master: the system's master.
-        only: names of the nodes to ask, with the services that they provide; None for all.
+        only: the names of the nodes to query, including the services that they provide; None for all.
 
     Returns:
-        The facts, within about ten seconds.
+        The facts. This takes up to about ten seconds.
 
     Raises:
-        MasterUnreachableError: the master does not answer.
+        MasterUnreachableError: the master does not respond.
     """
     state = Graph(master).state()
-    simulated = _parameter(master, "/use_sim_time") is True
+    use_sim_time = _get_param(master, "/use_sim_time") is True
     node_names = set(state.nodes()) if only is None else set(only)
-    services_of = [name for name, owners in state.services.items() if not node_names.isdisjoint(owners)]
-    uris = _uris(master, "lookupNode", sorted(node_names.intersection(state.nodes())))
-    service_uris = _uris(master, "lookupService", sorted(services_of))
+    selected_services = [name for name, owners in state.services.items() if not node_names.isdisjoint(owners)]
+    uris = _lookup_uris(master, "lookupNode", sorted(node_names.intersection(state.nodes())))
+    service_uris = _lookup_uris(master, "lookupService", sorted(selected_services))
     jobs: dict[tuple[str, str], Callable[[], NodeFacts | dict[str, str]]] = {
-        ("node", name): partial(ask_node, master.caller_id, uri) for name, uri in uris.items()
+        ("node", name): partial(query_node, master.caller_id, uri) for name, uri in uris.items()
     }
     jobs |= {
         ("service", name): partial(probe_service, name, uri, master.caller_id, NODE_TIMEOUT)
         for name, uri in service_uris.items()
     }
-    answers = run_concurrently(jobs, ROUND_TIMEOUT)
-    nodes = {name: _node(uris[name], answers["node", name]) for name in uris}
-    services = {name: (uri, _failure(answers["service", name])) for name, uri in service_uris.items()}
-    system = System(master.uri, state, nodes, services, use_sim_time=simulated)
+    results = run_concurrently(jobs, ROUND_TIMEOUT)
+    nodes = {name: _node_facts(uris[name], results["node", name]) for name in uris}
+    services = {name: (uri, _failure(results["service", name])) for name, uri in service_uris.items()}
+    system = System(master.uri, state, nodes, services, use_sim_time=use_sim_time)
     if missing_edges(system):
-        sleep(CONNECT_TIME)  # new nodes may not be connected yet
+        sleep(CONNECT_TIMEOUT)  # new nodes may not be connected yet
         unconnected = {name for edge in missing_edges(system) for name in (edge.publisher, edge.subscriber)}
-        answers_again = run_concurrently(
-            {name: partial(ask_node, master.caller_id, uris[name]) for name in unconnected}, ROUND_TIMEOUT
+        new_results = run_concurrently(
+            {name: partial(query_node, master.caller_id, uris[name]) for name in unconnected}, ROUND_TIMEOUT
         )
-        system.nodes = {**nodes, **{name: _node(uris[name], answer) for name, answer in answers_again.items()}}
-    _ask_for_types(master, system)
+        system.nodes = {**nodes, **{name: _node_facts(uris[name], result) for name, result in new_results.items()}}
+    _query_types(master, system)
     return system
 
 
-def _parameter(master: MasterClient, name: str) -> object:
+def _get_param(master: MasterClient, name: str) -> object:
     try:
         return master.get_param(name)
     except Error:
         return None
 
 
-def _uris(master: MasterClient, method: str, names: list[str]) -> dict[str, str]:
-    """Return the URIs of nodes or services, except those that have exited. One call, if the master supports it."""
+def _lookup_uris(master: MasterClient, method: str, names: list[str]) -> dict[str, str]:
+    """Look up the URIs of nodes or services, if possible in one call. Leave out those that have exited."""
     if not names:
         return {}
     try:
@@ -82,61 +82,63 @@ def _uris(master: MasterClient, method: str, names: list[str]) -> dict[str, str]
     return {name: value for name, value in zip(names, values, strict=True) if isinstance(value, str)}
 
 
-def _node(uri: str, answer: object) -> NodeFacts:
-    if isinstance(answer, NodeFacts):
-        return answer
+def _node_facts(uri: str, result: object) -> NodeFacts:
+    if isinstance(result, NodeFacts):
+        return result
     try:
         host = parse_uri(uri)[0]
     except Error:
         host = uri
-    return NodeFacts(uri, host, (), Failure(TIMEOUT, str(answer)))
+    return NodeFacts(uri, host, (), Failure(TIMEOUT, str(result)))
 
 
-def _failure(answer: object) -> Failure | None:
-    return failure_of(answer) if isinstance(answer, Exception) else None
+def _failure(result: object) -> Failure | None:
+    return classify_error(result) if isinstance(result, Exception) else None
 
 
-def _ask_for_types(master: MasterClient, system: System) -> None:
-    """Ask publishers for their types where ends may differ, and subscribers that have no connection."""
+def _query_types(master: MasterClient, system: System) -> None:
+    """Query the types of publishers whose peers may use different ones, and of subscribers without a connection."""
     state, nodes = system.state, system.nodes
-    shared = [
+    connected_topics = [
         topic
         for topic, publishers in state.publishers.items()
         if len(publishers) + len(state.subscribers.get(topic, ())) > 1
     ]
     ends = [
-        TopicEnd(topic, node)
-        for topic in shared
+        TopicParticipant(topic, node)
+        for topic in connected_topics
         for node in state.publishers[topic]
         if node in nodes and nodes[node].failure is None
     ]
-    answers = run_concurrently(
+    results = run_concurrently(
         {
-            end: partial(ask_publisher, master.caller_id, nodes[end.node].uri, end.topic, MESSAGE_TIMEOUT)
+            end: partial(query_publisher, master.caller_id, nodes[end.node].uri, end.topic, MESSAGE_TIMEOUT)
             for end in ends
         },
         ROUND_TIMEOUT,
     )
-    system.publications = _reported_types(answers)
+    system.publications = _reported_types(results)
     unconnected_subscribers = dict.fromkeys(edge.subscriber for edge in missing_edges(system))
     subscriptions = run_concurrently(
-        {name: partial(_subscriptions, master.caller_id, nodes[name].uri) for name in unconnected_subscribers},
+        {name: partial(_query_subscriptions, master.caller_id, nodes[name].uri) for name in unconnected_subscribers},
         ROUND_TIMEOUT,
     )
     system.subscriptions = {
-        TopicEnd(edge.topic, edge.subscriber): _subscription(subscriptions[edge.subscriber], edge.topic)
+        TopicParticipant(edge.topic, edge.subscriber): _subscription_type(subscriptions[edge.subscriber], edge.topic)
         for edge in missing_edges(system)
     }
 
 
-def _reported_types(answers: Mapping[TopicEnd, ReportedType | Exception]) -> dict[TopicEnd, ReportedType]:
+def _reported_types(
+    results: Mapping[TopicParticipant, ReportedType | Exception],
+) -> dict[TopicParticipant, ReportedType]:
     return {
-        end: ReportedType(failure=failure_of(answer)) if isinstance(answer, Exception) else answer
-        for end, answer in answers.items()
+        end: ReportedType(failure=classify_error(result)) if isinstance(result, Exception) else result
+        for end, result in results.items()
     }
 
 
-def _subscriptions(caller_id: str, uri: str) -> dict[str, str]:
+def _query_subscriptions(caller_id: str, uri: str) -> dict[str, str]:
     api = NodeApi(caller_id, uri, NODE_TIMEOUT)
     try:
         return api.subscriptions()
@@ -144,7 +146,7 @@ def _subscriptions(caller_id: str, uri: str) -> dict[str, str]:
         api.close()
 
 
-def _subscription(answer: dict[str, str] | Exception, topic: str) -> ReportedType:
-    if isinstance(answer, Exception):
-        return ReportedType(failure=failure_of(answer))
-    return ReportedType(answer.get(topic, "*"))
+def _subscription_type(result: dict[str, str] | Exception, topic: str) -> ReportedType:
+    if isinstance(result, Exception):
+        return ReportedType(failure=classify_error(result))
+    return ReportedType(result.get(topic, "*"))

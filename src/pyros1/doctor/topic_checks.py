@@ -1,4 +1,4 @@
-"""Checks of a running system: topics with only one end, mismatched types, missing connections. Pure."""
+"""Checks of a running system: unpublished topics, mismatched types, missing connections. It has no side effects."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import difflib
 from collections.abc import Iterator, Mapping
 
 from pyros1.doctor.edges import Edge, actual_edges, expected_edges, is_missing_edge
-from pyros1.doctor.facts import ReportedType, System, TopicEnd
+from pyros1.doctor.facts import ReportedType, System, TopicParticipant
 from pyros1.doctor.finding import ERROR, WARNING, Finding
 from pyros1.graph import Connection
 
 _IGNORED_TOPICS = frozenset({"/clock", "/rosout", "/statistics", "/tf_static"})
-"""Topics that may have only one end."""
+"""Topics that may lack publishers or subscribers."""
 _MIN_SIMILARITY = 0.75
 
 
 def check_topics(system: System) -> list[Finding]:
     """Return the problems with the topics of a system."""
-    checks = (_clock, _types, _wrong_sizes, _unpublished, _links)
+    checks = (_clock, _types, _wrong_lengths, _unpublished, _connections)
     return [finding for check in checks for finding in check(system)]
 
 
@@ -44,17 +44,19 @@ def _clock(system: System) -> Iterator[Finding]:
 
 def _types(system: System) -> Iterator[Finding]:
     for topic in sorted({end.topic for end in (*system.publications, *system.subscriptions)}):
-        offers = {f"publisher {end.node}": offer for end, offer in _known(system.publications, topic)}
-        offers |= {f"subscriber {end.node}": offer for end, offer in _known(system.subscriptions, topic)}
-        types = {offer.type for offer in offers.values()} - {"*"}
-        md5sums = {offer.md5sum for offer in offers.values()} - {"*"}
+        reported_types = {f"publisher {end.node}": reported for end, reported in _reported(system.publications, topic)}
+        reported_types |= {
+            f"subscriber {end.node}": reported for end, reported in _reported(system.subscriptions, topic)
+        }
+        types = {reported.type for reported in reported_types.values()} - {"*"}
+        md5sums = {reported.md5sum for reported in reported_types.values()} - {"*"}
         if len(types) > 1:
             yield Finding(
                 "type-mismatch",
                 ERROR,
                 f"the nodes of topic {topic} do not agree on its type: {', '.join(map(str, sorted(types)))}",
                 "correct the type in one of them, or remap one to another topic: they cannot connect",
-                tuple(f"{end_name}: {offer.type}" for end_name, offer in offers.items()),
+                tuple(f"{end_name}: {reported.type}" for end_name, reported in reported_types.items()),
             )
         elif len(md5sums) > 1:
             name = next(iter(types), "*")
@@ -63,13 +65,13 @@ def _types(system: System) -> Iterator[Finding]:
                 ERROR,
                 f"the nodes of topic {topic} have different definitions of {name}",
                 f"compare `pyros1 msg md5 {name}` on their machines, rebuild the older package, and restart its nodes",
-                tuple(f"{end_name}: {offer.md5sum}" for end_name, offer in offers.items()),
+                tuple(f"{end_name}: {reported.md5sum}" for end_name, reported in reported_types.items()),
             )
 
 
-def _wrong_sizes(system: System) -> Iterator[Finding]:
+def _wrong_lengths(system: System) -> Iterator[Finding]:
     """Check for publishers whose messages have the wrong length."""
-    wrong = [(end, offer) for end, offer in sorted(system.publications.items()) if offer.extra_bytes]
+    wrong = [(end, reported) for end, reported in sorted(system.publications.items()) if reported.extra_bytes]
     if wrong:
         yield Finding(
             "odd-ends",
@@ -77,21 +79,30 @@ def _wrong_sizes(system: System) -> Iterator[Finding]:
             "The messages of the following publishers are longer or shorter than their type; subscribers accept them:",
             "compare the definition of the type there with `pyros1 msg show` here; boards with an old library of "
             "rosserial send a checksum byte: update it",
-            tuple(f"{end.node}: {end.topic} ({offer.type}): {_end_text(offer.extra_bytes)}" for end, offer in wrong),
+            tuple(
+                f"{end.node}: {end.topic} ({reported.type}): {_length_text(reported.extra_bytes)}"
+                for end, reported in wrong
+            ),
         )
 
 
-def _end_text(extra_bytes: int) -> str:
+def _length_text(extra_bytes: int) -> str:
     count_text = f"{abs(extra_bytes)} byte{'s' * (abs(extra_bytes) != 1)}"
     return f"{count_text} too many" if extra_bytes > 0 else f"{count_text} missing"
 
 
-def _known(offers: Mapping[TopicEnd, ReportedType], topic: str) -> list[tuple[TopicEnd, ReportedType]]:
-    return [(end, offer) for end, offer in sorted(offers.items()) if end.topic == topic and offer.failure is None]
+def _reported(
+    reported_types: Mapping[TopicParticipant, ReportedType], topic: str
+) -> list[tuple[TopicParticipant, ReportedType]]:
+    return [
+        (end, reported)
+        for end, reported in sorted(reported_types.items())
+        if end.topic == topic and reported.failure is None
+    ]
 
 
 def _unpublished(system: System) -> Iterator[Finding]:
-    """Check for topics that are subscribed but not published, and for similar names."""
+    """Check for topics that are subscribed to but not published, and for similar names."""
     state = system.state
     similar: list[str] = []
     unpublished: list[str] = []
@@ -125,7 +136,7 @@ def _unpublished(system: System) -> Iterator[Finding]:
 
 
 def similar_topic_name(topic: str, others: list[str]) -> str | None:
-    """Return a topic with a similar name, or the same name in another namespace, None if there is none."""
+    """Return a topic with a similar name or with the same name in another namespace; None if there is none."""
     last = topic.rpartition("/")[2]
     same_name = [match for match in others if match.rpartition("/")[2] == last and match != topic]
     if len(same_name) == 1:
@@ -134,9 +145,9 @@ def similar_topic_name(topic: str, others: list[str]) -> str | None:
     return matches[0] if matches else None
 
 
-def _links(system: System) -> Iterator[Finding]:
+def _connections(system: System) -> Iterator[Finding]:
     missing = missing_edges(system)
-    explained = _mismatched(system)
+    explained = _mismatched_topics(system)
     unexplained = [edge for edge in missing if edge.topic not in explained]
     if unexplained:
         yield Finding(
@@ -145,9 +156,9 @@ def _links(system: System) -> Iterator[Finding]:
             "The following nodes should be connected but aren't:",
             "restart the subscriber; if that does not help, look for a firewall, an address that only one side knows "
             "(see above), or different definitions of the type: compare its `pyros1 msg md5`",
-            tuple(_link_text(system, edge) for edge in unexplained),
+            tuple(_edge_text(system, edge) for edge in unexplained),
         )
-    unexpected = _unexpected(system)
+    unexpected = _unexpected_edges(system)
     if unexpected:
         yield Finding(
             "unexpected-link",
@@ -158,38 +169,42 @@ def _links(system: System) -> Iterator[Finding]:
         )
 
 
-def _mismatched(system: System) -> set[str]:
-    """Return topics whose ends do not match, which explains their missing connections."""
+def _mismatched_topics(system: System) -> set[str]:
+    """Return topics whose publishers and subscribers do not match, which explains missing connections."""
     found = set()
     for topic in {end.topic for end in system.publications}:
-        offers = [o for _, o in (*_known(system.publications, topic), *_known(system.subscriptions, topic))]
-        if any(len({getattr(offer, part) for offer in offers} - {"*"}) > 1 for part in ("type", "md5sum")):
+        reported_types = [
+            o for _, o in (*_reported(system.publications, topic), *_reported(system.subscriptions, topic))
+        ]
+        if any(
+            len({getattr(reported, part) for reported in reported_types} - {"*"}) > 1 for part in ("type", "md5sum")
+        ):
             found.add(topic)
     return found
 
 
-def _link_text(system: System, edge: Edge) -> str:
-    failure = system.publications.get(TopicEnd(edge.topic, edge.publisher), ReportedType()).failure
+def _edge_text(system: System, edge: Edge) -> str:
+    failure = system.publications.get(TopicParticipant(edge.topic, edge.publisher), ReportedType()).failure
     reason = f": {failure.text}" if failure is not None else ""
     return f"{edge.publisher}->{edge.subscriber} ({edge.topic}){reason}"
 
 
-def _alive(system: System) -> dict[str, list[Connection]]:
+def _connections_of_responding_nodes(system: System) -> dict[str, list[Connection]]:
     return {name: list(node.connections) for name, node in system.nodes.items() if node.failure is None}
 
 
 def missing_edges(system: System) -> list[Edge]:
-    """Return expected connections between nodes that answer, unless both ends report them."""
+    """Return expected connections between nodes that respond, except those that both ends report."""
     reported = _reported_edges(system)
     return [edge for edge in expected_edges(system.state) if is_missing_edge(edge, reported)]
 
 
 def _reported_edges(system: System) -> dict[str, set[Edge]]:
     uris = {name: node.uri for name, node in system.nodes.items()}
-    return actual_edges(_alive(system), uris)
+    return actual_edges(_connections_of_responding_nodes(system), uris)
 
 
-def _unexpected(system: System) -> list[Edge]:
+def _unexpected_edges(system: System) -> list[Edge]:
     known = {*system.state.publishers, *system.state.subscribers}
     nodes = system.nodes
     return sorted(

@@ -38,7 +38,7 @@ def test_what_is_hidden_is_not_told() -> None:
 
 
 def _but(finding: Finding, *items: str) -> tuple[Any, ...]:
-    return (finding.kind, finding.severity, finding.text, finding.cure, items)
+    return (finding.kind, finding.severity, finding.text, finding.fix, items)
 
 
 def test_a_broken_topic_and_a_dead_node(

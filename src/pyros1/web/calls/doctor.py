@@ -8,9 +8,9 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
+from pyros1.doctor.connectivity_checks import check_connectivity
 from pyros1.doctor.finding import Finding
 from pyros1.doctor.local_facts import collect_machine
-from pyros1.doctor.reach_checks import check_reach
 from pyros1.doctor.system import collect_system
 from pyros1.doctor.topic_checks import check_topics
 from pyros1.web.robot import Robot
@@ -54,7 +54,7 @@ def _find_problems(robot: Robot, name: str, nodes: Iterable[str]) -> list[dict[s
     machine = collect_machine({**os.environ, "ROS_MASTER_URI": robot.master_uri})
     known = {*system.state.publishers, *system.state.subscribers, *system.state.services}
     hidden = {known_name for known_name in known if not robot.access.may_see(known_name)}
-    found = [*check_reach(system, machine), *findings_about(check_topics(system), name)]
+    found = [*check_connectivity(system, machine), *findings_about(check_topics(system), name)]
     return [finding.as_json() for finding in without_hidden(found, hidden)]
 
 

@@ -15,7 +15,7 @@ from time import monotonic
 from typing import NamedTuple
 
 from pyros1.doctor.concurrent import run_concurrently
-from pyros1.doctor.probe import ask_publisher
+from pyros1.doctor.probe import query_publisher
 from pyros1.graph import Graph, SystemState, probe_service
 from pyros1.ground.errors import Error, MessageError
 from pyros1.ground.terminal_text import untrusted
@@ -248,7 +248,7 @@ class Catalogue:
         uri = self._graph.node_uri(publisher)
         if uri is None:
             raise MessageError(f"its publisher {publisher} is gone")
-        offer = ask_publisher(self._graph.master.caller_id, uri, topic)
+        offer = query_publisher(self._graph.master.caller_id, uri, topic)
         if offer.failure is not None:
             raise MessageError(f"its publisher {publisher} does not report its type: {untrusted(offer.failure.text)}")
         return _TopicReply(publisher, _checked_definition(offer.type, offer.md5sum, offer.definition))

@@ -1,4 +1,4 @@
-"""Checks of a running system: unreachable nodes and services, wrong clocks. Pure."""
+"""Checks of a running system: unreachable nodes and services, and clocks. This module has no side effects."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ from collections.abc import Iterator
 
 from pyros1.doctor.facts import HANGS, REFUSED, TIMEOUT, UNRESOLVED, Machine, NodeFacts, System
 from pyros1.doctor.finding import ERROR, WARNING, Finding
-from pyros1.doctor.machine_checks import address_of
+from pyros1.doctor.machine_checks import external_address
 from pyros1.ground.errors import ProtocolError
 from pyros1.net.connectivity import is_loopback
 from pyros1.net.hosts import parse_uri
 
-MAX_SKEW_S = 1.5
-"""Allowed difference of clocks in seconds. Nodes report whole seconds."""
+MAX_CLOCK_OFFSET = 1.5
+"""Maximum difference of clocks in seconds. Nodes report the time with a resolution of one second."""
 
 
-def check_reach(system: System, machine: Machine) -> list[Finding]:
-    """Return the problems with the nodes' addresses, services and clocks."""
+def check_connectivity(system: System, machine: Machine) -> list[Finding]:
+    """Return the problems with the addresses, services and clocks of nodes."""
     checks = (_unresolved, _refusing, _hanging, _unreachable, _loopback, _services, _clocks)
     return [finding for check in checks for finding in check(system, machine)]
 
 
-def _failed(system: System, kind: str) -> dict[str, list[str]]:
-    """Return host -> nodes there that failed in a given way."""
+def _failed_nodes(system: System, kind: str) -> dict[str, list[str]]:
+    """Return the nodes that failed in a given way, by host."""
     hosts: dict[str, list[str]] = {}
     for name, node in sorted(system.nodes.items()):
         if node.failure is not None and node.failure.kind == kind:
@@ -31,7 +31,7 @@ def _failed(system: System, kind: str) -> dict[str, list[str]]:
 
 
 def _unresolved(system: System, machine: Machine) -> Iterator[Finding]:
-    for host, nodes in _failed(system, UNRESOLVED).items():
+    for host, nodes in _failed_nodes(system, UNRESOLVED).items():
         yield Finding(
             "unknown-host",
             ERROR,
@@ -43,9 +43,9 @@ def _unresolved(system: System, machine: Machine) -> Iterator[Finding]:
 
 
 def _local_processes(machine: Machine, host: str) -> str:
-    """Return a text about processes on this machine that use the host as their address: the fix is needed here."""
+    """Describe processes on this machine that use the host as their address, since the fix is needed here."""
     pids = [f"{process.name}, pid {process.pid}" for process in machine.processes if process.host == host]
-    return f" (here: {address_of(machine)}; {'; '.join(pids)})" if pids else ""
+    return f" (here: {external_address(machine)}; {'; '.join(pids)})" if pids else ""
 
 
 def _refusing(system: System, machine: Machine) -> Iterator[Finding]:
@@ -64,7 +64,7 @@ def _refusing(system: System, machine: Machine) -> Iterator[Finding]:
 
 
 def _hanging(system: System, machine: Machine) -> Iterator[Finding]:
-    for host, nodes in _failed(system, HANGS).items():
+    for host, nodes in _failed_nodes(system, HANGS).items():
         yield Finding(
             "hung-node",
             ERROR,
@@ -75,7 +75,7 @@ def _hanging(system: System, machine: Machine) -> Iterator[Finding]:
 
 
 def _unreachable(system: System, machine: Machine) -> Iterator[Finding]:
-    for host, nodes in _failed(system, TIMEOUT).items():
+    for host, nodes in _failed_nodes(system, TIMEOUT).items():
         address_text = ", ".join(system.nodes[nodes[0]].addresses or ())
         local = _local_processes(machine, host)
         yield Finding(
@@ -102,21 +102,21 @@ def _unreachable(system: System, machine: Machine) -> Iterator[Finding]:
 
 
 def _loopback(system: System, machine: Machine) -> Iterator[Finding]:
-    """Check for nodes that can only be reached from their own machine, in a system of several machines."""
+    """Check for nodes that can only be reached from their own machine, in a system with several machines."""
     local = [name for name, node in sorted(system.nodes.items()) if _is_local_only(node)]
-    # A node that does not answer may have a wrong address and run on this machine.
-    answering = {name: node for name, node in system.nodes.items() if node.failure is None}
-    on_other_machines = [name for name, node in answering.items() if node.addresses and not _is_here(node, machine)]
+    # A node that does not respond may be running on this machine with an incorrect address.
+    responding = {name: node for name, node in system.nodes.items() if node.failure is None}
+    on_other_machines = [name for name, node in responding.items() if node.addresses and not _is_here(node, machine)]
     is_master_remote = not _master_is_here(system, machine)
     if local and (on_other_machines or is_master_remote):
-        reason = "the master is" if is_master_remote else f"nodes are, for example {on_other_machines[0]}"
+        remote_part = "the master is" if is_master_remote else f"nodes are, for example {on_other_machines[0]}"
         yield Finding(
             "loopback-node",
             ERROR,
             "The following nodes have an address that means the local machine on every machine, "
-            f"but {reason} on another machine",
-            f"where they run: unset ROS_HOSTNAME, export ROS_IP=<address of that machine, here {address_of(machine)}>, "
-            "check /etc/hosts for 127.0.1.1, and restart them",
+            f"but {remote_part} on another machine",
+            "on their machine: unset ROS_HOSTNAME, export ROS_IP=<address of that machine, here "
+            f"{external_address(machine)}>, check /etc/hosts for 127.0.1.1, and restart them",
             tuple(f"{name} ({system.nodes[name].uri})" for name in local),
         )
 
@@ -142,7 +142,7 @@ def _services(system: System, machine: Machine) -> Iterator[Finding]:
     broken = [
         f"service [{name}] appears to be malfunctioning: {failure.text}"
         for name, (_, failure) in sorted(system.services.items())
-        if failure is not None and not _owner_is_down(system, name)
+        if failure is not None and not _is_provider_down(system, name)
     ]
     if broken:
         yield Finding(
@@ -154,22 +154,22 @@ def _services(system: System, machine: Machine) -> Iterator[Finding]:
         )
 
 
-def _owner_is_down(system: System, service: str) -> bool:
-    """Return whether no node that provides a service answers: this is reported once, for the node."""
-    owners = [system.nodes[name] for name in system.state.services.get(service, ()) if name in system.nodes]
-    return bool(owners) and all(node.failure is not None for node in owners)
+def _is_provider_down(system: System, service: str) -> bool:
+    """Return whether no provider of a service responds, which is reported once for the node."""
+    providers = [system.nodes[name] for name in system.state.services.get(service, ()) if name in system.nodes]
+    return bool(providers) and all(node.failure is not None for node in providers)
 
 
 def _clocks(system: System, machine: Machine) -> Iterator[Finding]:
     hosts: dict[str, float] = {}
     for node in system.nodes.values():
-        if node.clock_offset is not None and abs(node.clock_offset) > MAX_SKEW_S:
+        if node.clock_offset is not None and abs(node.clock_offset) > MAX_CLOCK_OFFSET:
             hosts.setdefault(node.host, node.clock_offset)
     for host, offset in sorted(hosts.items()):
         yield Finding(
             "clock-skew",
             WARNING if system.use_sim_time else ERROR,
             f"the clock of [{host}] is {abs(offset):.0f} s {'ahead of' if offset > 0 else 'behind'} this machine's: "
-            "tf and everything else that compares time stamps will fail",
+            "tf and other programs that compare time stamps will fail",
             "synchronize the clocks: chrony on both machines, or now: sudo ntpdate pool.ntp.org",
         )
