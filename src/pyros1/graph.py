@@ -1,7 +1,7 @@
-"""Queries about a running system: what the master knows, and what the nodes say about themselves.
+"""Queries about a running system: the registrations with the master, and the state reported by nodes.
 
-Shared by the command line and the views. Nothing here is a node: it asks only the master and the nodes' XML-RPC APIs
-(https://wiki.ros.org/ROS/Master_API, https://wiki.ros.org/ROS/Slave_API), and probes providers of services.
+The command line and the views share this module. It does not create a node, but only queries the XML-RPC APIs of the
+master and the nodes (https://wiki.ros.org/ROS/Master_API, https://wiki.ros.org/ROS/Slave_API) and probes services.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ from pyros1.ground.names import SEP
 from pyros1.ground.terminal_text import one_line, untrusted
 
 UNKNOWN_TYPE = "unknown type"
-"""Displayed as the type of a topic if no node has reported its type to the master."""
+"""The displayed type of a topic whose type no node has reported to the master."""
 NODE_TIMEOUT = 5.0
-"""Seconds that a node may take to answer one call."""
+"""Timeout for a call to a node in seconds."""
 
 PROBE_TIMEOUT = 5.0
-"""Seconds that a service's provider may take to describe the service (L79)."""
+"""Timeout in seconds for a service's provider to describe the service (L79)."""
 
-_INFO = re.compile(r"(?:TCPROS|LOCAL) connection on port (\d+) to \[(.*) on socket (\d+)\]")
+_CONNECTION_INFO = re.compile(r"(?:TCPROS|LOCAL) connection on port (\d+) to \[(.*) on socket (\d+)\]")
 
 
 class Master(Protocol):
-    """The part of MasterClient that is needed here."""
+    """The part of MasterClient that is used in this module."""
 
     caller_id: str
 
@@ -48,14 +48,14 @@ class Master(Protocol):
 
 
 class SystemState(NamedTuple):
-    """Publishers, subscribers and services: name -> node names, in order of registration."""
+    """The nodes of all publishers, subscribers and services by name, in order of registration."""
 
     publishers: dict[str, list[str]]
     subscribers: dict[str, list[str]]
     services: dict[str, list[str]]
 
     def nodes(self) -> list[str]:
-        """Return the names of all nodes, each once, in order of registration."""
+        """Return the names of all nodes in order of registration, without duplicates."""
         names: dict[str, None] = {}
         for table in (self.publishers, self.subscribers, self.services):
             for nodes in table.values():
@@ -63,16 +63,18 @@ class SystemState(NamedTuple):
         return list(names)
 
     def of_node(self, name: str) -> NodeRegistrations:
-        """Return one node's registrations, sorted by name."""
+        """Return the registrations of a node, sorted by name."""
 
-        def having(table: Mapping[str, list[str]]) -> list[str]:
+        def registered_in(table: Mapping[str, list[str]]) -> list[str]:
             return sorted(entry for entry, nodes in table.items() if name in nodes)
 
-        return NodeRegistrations(name, having(self.publishers), having(self.subscribers), having(self.services))
+        return NodeRegistrations(
+            name, registered_in(self.publishers), registered_in(self.subscribers), registered_in(self.services)
+        )
 
 
 class NodeRegistrations(NamedTuple):
-    """A node's registrations with the master: names of topics and services."""
+    """The names of the topics and services that a node has registered with the master."""
 
     name: str
     publications: list[str]
@@ -81,12 +83,13 @@ class NodeRegistrations(NamedTuple):
 
 
 class Connection(NamedTuple):
-    """One entry of a node's ``getBusInfo`` (S03).
+    """A connection of a node, from its ``getBusInfo`` (S03).
 
     Attributes:
         destination: the peer's name (outbound) or API URI (inbound).
-        direction: ``i``, ``o`` or ``b``.
-        local_port, peer, socket: of the connection, if its node reports them; else None. Ports of LOCAL ones are 0.
+        direction: ``i`` for inbound, ``o`` for outbound or ``b`` for both.
+        local_port, peer, socket: the port, peer and socket if the node reports them, otherwise None. LOCAL connections
+            have port 0.
     """
 
     id: Any
@@ -101,10 +104,10 @@ class Connection(NamedTuple):
 
 
 class Graph:
-    """Queries to a master, and to the nodes that it knows.
+    """Queries to a master and to registered nodes.
 
     Args:
-        master: a MasterClient. All methods raise MasterUnreachableError if it does not answer.
+        master: a MasterClient. All methods raise MasterUnreachableError if it does not respond.
     """
 
     def __init__(self, master: Master) -> None:
@@ -119,31 +122,31 @@ class Graph:
         return SystemState(publishers, subscribers, services)
 
     def topic_types(self) -> dict[str, str]:
-        """Return the type of every topic that ever had one (topic -> type), ``*`` included, in the master's order."""
+        """Return the types by topic, including ``*``, of all topics that ever had one, in the master's order."""
         return {untrusted(entry[0]): untrusted(entry[1]) for entry in self.master.get_topic_types()}
 
     def published_types(self) -> dict[str, str]:
-        """Return the type of every topic that has a publisher (topic -> type)."""
+        """Return the types by topic of all topics that have a publisher."""
         return {untrusted(entry[0]): untrusted(entry[1]) for entry in self.master.get_published_topics("")}
 
     def find_topic(self, name: str) -> tuple[str, str, str] | None:
-        """Split a name such as ``/topic/field`` after the topic that the master knows.
+        """Split a name such as ``/topic/field`` after the registered topic.
 
         Returns:
-            (topic, type, rest): rest is empty or begins with ``/`` or ``[``. None if there is no such topic, or its
-            type is not known yet.
+            (topic, type, field path). The path is empty or begins with ``/`` or ``[``. None if there is no such topic
+            or its type is unknown.
         """
-        found = None
+        longest_match = None
         for topic, topic_type in self.topic_types().items():
-            rest = name[len(topic) :]
-            if topic_type == "*" or not name.startswith(topic) or (rest and rest[0] not in "/["):
+            path = name[len(topic) :]
+            if topic_type == "*" or not name.startswith(topic) or (path and path[0] not in "/["):
                 continue
-            if found is None or len(topic) > len(found[0]):
-                found = (topic, topic_type, rest)
-        return found
+            if longest_match is None or len(topic) > len(longest_match[0]):
+                longest_match = (topic, topic_type, path)
+        return longest_match
 
     def node_uri(self, name: str) -> str | None:
-        """Return the API URI of a node, None if the master does not know it."""
+        """Return the API URI of a node; None if it is not registered."""
         try:
             return self.master.lookup_node(name)
         except (MasterUnreachableError, MasterMethodError):
@@ -152,7 +155,7 @@ class Graph:
             return None
 
     def service_uri(self, name: str) -> str | None:
-        """Return the ``rosrpc://`` URI of a service's provider, None if nobody provides it."""
+        """Return the ``rosrpc://`` URI of a service's provider; None if no node provides it."""
         try:
             return self.master.lookup_service(name)
         except (MasterUnreachableError, MasterMethodError):
@@ -161,23 +164,23 @@ class Graph:
             return None
 
     def node(self, uri: str, timeout: float = NODE_TIMEOUT) -> NodeApi:
-        """Return the API of the node at a URI."""
+        """Return a client for the API of the node at a URI."""
         return NodeApi(self.master.caller_id, uri, timeout)
 
 
 class NodeApi:
-    """The XML-RPC API of a node: calls go one after the other over one connection.
+    """A client for the XML-RPC API of a node. Calls are made one after the other over one connection.
 
     Args:
         caller_id: the caller's name.
-        uri: the node's API.
-        timeout: seconds for each call.
+        uri: the URI of the node's API.
+        timeout: the timeout for each call in seconds.
 
     All methods raise UnreachableError, DeadlineError, ProtocolError, MasterError (the node refused) or XmlRpcFault.
     """
 
     def __init__(self, caller_id: str, uri: str, timeout: float = NODE_TIMEOUT) -> None:
-        from pyros1.net.xmlrpc_client import XmlRpcClient  # noqa: PLC0415 - listing topics needs no node
+        from pyros1.net.xmlrpc_client import XmlRpcClient  # noqa: PLC0415 - not needed to list topics
 
         self.uri = uri
         self._caller_id = caller_id
@@ -193,28 +196,28 @@ class NodeApi:
         return cast(int, self._call("getPid"))
 
     def ping(self) -> float:
-        """Return the seconds that the node took to answer."""
+        """Return the node's response time in seconds."""
         start = monotonic()
         self.pid()
         return monotonic() - start
 
     def connections(self) -> list[Connection]:
-        """Return the node's connections, in its own order."""
+        """Return the node's connections in the order in which it reports them."""
         entries = self._call("getBusInfo")
         if not isinstance(entries, list):
             raise ProtocolError(f"the node at {self.uri} answered getBusInfo with something other than a list")
         return [parse_bus_entry(entry) for entry in entries]
 
     def bus_stats(self) -> Any:
-        """Return the node's connection statistics as it reports them; roscpp's come without a status code."""
-        answer = self._client.call("getBusStats", self._caller_id)
-        match answer:
+        """Return the node's connection statistics as it reports them. roscpp reports them without a status code."""
+        response = self._client.call("getBusStats", self._caller_id)
+        match response:
             case [int(), str(), value]:
                 return value
-        return answer
+        return response
 
     def subscriptions(self) -> dict[str, str]:
-        """Return the topics that the node subscribes to, as (topic, type)."""
+        """Return the types by topic of the topics that the node subscribes to."""
         entries = self._call("getSubscriptions")
         match entries:
             case list() if all(isinstance(entry, list) and len(entry) > 1 for entry in entries):
@@ -224,7 +227,7 @@ class NodeApi:
         )
 
     def shutdown(self, reason: str) -> None:
-        """Tell the node to shut down."""
+        """Request the node to shut down."""
         self._call("shutdown", reason)
 
     def close(self) -> None:
@@ -233,51 +236,53 @@ class NodeApi:
 
 
 def parse_bus_entry(entry: Any) -> Connection:
-    """Read one entry of ``getBusInfo``; the last two elements may be missing.
+    """Parse an entry of ``getBusInfo``. The last two elements may be missing.
 
     Raises:
-        ProtocolError: it is not an entry of ``getBusInfo``.
+        ProtocolError: the value is not an entry of ``getBusInfo``.
     """
     if not isinstance(entry, (list, tuple)) or len(entry) < 5:
         raise ProtocolError(f"not an entry of getBusInfo: {entry!r}"[:200])
     number, destination, direction, transport, topic = entry[:5]
     connected = bool(entry[5]) if len(entry) > 5 else True
-    match = _INFO.match(entry[6]) if len(entry) > 6 and isinstance(entry[6], str) else None
+    match = _CONNECTION_INFO.match(entry[6]) if len(entry) > 6 and isinstance(entry[6], str) else None
     port, peer, sock = match.groups() if match else (None, None, None)
-    where, way, by, topic = (untrusted(str(word)) for word in (destination, direction, transport, topic))
-    return Connection(number, where, way, by, topic, connected, port, peer and untrusted(peer), sock)
+    destination, direction, transport, topic = (
+        untrusted(str(part)) for part in (destination, direction, transport, topic)
+    )
+    return Connection(number, destination, direction, transport, topic, connected, port, peer and untrusted(peer), sock)
 
 
 def probe_service(name: str, uri: str, caller_id: str, timeout: float = PROBE_TIMEOUT) -> dict[str, str]:
-    """Ask a service's provider for its connection header, without calling the service (L79).
+    """Query the connection header of a service's provider without calling the service (L79).
 
     Args:
-        name: the service's full name.
-        uri: ``rosrpc://host:port``.
-        caller_id: the caller's name.
-        timeout: seconds for the whole exchange.
+        name: the full name of the service.
+        uri: the URI of the provider, ``rosrpc://host:port``.
+        caller_id: the name of the caller.
+        timeout: the timeout for the whole exchange in seconds.
 
     Returns:
-        The provider's connection header: type, md5sum, callerid and more.
+        The provider's connection header, with type, md5sum, callerid and others.
 
     Raises:
-        ServiceUnavailableError: it cannot be reached, does not answer, or does not provide the service.
+        ServiceUnavailableError: the provider cannot be reached, does not respond, or does not provide the service.
     """
     from pyros1.net.hosts import parse_uri  # noqa: PLC0415
     from pyros1.wire.header import HeaderReader, encode_header  # noqa: PLC0415
 
     deadline = monotonic() + timeout
-    greeting = {"probe": "1", "md5sum": "*", "callerid": caller_id, "service": name}
+    request_header = {"probe": "1", "md5sum": "*", "callerid": caller_id, "service": name}
     try:
         with socket.create_connection(parse_uri(uri, "rosrpc"), timeout) as sock:
-            sock.sendall(encode_header(greeting))
+            sock.sendall(encode_header(request_header))
             reader = HeaderReader()
             header = None
             while header is None:
                 sock.settimeout(max(0.001, deadline - monotonic()))
                 data = sock.recv(4096)
                 if not data:
-                    raise UnreachableError("the connection was closed before the answer")
+                    raise UnreachableError("the connection was closed before the response")
                 header = reader.feed(data)
     except (OSError, ProtocolError, UnreachableError, DeadlineError) as error:
         raise ServiceUnavailableError(f"service [{name}] at {uri} does not answer: {error}") from error
@@ -287,8 +292,8 @@ def probe_service(name: str, uri: str, caller_id: str, timeout: float = PROBE_TI
 
 
 def in_namespace(names: Iterable[str], namespace: str | None) -> list[str]:
-    """Return the names that are ``namespace`` itself or lie below it; all names if it is None or the root."""
+    """Return the names that equal ``namespace`` or are below it; all names if it is None or the root."""
     if not namespace or namespace == SEP:
         return list(names)
-    below = namespace.rstrip(SEP) + SEP
-    return [name for name in names if name == namespace or name.startswith(below)]
+    prefix = namespace.rstrip(SEP) + SEP
+    return [name for name in names if name == namespace or name.startswith(prefix)]

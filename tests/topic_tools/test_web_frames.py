@@ -37,25 +37,25 @@ def frame(x: float, yaw: float = 0.0, child: str = "base", seconds: int = 1) -> 
 def test_only_what_moved_is_told() -> None:
     buffer = Buffer()
     moves = MovedFrames(buffer, "/map", ["/base", "arm", "base"], 0.1, 0.5)
-    assert moves.take() == []
+    assert moves.find_moved() == []
     steps = [(0.0, 0.0, 1), (0.4, 0.05, 0), (0.6, 0.05, 1), (0.6, 0.2, 1), (0.6, 0.2, 0), (0.6, 0.2 + math.tau, 0)]
     for seconds, (x, yaw, count) in enumerate(steps, 1):
         buffer.set_transform(frame(x, yaw, seconds=seconds))
-        found: Any = moves.take()
+        found: Any = moves.find_moved()
         assert [each.child_frame_id for each in found] == ["base"] * count, (x, yaw)
         assert all(each.header.frame_id == "map" and each.transform.translation.x == x for each in found)
     buffer.set_transform(frame(3.0, child="arm", seconds=9))
-    assert [each.child_frame_id for each in moves.take()] == ["arm"]
+    assert [each.child_frame_id for each in moves.find_moved()] == ["arm"]
 
 
 def test_the_least_movements_are_seen_with_limits_of_zero() -> None:
     buffer = Buffer()
     moves = MovedFrames(buffer, "map", ["base"], 0.0, 0.0)
     buffer.set_transform(frame(0.0, 0.0, seconds=1))
-    assert len(moves.take()) == 1
-    assert moves.take() == []
+    assert len(moves.find_moved()) == 1
+    assert moves.find_moved() == []
     buffer.set_transform(frame(0.0, 1e-9, seconds=2))
-    assert len(moves.take()) == 1
+    assert len(moves.find_moved()) == 1
 
 
 def test_too_many_frames() -> None:

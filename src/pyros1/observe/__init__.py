@@ -1,1 +1,1 @@
-"""Functions of tools and views for messages of any type: decoding, selecting fields, expressions, rates."""
+"""Functions for messages of any type, used by tools and views: decoding, selecting fields, expressions, rates."""

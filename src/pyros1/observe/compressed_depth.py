@@ -8,38 +8,40 @@ import numpy as np
 
 from pyros1.observe.image_files import MAX_PIXELS, ImageFileError, Pixels, decode
 
-HEAD = struct.Struct("<iff")
-"""The header before the PNG file: the format, and two numbers for converting its values."""
-_KINDS = ("16UC1", "32FC1")
+HEADER = struct.Struct("<iff")
+"""The header before the PNG file: the format, and two numbers for the conversion of values."""
+_ENCODINGS = ("16UC1", "32FC1")
 
 
 def decode_depth(form: str, data: bytes, max_pixels: int = MAX_PIXELS) -> Pixels:
-    """Return the depths in a message, of shape (height, width).
+    """Return the depths in a message as an array of shape (height, width).
 
     Args:
-        form: the ``format`` of the sensor_msgs/CompressedImage.
-        data: its ``data``.
-        max_pixels: an image with more pixels is refused.
+        form: the ``format`` of the sensor_msgs/CompressedImage message.
+        data: the ``data`` of the message.
+        max_pixels: the maximum number of pixels.
 
     Returns:
-        Millimetres as uint16 if the format begins with 16UC1; metres as float32, NaN where there is no depth, if it
+        Millimetres as uint16 if the format begins with 16UC1; metres as float32, with NaN for unknown depths, if it
         begins with 32FC1.
 
     Raises:
-        ImageFileError: the format is another one, or the data is damaged or not a PNG file.
+        ImageFileError: the format is not supported, or the data is damaged or not a PNG file.
         Error: Pillow is not installed.
     """
-    kind = form.partition(";")[0].strip()
-    if "compressedDepth" not in form or kind not in _KINDS or len(data) < HEAD.size:
-        raise ImageFileError(f"not a depth image of {' or '.join(_KINDS)}, but an image of the format {form[:200]}")
-    if data[HEAD.size :][:4] != b"\x89PNG":
+    encoding = form.partition(";")[0].strip()
+    if "compressedDepth" not in form or encoding not in _ENCODINGS or len(data) < HEADER.size:
+        raise ImageFileError(f"not a depth image of {' or '.join(_ENCODINGS)}, but an image of the format {form[:200]}")
+    if data[HEADER.size :][:4] != b"\x89PNG":
         raise ImageFileError("only PNG is supported for compressed depth images")
-    found = decode(data[HEAD.size :], max_pixels)
-    if found.ndim != 2:
-        raise ImageFileError("compressed depths with colours")
-    if kind == _KINDS[0]:
-        return found.astype(np.uint16)
-    _, one, other = HEAD.unpack_from(data)
+    pixels = decode(data[HEADER.size :], max_pixels)
+    if pixels.ndim != 2:
+        raise ImageFileError("the compressed depth image has colours")
+    if encoding == _ENCODINGS[0]:
+        return pixels.astype(np.uint16)
+    _, numerator, offset = HEADER.unpack_from(data)
     with np.errstate(all="ignore"):
-        metres: Pixels = np.where(found > 0, one / (found.astype(np.float32) - other), np.nan).astype(np.float32)
+        metres: Pixels = np.where(pixels > 0, numerator / (pixels.astype(np.float32) - offset), np.nan).astype(
+            np.float32
+        )
     return metres

@@ -1,4 +1,4 @@
-"""Messages of topics of any type: the definition comes with their connection."""
+"""Decoding of messages of any type, using the definition from their connection header."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from pyros1.msgs import AnyMsg, DefinitionCache, Message
 
 
 class Decoder:
-    """Decodes messages of any type, with the definition from their connection header, or the one installed here.
+    """Decodes messages of any type, using the definition from their connection header or the installed one.
 
     Args:
-        type_name: the topic's type according to the master, if all messages have the same: it takes precedence over the
-            publisher's, like in stock's tools.
-        by_name: see `pyros1.msgs.nonstandard_definitions.find_class`.
+        type_name: the topic's type according to the master if all messages have the same type. It takes precedence over
+            the publisher's type, like in stock's tools.
+        by_name: whether to find classes by name, see `pyros1.msgs.nonstandard_definitions.find_class`.
     """
 
     def __init__(self, type_name: str = "", *, by_name: bool = True) -> None:
@@ -23,7 +23,7 @@ class Decoder:
         """Return the class of a raw message.
 
         Raises:
-            DefinitionError, UnknownTypeError: the publisher sent no usable definition, and none is installed here.
+            DefinitionError, UnknownTypeError: the publisher sent no usable definition, and none is installed.
         """
         header = raw._connection_header or {}
         name, md5sum, text = header.get("type", ""), header.get("md5sum", ""), header.get("message_definition", "")
@@ -35,10 +35,10 @@ class Decoder:
         return self._cache.get(name, md5sum, text)
 
     def decode(self, raw: AnyMsg) -> Message:
-        """Return the decoded message.
+        """Decode a raw message.
 
         Raises:
-            MessageError: see `message_class`, or the bytes are not such a message.
+            MessageError: the class cannot be found, see `message_class`, or the data is not a message of this class.
         """
         message: Message = self.message_class(raw)._decode(raw._buff, 0, len(raw._buff))
         return message

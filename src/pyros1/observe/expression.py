@@ -1,6 +1,6 @@
-"""Expressions on messages, for options such as ``--filter``: a safe subset of Python.
+"""Expressions on messages for options such as ``--filter``, in a safe subset of Python.
 
-The language is that of `pyros1.ground.expressions`.
+The language is defined in `pyros1.ground.expressions`.
 """
 
 from __future__ import annotations
@@ -20,27 +20,27 @@ from pyros1.observe.modules import Module
 __all__ = ["FUNCTIONS", "MAX_ITEMS", "TIME_METHODS", "Expression", "ExpressionError"]
 
 MAX_ITEMS = 1_000_000
-"""Maximum size of a value: for example, the text of a message may be long."""
+"""Maximum size of a value, since values such as the string representation of a message may be long."""
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     **functions(MAX_ITEMS),
     **more_functions(MAX_ITEMS),
     **{name: MATH[name] for name in ("sqrt", "sin", "cos", "atan2", "hypot", "isnan", "isinf")},
 }
-"""Functions that every expression may call, besides hasattr and getattr."""
+"""Functions that every expression can call, besides hasattr and getattr."""
 TIME_METHODS = frozenset({"secs", "nsecs", "to_sec", "to_nsec", "to_time", "is_zero"})
-"""Members of times and durations that expressions may use."""
-_DESCRIPTION = frozenset({"_type", "_md5sum", "_full_text", "_slot_types", "_has_header", "__slots__", "__name__"})
-"""The type information of a message class."""
-_OF_MESSAGE = _DESCRIPTION - {"__name__"} | {"_connection_header"}
-_REFLECTION = frozenset({"getattr", "hasattr", "type"})
+"""Members of times and durations that expressions can use."""
+_CLASS_ATTRIBUTES = frozenset({"_type", "_md5sum", "_full_text", "_slot_types", "_has_header", "__slots__", "__name__"})
+"""Attributes with the type information of a message class."""
+_MESSAGE_ATTRIBUTES = _CLASS_ATTRIBUTES - {"__name__"} | {"_connection_header"}
+_REFLECTION_FUNCTIONS = frozenset({"getattr", "hasattr", "type"})
 
 
 class Expression:
     """A checked expression.
 
     Args:
-        text: for example ``m.data > 3 and any('x' in name for name in m.names)``.
-        more: additional names that it may use, with their values: functions and modules.
+        text: the expression, such as ``m.data > 3 and any('x' in name for name in m.names)``.
+        more: additional functions and modules that the expression can use, by name.
 
     Raises:
         ExpressionError: the expression is malformed or uses something that is not allowed.
@@ -49,37 +49,37 @@ class Expression:
     def __init__(self, text: str, more: Mapping[str, Any] = MappingProxyType({})) -> None:
         self.text = text
         try:
-            self._filter = _Filter(text, more)
+            self._language = _FilterLanguage(text, more)
         except ExpressionError as error:
             raise ExpressionError(f"[{text}]: {error}") from None
 
     def __call__(self, names: Mapping[str, Any]) -> Any:
-        """Return the expression's value.
+        """Evaluate the expression.
 
         Args:
-            names: the values of the names in it.
+            names: the values of the names in the expression.
 
         Raises:
-            ExpressionError: the evaluation failed, for example because a field does not exist or types do not fit.
+            ExpressionError: the evaluation failed, for example because a field does not exist or types do not match.
         """
         try:
-            return self._filter.evaluate(names)
+            return self._language.evaluate(names)
         except ExpressionError as error:
             raise type(error)(f"[{self.text}]: {error}") from None
 
 
 class MessageLanguage(Interpreter):
-    """The common part of expressions on messages, here and in topic_tools; see `Interpreter`."""
+    """The common part of expressions on messages in this module and in topic_tools. See `Interpreter`."""
 
     max_items = MAX_ITEMS
-    private = _DESCRIPTION | _OF_MESSAGE
+    private = _CLASS_ATTRIBUTES | _MESSAGE_ATTRIBUTES
 
     def name(self, name: str, names: Mapping[str, Any]) -> Any:
-        """Return the value of a name; see `Interpreter`."""
+        """Return the value of a name. See `Interpreter`."""
         if name in names:
             return names[name]
-        if name in _REFLECTION:
-            return {"hasattr": self._has, "getattr": self._get, "type": _kind_of}[name]
+        if name in _REFLECTION_FUNCTIONS:
+            return {"hasattr": self._has, "getattr": self._get, "type": _type_of}[name]
         if name in FUNCTIONS:
             return FUNCTIONS[name]
         raise UnknownNameError(f"unknown name {name!r}; known names: {self.known(names)}")
@@ -89,31 +89,31 @@ class MessageLanguage(Interpreter):
         return ", ".join(sorted(names))
 
     def attribute(self, owner: Any, name: str) -> Any:
-        """Return a field of a message, or a useful member of times, strings and other values; see `Interpreter`."""
+        """Return a field of a message or an allowed member of times, strings and other values. See `Interpreter`."""
         if isinstance(owner, Message):
-            allowed = name in owner.__slots__ or name.isupper() or name in _OF_MESSAGE
+            is_allowed = name in owner.__slots__ or name.isupper() or name in _MESSAGE_ATTRIBUTES
         elif isinstance(owner, type):
-            of_message = issubclass(owner, Message) and (name.isupper() or name in _DESCRIPTION)
-            allowed = of_message or name == "__name__"
+            is_class_attribute = issubclass(owner, Message) and (name.isupper() or name in _CLASS_ATTRIBUTES)
+            is_allowed = is_class_attribute or name == "__name__"
         elif isinstance(owner, Module):
             return owner.get(name)
-        elif isinstance(owner, _Kind):
-            allowed = name == "__name__"
+        elif isinstance(owner, _TypeName):
+            is_allowed = name == "__name__"
         else:
-            allowed = isinstance(owner, TVal) and name in TIME_METHODS
-        if allowed:
+            is_allowed = isinstance(owner, TVal) and name in TIME_METHODS
+        if is_allowed:
             return getattr(owner, name)
         return super().attribute(owner, name)
 
     def _has(self, owner: Any, name: str) -> bool:
-        """Return hasattr() for what expressions can access."""
+        """Implement hasattr() for the attributes that expressions can access."""
         missing = object()
         return self._get(owner, name, missing) is not missing
 
     def _get(self, owner: Any, name: str, *default: Any) -> Any:
-        """Return getattr() for what expressions can access."""
-        hidden = isinstance(name, str) and name.startswith("_") and name not in self.private
-        if not isinstance(name, str) or hidden or len(default) > 1:
+        """Implement getattr() for the attributes that expressions can access."""
+        is_hidden = isinstance(name, str) and name.startswith("_") and name not in self.private
+        if not isinstance(name, str) or is_hidden or len(default) > 1:
             raise ExpressionError(f"{name!r} is not accessible")
         try:
             return self.attribute(owner, name)
@@ -123,8 +123,8 @@ class MessageLanguage(Interpreter):
             raise
 
 
-class _Kind:
-    """The result of type() for values whose class expressions must not call."""
+class _TypeName:
+    """The result of type() for values whose classes expressions must not call."""
 
     def __init__(self, name: str) -> None:
         self.__name__ = name
@@ -133,13 +133,13 @@ class _Kind:
         return f"<class {self.__name__!r}>"
 
 
-def _kind_of(value: Any) -> Any:
-    """Return type() of a message or plain value."""
+def _type_of(value: Any) -> Any:
+    """Implement type()."""
     kind = type(value)
-    return kind if isinstance(value, Message) or kind in FUNCTIONS.values() else _Kind(kind.__name__)
+    return kind if isinstance(value, Message) or kind in FUNCTIONS.values() else _TypeName(kind.__name__)
 
 
-class _Filter(MessageLanguage):
+class _FilterLanguage(MessageLanguage):
     def __init__(self, text: str, more: Mapping[str, Any]) -> None:
         self._more = more
         super().__init__(text)
@@ -148,7 +148,7 @@ class _Filter(MessageLanguage):
         super().check(node)
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not self._is_function(node.func.id):
             functions = [name for name, value in self._more.items() if not isinstance(value, Module)]
-            known = ", ".join(sorted({*FUNCTIONS, *_REFLECTION, *functions}))
+            known = ", ".join(sorted({*FUNCTIONS, *_REFLECTION_FUNCTIONS, *functions}))
             raise ExpressionError(f"unknown function {node.func.id}; known functions: {known}")
 
     def name(self, name: str, names: Mapping[str, Any]) -> Any:
@@ -161,5 +161,5 @@ class _Filter(MessageLanguage):
 
 
 def is_function(name: str) -> bool:
-    """Return whether every expression may call a function of this name."""
-    return name in FUNCTIONS or name in _REFLECTION
+    """Return whether every expression can call a function of this name."""
+    return name in FUNCTIONS or name in _REFLECTION_FUNCTIONS

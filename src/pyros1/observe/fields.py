@@ -1,4 +1,4 @@
-"""Field paths after a topic's name: ``/pose/header/stamp``, ``/arr[2]``, ``/arr[1:5:2]/x`` (L60). Pure."""
+"""Field paths after a topic's name: ``/pose/header/stamp``, ``/arr[2]``, ``/arr[1:5:2]/x`` (L60)."""
 
 from __future__ import annotations
 
@@ -15,33 +15,35 @@ from pyros1.msgs.spec import is_type_name
 _STEP = re.compile(r"([A-Za-z_]\w*)(\[[^\[\]]*\])?\Z", re.ASCII)
 _INTEGER = re.compile(r"[+-]?\d{1,18}\Z", re.ASCII)
 _FIELD = r"[\w/]*(?:\[[-+\d:]*\][\w/]*)*"
-# What follows the colon is not a list of field names as in /topic/x:y and /topic/x[0]:y[0].
-_WITH_EXPRESSION = re.compile(rf"\s*([\w/~]+)\s*:(?!{_FIELD}(?::{_FIELD})*\s*(?:,|\Z))\s*(.+?)\s*\Z", re.DOTALL)
-_COLON = re.compile(r":(?![^\[\]]*\])")
-"""A colon between fields, not one in a slice."""
+# The part after the colon is not a list of field names as in /topic/x:y and /topic/x[0]:y[0].
+_TOPIC_WITH_EXPRESSION = re.compile(rf"\s*([\w/~]+)\s*:(?!{_FIELD}(?::{_FIELD})*\s*(?:,|\Z))\s*(.+?)\s*\Z", re.DOTALL)
+_FIELD_SEPARATOR = re.compile(r":(?![^\[\]]*\])")
+"""A colon between fields, as opposed to one in a slice."""
 _TIME_PARTS = ("secs", "nsecs")
 
 
 class FieldPathError(Error):
-    """A field path is malformed, or does not lead to a field of the type."""
+    """A field path is malformed or refers to a field that does not exist."""
 
 
 def split_expression(text: str) -> tuple[str, str] | None:
-    """Return the topic and the expression of ``/topic: m.x * 2``, where ``m`` is a message; None for other texts."""
-    match = _WITH_EXPRESSION.match(text)
+    """Return the topic and the expression of ``/topic: m.x * 2``, where ``m`` is a message; otherwise None."""
+    match = _TOPIC_WITH_EXPRESSION.match(text)
     return (match[1], match[2]) if match else None
 
 
 def expand(name: str) -> list[str]:
-    """Return the fields in an argument: three for ``/t/x:y:z``, two for ``/t/x[0]:y[0]`` and ``/t/x,/u/y``, one
-    for an expression."""
+    """Return the fields in an argument. There are three in ``/t/x:y:z`` and two in ``/t/x[0]:y[0]`` and ``/t/x,/u/y``.
+
+    An expression is returned unchanged.
+    """
     if split_expression(name):
         return [name]
     names = []
     for part in filter(None, name.split(",")):
-        head, *others = [part] if split_expression(part) else _COLON.split(part)
-        folder = head.rpartition("/")[0]
-        names += [head, *(f"{folder}/{other}" for other in others if other)]
+        first, *others = [part] if split_expression(part) else _FIELD_SEPARATOR.split(part)
+        parent = first.rpartition("/")[0]
+        names += [first, *(f"{parent}/{other}" for other in others if other)]
     return names
 
 
@@ -55,11 +57,11 @@ class FieldPath:
     """A path to a field of a message.
 
     Args:
-        text: the text after the topic: empty, or ``/field[...]/field...``. An index selects an element, a slice applies
-            the rest of the path to each element.
+        text: the part after the topic, which is empty or of the form ``/field[...]/field...``. An index selects an
+            element; a slice applies the remaining path to each of its elements.
 
     Raises:
-        FieldPathError: the text is malformed.
+        FieldPathError: the path is malformed.
     """
 
     def __init__(self, text: str) -> None:
@@ -67,13 +69,13 @@ class FieldPath:
         self._steps = [_parse_step(part) for part in text.strip("/").split("/")] if text.strip("/") else []
 
     def get(self, message: Any) -> tuple[Any, str | None]:
-        """Return the value at the path and its type. The type is None if the path is empty.
+        """Return the value at the path and its type, which is None if the path is empty.
 
         Raises:
             FieldPathError: an index is out of range, or a field does not exist.
         """
         try:
-            return _walk(message, None, self._steps)
+            return _resolve(message, None, self._steps)
         except IndexError as error:
             raise FieldPathError(f"{error}: {self.text}") from None
         except AttributeError as error:
@@ -82,12 +84,12 @@ class FieldPath:
             raise FieldPathError(f"{error}: {self.text}") from None
 
     def type_in(self, message_class: type[Message]) -> str:
-        """Return the type of the field, for example ``geometry_msgs/Pose[]``.
+        """Return the type of the field, such as ``geometry_msgs/Pose[]``.
 
         Raises:
             FieldPathError: a field does not exist.
         """
-        current, mapped = message_class._type, False
+        current, is_list = message_class._type, False
         owner: type[Message] | None = message_class
         for step in self._steps:
             current = _field_type(current, owner, step.field)
@@ -97,9 +99,9 @@ class FieldPath:
                 if isinstance(step.subscript, int):
                     current = current.partition("[")[0]
                 elif "[" in current:
-                    current, mapped = current.partition("[")[0], True
+                    current, is_list = current.partition("[")[0], True
             owner = None
-        return current + "[]" if mapped else current
+        return current + "[]" if is_list else current
 
 
 def _parse_step(part: str) -> _Step:
@@ -109,26 +111,26 @@ def _parse_step(part: str) -> _Step:
     field, brackets = match.groups()
     if brackets is None:
         return _Step(field, None)
-    inside = brackets[1:-1]
-    parts = inside.split(":")
-    wrong = f"field {field!r} has invalid slice argument {inside!r}"
+    subscript = brackets[1:-1]
+    parts = subscript.split(":")
+    prefix = f"field {field!r} has invalid slice argument {subscript!r}"
     if len(parts) > 3:
-        raise FieldPathError(f"{wrong}: too many slice arguments")
+        raise FieldPathError(f"{prefix}: too many slice arguments")
     numbers: list[int | None] = []
     for number in map(str.strip, parts):
         if number and not _INTEGER.match(number):
-            raise FieldPathError(f"{wrong}: non-integer array index step {number!r}")
+            raise FieldPathError(f"{prefix}: non-integer array index step {number!r}")
         numbers.append(int(number) if number else None)
     if len(numbers) == 1:
         if numbers[0] is None:
-            raise FieldPathError(f"{wrong}: an index is missing")
+            raise FieldPathError(f"{prefix}: an index is missing")
         return _Step(field, numbers[0])
     if len(numbers) == 3 and numbers[2] == 0:
-        raise FieldPathError(f"{wrong}: the step must not be zero")
+        raise FieldPathError(f"{prefix}: the step must not be zero")
     return _Step(field, slice(*numbers))
 
 
-def _walk(value: Any, kind: str | None, steps: Sequence[_Step]) -> tuple[Any, str | None]:
+def _resolve(value: Any, kind: str | None, steps: Sequence[_Step]) -> tuple[Any, str | None]:
     for number, step in enumerate(steps):
         kind = _slot_type(value, step.field)
         value = getattr(value, step.field)
@@ -138,11 +140,11 @@ def _walk(value: Any, kind: str | None, steps: Sequence[_Step]) -> tuple[Any, st
         if isinstance(step.subscript, int):
             kind = kind.partition("[")[0]
             continue
-        rest = steps[number + 1 :]
-        if rest:
-            found = [_walk(element, None, rest) for element in value]
-            kind = f"{found[0][1]}[]" if found else None
-            return [element for element, _ in found], kind
+        remaining = steps[number + 1 :]
+        if remaining:
+            results = [_resolve(element, None, remaining) for element in value]
+            kind = f"{results[0][1]}[]" if results else None
+            return [element for element, _ in results], kind
     return value, kind
 
 

@@ -1,6 +1,6 @@
-"""Image files to arrays of pixels and back, without loss of depth or opacity: JPEG, PNG and other formats of Pillow.
+"""Conversion of image files (JPEG, PNG and others) to arrays and back, without loss of bit depth or alpha.
 
-Pixels are like those of OpenCV's ``imread`` with ``IMREAD_UNCHANGED``, but with red first. Needs Pillow.
+Pixels are like those of OpenCV's ``imread`` with ``IMREAD_UNCHANGED``, but start with red. Needs Pillow.
 """
 
 from __future__ import annotations
@@ -19,31 +19,39 @@ from pyros1.observe import png16
 
 Pixels = NDArray[Any]
 MAX_PIXELS = 1 << 27
-"""Maximum number of pixels of an image to unpack, unless the caller sets a lower one."""
+"""Maximum number of pixels of an image to decode, unless the caller sets a lower one."""
 _FORMATS = ("JPEG", "PNG", "BMP", "TIFF", "WEBP", "PPM", "JPEG2000")
-_NAMES = {"jpg": "JPEG", "jpe": "JPEG", "tif": "TIFF", "dib": "BMP", "jp2": "JPEG2000", "pgm": "PPM", "pbm": "PPM"}
-"""File extensions that are not names of Pillow's formats."""
-_DEEP_COST = 4
-"""Files with 16 bits per channel need this many times more memory per pixel than others."""
-_BLOCK = 1 << 16
-"""Number of pixels calculated at a time."""
+_FORMATS_BY_EXTENSION = {
+    "jpg": "JPEG",
+    "jpe": "JPEG",
+    "tif": "TIFF",
+    "dib": "BMP",
+    "jp2": "JPEG2000",
+    "pgm": "PPM",
+    "pbm": "PPM",
+}
+"""Pillow's formats for file extensions that differ from the format's name."""
+_DEEP_MEMORY_FACTOR = 4
+"""Factor by which files with 16 bits per channel need more memory per pixel than others."""
+_BLOCK_PIXELS = 1 << 16
+"""Number of pixels to convert at a time."""
 _END_OF_JPEG = b"\xff\xd9"
-_TIFF_BITS, _TIFF_MORE, _TIFF_NUMBERS = 258, 338, 339
-"""Tags of TIFF: bits of each channel; kind of the channels after the colours: 1 or 2 for opacity, by which the colours
-are or are not multiplied; and kind of the numbers: 1 unsigned, 2 signed integers, 3 floating point."""
+_TIFF_BITS, _TIFF_EXTRA_SAMPLES, _TIFF_SAMPLE_FORMAT = 258, 338, 339
+"""TIFF tags: bits of each channel; the kind of the channels after the colours (1 for premultiplied alpha, 2 for alpha
+that is not premultiplied); and the sample format (1 unsigned integers, 2 signed integers, 3 floating point)."""
 _TIFF_KINDS = ("u1", "u2", "i4", "f4")
 
 
 class ImageFileError(MessageError):
-    """An image cannot be read, or cannot be written in a format."""
+    """An image cannot be read or cannot be written in the requested format."""
 
 
 class UnsupportedFileError(ImageFileError):
-    """Pillow would lose bits of the image; OpenCV would not. The text gives an alternative."""
+    """Pillow would lose bits of the image, unlike OpenCV. The message suggests an alternative."""
 
 
 def pillow() -> Any:
-    """Return the module PIL.Image; raises Error if it is not installed."""
+    """Import and return the module PIL.Image. Raise Error if Pillow is not installed."""
     try:
         return import_module("PIL.Image")
     except ImportError as error:
@@ -51,15 +59,15 @@ def pillow() -> Any:
 
 
 def decode(data: bytes, max_pixels: int = MAX_PIXELS) -> Pixels:
-    """Return the pixels of an image file.
+    """Decode an image file.
 
     Args:
-        data: the file. A JPEG file may be truncated: the missing part is grey, like with other readers.
-        max_pixels: an image with more pixels is refused.
+        data: the contents of the file. A JPEG file may be truncated; the missing part is grey, as with other readers.
+        max_pixels: the maximum number of pixels.
 
     Returns:
-        An array of shape (height, width), or (height, width, 3 or 4) with red, green, blue and opacity; of uint8, or of
-        uint16, int32 or float32 if the file contains such numbers.
+        An array of shape (height, width), or (height, width, 3 or 4) with red, green, blue and alpha. The type is
+        uint8, or uint16, int32 or float32 if the file contains such numbers.
 
     Raises:
         ImageFileError: the file is damaged or too large, or its format or depth is not supported.
@@ -70,35 +78,37 @@ def decode(data: bytes, max_pixels: int = MAX_PIXELS) -> Pixels:
     try:
         with module.open(BytesIO(data + _END_OF_JPEG), formats=_FORMATS) as picture:
             head = png16.header(data)
-            # Of several headers in a file, Pillow takes the last.
+            # If a file contains several headers, Pillow uses the last.
             width, height = map(max, picture.size, (head.width, head.height) if head else (0, 0))
-            if width * height > (max_pixels // _DEEP_COST if head is not None and head.bits == 16 else max_pixels):
+            if width * height > (
+                max_pixels // _DEEP_MEMORY_FACTOR if head is not None and head.bits == 16 else max_pixels
+            ):
                 raise _too_large(max_pixels, f" of {width} x {height} pixels")
-            return _unpacked(module, picture, data)
+            return _to_array(module, picture, data)
     except MessageError:
         raise
     except module.UnidentifiedImageError:
-        raise ImageFileError("the image cannot be read: its format is not known") from None
+        raise ImageFileError("the image cannot be read: its format is unknown") from None
     except module.DecompressionBombError:
         raise _too_large(max_pixels) from None
-    except Exception as error:  # noqa: BLE001 - Pillow raises many kinds for damaged files
+    except Exception as error:  # noqa: BLE001 - Pillow raises many exception types for damaged files
         raise ImageFileError(f"the image cannot be read: {error}") from None
 
 
 def encode(image: Pixels, form: str, **options: Any) -> bytes:
-    """Return an image file.
+    """Encode an image file.
 
     Args:
-        image: array of shape (height, width), or (height, width, 1, 3 or 4) with red, green, blue and opacity. Numbers
-            outside the format's range become the nearest from 0 to 255; opacity is left out if it has none.
-        form: the format, or the extension of such files: "jpg", "png" ...
-        options: Pillow's for that format, for example ``quality`` of JPEG or ``compress_level`` of PNG.
+        image: an array of shape (height, width), or (height, width, 1, 3 or 4) with red, green, blue and alpha. Numbers
+            outside the format's range are clipped to 0 ... 255. Alpha is left out if the format does not support it.
+        form: the format or a file extension, such as "jpg" or "png".
+        options: Pillow's options for the format, such as ``quality`` for JPEG or ``compress_level`` for PNG.
 
     Raises:
-        ImageFileError: the format does not exist, or cannot store such an image.
+        ImageFileError: the format does not exist or cannot store the image.
         Error: Pillow is not installed.
     """
-    name = _NAMES.get(form.lower(), form.upper())
+    name = _FORMATS_BY_EXTENSION.get(form.lower(), form.upper())
     if image.ndim == 3 and image.shape[2] == 1:
         image = image[:, :, 0]
     if not image.size or image.ndim not in (2, 3) or image.shape[2:] not in ((), (3,), (4,)):
@@ -106,10 +116,10 @@ def encode(image: Pixels, form: str, **options: Any) -> bytes:
     kind = image.dtype.str[1:]
     if name == "PNG" and kind == "u2" and image.ndim == 3:
         return png16.write(image, options.get("compress_level", 6))
-    deep = {"PNG": ("u2",), "TIFF": _TIFF_KINDS, "PPM": ("u2",), "JPEG2000": ("u2",)}.get(name, ())
-    if kind not in deep and name not in ("TIFF", "PPM", "JPEG2000"):
+    deep_types = {"PNG": ("u2",), "TIFF": _TIFF_KINDS, "PPM": ("u2",), "JPEG2000": ("u2",)}.get(name, ())
+    if kind not in deep_types and name not in ("TIFF", "PPM", "JPEG2000"):
         image = to_bytes(image)
-    elif kind != "u1" and (kind not in deep or image.ndim == 3):
+    elif kind != "u1" and (kind not in deep_types or image.ndim == 3):
         raise UnsupportedFileError(
             f"an image of {image.dtype} with the shape {image.shape} cannot be written as {form}; write 8 bits, or PNG"
         )
@@ -128,7 +138,7 @@ def encode(image: Pixels, form: str, **options: Any) -> bytes:
 
 
 def _ignore_warnings() -> None:
-    """Keep Pillow from writing warnings to the terminal, for example about damaged or large files: we report errors."""
+    """Prevent Pillow from printing warnings, for example about damaged or large files, which are reported as errors."""
     pattern = r"PIL\."
     if not any(kind == "ignore" and module and module.pattern == pattern for kind, _, _, module, _ in warnings.filters):
         warnings.filterwarnings("ignore", module=pattern)
@@ -139,7 +149,7 @@ def _too_large(max_pixels: int, size: str = "") -> ImageFileError:
 
 
 def to_bytes(image: Pixels) -> NDArray[np.uint8]:
-    """Return numbers as the nearest from 0 to 255; nan and numbers beyond 32 bits become 0, like in OpenCV."""
+    """Round and clip numbers to 0 ... 255. NaN and numbers beyond 32 bits become 0, as in OpenCV."""
     if image.dtype == np.uint8:
         return image
     if image.dtype.kind == "f":
@@ -148,11 +158,11 @@ def to_bytes(image: Pixels) -> NDArray[np.uint8]:
     return np.clip(image, 0, 255).astype(np.uint8)
 
 
-def _unpacked(module: Any, picture: Any, data: bytes) -> Pixels:
+def _to_array(module: Any, picture: Any, data: bytes) -> Pixels:
     head = png16.header(data)
     if head is not None and head.bits == 16 and head.colour:
-        found = png16.read(data, module)
-        return np.dstack([found[:, :, :1]] * 3 + [found[:, :, 1:]]) if found.shape[2] == 2 else found
+        pixels = png16.read(data, module)
+        return np.dstack([pixels[:, :, :1]] * 3 + [pixels[:, :, 1:]]) if pixels.shape[2] == 2 else pixels
     mode, name = picture.mode, picture.format
     if mode in ("RGB", "RGBA", "LA", "La", "CMYK") and _is_deep(picture, data):
         raise UnsupportedFileError(
@@ -162,67 +172,67 @@ def _unpacked(module: Any, picture: Any, data: bytes) -> Pixels:
         return _from_tiff(picture)
     if mode == "CMYK":
         return _from_cmyk(picture)
-    if name == "TIFF" and picture.tag_v2.get(_TIFF_NUMBERS, (1,))[0] == 2 and mode in ("L", "I"):
+    if name == "TIFF" and picture.tag_v2.get(_TIFF_SAMPLE_FORMAT, (1,))[0] == 2 and mode in ("L", "I"):
         return np.asarray(picture).astype(f"i{picture.tag_v2[_TIFF_BITS][0] // 8}")
     if mode == "F" or mode.startswith("I"):
         return np.asarray(picture).astype(np.float32 if mode == "F" else np.uint16)
-    clear = "transparency" in picture.info
+    has_transparency = "transparency" in picture.info
     if name == "WEBP" or mode not in ("1", "L"):
-        mode = "RGBA" if clear or mode in ("RGBA", "LA", "PA") else "RGB"
+        mode = "RGBA" if has_transparency or mode in ("RGBA", "LA", "PA") else "RGB"
     else:
         mode = "L"
     return np.array(picture.convert(mode))
 
 
 def _is_deep(picture: Any, data: bytes) -> bool:
-    """Return whether Pillow discards bits of the colours."""
+    """Return whether Pillow would discard bits of the colours."""
     if picture.format == "TIFF":
         return bool(max(picture.tag_v2.get(_TIFF_BITS, (8,))) > 8)
     if picture.format == "PPM":
         return bool(picture.tile[0][3][-1] != 255) if isinstance(picture.tile[0][3], tuple) else False
     if picture.format == "JPEG2000":
-        at = data.find(b"\xff\x51")  # the segment SIZ: the depth of its first component
-        return 0 <= at < len(data) - 41 and data[at + 40] & 0x7F > 7
+        start = data.find(b"\xff\x51")  # the SIZ segment, which contains the depth of the first component
+        return 0 <= start < len(data) - 41 and data[start + 40] & 0x7F > 7
     return False
 
 
 def _from_cmyk(picture: Any) -> Pixels:
-    """Return the colours of a picture for printers (CMYK), calculated like in OpenCV."""
+    """Convert a CMYK image to RGB, like OpenCV."""
     stored: Pixels = np.asarray(picture)
-    turned = "adobe" in picture.info  # by Pillow
+    is_inverted = "adobe" in picture.info  # Pillow has inverted it
     colours: Pixels = np.empty((*stored.shape[:2], 3), np.uint8)
-    for part, found in _blocks(stored, colours):
-        wide = (~part if turned else part).astype(np.uint16)
+    for block, result in _blocks(stored, colours):
+        wide = (~block if is_inverted else block).astype(np.uint16)
         black = wide[:, :, 3:]
-        found[:] = black - ((255 - wide[:, :, :3]) * black >> 8)
+        result[:] = black - ((255 - wide[:, :, :3]) * black >> 8)
     return colours
 
 
 def _from_tiff(picture: Any) -> Pixels:
-    """Return the pixels of a TIFF file with opacity, or for printers, calculated like in OpenCV (libtiff)."""
+    """Convert a TIFF file with alpha or CMYK, like OpenCV (libtiff)."""
     stored: Pixels = np.asarray(picture)
     mode = picture.mode
     if mode in ("LA", "La"):
         grey: Pixels = stored[:, :, 0].copy()
         return grey
     colours: Pixels = stored.copy()
-    opacity = picture.tag_v2.get(_TIFF_MORE, (0,))[0]
-    if mode == "RGBA" and opacity not in (1, 2):
+    alpha_kind = picture.tag_v2.get(_TIFF_EXTRA_SAMPLES, (0,))[0]
+    if mode == "RGBA" and alpha_kind not in (1, 2):
         return colours
-    half = 127 if opacity == 2 else 254  # Pillow has divided premultiplied colours, and discarded the fraction
-    for part, found in _blocks(stored, colours):
+    rounding = 127 if alpha_kind == 2 else 254  # Pillow has divided premultiplied colours and truncated the result
+    for block, result in _blocks(stored, colours):
         if mode == "CMYK":
-            wide = 255 - part.astype(np.uint16)
-            found[:, :, :3] = wide[:, :, :3] * wide[:, :, 3:] // 255
-            found[:, :, 3] = 255
+            wide = 255 - block.astype(np.uint16)
+            result[:, :, :3] = wide[:, :, :3] * wide[:, :, 3:] // 255
+            result[:, :, 3] = 255
         else:
-            found[:, :, :3] = (part[:, :, :3] * part[:, :, 3:].astype(np.uint16) + half) // 255
+            result[:, :, :3] = (block[:, :, :3] * block[:, :, 3:].astype(np.uint16) + rounding) // 255
     return colours
 
 
 def _blocks(*images: Pixels) -> Iterator[tuple[Pixels, ...]]:
-    """Yield a few rows of images at a time, so that calculations with larger types need little memory."""
+    """Yield a few rows of images at a time, so that conversions with wider types need little memory."""
     height, width = images[0].shape[:2]
-    rows = max(1, _BLOCK // width)
+    rows = max(1, _BLOCK_PIXELS // width)
     for row in range(0, height, rows):
         yield tuple(image[row : row + rows] for image in images)

@@ -1,4 +1,4 @@
-"""Modules in expressions: only named sets of values and functions."""
+"""Modules in expressions, which are named sets of values and functions."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from pyros1.ground.timing import Duration, Time
 
 
 class Module:
-    """A named set of values, which may be callable (as ``rospy.Time`` is).
+    """A named set of values, which may be callable (like ``rospy.Time``).
 
     Args:
-        name: for error messages.
+        name: the name, for error messages.
         members: the values by name.
-        call: the function that is called when the module is called.
+        call: the function that implements calls to the module; None if it is not callable.
 
     Attributes:
-        names: the names of its members.
+        names: the names of the members.
     """
 
     def __init__(self, name: str, members: Mapping[str, Any], call: Callable[..., Any] | None = None) -> None:
@@ -41,21 +41,21 @@ class Module:
         return self._members[name]
 
     def __call__(self, *args: Any, **keywords: Any) -> Any:
-        """Call it.
+        """Call the module, such as ``rospy.Time``.
 
         Raises:
-            TypeError: it cannot be called.
+            TypeError: the module is not callable.
         """
         if self._call is None:
             raise TypeError(f"{self.name} is a module")
         return self._call(*args, **keywords)
 
 
-def times(now: Callable[[], Time], name: str = "rospy") -> Module:
-    """Return the times of rospy or genpy.
+def time_module(now: Callable[[], Time], name: str = "rospy") -> Module:
+    """Return a module with the times of rospy or genpy.
 
     Args:
-        now: for ``rospy.Time.now()`` and its siblings.
+        now: the implementation of ``rospy.Time.now()`` and similar functions.
         name: ``rospy`` or ``genpy``.
     """
     time = Module(f"{name}.Time", {"now": now, "from_sec": Time.from_sec, "from_seconds": Time.from_sec}, Time)

@@ -1,7 +1,7 @@
-"""PNG files with 16 bits per channel (https://www.w3.org/TR/png): for colours, Pillow reads only the upper bytes.
+"""PNG files with 16 bits per channel (https://www.w3.org/TR/png). Of colours, Pillow reads only the upper bytes.
 
-The filters of PNG work on each byte of a pixel separately. So the upper bytes of all channels are an 8-bit image, and
-so are the lower bytes, and Pillow can read both. Pure except for numpy and Pillow.
+PNG filters process each byte of a pixel separately. Therefore, the upper bytes of all channels form an 8-bit image, as
+do the lower bytes, and Pillow can read both. This module has no side effects.
 """
 
 from __future__ import annotations
@@ -15,18 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
-_HEAD = struct.Struct(">IIBBBBB")
+_HEADER = struct.Struct(">IIBBBBB")
 _MODES = {0: "L", 2: "RGB", 4: "LA", 6: "RGBA"}
-"""Colour type -> Pillow's mode."""
-_TYPES = {1: 0, 2: 4, 3: 2, 4: 6}
-"""Number of channels -> colour type."""
-_WHOLE = ((0, 0, 1, 1),)
+"""Pillow's mode for each colour type."""
+_COLOUR_TYPES = {1: 0, 2: 4, 3: 2, 4: 6}
+"""The colour type for each number of channels."""
+_NOT_INTERLACED = ((0, 0, 1, 1),)
 _INTERLACED = ((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2, 4), (1, 0, 2, 2), (0, 1, 1, 2))
-"""First column and row, and steps between columns and rows, of each pass."""
+"""The first column and row of each pass, and the steps between columns and rows."""
 
 
 class Header(NamedTuple):
-    """The first chunk of a PNG file."""
+    """The header chunk of a PNG file."""
 
     width: int
     height: int
@@ -38,24 +38,24 @@ class Header(NamedTuple):
 
 
 def header(data: bytes) -> Header | None:
-    """Return the header of a PNG file; None if it is not a PNG file."""
+    """Return the header of a PNG file; None if the data is not a PNG file."""
     if not data.startswith(_SIGNATURE) or data[12:16] != b"IHDR" or len(data) < 29:
         return None
-    return Header(*_HEAD.unpack_from(data, 16))
+    return Header(*_HEADER.unpack_from(data, 16))
 
 
 def read(data: bytes, pillow: Any) -> NDArray[np.uint16]:
-    """Return the pixels of a PNG file with 16 bits per channel.
+    """Decode a PNG file with 16 bits per channel.
 
     Args:
-        data: the file.
+        data: the contents of the file.
         pillow: the module PIL.Image.
 
     Returns:
-        An array of shape (height, width, channels): grey, or red, green and blue, and opacity.
+        An array of shape (height, width, channels). The channels are grey or red, green and blue, and optionally alpha.
 
     Raises:
-        ValueError: it is damaged.
+        ValueError: the file is damaged.
     """
     head = header(data)
     if (
@@ -66,42 +66,42 @@ def read(data: bytes, pillow: Any) -> NDArray[np.uint16]:
         or head.compression
         or head.filter
     ):
-        raise ValueError("no PNG file with 16 bits per channel")
+        raise ValueError("not a PNG file with 16 bits per channel")
     mode = _MODES[head.colour]
     chunks = list(_chunks(data))
     passes = [
         (max(0, -(-(head.width - x) // across)), max(0, -(-(head.height - y) // down)))
-        for x, y, across, down in (_INTERLACED if head.interlace else _WHOLE)
+        for x, y, across, down in (_INTERLACED if head.interlace else _NOT_INTERLACED)
     ]
     sizes = [(1 + 2 * len(mode) * width) * height if width else 0 for width, height in passes]
-    rows = _unpacked(b"".join(body for kind, body in chunks if kind == b"IDAT"), sum(sizes))
+    rows = _decompress(b"".join(body for kind, body in chunks if kind == b"IDAT"), sum(sizes))
     upper, lower = (
         np.asarray(pillow.frombytes(mode, (head.width, head.height), part, "zip", mode, head.interlace))
-        for part in _halves(
+        for part in _split_bytes(
             rows, [(1 + 2 * len(mode) * width, size) for (width, _), size in zip(passes, sizes, strict=True)]
         )
     )
     pixels: NDArray[np.uint16] = (upper.astype(np.uint16) << 8 | lower).reshape(head.height, head.width, len(mode))
-    clear = [body for kind, body in chunks if kind == b"tRNS"]
-    if clear and head.colour == 2 and len(clear[0]) >= 6:
-        opacity = np.where((pixels == struct.unpack_from(">3H", clear[0])).all(axis=2), 0, 0xFFFF)
-        pixels = np.dstack([pixels, opacity.astype(np.uint16)])
+    transparent_colours = [body for kind, body in chunks if kind == b"tRNS"]
+    if transparent_colours and head.colour == 2 and len(transparent_colours[0]) >= 6:
+        alpha = np.where((pixels == struct.unpack_from(">3H", transparent_colours[0])).all(axis=2), 0, 0xFFFF)
+        pixels = np.dstack([pixels, alpha.astype(np.uint16)])
     return pixels
 
 
 def write(pixels: NDArray[np.uint16], level: int = 6) -> bytes:
-    """Return a PNG file with 16 bits per channel.
+    """Encode a PNG file with 16 bits per channel.
 
     Args:
-        pixels: array of shape (height, width, channels); see `read`.
-        level: compression level, from 0 to 9.
+        pixels: an array of shape (height, width, channels), see `read`.
+        level: the compression level from 0 to 9.
     """
     height, width, channels = pixels.shape
-    big = pixels.astype(">u2", order="C").view(np.uint8).reshape(height, width, 2 * channels)
+    big_endian = pixels.astype(">u2", order="C").view(np.uint8).reshape(height, width, 2 * channels)
     rows = np.empty((height, 1 + width * 2 * channels), np.uint8)
-    rows[:, 0] = 1  # each byte is the difference from the previous pixel's byte
-    rows[:, 1:] = np.diff(big, axis=1, prepend=np.uint8(0)).reshape(height, -1)
-    head = _HEAD.pack(width, height, 16, _TYPES[channels], 0, 0, 0)
+    rows[:, 0] = 1  # filter type 1: each byte is the difference from the previous pixel's byte
+    rows[:, 1:] = np.diff(big_endian, axis=1, prepend=np.uint8(0)).reshape(height, -1)
+    head = _HEADER.pack(width, height, 16, _COLOUR_TYPES[channels], 0, 0, 0)
     body = zlib.compress(rows.tobytes(), level)
     return _SIGNATURE + _chunk(b"IHDR", head) + _chunk(b"IDAT", body) + _chunk(b"IEND", b"")
 
@@ -111,20 +111,20 @@ def _chunk(kind: bytes, body: bytes) -> bytes:
 
 
 def _chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
-    at, kind = len(_SIGNATURE), b""
+    offset, kind = len(_SIGNATURE), b""
     while kind != b"IEND":
-        if at + 12 > len(data):
-            raise ValueError("the file is cut off")
-        (size,) = struct.unpack_from(">I", data, at)
-        kind, body = data[at + 4 : at + 8], data[at + 8 : at + 8 + size]
-        if data[at + 8 + size : at + 12 + size] != struct.pack(">I", zlib.crc32(kind + body)):
-            raise ValueError(f"a checksum is wrong at byte {at}")
+        if offset + 12 > len(data):
+            raise ValueError("the file is truncated")
+        (size,) = struct.unpack_from(">I", data, offset)
+        kind, body = data[offset + 4 : offset + 8], data[offset + 8 : offset + 8 + size]
+        if data[offset + 8 + size : offset + 12 + size] != struct.pack(">I", zlib.crc32(kind + body)):
+            raise ValueError(f"invalid checksum at byte {offset}")
         yield kind, body
-        at += 12 + size
+        offset += 12 + size
 
 
-def _unpacked(data: bytes, size: int) -> bytes:
-    """Return the rows of all passes, each with its filter before it."""
+def _decompress(data: bytes, size: int) -> bytes:
+    """Decompress the rows of all passes, each of which is preceded by its filter type."""
     try:
         rows = zlib.decompressobj().decompress(data, size)
     except zlib.error as error:
@@ -134,17 +134,17 @@ def _unpacked(data: bytes, size: int) -> bytes:
     return rows
 
 
-def _halves(rows: bytes, passes: list[tuple[int, int]]) -> Iterator[bytes]:
-    """Yield the data of two images: of the upper bytes and of the lower ones.
+def _split_bytes(rows: bytes, passes: list[tuple[int, int]]) -> Iterator[bytes]:
+    """Yield the data of two images, which consist of the upper and the lower bytes.
 
     Args:
         rows: the rows of all passes.
-        passes: bytes per row, and in all, of each pass.
+        passes: the number of bytes per row and the total number of bytes of each pass.
     """
     for half in (1, 2):
-        at, part = 0, []
+        offset, parts = 0, []
         for step, size in passes:
-            block = np.frombuffer(rows, np.uint8, size, at).reshape(-1, step)
-            part.append(np.hstack([block[:, :1], block[:, half::2]]).tobytes())
-            at += size
-        yield zlib.compress(b"".join(part), 0)
+            block = np.frombuffer(rows, np.uint8, size, offset).reshape(-1, step)
+            parts.append(np.hstack([block[:, :1], block[:, half::2]]).tobytes())
+            offset += size
+        yield zlib.compress(b"".join(parts), 0)

@@ -1,4 +1,4 @@
-"""The statistics of ``topic hz``, ``bw`` and ``delay``, and their output (L64-L66). Pure: times are arguments."""
+"""The statistics of ``topic hz``, ``bw`` and ``delay``, and their output (L64-L66)."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 HZ_WINDOW = 50_000
-"""Default window of ``hz`` and ``delay``, in messages."""
+"""Default window of ``hz`` and ``delay`` in messages."""
 
 BW_WINDOW = 100
-"""Default window of ``bw``, in messages; or all messages of the last `BW_SECONDS`, if there are more."""
+"""Default window of ``bw`` in messages. It includes all messages of the last `BW_SECONDS` if these are more."""
 
 BW_SECONDS = 1.0
 
@@ -26,7 +26,7 @@ class Summary(NamedTuple):
 
 
 def summarise(values: Iterable[float]) -> Summary:
-    """Mean, minimum, maximum and standard deviation of at least one value."""
+    """Return mean, minimum, maximum and standard deviation of at least one value."""
     numbers = list(values)
     mean = sum(numbers) / len(numbers)
     deviation = math.sqrt(sum((number - mean) ** 2 for number in numbers) / len(numbers))
@@ -34,10 +34,10 @@ def summarise(values: Iterable[float]) -> Summary:
 
 
 class RateMeter:
-    """The rate of one topic.
+    """Measures the rate of a topic.
 
     Args:
-        window: maximum number of messages considered; -1 or less: `HZ_WINDOW`.
+        window: the maximum number of messages in the window; negative for `HZ_WINDOW`.
     """
 
     def __init__(self, window: int = -1) -> None:
@@ -46,8 +46,8 @@ class RateMeter:
         self._last: float | None = None
         self._is_changed = False
 
-    def arrived(self, now: float) -> None:
-        """Count a message at the time ``now`` in seconds. A time that jumps back restarts the measurement."""
+    def add(self, now: float) -> None:
+        """Add a message at the time ``now`` in seconds. If the time jumps back, the measurement is restarted."""
         last, self._last = self._last, now
         if last is None:
             return
@@ -57,11 +57,12 @@ class RateMeter:
         self._intervals.append(now - last)
         self._is_changed = True
 
-    def figures(self) -> tuple[float, Summary, int] | None:
-        """Return the rate in Hz, the intervals' statistics, and the number of messages in the window.
+    def measurement(self) -> tuple[float, Summary, int] | None:
+        """Return the rate in Hz, the statistics of the intervals, and the number of messages in the window.
+
 
         None if no message came since the last call."""
-        intervals = list(self._intervals)  # the callback may add to it meanwhile
+        intervals = list(self._intervals)  # another thread may add to it
         if not self._is_changed or not intervals:
             return None
         self._is_changed = False
@@ -78,12 +79,12 @@ def rate_lines(rate: float, summary: Summary, window: int) -> str:
     )
 
 
-def rate_table(figures: Mapping[str, tuple[float, Summary, int]]) -> str:
+def rate_table(measurements: Mapping[str, tuple[float, Summary, int]]) -> str:
     """Return the output of ``hz`` for several topics."""
     header = ["topic", "rate", "min_delta", "max_delta", "std_dev", "window"]
     rows = [
         [topic, *(f"{x:.4}" for x in (rate, summary.minimum, summary.maximum, summary.deviation)), str(window)]
-        for topic, (rate, summary, window) in figures.items()
+        for topic, (rate, summary, window) in measurements.items()
     ]
     widths = [max(len(row[column]) for row in [header, *rows]) for column in range(len(header))]
     lines = ["   ".join(name.center(width) for name, width in zip(header, widths, strict=True))]
@@ -93,26 +94,26 @@ def rate_table(figures: Mapping[str, tuple[float, Summary, int]]) -> str:
 
 
 class BandwidthMeter:
-    """The bandwidth of one topic.
+    """Measures the bandwidth of a topic.
 
     Args:
-        window: size in messages; -1 or less means those of the last second, but at least `BW_WINDOW`: on a fast topic,
-            this many may come in a single burst.
+        window: the size of the window in messages; negative for the messages of the last second, but at least
+            `BW_WINDOW`, since a fast topic may send that many in a single burst.
     """
 
     def __init__(self, window: int = -1) -> None:
         self._min_messages = BW_WINDOW if window < 0 else 0
         self._entries: deque[tuple[float, int]] = deque(maxlen=HZ_WINDOW if window < 0 else max(1, window))
 
-    def arrived(self, now: float, size: int) -> None:
-        """Count a message of ``size`` bytes at the time ``now`` in seconds."""
+    def add(self, now: float, size: int) -> None:
+        """Add a message of ``size`` bytes at the time ``now`` in seconds."""
         entries = self._entries
         entries.append((now, size))
         while self._min_messages and len(entries) > self._min_messages and entries[0][0] < now - BW_SECONDS:
             entries.popleft()
 
     def lines(self, now: float) -> str | None:
-        """Return the output of ``bw``; None before there are two messages."""
+        """Return the output of ``bw``; None if there are fewer than two messages."""
         entries = list(self._entries)
         if len(entries) < 2 or now <= entries[0][0]:
             return None
@@ -120,7 +121,7 @@ class BandwidthMeter:
 
 
 def size_lines(sizes: Sequence[int], seconds: float) -> str:
-    """Return the output of ``bw`` for messages of these sizes, in bytes, that came within a time."""
+    """Return the output of ``bw`` for messages of these sizes in bytes that arrived within a time."""
     rate = sum(sizes) / seconds
     unit, factor = ("B", 1) if rate < 1000 else ("KB", 1000) if rate < 1_000_000 else ("MB", 1_000_000)
     values = (rate, sum(sizes) / len(sizes), min(sizes), max(sizes))
@@ -129,23 +130,23 @@ def size_lines(sizes: Sequence[int], seconds: float) -> str:
 
 
 class DelayMeter:
-    """The age of one topic's messages when they arrive.
+    """Measures the age of a topic's messages on arrival.
 
     Args:
-        window: maximum number of messages considered; -1 or less: `HZ_WINDOW`.
+        window: the maximum number of messages in the window; negative for `HZ_WINDOW`.
     """
 
     def __init__(self, window: int = -1) -> None:
         self._delays: deque[float] = deque(maxlen=HZ_WINDOW if window < 0 else max(1, window))
         self._is_changed = False
 
-    def arrived(self, delay: float) -> None:
-        """Count a message that arrives ``delay`` seconds old."""
+    def add(self, delay: float) -> None:
+        """Add a message that is ``delay`` seconds old on arrival."""
         self._delays.append(delay)
         self._is_changed = True
 
     def lines(self) -> str | None:
-        """Return the output of ``delay``; None if no message came since the last call."""
+        """Return the output of ``delay``; None if no message has arrived since the last call."""
         delays = list(self._delays)
         if not self._is_changed:
             return None

@@ -1,6 +1,6 @@
-"""Message templates: YAML with a value for each field, to fill in (rosmsg-proto, L89).
+"""Message templates: YAML with a default value for each field (rosmsg-proto, L89).
 
-Short collections are written on several lines, long ones and all following ones in brackets.
+Short collections are written on several lines. Long ones, and all that follow them, are written in brackets.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from pyros1.msgs import Message
 from pyros1.msgs.base import nested_classes
 from pyros1.values.writing import dump
 
-LONG = 4
-"""Maximum number of entries of a short collection."""
+MAX_SHORT_LENGTH = 4
+"""Maximum number of items in a short collection."""
 
 
 def template(
@@ -23,28 +23,28 @@ def template(
     empty_arrays: bool = False,
     excluded: Collection[str] = (),
 ) -> str:
-    """Return a template of a message as YAML, without a line break at its end.
+    """Return the template of a message as YAML without a trailing line break.
 
     Args:
-        cls: the message's class.
-        flow_style: 1 puts everything in brackets, 0 nothing. None uses brackets for the innermost collections,
-            starting at the first field with a long collection, or for all fields if there are many or one is a long
-            array.
-        empty_arrays: whether arrays of variable length have no element.
-        excluded: names of fields to leave out, at any depth.
+        cls: the class of the message.
+        flow_style: 1 to use brackets for all collections, 0 for none. None to use brackets for the innermost
+            collections, starting at the first field with a long collection, or in all fields if there are many or one
+            is a long array.
+        empty_arrays: whether arrays of variable length are empty.
+        excluded: the names of fields to leave out at any depth.
     """
-    return _render(_Maker(empty_arrays, excluded).message(cls()), flow_style)
+    return _render(_TemplateBuilder(empty_arrays, excluded).message(cls()), flow_style)
 
 
-class _Maker:
-    """Converts messages to dictionaries; arguments as for `template`."""
+class _TemplateBuilder:
+    """Converts messages to dictionaries. The arguments are those of `template`."""
 
     def __init__(self, empty_arrays: bool, excluded: Collection[str]) -> None:
         self._empty_arrays = empty_arrays
         self._excluded = excluded
 
     def message(self, message: Message) -> dict[str, Any]:
-        """Return the message as dictionaries, with one element in each array of variable length."""
+        """Return the message as a dictionary with one element in each array of variable length."""
         classes = nested_classes(type(message))
         return {
             name: self._field(getattr(message, name), kind, classes)
@@ -81,32 +81,36 @@ def _element(base: str, classes: Any) -> Any:
 
 
 def _render(value: dict[str, Any], flow_style: int | None) -> str:
-    brackets: set[int] = set()
+    bracketed: set[int] = set()
     if flow_style == 1:
-        brackets.add(id(value))
+        bracketed.add(id(value))
     elif flow_style != 0:
-        _choose(value, brackets, False)
-    return dump(value, inline=lambda part: id(part) in brackets, ordered=True).rstrip("\n")
+        _select_bracketed(value, bracketed, False)
+    return dump(value, inline=lambda part: id(part) in bracketed, ordered=True).rstrip("\n")
 
 
-def _parts(value: Any) -> list[Any]:
+def _items(value: Any) -> list[Any]:
     return list(value.values()) if isinstance(value, dict) else value if isinstance(value, list) else []
 
 
-def _choose(value: Any, brackets: set[int], found: bool) -> bool:
-    """Choose which collections get brackets. Return whether a long collection was found."""
-    parts = _parts(value)
-    if found or len(parts) > LONG or any(isinstance(part, list) and len(part) > LONG for part in parts):
-        _add_leaves(value, brackets)
+def _select_bracketed(value: Any, bracketed: set[int], found: bool) -> bool:
+    """Select the collections to write in brackets. Return whether a long collection was found."""
+    parts = _items(value)
+    if (
+        found
+        or len(parts) > MAX_SHORT_LENGTH
+        or any(isinstance(part, list) and len(part) > MAX_SHORT_LENGTH for part in parts)
+    ):
+        _add_innermost(value, bracketed)
         return True
     for part in parts:
-        found = _choose(part, brackets, found)
+        found = _select_bracketed(part, bracketed, found)
     return found
 
 
-def _add_leaves(value: Any, brackets: set[int]) -> None:
-    parts = _parts(value)
+def _add_innermost(value: Any, bracketed: set[int]) -> None:
+    parts = _items(value)
     if isinstance(value, (dict, list)) and not any(isinstance(part, (dict, list)) for part in parts):
-        brackets.add(id(value))
+        bracketed.add(id(value))
     for part in parts:
-        _add_leaves(part, brackets)
+        _add_innermost(part, bracketed)

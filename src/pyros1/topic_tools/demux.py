@@ -11,7 +11,7 @@ from pyros1.topic_tools.output import QUEUE_SIZE, Output
 from pyros1.topic_tools.selection import Selection
 
 CONNECT_DELAY = 0.5
-"""Seconds that the first message on a new topic waits, so that subscribers can connect."""
+"""Time in seconds that the first message on a new topic is delayed, so that subscribers can connect."""
 
 
 class Demux:
@@ -19,8 +19,8 @@ class Demux:
 
     Args:
         node: the node that subscribes, publishes and provides the services.
-        source: topic to subscribe to.
-        targets: output topics; the first is selected.
+        source: the topic to subscribe to.
+        targets: the output topics. The first one is selected.
     """
 
     def __init__(self, node: Node, source: str, targets: Sequence[str]) -> None:
@@ -31,12 +31,12 @@ class Demux:
         self._outputs: dict[str, Output] = {}
         for topic in self._selection.topics:
             self._add_output(topic)
-        self._selection.added, self._selection.removed = self._add_output, self._remove_output
+        self._selection.on_added, self._selection.on_removed = self._add_output, self._remove_output
         node.subscribe(source, AnyMsg, self._receive, queue_size=QUEUE_SIZE)
         self._selection.serve()
 
     def run(self) -> None:
-        """Forward until the node shuts down."""
+        """Forward messages until the node shuts down."""
         self._node.spin()
 
     def _add_output(self, topic: str) -> None:
@@ -50,8 +50,10 @@ class Demux:
     def _receive(self, message: AnyMsg) -> None:
         outputs = self._outputs
         selected = outputs.get(self._selection.selected or "")
-        is_new = selected is not None and not selected.advertised
-        admitted = [message._connection_header is each.header or each.admit(message) for each in outputs.values()]
+        is_new = selected is not None and not selected.is_advertised
+        admitted = [
+            message._connection_header is output.header or output.accepts(message) for output in outputs.values()
+        ]
         if is_new and all(admitted):
             self._shutdown.wait(CONNECT_DELAY)
         if selected is not None and message._connection_header is selected.header:

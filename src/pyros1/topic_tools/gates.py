@@ -26,25 +26,25 @@ class Drop:
 
 
 class MessageThrottle:
-    """A gate for `Relay`: it lets messages pass with at least one period between them.
+    """A gate for `Relay` that passes messages with a minimum period between them.
 
     Args:
         period: the period in nanoseconds.
         now: returns the time in nanoseconds.
-        jumped: called when time has jumped back; the period then starts again.
+        on_time_jump: called when the time has jumped back, which restarts the period.
     """
 
-    def __init__(self, period: int, now: Callable[[], int], jumped: Callable[[], object]) -> None:
+    def __init__(self, period: int, now: Callable[[], int], on_time_jump: Callable[[], object]) -> None:
         self._period = period
         self._now = now
-        self._jumped = jumped
+        self._on_time_jump = on_time_jump
         self._last = 0
 
     def __call__(self, message: AnyMsg) -> bool:
         """Return whether the message passes."""
         now = self._now()
         if now < self._last:
-            self._jumped()
+            self._on_time_jump()
             self._last = now
         if now - self._last <= self._period:
             return False
@@ -53,20 +53,20 @@ class MessageThrottle:
 
 
 class ByteThrottle:
-    """A gate for `Relay`: a message passes while fewer than a number of bytes have passed within a window of time.
+    """A gate for `Relay` that passes messages while fewer than a number of bytes have passed within a time window.
 
     Args:
         max_bytes: the number of bytes.
-        window: the window in nanoseconds.
+        window: the length of the window in nanoseconds.
         now: returns the time in nanoseconds.
-        jumped: called when time has jumped back; the window is then empty.
+        on_time_jump: called when the time has jumped back, which clears the window.
     """
 
-    def __init__(self, max_bytes: int, window: int, now: Callable[[], int], jumped: Callable[[], object]) -> None:
+    def __init__(self, max_bytes: int, window: int, now: Callable[[], int], on_time_jump: Callable[[], object]) -> None:
         self._max_bytes = max_bytes
         self._window = window
         self._now = now
-        self._jumped = jumped
+        self._on_time_jump = on_time_jump
         self._sent: deque[tuple[int, int]] = deque()
         self._bytes = 0
 
@@ -75,7 +75,7 @@ class ByteThrottle:
         now = self._now()
         sent = self._sent
         if sent and now < sent[-1][0]:
-            self._jumped()
+            self._on_time_jump()
             sent.clear()
             self._bytes = 0
         while sent and sent[0][0] < now - self._window:

@@ -19,12 +19,13 @@ class Mux:
 
     Args:
         node: the node that subscribes, publishes and provides the services.
-        target: topic to publish.
-        sources: input topics.
-        initial: the topic to select first, or ``__none``; empty selects the first topic.
-        lazy: once the type is known, subscribe only to the selected topic, and only while the output has subscribers.
-        latch: latch the output.
-        connect_timeout: maximum number of seconds that the first message waits for a subscriber.
+        target: the topic to publish.
+        sources: the input topics.
+        initial: the topic to select at the start, or ``__none``; empty for the first topic.
+        lazy: whether to subscribe only to the selected topic, and only while the output has subscribers, as soon as the
+            type is known.
+        latch: whether to latch the output.
+        connect_timeout: the maximum time in seconds to wait for a subscriber before the first message is published.
     """
 
     def __init__(
@@ -42,18 +43,20 @@ class Mux:
         self._connect_timeout = connect_timeout
         self._output = Output(node, target, latch)
         self._subscribers: dict[str, Subscriber[AnyMsg]] = {}
-        self._wake = threading.Event()  # the type is known now, no subscriber is left, or the node ends
+        self._wake = (
+            threading.Event()
+        )  # set when the type is known, when no subscriber is left, or when the node shuts down
         node.on_shutdown(self._wake.set)
         self._selection = Selection(node, "mux", sources, initial)
-        self._selection.added = self._selection.removed = self._update_subscriptions
-        self._selection.changed = self._update_subscriptions
+        self._selection.on_added = self._selection.on_removed = self._update_subscriptions
+        self._selection.on_changed = self._update_subscriptions
         self._update_subscriptions()
         self._selection.serve()
-        self._deprecated = f"{target}_select"
-        node.advertise_service(self._deprecated, "topic_tools/MuxSelect", self._select_deprecated)
+        self._deprecated_service = f"{target}_select"
+        node.advertise_service(self._deprecated_service, "topic_tools/MuxSelect", self._select_deprecated)
 
     def run(self) -> None:
-        """Forward until the node shuts down."""
+        """Forward messages until the node shuts down."""
         if not self._lazy:
             self._node.spin()
         while self._node.ok():
@@ -64,14 +67,14 @@ class Mux:
             self._update_subscriptions()
 
     def _select_deprecated(self, request: Any) -> Mapping[str, str]:
-        self._node.log.warn("the service %s is deprecated: use mux/select", self._deprecated)
+        self._node.log.warn("the service %s is deprecated: use mux/select", self._deprecated_service)
         return self._selection.select(request)
 
     def _update_subscriptions(self, *_: object) -> None:
-        """Subscribe to the currently needed topics, and unsubscribe from all others."""
+        """Subscribe to the topics that are needed, and unsubscribe from all others."""
         with self._selection.lock:
             needed = self._selection.topics
-            if self._lazy and self._output.advertised:
+            if self._lazy and self._output.is_advertised:
                 needed = [
                     topic for topic in needed if topic == self._selection.selected and self._output.has_subscribers
                 ]
@@ -85,8 +88,8 @@ class Mux:
     def _receive(self, topic: str, message: AnyMsg) -> None:
         output = self._output
         if message._connection_header is not output.header:
-            is_first = not output.advertised
-            if not output.admit(message):
+            is_first = not output.is_advertised
+            if not output.accepts(message):
                 return
             if is_first:
                 output.wait_for_subscriber(self._connect_timeout)

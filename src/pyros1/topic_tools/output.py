@@ -13,22 +13,22 @@ from pyros1.node.publishing.publisher import Publisher
 from pyros1.wire.handshake import TopicType
 
 QUEUE_SIZE = 100
-"""Queue size, in messages, for a slow subscriber and before a slow forwarder."""
+"""Queue size in messages, for slow subscribers and for input from fast publishers."""
 LARGE_BYTES = 1 << 16
 SMALL_QUEUE_SIZE = 10
-"""Queue size, in messages, for a slow subscriber if the first message has more than LARGE bytes."""
+"""Queue size in messages for slow subscribers if the first message has more than `LARGE_BYTES`."""
 
 
 class Output:
-    """The topic that messages are forwarded to.
+    """The topic to which messages are forwarded.
 
     Args:
         node: the node that publishes.
         topic: the topic's name.
-        latch: whether to latch; None latches if the first message's publisher does.
+        latch: whether to latch the topic; None to latch it if the publisher of the first message does.
 
     Attributes:
-        header: connection header of a publisher whose messages have the topic's type.
+        header: the connection header of the last publisher whose message had the topic's type.
     """
 
     def __init__(self, node: Node, topic: str, latch: bool | None = None) -> None:
@@ -42,8 +42,8 @@ class Output:
         self._lock = threading.Lock()
 
     @property
-    def advertised(self) -> bool:
-        """Whether the topic is advertised, because a message has arrived."""
+    def is_advertised(self) -> bool:
+        """Whether the topic is advertised, which requires that a message has arrived."""
         return self._publisher is not None
 
     @property
@@ -51,7 +51,7 @@ class Output:
         """Whether the topic has subscribers."""
         return self._publisher is not None and self._publisher.num_connections > 0
 
-    def admit(self, message: AnyMsg) -> bool:
+    def accepts(self, message: AnyMsg) -> bool:
         """Return whether a message has the topic's type. The first message sets the type.
 
         Call this whenever ``message._connection_header`` is not `header`.
@@ -69,17 +69,19 @@ class Output:
                 )
             topic_type = self._type or message_type
             if topic_type.md5sum != message_type.md5sum:
-                text, publisher_name = (
+                message_format, publisher_name = (
                     "%s has the type %s, not %s: messages from %s are dropped",
                     header.get("callerid", "?"),
                 )
-                self._node.log.peer(ERROR, text, self.topic, topic_type.name, message_type.name, publisher_name)
+                self._node.log.peer(
+                    ERROR, message_format, self.topic, topic_type.name, message_type.name, publisher_name
+                )
                 return False
             self.header = header
             return True
 
-    def _advertise(self, message_type: TopicType, latching: bool, queue_size: int) -> None:
-        latch = latching if self._latch is None else self._latch
+    def _advertise(self, message_type: TopicType, is_latched: bool, queue_size: int) -> None:
+        latch = is_latched if self._latch is None else self._latch
         self._publisher = self._node.advertise(
             self._given_name, AnyMsg, queue_size=queue_size, latch=latch, raw_type=message_type
         )
@@ -89,22 +91,22 @@ class Output:
         )
 
     def publish(self, message: AnyMsg) -> None:
-        """Send an admitted message."""
+        """Publish an admitted message."""
         publisher = self._publisher
         if publisher is not None:
             publisher.publish(message)
 
     def wait_for_subscriber(self, timeout: float | None = None) -> None:
-        """Wait for a subscriber, or until the node shuts down.
+        """Wait until there is a subscriber or the node shuts down.
 
         Args:
-            timeout: the longest time to wait in seconds.
+            timeout: the maximum time to wait in seconds.
         """
         if self._publisher is not None:
             self._publisher.wait_for_subscribers(1, timeout)
 
     def close(self) -> None:
-        """Unregister."""
+        """Unregister the topic."""
         with self._lock:
             publisher, self._publisher, self._type, self.header = self._publisher, None, None, None
         if publisher is not None:

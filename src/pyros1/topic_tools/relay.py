@@ -20,10 +20,10 @@ class Relay:
 
     Args:
         node: the node that subscribes and publishes.
-        source: topic to subscribe to.
+        source: the topic to subscribe to.
         output: the output.
-        gate: decides whether a message passes; None lets all pass.
-        transports: transports to request, see `Node.subscribe`.
+        gate: decides whether a message passes; None to pass all.
+        transports: the transports to request, see `Node.subscribe`.
 
     Raises:
         NodeError: both topics are the same.
@@ -39,16 +39,16 @@ class Relay:
     ) -> None:
         if node.resolve(source) == output.topic:
             raise NodeError(f"{output.topic} would be forwarded to itself")
-        self._source = source  # as given: a resolved name would be remapped twice
+        self._source = source  # not resolved, since a resolved name would be remapped twice
         self._node = node
         self._output = output
         self._gate = gate
         self._transports = transports
-        self._no_subscriber = threading.Event()  # the last message had no subscriber, or the node ends
+        self._no_subscriber = threading.Event()  # set when a message had no subscriber, or when the node shuts down
         node.on_shutdown(self._no_subscriber.set)
 
     def run(self) -> None:
-        """Forward until the node shuts down."""
+        """Forward messages until the node shuts down."""
         self._subscribe(self._receive)
         self._node.spin()
 
@@ -56,7 +56,7 @@ class Relay:
         return self._node.subscribe(self._source, AnyMsg, callback, queue_size=QUEUE_SIZE, transports=self._transports)
 
     def run_lazy(self) -> None:
-        """Forward until the node shuts down. Stay subscribed only while the output has subscribers."""
+        """Forward messages until the node shuts down. Only subscribe while the output has subscribers."""
         while self._node.ok():
             with self._subscribe(self._receive_lazily):
                 self._no_subscriber.wait()
@@ -64,11 +64,11 @@ class Relay:
             self._output.wait_for_subscriber()
 
     def run_stealth(self, monitored: str, period: float) -> None:
-        """Forward until the node shuts down. Stay subscribed only while another node subscribes to a topic.
+        """Forward messages until the node shuts down. Only subscribe while another node subscribes to `monitored`.
 
         Args:
-            monitored: the topic.
-            period: seconds between two queries of the master.
+            monitored: the monitored topic.
+            period: the interval of queries to the master in seconds.
         """
         monitored = self._node.resolve(monitored)
         subscriber = None
@@ -82,24 +82,24 @@ class Relay:
             self._no_subscriber.wait(period)
             is_needed = self._has_subscribers(monitored, is_needed)
 
-    def _has_subscribers(self, topic: str, previously: bool) -> bool:
+    def _has_subscribers(self, topic: str, default: bool) -> bool:
         try:
             _, subscribers, _ = self._node.master.get_system_state()
         except Error as error:
             if self._node.ok():
                 self._node.log.error("cannot find the subscribers of %s: %s", topic, error, throttle=10.0)
-            return previously
+            return default
         return any(set(nodes) - {self._node.name} for name, nodes in subscribers if name == topic)
 
     def _receive(self, message: AnyMsg) -> None:
         output = self._output
-        if (message._connection_header is output.header or output.admit(message)) and (
+        if (message._connection_header is output.header or output.accepts(message)) and (
             self._gate is None or self._gate(message)
         ):
             output.publish(message)
 
     def _receive_lazily(self, message: AnyMsg) -> None:
-        if self._output.admit(message) and not self._output.has_subscribers:
+        if self._output.accepts(message) and not self._output.has_subscribers:
             self._no_subscriber.set()
         else:
             self._receive(message)

@@ -1,6 +1,7 @@
-"""republish: converts images between forms, like image_transport's (https://wiki.ros.org/image_transport#republish).
+"""republish: converts images between transports, like image_transport's republish.
 
-The forms are ``raw`` on the topic itself, and ``compressed`` (JPEG or PNG) on ``TOPIC/compressed``.
+The transports are ``raw`` on the topic itself, and ``compressed`` (JPEG or PNG) on ``TOPIC/compressed``. See
+https://wiki.ros.org/image_transport#republish.
 """
 
 from __future__ import annotations
@@ -20,43 +21,43 @@ TRANSPORTS = ("raw", "compressed")
 
 
 class Republisher:
-    """Republishes the images of a topic until the node ends.
+    """Republishes the images of a topic until the node shuts down.
 
     Compression is configured by dynamic_reconfigure in ``OUTPUT/compressed``: ``format``,
     ``jpeg_quality`` and ``png_level``.
 
     Args:
         node: the node.
-        source, source_transport: topic and form of the input images.
-        output, output_transport: topic and form of the output images.
+        source, source_transport: the topic and transport of the input images.
+        output, output_transport: the topic and transport of the output images.
 
     Raises:
         NodeError: input and output are the same.
-        ValueError: a form is unknown.
+        ValueError: a transport is unknown.
     """
 
     def __init__(self, node: Node, source: str, source_transport: str, output: str, output_transport: str) -> None:
-        for each in (source_transport, output_transport):
-            if each not in TRANSPORTS:
-                raise ValueError(f"there is no image transport {each!r}: only {' and '.join(TRANSPORTS)}")
+        for transport in (source_transport, output_transport):
+            if transport not in TRANSPORTS:
+                raise ValueError(f"there is no image transport {transport!r}: only {' and '.join(TRANSPORTS)}")
         self._node = node
         self._options: dict[str, Any] = {}
-        self._convert = self._conversion(source_transport, output_transport)
-        self.topic, type = _topic(node, output, output_transport)
-        incoming, incoming_type = _topic(node, source, source_transport)
-        if incoming == self.topic:
-            raise ValueError(f"{incoming} would be republished to itself")
+        self._convert = self._make_conversion(source_transport, output_transport)
+        self.topic, output_type = _topic_and_type(node, output, output_transport)
+        input_topic, input_type = _topic_and_type(node, source, source_transport)
+        if input_topic == self.topic:
+            raise ValueError(f"{input_topic} would be republished to itself")
         if output_transport == "compressed":
-            Server(node, _parameters(), self._configured, namespace=self.topic)
-        self._publisher = node.advertise(self.topic, type, queue_size=1)
-        node.subscribe(incoming, incoming_type, self._receive, queue_size=1)
+            Server(node, _parameters(), self._on_configured, namespace=self.topic)
+        self._publisher = node.advertise(self.topic, output_type, queue_size=1)
+        node.subscribe(input_topic, input_type, self._receive, queue_size=1)
 
-    def _conversion(self, source: str, output: str) -> Callable[[Any], Any]:
+    def _make_conversion(self, source: str, output: str) -> Callable[[Any], Any]:
         if source == output:
             return lambda message: message
         return decompress if source == "compressed" else lambda message: compress(message, **self._options)
 
-    def _configured(self, config: Any, level: int) -> Any:
+    def _on_configured(self, config: Any, level: int) -> Any:
         self._options = {
             "format": config.format if config.format in FORMATS else FORMATS[0],
             "quality": config.jpeg_quality,
@@ -73,32 +74,32 @@ class Republisher:
             self._node.log.error("%s: %s", self.topic, error, throttle=10)
 
 
-def _topic(node: Node, base: str, transport: str) -> tuple[str, Any]:
+def _topic_and_type(node: Node, base: str, transport: str) -> tuple[str, Any]:
     name = node.resolve(base)
     return (name, Image) if transport == "raw" else (f"{name}/compressed", CompressedImage)
 
 
 def _parameters() -> Parameters:
-    found = Parameters()
-    found.add("format", "jpeg", "of compressed images", choices={each: each for each in FORMATS})
-    found.add("jpeg_quality", 80, "quality of JPEG", minimum=1, maximum=100)
-    found.add("png_level", 9, "level of PNG's compression", minimum=1, maximum=9)
-    return found
+    parameters = Parameters()
+    parameters.add("format", "jpeg", "format of compressed images", choices={name: name for name in FORMATS})
+    parameters.add("jpeg_quality", 80, "JPEG quality", minimum=1, maximum=100)
+    parameters.add("png_level", 9, "PNG compression level", minimum=1, maximum=9)
+    return parameters
 
 
 def main(argv: list[str]) -> int:
-    """Run the program; return its exit code.
+    """Run the program. Return its exit code.
 
     Args:
-        argv: the command line, with the program's name.
+        argv: the command line, including the program's name.
     """
-    words = [word for word in argv[1:] if ":=" not in word]
-    if not 1 <= len(words) <= 2 or words[0] in ("-h", "--help"):
+    args = [arg for arg in argv[1:] if ":=" not in arg]
+    if not 1 <= len(args) <= 2 or args[0] in ("-h", "--help"):
         sys.stderr.write(USAGE)
-        return int(words[:1] not in (["-h"], ["--help"]))
+        return int(args[:1] not in (["-h"], ["--help"]))
     try:
         with Node("image_republisher", anonymous=True, argv=argv[1:]) as node:
-            Republisher(node, "in", words[0], "out", words[1] if len(words) == 2 else "raw")
+            Republisher(node, "in", args[0], "out", args[1] if len(args) == 2 else "raw")
             node.spin()
     except (Error, ValueError) as error:
         sys.stderr.write(f"ERROR: republish: {error}\n")

@@ -1,7 +1,7 @@
-"""Shared by mux and demux: a list of topics, of which services select one or none.
+"""Shared code of mux and demux: a list of topics, of which services select one or none.
 
-The services are select, add, delete and list, relative to the name ``mux`` or ``demux``, which users may remap. The
-selected topic is published, latched, on ``selected``.
+The services are select, add, delete and list, relative to the name ``mux`` or ``demux``, which users can remap. The
+selected topic is published on the latched topic ``selected``.
 """
 
 from __future__ import annotations
@@ -16,97 +16,97 @@ from pyros1.node.log.levels import WARN
 from pyros1.node.publishing.publisher import Publisher
 
 NONE = "__none"
-"""Selects no topic."""
+"""The name that selects no topic."""
 
 
 class Selection:
-    """The topics, and their services.
+    """The topics and the services that select them.
 
     Args:
-        node: provides the services.
+        node: the node that provides the services.
         kind: ``mux`` or ``demux``.
-        topics: the topics; the first one is selected.
-        initial: another topic to select, or `NONE`; a name that is not one of the topics means `NONE`.
+        topics: the topics. The first one is selected.
+        initial: another topic to select, or `NONE`. An unknown topic is treated like `NONE`.
 
     Attributes:
-        topics: full names of the topics.
-        selected: one of them, or None.
-        added, removed, changed: called with an added or deleted topic, and after a selection, while the thread holds
-            `lock`.
-        lock: held while topics or the selection change.
+        topics: the full names of the topics.
+        selected: the selected topic, or None.
+        on_added, on_removed: called with an added or deleted topic while `lock` is held.
+        on_changed: called after a selection while `lock` is held.
+        lock: the lock that is held while the topics or the selection change.
     """
 
     def __init__(self, node: Node, kind: str, topics: Sequence[str], initial: str = "") -> None:
         self.topics = list(dict.fromkeys(map(node.resolve, topics)))
         self.selected: str | None = self.topics[0]
-        self.added: Callable[[str], object] = _nothing
-        self.removed: Callable[[str], object] = _nothing
-        self.changed: Callable[[], object] = _nothing
+        self.on_added: Callable[[str], object] = _do_nothing
+        self.on_removed: Callable[[str], object] = _do_nothing
+        self.on_changed: Callable[[], object] = _do_nothing
         self.lock = threading.RLock()
         self._node = node
         self._kind = kind
         self._prefix = node.resolve(kind)
-        message = self.selected
+        published_name = self.selected
         if initial:
-            self.selected = None if initial == NONE else self._known(initial)
-            message = initial if self.selected else NONE
+            self.selected = None if initial == NONE else self._find_topic(initial)
+            published_name = initial if self.selected else NONE
         self._publisher: Publisher[Any] = node.advertise(
             f"{self._prefix}/selected", "std_msgs/String", queue_size=1, latch=True
         )
-        self._publisher.publish(message)
+        self._publisher.publish(published_name)
 
     def serve(self) -> None:
         """Provide the services."""
-        word = self._kind.capitalize()
+        type_prefix = self._kind.capitalize()
         handlers = {"Select": self.select, "Add": self._add, "Delete": self._delete, "List": self._list}
         for verb, handler in handlers.items():
-            self._node.advertise_service(f"{self._prefix}/{verb.lower()}", f"topic_tools/{word}{verb}", handler)
+            self._node.advertise_service(f"{self._prefix}/{verb.lower()}", f"topic_tools/{type_prefix}{verb}", handler)
 
     def select(self, request: Any) -> Mapping[str, str]:
-        """Select a topic, or `NONE`.
+        """Select a topic or `NONE`.
 
         Raises:
             NodeError: the topic is unknown.
         """
         with self.lock:
-            before = self.selected
+            previous = self.selected
             if request.topic == NONE:
                 self.selected = None
             else:
-                self.selected = self._known(request.topic) or self._refuse(
+                self.selected = self._find_topic(request.topic) or self._refuse(
                     f"cannot select {request.topic}: unknown topic"
                 )
             self._node.log.info("%s: %s is selected", self._kind, self.selected or "nothing")
-            self.changed()
+            self.on_changed()
             self._publisher.publish(request.topic)
-        return {"prev_topic": before or ""}
+        return {"prev_topic": previous or ""}
 
     def _add(self, request: Any) -> Mapping[str, str]:
         with self.lock:
             if request.topic == NONE:
                 self._refuse(f"cannot add {NONE}: it means no topic")
-            if self._known(request.topic):
+            if self._find_topic(request.topic):
                 self._refuse(f"cannot add {request.topic}: it is already in the list")
             topic = self._node.resolve(request.topic)
             self.topics.append(topic)
-            self.added(topic)
+            self.on_added(topic)
             self._node.log.info("%s: added %s", self._kind, topic)
         return {}
 
     def _delete(self, request: Any) -> Mapping[str, str]:
         with self.lock:
-            topic = self._known(request.topic) or self._refuse(f"cannot delete {request.topic}: unknown topic")
+            topic = self._find_topic(request.topic) or self._refuse(f"cannot delete {request.topic}: unknown topic")
             if topic == self.selected:
                 self._refuse(f"cannot delete {topic}: it is selected")
             self.topics.remove(topic)
-            self.removed(topic)
+            self.on_removed(topic)
             self._node.log.info("%s: deleted %s", self._kind, topic)
         return {}
 
     def _list(self, request: Any) -> Mapping[str, list[str]]:
         return {"topics": list(self.topics)}
 
-    def _known(self, name: str) -> str | None:
+    def _find_topic(self, name: str) -> str | None:
         try:
             topic = self._node.resolve(name)
         except InvalidNameError as error:
@@ -118,5 +118,5 @@ class Selection:
         raise NodeError(reason)
 
 
-def _nothing(*_: object) -> None:
-    """Do nothing: the default of callbacks."""
+def _do_nothing(*_: object) -> None:
+    """Do nothing. This is the default callback."""

@@ -1,7 +1,7 @@
-"""tf2_web_republisher: transforms for web pages, for which all of /tf would be too much.
+"""tf2_web_republisher: provides selected transforms for web pages, for which all of /tf would be too much.
 
-A page names frames; it receives those that moved, through the action ``tf2_web_republisher`` or on a separate topic
-from the service ``republish_tfs``. This is what roslibjs's TFClient, and so ros3djs, expects
+A page requests frames and receives those that moved, from the action ``tf2_web_republisher`` or on a separate topic
+created by the service ``republish_tfs``. The TFClient of roslibjs, which ros3djs uses, expects this interface
 (https://wiki.ros.org/tf2_web_republisher).
 """
 
@@ -25,7 +25,7 @@ from pyros1.tf import Buffer, TransformException, TransformListener
 MAX_PAGES = 200
 """Maximum number of pages."""
 MAX_FRAMES = 1000
-"""Maximum number of frames of a page."""
+"""Maximum number of frames per page."""
 _DEFAULT_RATE, _MIN_RATE, _MAX_RATE = 10.0, 0.1, 100.0
 _MIN_TIMEOUT = 1.0
 
@@ -34,11 +34,11 @@ class MovedFrames:
     """Finds the frames that have moved since the last query.
 
     Args:
-        buffer: the transforms.
+        buffer: the buffer of transforms.
         target: the fixed frame of the page.
         sources: the requested frames.
-        angle: threshold in radians; a frame that has turned less has not moved.
-        distance: threshold in meters, likewise.
+        angle: the threshold in radians. A frame that has rotated by less has not moved.
+        distance: the threshold in metres. A frame that has been translated by less has not moved.
 
     Raises:
         ValueError: a page requests too many frames.
@@ -54,18 +54,18 @@ class MovedFrames:
         self._distance = distance
         self._last: dict[str, Any] = {}
 
-    def take(self) -> list[TransformStamped]:
-        """Return the transforms of frames that have moved; frames that are not known (yet) are left out."""
+    def find_moved(self) -> list[TransformStamped]:
+        """Return the transforms of frames that have moved, without those that are unknown."""
         moved = []
         for source in self._sources:
             try:
-                found: Any = self._buffer.lookup_transform(self._target, source)
+                transform: Any = self._buffer.lookup_transform(self._target, source)
             except TransformException:
                 continue
             last = self._last.get(source)
-            if last is None or self._has_moved(last.transform, found.transform):
-                self._last[source] = found
-                moved.append(found)
+            if last is None or self._has_moved(last.transform, transform.transform):
+                self._last[source] = transform
+                moved.append(transform)
         return moved
 
     def _has_moved(self, old: Any, new: Any) -> bool:
@@ -73,21 +73,21 @@ class MovedFrames:
         if math.dist((a.x, a.y, a.z), (b.x, b.y, b.z)) > self._distance:
             return True
         p, q = old.rotation, new.rotation
-        # The vector part of the rotation from one to the other: exact for small angles, as the scalar part is not.
-        across = math.hypot(
+        # The vector part of the rotation between both is accurate for small angles, unlike the scalar part.
+        vector_part = math.hypot(
             p.w * q.x - p.x * q.w - p.y * q.z + p.z * q.y,
             p.w * q.y - p.y * q.w - p.z * q.x + p.x * q.z,
             p.w * q.z - p.z * q.w - p.x * q.y + p.y * q.x,
         )
-        along = abs(p.x * q.x + p.y * q.y + p.z * q.z + p.w * q.w)
-        return 2 * math.atan2(across, along) > self._angle
+        scalar_part = abs(p.x * q.x + p.y * q.y + p.z * q.z + p.w * q.w)
+        return 2 * math.atan2(vector_part, scalar_part) > self._angle
 
 
 class Republisher:
-    """Serves pages until the node ends.
+    """Serves pages until the node shuts down.
 
     Args:
-        node: the node; the action has its name.
+        node: the node. The action has the node's name.
     """
 
     def __init__(self, node: Node) -> None:
@@ -107,7 +107,7 @@ class Republisher:
         self._listener.close()
 
     def _add_page(self, subscription: Any) -> tuple[MovedFrames, float]:
-        """Return a page's moved frames, and its update period in seconds; raises ValueError."""
+        """Register a page. Return its `MovedFrames` and its update period in seconds. Raise ValueError for errors."""
         moved_frames = MovedFrames(
             self._buffer,
             subscription.target_frame,
@@ -139,7 +139,7 @@ class Republisher:
                 timer.shutdown()
                 self._remove_page()
                 goal.cancel()
-            elif moved := moved_frames.take():
+            elif moved := moved_frames.find_moved():
                 goal.feedback(TFSubscriptionFeedback(moved))
 
         timer = self._node.timer(period, on_timer)
@@ -165,8 +165,10 @@ class Republisher:
                 publisher.unregister()
                 self._remove_page()
                 return
-            if moved := moved_frames.take():
-                known = known | {each.child_frame_id: each for each in moved}  # a new dict: another thread reads it
+            if moved := moved_frames.find_moved():
+                known = known | {
+                    transform.child_frame_id: transform for transform in moved
+                }  # a new dict, since another thread reads it
                 publisher.publish(TFArray(moved))
 
         timer = self._node.timer(period, on_timer)
@@ -174,10 +176,10 @@ class Republisher:
 
 
 def main(argv: list[str]) -> int:
-    """Run the program; return its exit code.
+    """Run the program. Return its exit code.
 
     Args:
-        argv: the command line, with the program's name.
+        argv: the command line, including the program's name.
     """
     with Node("tf2_web_republisher", argv=argv[1:]) as node:
         Republisher(node)
