@@ -143,7 +143,10 @@ def test_the_list_names_each_with_a_line(capfd: pytest.CaptureFixture[str], fold
             ["-e", "servce"],
             "ERROR: there is no example 'servce' (did you mean 'service'?); the examples are: ",
         ),
-        (["-e", "asyncio", "--face", "rospy"], "ERROR: the example 'asyncio' has no face 'rospy', only: node\n"),
+        (
+            ["-e", "asyncio", "--face", "rospy"],
+            "ERROR: the example 'asyncio' is not available with --face rospy, only with: node\n",
+        ),
         (["-e", "timer", "--meta"], "ERROR: --example cannot be used here: a metapackage has no files\n"),
         (["-e", "timer", "--no-examples"], "ERROR: --example cannot be used here: --no-examples excludes it\n"),
         (["-e", "timer", "-e", "nothing"], "ERROR: there is no example 'nothing'; the examples are: "),

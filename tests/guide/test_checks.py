@@ -80,7 +80,7 @@ def test_a_package(ask: Check, tmp_path: Path) -> None:
 def test_a_publisher(ask: Check, make_node: MakeNode, measured: dict[str, float]) -> None:
     assert ask(2) == "no node publishes /topic2"
     wrong = publish(make_node, "wrong", "/topic2", String())
-    assert "but it has std_msgs/String" in ask(2)
+    assert "but its type is std_msgs/String" in ask(2)
     wrong.unregister()
     publish(make_node, "right", "/topic2", Float64())
     measured["/topic2"] = 1.0
@@ -176,7 +176,7 @@ def test_a_service(ask: Check, stopwatch: tuple[Any, list[str]]) -> None:
     node, said = stopwatch
     assert "there is no service /stopwatch/reset" in ask(9)
     node.advertise_service("~reset", Empty, lambda request: {})
-    assert "should say 0, but it says '7 s'" in ask(9)
+    assert "should return 0, but it returns '7 s'" in ask(9)
     said.append("0 s")
     assert ask(9) == ""
 
@@ -219,7 +219,7 @@ def test_a_robot(ask: Check, make_node: MakeNode) -> None:
     node.params["/robot_description"] = ARM.format(WRIST.format("wrist", 5))
     assert ask(11) == "the origin of wrist should be 0.5 0 0, but it is 5 0 0"
     node.params["/robot_description"] = ARM.format(WRIST.format("wrist", 0.5))
-    assert "no node publishes where the hand is" in ask(11)
+    assert "no node publishes the position of the hand" in ask(11)
     StaticTransformBroadcaster(node).send_transform([transform("base", "arm", 0.1), transform("arm", "hand", 0.0)])
     assert ask(11) == ""
 
@@ -235,7 +235,7 @@ def test_an_action(ask: Check, make_node: MakeNode, monkeypatch: pytest.MonkeyPa
         return goal.abort(text=does[-1])
 
     with actions.SimpleServer(node, "drive", FibonacciAction, drive, frequency=50.0):
-        assert "but they have actionlib_tutorials/FibonacciActionGoal" in ask(12)
+        assert "but their type is actionlib_tutorials/FibonacciActionGoal" in ask(12)
         monkeypatch.setattr(checks, "ACTION", "actionlib_tutorials/Fibonacci")
         monkeypatch.setattr(checks, "MESSAGE_TIMEOUT", 5.0)
         assert ask(12) == "a goal of -1 m should be aborted, but it succeeded"
@@ -249,7 +249,7 @@ def test_a_second_master(ask: Check, monkeypatch: pytest.MonkeyPatch, free_port:
     monkeypatch.setattr(checks, "SECOND_PORT", free_port)
     monkeypatch.setattr(checks, "interface_addresses", lambda: ["127.0.0.1", "10.0.0.1"])
     reached = ["10.0.0.1"]
-    monkeypatch.setattr(checks, "answers", lambda address, port: address in reached)
+    monkeypatch.setattr(checks, "accepts_connections", lambda address, port: address in reached)
     assert f"there is no master on port {free_port}: pyros1 core" in ask(13)
     second = Master(port=free_port, bind_host="127.0.0.1")
     second.start()
@@ -266,9 +266,9 @@ def test_a_second_master(ask: Check, monkeypatch: pytest.MonkeyPatch, free_port:
 
 
 def test_who_answers_at_a_port(free_port: int) -> None:
-    assert not checks.answers("127.0.0.1", free_port)
+    assert not checks.accepts_connections("127.0.0.1", free_port)
     with socket.create_server(("127.0.0.1", free_port)):
-        assert checks.answers("127.0.0.1", free_port)
+        assert checks.accepts_connections("127.0.0.1", free_port)
 
 
 GOOD = """

@@ -1,1 +1,1 @@
-"""The guide: from a first package to a robot, in steps. `text` has the steps, `checks` verifies their exercises."""
+"""The guide: an introduction in steps, from a first package to a robot. `checks` verifies the exercises."""

@@ -1,7 +1,7 @@
-"""Examples to copy: files in examples/, with their descriptions.
+"""The catalogue of examples to copy, whose files are in examples/.
 
-The folder of an example has a folder for each face, ``node`` (`pyros1.Node`) and ``rospy``, and one for shared files.
-The files are those of a package called `PLACEHOLDER`.
+The folder of an example has a folder for each API, ``node`` (`pyros1.Node`) and ``rospy``, and one for shared files.
+The files belong to a package called `PLACEHOLDER`.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from pyros1.ground.suggest import did_you_mean
 
 EXAMPLES = Path(__file__).parent / "examples"
 FACES = ("node", "rospy")
-"""The faces: `pyros1.Node`, and rospy for programs that should also run with other ROS 1 installations."""
+"""The APIs: `pyros1.Node`, and rospy for programs that should also run with other ROS 1 installations."""
 SHARED = "both"
 PLACEHOLDER = "my_package"
-"""The name of the package in the files."""
-_PYTHON = "python3 "
+"""The name of the package in the example files."""
+_PYTHON_PREFIX = "python3 "
 
 
 class ExampleError(Error):
@@ -31,12 +31,12 @@ class Example(NamedTuple):
     """An example.
 
     Attributes:
-        name: its name in commands.
-        about: its description, in one line.
-        depends: packages that it needs with any face.
-        tries: what to type after ``pyros1 `` to see it work, with `PLACEHOLDER` for the package. A line that starts
-            with ``python3`` is a complete command.
-        rospy_depends: packages that it needs with the face rospy, in addition to rospy itself.
+        name: the name in commands.
+        about: a one-line description.
+        depends: the packages that the example needs with any API.
+        tries: the commands to try it out, without ``pyros1 ``, and with `PLACEHOLDER` for the package. A line that
+            starts with ``python3`` is a complete command.
+        rospy_depends: the packages that the rospy version needs in addition to rospy.
     """
 
     name: str
@@ -47,29 +47,29 @@ class Example(NamedTuple):
 
     @property
     def faces(self) -> tuple[str, ...]:
-        """The faces that are available."""
+        """The APIs for which the example is available."""
         return tuple(face for face in FACES if (EXAMPLES / self.name / face).is_dir())
 
     def files(self, face: str, package: str) -> dict[str, str]:
-        """Return its files: path in the package -> text.
+        """Return the contents of the example's files by path in the package.
 
         Args:
             face: one of `faces`.
-            package: name of the package for which they are.
+            package: the name of the package.
         """
-        found = {}
+        contents = {}
         for part in (SHARED, face):
-            place = EXAMPLES / self.name / part
-            for base, folders, names in os.walk(place):
+            folder = EXAMPLES / self.name / part
+            for base, folders, names in os.walk(folder):
                 folders[:] = sorted(set(folders) - {"__pycache__"})
                 for name in sorted(names):
                     path = Path(base, name)
                     text = path.read_text(encoding="utf-8").replace(PLACEHOLDER, package)
-                    found[path.relative_to(place).as_posix().replace(PLACEHOLDER, package)] = text
-        return found
+                    contents[path.relative_to(folder).as_posix().replace(PLACEHOLDER, package)] = text
+        return contents
 
     def needs(self, face: str) -> list[str]:
-        """Return the packages that it depends on with this face."""
+        """Return the packages on which the example depends with this API."""
         return [*self.depends, *(["rospy", *self.rospy_depends] if face == "rospy" else [])]
 
 
@@ -79,65 +79,65 @@ CATALOGUE = (
         ("run my_package publisher.py", "topic echo numbers"),
     ),
     Example(
-        "subscriber", "receives messages in a class that keeps state", ("std_msgs",),
+        "subscriber", "receives messages in a class with state", ("std_msgs",),
         ("run my_package subscriber.py", "topic pub -r 2 numbers std_msgs/Float64 1.5"),
     ),
     Example(
-        "service", "a service with its own type, which may reject requests, and a client", (),
+        "service", "provides a service with its own type that can reject requests, and calls it", (),
         ("run my_package divide_server.py", "run my_package divide_client.py 7 2"),
     ),
     Example(
-        "timer", "calls functions periodically, and once after a delay", ("std_msgs",),
+        "timer", "calls functions periodically and once after a delay", ("std_msgs",),
         ("run my_package blinker.py",),
     ),
     Example(
-        "parameters", "reads parameters, also from a file, and reacts to changes", ("geometry_msgs",),
+        "parameters", "reads parameters, including those from a file, and reacts to changes", ("geometry_msgs",),
         ("launch my_package speed_limiter.launch", "param set /speed_limiter/limits/linear 0.2"),
     ),
     Example(
-        "action", "an action with its own type, feedback and cancelling, and a client", ("actionlib_msgs",),
+        "action", "provides an action with its own type, feedback and cancellation, and calls it", ("actionlib_msgs",),
         ("run my_package count_server.py", "run my_package count_client.py 20"), ("actionlib",),
     ),
     Example(
-        "reconfigure", "settings that tools can change while the node is running", ("std_msgs",),
+        "reconfigure", "has settings that tools can change while the node is running", ("std_msgs",),
         ("run my_package oscillator.py", "dynparam set oscillator amplitude 2.5"), ("dynamic_reconfigure",),
     ),
     Example(
-        "tf_broadcaster", "publishes frames: a moving one and a static one", ("geometry_msgs",),
+        "tf_broadcaster", "publishes a moving and a static frame", ("geometry_msgs",),
         ("run my_package tf_broadcaster.py", "tf tree"), ("tf2_ros",),
     ),
     Example(
-        "tf_listener", "looks up where one frame is relative to another", (),
+        "tf_listener", "looks up the position of one frame relative to another", (),
         ("run my_package tf_listener.py world laser", "tf static_transform_publisher 1 0 0.5 0 0 0 world laser"),
         ("tf2_ros",),
     ),
     Example(
-        "urdf", "a moving robot with links and joints",
+        "urdf", "moves a robot with links and joints",
         ("joint_state_publisher", "robot_state_publisher", "sensor_msgs"),
         ("launch my_package arm.launch", "web scene --open"),
     ),
     Example(
-        "image", "finds edges in images, with numpy", ("sensor_msgs",),
+        "image", "finds edges in images with numpy", ("sensor_msgs",),
         ("run my_package picture_source.py", "run my_package edges.py", "web image --open"),
     ),
     Example(
-        "cloud", "filters point clouds, with numpy", ("sensor_msgs",),
+        "cloud", "filters point clouds with numpy", ("sensor_msgs",),
         ("run my_package cloud_source.py", "run my_package cloud_filter.py", "topic hz filtered"),
     ),
     Example(
-        "bag", "writes a bag, and analyses it with pandas", ("nav_msgs",),
+        "bag", "writes a bag and analyses it with pandas", ("nav_msgs",),
         ("run my_package write_bag.py drive.bag", "run my_package analyse_bag.py drive.bag"), ("rosbag",),
     ),
     Example(
-        "asyncio", "subscribes, publishes and offers a service in an asyncio program", ("std_msgs", "std_srvs"),
+        "asyncio", "subscribes, publishes and provides a service in an asyncio program", ("std_msgs", "std_srvs"),
         ("run my_package averager.py", "topic pub -r 5 numbers std_msgs/Float64 1.5"),
     ),
     Example(
-        "test", "tests of a node, with pytest and with pyros1 test", ("rostest", "std_msgs"),
+        "test", "tests a node with pytest and with pyros1 test", ("rostest", "std_msgs"),
         ("test my_package doubler.test", "python3 -m pytest my_package/tests"),
     ),
     Example(
-        "launch", "a launch file with all the usual elements, and its nodes", ("std_msgs",),
+        "launch", "starts two nodes with a launch file that has all the usual elements", ("std_msgs",),
         ("launch my_package robot.launch", "launch my_package robot.launch robot:=r2 rate:=5"),
     ),
 )  # fmt: skip
@@ -147,24 +147,26 @@ def example(name: str, face: str = FACES[0]) -> Example:
     """Return an example.
 
     Args:
-        name: its name.
-        face: the requested face.
+        name: the name of the example.
+        face: the requested API.
 
     Raises:
-        ExampleError: the example does not exist, or lacks the face; the text names the available ones.
+        ExampleError: the example does not exist or is not available for the API; the message lists the available ones.
     """
-    known = {each.name: each for each in CATALOGUE}
+    known = {entry.name: entry for entry in CATALOGUE}
     if name not in known:
         hint = did_you_mean(name, known)
         raise ExampleError(f"there is no example '{name}'{hint}; the examples are: {', '.join(known)}")
-    found = known[name]
-    if face not in found.faces:
-        raise ExampleError(f"the example '{name}' has no face '{face}', only: {', '.join(found.faces)}")
-    return found
+    example = known[name]
+    if face not in example.faces:
+        raise ExampleError(
+            f"the example '{name}' is not available with --face {face}, only with: {', '.join(example.faces)}"
+        )
+    return example
 
 
 def builds_with(package: str) -> bool:
-    """Return whether stock ROS needs a package at build time: it has messages, or CMake functions.
+    """Return whether stock ROS needs a package at build time because of its messages or CMake functions.
 
     Other packages are only needed at run time.
     """
@@ -172,32 +174,32 @@ def builds_with(package: str) -> bool:
 
 
 def gather(examples: Sequence[Example], face: str, package: str) -> dict[str, str]:
-    """Return the combined files of several examples: path in the package -> text, with a README.md that lists them.
+    """Return the contents of the combined files of several examples by path, including a README.md that lists them.
 
     Args:
         examples: the examples.
-        face: a face that all of them have.
-        package: name of the package for which they are.
+        face: an API for which all of them are available.
+        package: the name of the package.
     """
     files: dict[str, str] = {}
-    for each in examples:
-        files.update(each.files(face, package))
+    for chosen in examples:
+        files.update(chosen.files(face, package))
     return {"README.md": _readme(examples, package), **files}
 
 
 def tries(examples: Sequence[Example], package: str) -> list[str]:
     """Return the commands to try out the examples."""
-    lines = [line.replace(PLACEHOLDER, package) for each in examples for line in each.tries]
-    return [line if line.startswith(_PYTHON) else f"pyros1 {line}" for line in lines]
+    lines = [line.replace(PLACEHOLDER, package) for chosen in examples for line in chosen.tries]
+    return [line if line.startswith(_PYTHON_PREFIX) else f"pyros1 {line}" for line in lines]
 
 
 def _readme(examples: Sequence[Example], package: str) -> str:
     lines = [f"# {package}", ""]
-    for each in examples:
-        lines += [f"{each.name}: {each.about}.", "", *(f"    {line}" for line in tries([each], package)), ""]
+    for chosen in examples:
+        lines += [f"{chosen.name}: {chosen.about}.", "", *(f"    {line}" for line in tries([chosen], package)), ""]
     lines += [
-        "Nothing needs to be built: pyros1 finds the package from its parent folder, and from inside it. Each program",
-        "says at the top what it does and how to run it.",
+        "Nothing needs to be built: pyros1 finds the package from its parent folder and from inside the package. Each",
+        "program explains at the top what it does and how to run it.",
         "",
     ]
     return "\n".join(lines)

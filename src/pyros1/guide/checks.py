@@ -1,4 +1,4 @@
-"""The exercises of the guide: each check inspects the folder and the running system, and reports what is missing."""
+"""The checks of the guide's exercises, which inspect the folder and the running system and report what is missing."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ from pyros1.urdf.reading import read
 FLOAT = "std_msgs/Float64"
 ACTION = "my_robot/Drive"
 MESSAGE_TIMEOUT = 5.0
-"""Seconds that a check waits for messages."""
+"""Time in seconds that a check waits for messages."""
 POSITION_TOLERANCE = 0.005
 """Tolerance of a position in metres."""
 SECOND_PORT = 11312
 MAX_TEST_SECONDS = 60.0
-"""Maximum seconds for a reader's test."""
-SHOWN_LINES = 5
-"""Number of lines of pytest's output that are displayed."""
+"""Maximum duration of the reader's test in seconds."""
+MAX_ERROR_LINES = 5
+"""Maximum number of error lines of pytest that are printed."""
 
 
 class CheckContext:
@@ -67,17 +67,17 @@ class CheckContext:
 
     @property
     def node(self) -> Node:
-        """The check's own node."""
+        """The node of the check."""
         if self._node is None:
             self._node = Node("guide", anonymous=True, argv=[], environ=self.environ, rosout=False, wait_for_master=0.0)
         return self._node
 
     def state(self) -> SystemState:
-        """Return the publishers, subscribers and services, without those of the check itself."""
+        """Return the publishers, subscribers and services."""
         return Graph(self.node.master).state()
 
     def message(self, topic: str, matches: Callable[[Any], bool] = lambda _: True) -> Any:
-        """Return the first matching message of a topic of numbers; None if none arrives in time."""
+        """Return the first matching message of a topic of numbers; None if no message arrives in time."""
         deadline = time.monotonic() + MESSAGE_TIMEOUT
         while (remaining := deadline - time.monotonic()) > 0:
             try:
@@ -89,26 +89,26 @@ class CheckContext:
         return None
 
     def rate(self, topic: str, seconds: float = 2.0) -> float:
-        """Return the messages per second on a topic of numbers; 0 for fewer than two messages."""
+        """Measure the rate of a topic of numbers in Hz. Return 0 for fewer than two messages."""
         meter = RateMeter()
-        subscriber: Any = self.node.subscribe(topic, FLOAT, lambda _: meter.arrived(time.monotonic()))
+        subscriber: Any = self.node.subscribe(topic, FLOAT, lambda _: meter.add(time.monotonic()))
         self.node.sleep(seconds)
         subscriber.unregister()
-        figures = meter.figures()
-        return figures[0] if figures else 0.0
+        measurement = meter.measurement()
+        return measurement[0] if measurement else 0.0
 
     def call(self, service: str, kind: str) -> Any:
-        """Return the response of a service to an empty request.
+        """Call a service with an empty request. Return the response.
 
         Raises:
-            WaitTimeoutError: it does not respond in time.
+            WaitTimeoutError: the service does not respond in time.
         """
-        cls: Any = load_service(kind)
-        return self.node.service(service, cls).call(cls._request_class(), MESSAGE_TIMEOUT)
+        service_class: Any = load_service(kind)
+        return self.node.service(service, service_class).call(service_class._request_class(), MESSAGE_TIMEOUT)
 
 
 Check = Callable[[CheckContext], str]
-"""Returns what is missing, and what to do; empty if the exercise is done."""
+"""Returns what is missing and what to do; an empty string if the exercise is done."""
 
 
 def package(context: CheckContext) -> str:
@@ -116,15 +116,15 @@ def package(context: CheckContext) -> str:
     if not library.has_package("my_messages"):
         return "there is no package my_messages here: pyros1 pkg create my_messages std_msgs"
     if "Pair" not in library.messages("my_messages"):
-        return "the package has no message type Pair: make the file my_messages/msg/Pair.msg"
+        return "the package has no message type Pair: create the file my_messages/msg/Pair.msg"
     fields = [(field.type, field.name) for field in library.message("my_messages/Pair").fields]
     if sorted(fields) != [("float64", "a"), ("float64", "b")]:
-        return f"Pair should have the fields float64 a and float64 b, but it has {_listed(fields)}"
+        return f"Pair should have the fields float64 a and float64 b, but it has {_format_fields(fields)}"
     return ""
 
 
 def publisher(context: CheckContext) -> str:
-    missing = _published(context, "/topic2")
+    missing = _missing_publisher(context, "/topic2")
     if missing:
         return missing
     rate = context.rate("/topic2")
@@ -132,13 +132,13 @@ def publisher(context: CheckContext) -> str:
 
 
 def published_by_hand(context: CheckContext) -> str:
-    missing = _published(context, "/topic1")
+    missing = _missing_publisher(context, "/topic1")
     if missing:
         return missing
     if "/minimal_subscriber" not in context.state().subscribers.get("/topic1", []):
         return "the minimal_subscriber is not running: pyros1 run minimal_nodes minimal_subscriber"
-    found = context.message("/topic1", lambda message: message.data == 3.5)
-    return "" if found else "no node publishes 3.5 on /topic1: pyros1 topic pub -r 1 topic1 std_msgs/Float64 3.5"
+    received = context.message("/topic1", lambda message: message.data == 3.5)
+    return "" if received else "no node publishes 3.5 on /topic1: pyros1 topic pub -r 1 topic1 std_msgs/Float64 3.5"
 
 
 def launched(context: CheckContext) -> str:
@@ -153,32 +153,32 @@ def launched(context: CheckContext) -> str:
 def logger_level(context: CheckContext) -> str:
     if "/minimal_subscriber" not in context.state().nodes():
         return "the minimal_subscriber is not running: pyros1 run minimal_nodes minimal_subscriber"
-    answer = context.call("/minimal_subscriber/get_loggers", "roscpp/GetLoggers")
-    level = {logger.name: logger.level.lower() for logger in answer.loggers}.get("rosout", "unknown")
+    response = context.call("/minimal_subscriber/get_loggers", "roscpp/GetLoggers")
+    level = {logger.name: logger.level.lower() for logger in response.loggers}.get("rosout", "unknown")
     return "" if level == "error" else f"its level is {level}: pyros1 log set /minimal_subscriber rosout error"
 
 
 def recorded(context: CheckContext) -> str:
     path = context.folder / "both.bag"
     if not path.exists():
-        other = " It is still being recorded: press Ctrl-C there." if path.with_suffix(".bag.active").exists() else ""
-        return f"there is no both.bag in this folder.{other}"
+        hint = " It is still being recorded: press Ctrl-C there." if path.with_suffix(".bag.active").exists() else ""
+        return f"there is no both.bag in this folder.{hint}"
     topics = bag_topics(path)
     for topic in ("/topic1", "/rosout"):
         if not topics.get(topic, ("", 0, 0))[1]:
-            return f"{topic} is not in both.bag: pyros1 bag record -O both topic1 /rosout, while a publisher runs"
+            return f"{topic} is not in both.bag: pyros1 bag record -O both topic1 /rosout, while a publisher is running"
     return ""
 
 
 def robot_stops(context: CheckContext) -> str:
-    missing = _published(context, "/velocity")
+    missing = _missing_publisher(context, "/velocity")
     if missing:
         return f"{missing}: pyros1 launch minimal_simulator.launch"
     command = context.message("/vel_cmd")
     if command is None:
         return "no node publishes /vel_cmd: pyros1 topic pub -r 10 vel_cmd std_msgs/Float64 0.0"
     if command.data != 0.0:
-        return f"the commanded velocity is {command.data:g} m/s: stop that publisher, and send 0.0"
+        return f"the commanded velocity is {command.data:g} m/s: stop that publisher and send 0.0"
     if context.message("/velocity", lambda message: abs(message.data) < 0.05):
         return ""
     return "the mass is still moving: is the old command still being published? pyros1 topic info vel_cmd"
@@ -187,17 +187,21 @@ def robot_stops(context: CheckContext) -> str:
 def parameter(context: CheckContext) -> str:
     rate = context.node.params.get("/minimal_publisher/rate", None)
     if rate != 5:
-        problem_text = "not set" if rate is None else rate
-        return f"/minimal_publisher/rate is {problem_text}: pyros1 run minimal_nodes minimal_publisher _rate:=5"
-    missing = _published(context, "/topic1")
+        value_text = "not set" if rate is None else rate
+        return f"/minimal_publisher/rate is {value_text}: pyros1 run minimal_nodes minimal_publisher _rate:=5"
+    missing = _missing_publisher(context, "/topic1")
     if missing:
         return missing
     measured = context.rate("/topic1")
     if 4.0 < measured < 6.0:
         return ""
-    other_cure = [node for node in context.state().publishers["/topic1"] if node != "/minimal_publisher"]
-    cure = f"stop {', '.join(other_cure)}, which also publishes there" if other_cure else "start the publisher again"
-    return f"the rate of /topic1 is {measured:.1f} Hz: {cure}"
+    other_publishers = [node for node in context.state().publishers["/topic1"] if node != "/minimal_publisher"]
+    hint = (
+        f"stop {', '.join(other_publishers)}, which also publishes there"
+        if other_publishers
+        else "start the publisher again"
+    )
+    return f"the rate of /topic1 is {measured:.1f} Hz: {hint}"
 
 
 def service(context: CheckContext) -> str:
@@ -206,11 +210,11 @@ def service(context: CheckContext) -> str:
         if name not in services:
             return f"there is no service {name}: does my_robot/scripts/stopwatch advertise it, and is it running?"
     context.call("/stopwatch/reset", "std_srvs/Empty")
-    answer = context.call("/stopwatch/read", "std_srvs/Trigger")
+    response = context.call("/stopwatch/read", "std_srvs/Trigger")
     return (
         ""
-        if answer.message.startswith("0")
-        else f"after a reset, /stopwatch/read should say 0, but it says {answer.message!r}"
+        if response.message.startswith("0")
+        else f"after a reset, /stopwatch/read should return 0, but it returns {response.message!r}"
     )
 
 
@@ -218,7 +222,7 @@ def camera(context: CheckContext) -> str:
     buffer = Buffer()
     with TransformListener(context.node, buffer):
         try:
-            place = buffer.lookup_transform("lamp", "camera", timeout=MESSAGE_TIMEOUT).transform.translation
+            position = buffer.lookup_transform("lamp", "camera", timeout=MESSAGE_TIMEOUT).transform.translation
         except TransformException:
             missing = [name for name in ("lamp", "camera") if not buffer.has_frame(name)]
             if missing:
@@ -228,9 +232,9 @@ def camera(context: CheckContext) -> str:
     parent = {state.name: state.parent for state in buffer.states()}["camera"]
     if parent != "lamp":
         return f"the parent of camera should be lamp, but it is {parent}"
-    if math.dist((place.x, place.y, place.z), (0.0, 0.0, 0.1)) < POSITION_TOLERANCE:
+    if math.dist((position.x, position.y, position.z), (0.0, 0.0, 0.1)) < POSITION_TOLERANCE:
         return ""
-    return f"camera should be at 0 0 0.1 in lamp, but it is at {place.x:g} {place.y:g} {place.z:g}"
+    return f"camera should be at 0 0 0.1 in lamp, but it is at {position.x:g} {position.y:g} {position.z:g}"
 
 
 def robot_arm(context: CheckContext) -> str:
@@ -241,18 +245,18 @@ def robot_arm(context: CheckContext) -> str:
     wrist = robot.joints.get("wrist")
     if wrist is None:
         return f"the robot has no joint wrist, only {', '.join(robot.joints) or 'none'}"
-    wanted = {
+    expected = {
         "type": (wrist.type, "continuous"), "parent": (wrist.parent, "arm"), "child": (wrist.child, "hand"),
         "axis": (_numbers(wrist.axis), "0 1 0"), "origin": (_numbers(wrist.origin[:3]), "0.5 0 0"),
     }  # fmt: skip
-    for what, (found, right) in wanted.items():
-        if found != right:
-            return f"the {what} of wrist should be {right}, but it is {found}"
+    for attribute, (actual, correct) in expected.items():
+        if actual != correct:
+            return f"the {attribute} of wrist should be {correct}, but it is {actual}"
     buffer = Buffer()
     with TransformListener(context.node, buffer):
         if buffer.can_transform("base", "hand", timeout=MESSAGE_TIMEOUT):
             return ""
-    return "no node publishes where the hand is: are robot_state_publisher and joint_state_publisher running?"
+    return "no node publishes the position of the hand: are robot_state_publisher and joint_state_publisher running?"
 
 
 def refusal(context: CheckContext) -> str:
@@ -260,17 +264,17 @@ def refusal(context: CheckContext) -> str:
     if "/drive/goal" not in context.state().subscribers:
         return "there is no server for the action drive: pyros1 run my_robot driver"
     if kind != f"{ACTION}ActionGoal":
-        return f"goals of drive should have the type {ACTION}ActionGoal, but they have {kind}"
+        return f"goals of drive should have the type {ACTION}ActionGoal, but their type is {kind}"
     goal: Any = load_message(f"{ACTION}Goal")
     with actions.Client(context.node, "/drive", ACTION) as client:
         refused = client.send(goal(-1), timeout=MESSAGE_TIMEOUT)
         if not refused.wait(MESSAGE_TIMEOUT) or refused.status is not actions.Status.ABORTED:
-            return f"a goal of -1 m should be aborted, but {_ended(refused.status)}"
+            return f"a goal of -1 m should be aborted, but {_outcome(refused.status)}"
         if not refused.text:
             return "the driver does not say why it aborts the goal: goal.abort(text=...)"
-        obeyed = client.send(goal(1), timeout=MESSAGE_TIMEOUT)
-        if not obeyed.wait(MESSAGE_TIMEOUT) or obeyed.status is not actions.Status.SUCCEEDED:
-            return f"a goal of 1 m should succeed, but {_ended(obeyed.status)}"
+        accepted = client.send(goal(1), timeout=MESSAGE_TIMEOUT)
+        if not accepted.wait(MESSAGE_TIMEOUT) or accepted.status is not actions.Status.SUCCEEDED:
+            return f"a goal of 1 m should succeed, but {_outcome(accepted.status)}"
     return ""
 
 
@@ -284,7 +288,7 @@ def second_master(context: CheckContext) -> str:
     finally:
         client.close()
     for address in interface_addresses():
-        if not is_loopback(address) and answers(address, SECOND_PORT):
+        if not is_loopback(address) and accepts_connections(address, SECOND_PORT):
             return f"other machines can reach the second master at {address}: start it with {command}"
     if "/minimal_publisher" in publishers:
         return ""
@@ -297,33 +301,33 @@ def tested(context: CheckContext) -> str:
     if not path.exists():
         return "there is no my_robot/tests/test_stopwatch.py in this folder"
     text = path.read_text(encoding="utf-8", errors="replace")
-    for word in ("def test_", "ros_run", "/stopwatch/reset", "/stopwatch/read", "assert"):
-        if word not in text:
-            return f"the test does not contain {word}"
+    for required in ("def test_", "ros_run", "/stopwatch/reset", "/stopwatch/read", "assert"):
+        if required not in text:
+            return f"the test does not contain {required}"
     command = [sys.executable, "-m", "pytest", "-q", "--tb=short", str(path)]
     with subprocess.Popen(
         command, cwd=context.folder, env=dict(context.environ), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
         text=True, errors="replace", start_new_session=True,
     ) as child:  # fmt: skip
         try:
-            out, first_error = child.communicate(timeout=MAX_TEST_SECONDS)
+            out, stderr = child.communicate(timeout=MAX_TEST_SECONDS)
         except subprocess.TimeoutExpired:
             _kill(child)
             return f"the test did not finish within {MAX_TEST_SECONDS:g} s"
         except BaseException:
             _kill(child)
             raise
-    if "No module named pytest" in first_error:
+    if "No module named pytest" in stderr:
         return "pytest is not installed: pip install pytest"
     if child.returncode == 0:
         return ""
-    lines = [terminal_text.one_line(line) for line in out.strip().splitlines()] or ["it prints nothing"]
-    why = [line for line in lines if line.startswith("E ")][-SHOWN_LINES:]
-    return "\n".join([f"python3 -m pytest my_robot/tests/test_stopwatch.py: {lines[-1]}", *why])
+    lines = [terminal_text.one_line(line) for line in out.strip().splitlines()] or ["no output"]
+    errors = [line for line in lines if line.startswith("E ")][-MAX_ERROR_LINES:]
+    return "\n".join([f"python3 -m pytest my_robot/tests/test_stopwatch.py: {lines[-1]}", *errors])
 
 
 def _kill(child: subprocess.Popen[str]) -> None:
-    """Kill a process with the programs that it has started."""
+    """Kill a process and the programs that it has started."""
     if hasattr(os, "killpg"):
         os.killpg(child.pid, signal.SIGKILL)
     else:
@@ -334,16 +338,16 @@ CHECKS: tuple[Check, ...] = (
     package, publisher, published_by_hand, launched, logger_level, recorded, robot_stops, parameter, service,
     camera, robot_arm, refusal, second_master, tested,
 )  # fmt: skip
-"""The check of each step."""
+"""The checks of all steps."""
 
 
 def check(number: int, environ: Mapping[str, str] = os.environ, folder: Path | None = None) -> str:
-    """Return what is missing in the exercise of a step, and what to do; empty if nothing is.
+    """Check the exercise of a step. Return what is missing and what to do; an empty string if it is done.
 
     Args:
-        number: number of the step, from 1.
+        number: the number of the step, starting at 1.
         environ: environment variables.
-        folder: the reader's folder; None: the current one.
+        folder: the reader's folder; None for the current one.
     """
     with CheckContext(environ, folder or Path.cwd()) as context:
         try:
@@ -352,16 +356,16 @@ def check(number: int, environ: Mapping[str, str] = os.environ, folder: Path | N
             return str(error)
 
 
-def _published(context: CheckContext, topic: str) -> str:
-    """Return what is missing for messages on a topic of numbers."""
+def _missing_publisher(context: CheckContext, topic: str) -> str:
+    """Check whether a topic of numbers is published. Return what is missing."""
     if not context.state().publishers.get(topic):
         return f"no node publishes {topic}"
     kind = Graph(context.node.master).topic_types().get(topic, FLOAT)
-    return "" if kind == FLOAT else f"{topic} should have the type {FLOAT}, but it has {kind}"
+    return "" if kind == FLOAT else f"{topic} should have the type {FLOAT}, but its type is {kind}"
 
 
-def _ended(status: actions.Status) -> str:
-    """Return how a goal ended, as the end of a sentence."""
+def _outcome(status: actions.Status) -> str:
+    """Describe how a goal ended, as the end of a sentence."""
     if status is actions.Status.SUCCEEDED:
         return "it succeeded"
     if status in (actions.Status.PENDING, actions.Status.ACTIVE):
@@ -369,7 +373,7 @@ def _ended(status: actions.Status) -> str:
     return f"it was {status.name.lower()}"
 
 
-def _listed(fields: list[tuple[str, str]]) -> str:
+def _format_fields(fields: list[tuple[str, str]]) -> str:
     return ", ".join(f"{kind} {name}" for kind, name in fields) or "none"
 
 
@@ -377,8 +381,8 @@ def _numbers(numbers: Iterable[float]) -> str:
     return " ".join(f"{number:.4g}" for number in numbers)
 
 
-def answers(address: str, port: int) -> bool:
-    """Return whether a server accepts connections there."""
+def accepts_connections(address: str, port: int) -> bool:
+    """Return whether a server accepts connections at an address and port."""
     try:
         with socket.create_connection((address, port), 1.0):
             return True

@@ -1,9 +1,9 @@
-"""The steps of the guide and its how-to pages, which are Markdown files.
+"""The steps and how-to pages of the guide, which are Markdown files.
 
-In a step's ``console`` blocks a line with ``$`` is a command, followed by its output; ``...`` stands for omitted lines,
-``^C`` for the key. A block with a file name after its language is a file that the reader creates. Pages also have
-tables and links. Pictures that are files of the web page, each in its own paragraph, are also displayed in the browser;
-other pictures only to readers of the files in the repository.
+In a step's ``console`` blocks, a line with ``$`` is a command, followed by its output; ``...`` represents omitted lines
+and ``^C`` the key. A block with a file name after its language is a file that the reader creates. Pages also have
+tables and links. Images that are files of the web page, each in its own paragraph, are displayed in the browser as
+well. Other images are only visible to readers of the files in the repository.
 """
 
 from __future__ import annotations
@@ -20,15 +20,15 @@ _BOLD, _RESET = "\x1b[1m", "\x1b[0m"
 _CODE = re.compile(r"(?ms)^```(?P<language>\w+)(?: (?P<file>\S+))?\n(?P<text>.*?)^```$")
 _HIDDEN = re.compile(r"(?m)^<!--.*-->\n|!\[[^\]]*\]\((?![./]+/web/page/)[^)]*\)")
 _PICTURE = re.compile(r"!\[(?P<text>[^\]]+)\]\([./]+/web/page/(?P<file>pictures/[\w.]+)\)")
-_BREAK = re.compile(r"\n\s*\n|\n(?=- )")
-_RULE = re.compile(r"[|:\s-]+")
-_BAR = re.compile(r"(?<!\\)\|")
-_MARKS = {"# ": "title", "## ": "heading", "- ": "item"}
+_PARAGRAPH_BREAK = re.compile(r"\n\s*\n|\n(?=- )")
+_TABLE_SEPARATOR = re.compile(r"[|:\s-]+")
+_CELL_SEPARATOR = re.compile(r"(?<!\\)\|")
+_LINE_PREFIXES = {"# ": "title", "## ": "heading", "- ": "item"}
 _INLINE = re.compile(
     r"`(?P<code>[^`]+)`|\*(?P<word>\w[^*]*)\*|\[(?P<label>[^\]]+)\]\((?P<to>[^)]+)\)|<(?P<link>http[^>]+)>"
 )
 _COMMAND = re.compile(r"`([^`]+)`")
-_PAGE = re.compile(r"(\w+)\.md")
+_PAGE_FILE = re.compile(r"(\w+)\.md")
 
 
 class Block(NamedTuple):
@@ -36,10 +36,11 @@ class Block(NamedTuple):
 
     Attributes:
         kind: "title", "heading", "paragraph", "item" (of a list), "table", "picture" or "code".
-        text: code as typed or printed; otherwise one line, with markup for `code`, *words* and [links](x.md).
-        language: language of code: "console", "python", "xml", "text" and others.
-        file: name of the file that the reader creates from this code; for a picture, its path in the page. Else empty.
-        rows: cell texts of a table, whose text is empty; the first row is its header, whose cells may be empty.
+        text: code as typed or printed; otherwise one line, with markup for `code`, *words* and [links](x.md); empty for
+            tables.
+        language: the language of code, such as "console", "python", "xml" or "text".
+        file: the name of the file that the reader creates from this code, or the path of a picture; otherwise empty.
+        rows: the cells of a table. The first row is the header, whose cells may be empty.
     """
 
     kind: str
@@ -53,10 +54,10 @@ class GuideStep(NamedTuple):
     """A step of the guide.
 
     Attributes:
-        number: its number, starting at 1.
-        name: a name that stays the same if the number changes.
-        title: its heading.
-        text: all of it, in Markdown.
+        number: the number, starting at 1.
+        name: a name that does not change if the number does.
+        title: the title.
+        text: the whole step in Markdown.
     """
 
     number: int
@@ -66,32 +67,32 @@ class GuideStep(NamedTuple):
 
     @property
     def heading(self) -> str:
-        """Number and title."""
+        """The number and title."""
         return f"{self.number}. {self.title}"
 
     @property
     def files(self) -> dict[str, str]:
-        """The files that the reader creates: name -> content."""
+        """The contents of the files that the reader creates, by name."""
         return {block.file: block.text for block in self.blocks if block.kind == "code" and block.file}
 
     @property
     def exercise(self) -> str:
-        """The text of its exercise."""
+        """The text of the exercise."""
         return self.text.partition("## Exercise\n")[2].strip()
 
     @property
     def blocks(self) -> list[Block]:
-        """Its blocks, in order."""
+        """The blocks in order."""
         return blocks(self.text)
 
 
 class GuidePage(NamedTuple):
-    """A page that explains how to do one thing.
+    """A page that explains how to do one task.
 
     Attributes:
-        name: its name in commands.
-        heading: its title.
-        text: all of it, in Markdown.
+        name: the name in commands.
+        heading: the title.
+        text: the whole page in Markdown.
     """
 
     name: str
@@ -100,22 +101,22 @@ class GuidePage(NamedTuple):
 
     @property
     def blocks(self) -> list[Block]:
-        """Its blocks, in order."""
+        """The blocks in order."""
         return blocks(self.text)
 
     def code(self, language: str, heading: str = "") -> list[str]:
-        """Return its code blocks in a language; with a heading, only those under it."""
-        under = ""
+        """Return the page's code blocks in a language, optionally only those under a heading."""
+        current_heading = ""
         found = []
         for block in self.blocks:
-            under = block.text if block.kind == "heading" else under
-            if block.kind == "code" and block.language == language and heading in ("", under):
+            current_heading = block.text if block.kind == "heading" else current_heading
+            if block.kind == "code" and block.language == language and heading in ("", current_heading):
                 found.append(block.text)
         return found
 
 
 def blocks(text: str) -> list[Block]:
-    """Return the blocks of a Markdown text, in order."""
+    """Return the blocks of a Markdown document in order."""
     found: list[Block] = []
     position = 0
     for fence in _CODE.finditer(text):
@@ -126,29 +127,29 @@ def blocks(text: str) -> list[Block]:
 
 
 def _prose(text: str) -> Iterator[Block]:
-    for part in _BREAK.split(_HIDDEN.sub("", text).strip()):
+    for part in _PARAGRAPH_BREAK.split(_HIDDEN.sub("", text).strip()):
         picture = _PICTURE.fullmatch(part.strip())
         if picture:
             yield Block("picture", picture["text"], file=picture["file"])
             continue
         lines = [line.strip() for line in part.splitlines()]
         if part.startswith("|"):
-            rows = [_cells(line) for line in lines if not _RULE.fullmatch(line) or line == lines[0]]
+            rows = [_cells(line) for line in lines if not _TABLE_SEPARATOR.fullmatch(line) or line == lines[0]]
             if any(map(any, rows)):
                 yield Block("table", "", rows=tuple(rows))
             continue
         line = " ".join(lines)
-        mark = next((mark for mark in _MARKS if line.startswith(mark)), "")
+        mark = next((mark for mark in _LINE_PREFIXES if line.startswith(mark)), "")
         if line:
-            yield Block(_MARKS.get(mark, "paragraph"), line.removeprefix(mark))
+            yield Block(_LINE_PREFIXES.get(mark, "paragraph"), line.removeprefix(mark))
 
 
 def _cells(line: str) -> tuple[str, ...]:
-    return tuple(cell.strip().replace("\\|", "|") for cell in _BAR.split(line)[1:-1])
+    return tuple(cell.strip().replace("\\|", "|") for cell in _CELL_SEPARATOR.split(line)[1:-1])
 
 
 def steps() -> list[GuideStep]:
-    """Return all steps, in order."""
+    """Return all steps in order."""
     found = []
     for path in sorted(STEPS.glob("*.md")):
         text = path.read_text(encoding="utf-8")
@@ -170,95 +171,99 @@ class _Style(NamedTuple):
     """The style of headings and commands in a terminal.
 
     Attributes:
-        colour: whether it supports escape sequences; if not, commands keep their backticks.
+        colour: whether the terminal supports escape sequences; if not, commands keep their backticks.
     """
 
     colour: bool
 
-    def strong(self, text: str) -> str:
-        """Return a text in bold."""
+    def bold(self, text: str) -> str:
+        """Return a string in bold."""
         return f"{_BOLD}{text}{_RESET}" if self.colour and text else text
 
-    def marked(self, text: str) -> str:
-        """Return a text of one or more lines with its commands highlighted."""
+    def highlight_commands(self, text: str) -> str:
+        """Highlight the commands in one or more lines."""
         if not self.colour:
             return text
-        return _COMMAND.sub(lambda found: "\n".join(map(self.strong, found[1].split("\n"))), text)
+        return _COMMAND.sub(lambda found: "\n".join(map(self.bold, found[1].split("\n"))), text)
 
     def width(self, text: str) -> int:
-        """Return the number of columns of a text once it is highlighted."""
+        """Return the number of columns of a string after commands are highlighted."""
         return len(text) - self.colour * text.count("`")
 
 
 def for_terminal(page: GuideStep | GuidePage, width: int, colour: bool) -> str:
-    """Return a step or page as text for a terminal.
+    """Format a step or page for a terminal.
 
     Args:
         page: the step or page.
-        width: width of the terminal in columns.
-        colour: whether commands and headings are highlighted with escape sequences.
+        width: the width of the terminal in columns.
+        colour: whether to highlight commands and headings with escape sequences.
     """
     style = _Style(colour)
     lines: list[str] = []
-    prefix = ""
+    previous_kind = ""
     for block in page.blocks:
         if block.kind == "picture":
             continue
-        if prefix and (prefix, block.kind) != ("item", "item"):
+        if previous_kind and (previous_kind, block.kind) != ("item", "item"):
             lines.append("")
-        prefix = block.kind
+        previous_kind = block.kind
         if block.kind == "title":
-            lines.append(style.strong(page.heading))
+            lines.append(style.bold(page.heading))
         elif block.kind == "heading":
-            lines.append(style.strong(block.text))
+            lines.append(style.bold(block.text))
         elif block.kind == "code":
-            lines.extend([style.strong(f"    {block.file}:")] * bool(block.file))
+            lines.extend([style.bold(f"    {block.file}:")] * bool(block.file))
             lines.extend(
-                "    " + (style.strong(line) if line.startswith("$ ") else line) for line in block.text.splitlines()
+                "    " + (style.bold(line) if line.startswith("$ ") else line) for line in block.text.splitlines()
             )
         elif block.kind == "table":
             lines.extend(_table(block, width, style))
         else:
-            lines.extend(_wrapped(plain(block.text), width, "- " if block.kind == "item" else "", style))
+            lines.extend(_wrap(plain(block.text), width, "- " if block.kind == "item" else "", style))
     return "\n".join(lines) + "\n"
 
 
 def plain(text: str) -> str:
-    """Return a line of a block with only the `...` marks of its commands; links include their targets."""
+    """Remove markup except the backticks of commands. Links include their targets."""
 
-    def shown(found: re.Match[str]) -> str:
+    def replacement(found: re.Match[str]) -> str:
         if found["label"] is None:
             return found["word"] or found["link"] or found[0]
-        name, label = _PAGE.fullmatch(found["to"]), plain(found["label"])
-        to = f"pyros1 guide howto {name[1]}" if name else found["to"]
-        return f"{label} ({to})" if name or to.startswith("http") else label
+        name, label = _PAGE_FILE.fullmatch(found["to"]), plain(found["label"])
+        target = f"pyros1 guide howto {name[1]}" if name else found["to"]
+        return f"{label} ({target})" if name or target.startswith("http") else label
 
-    return _INLINE.sub(shown, text)
+    return _INLINE.sub(replacement, text)
 
 
 def _table(table: Block, width: int, style: _Style) -> Iterator[str]:
-    """Yield the rows in columns if they fit, else an item for each row."""
-    head, *rows = (tuple(map(plain, row)) for row in table.rows)
-    widths = [max(map(style.width, column)) for column in zip(head, *rows, strict=True)]
+    """Yield the rows in columns if they fit, otherwise a list item for each row."""
+    header, *rows = (tuple(map(plain, row)) for row in table.rows)
+    widths = [max(map(style.width, column)) for column in zip(header, *rows, strict=True)]
     if sum(widths) + 2 * (len(widths) - 1) <= width:
-        for row in (head, *rows):
-            cells = (cell + " " * (wide - style.width(cell)) for cell, wide in zip(row, widths, strict=True))
+        for row in (header, *rows):
+            cells = (
+                cell + " " * (column_width - style.width(cell)) for cell, column_width in zip(row, widths, strict=True)
+            )
             line = "  ".join(cells).rstrip()
             if line:
                 yield (
-                    style.strong(line.replace("`", "") if style.colour else line) if row is head else style.marked(line)
+                    style.bold(line.replace("`", "") if style.colour else line)
+                    if row is header
+                    else style.highlight_commands(line)
                 )
         return
     for first, *other_rows in rows:
-        yield from _wrapped(first, width, "- ", style)
-        for name, cell in zip(head[1:], other_rows, strict=True):
+        yield from _wrap(first, width, "- ", style)
+        for name, cell in zip(header[1:], other_rows, strict=True):
             if cell:
-                yield from _wrapped(f"{name}: {cell}" if name and len(other_rows) > 1 else cell, width, "  ", style)
+                yield from _wrap(f"{name}: {cell}" if name and len(other_rows) > 1 else cell, width, "  ", style)
 
 
-def _wrapped(text: str, width: int, prefix: str, style: _Style) -> list[str]:
-    """Return lines of a width; those after the first are indented by the length of the prefix."""
+def _wrap(text: str, width: int, prefix: str, style: _Style) -> list[str]:
+    """Wrap text to a width. All lines except the first are indented by the length of the prefix."""
     filled = textwrap.fill(
         text, width, initial_indent=prefix, subsequent_indent=" " * len(prefix), break_on_hyphens=False
     )
-    return style.marked(filled).split("\n")
+    return style.highlight_commands(filled).split("\n")

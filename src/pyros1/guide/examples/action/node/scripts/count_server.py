@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Offers the action count: counts down, one number every tenth of a second, until 0 or until it is cancelled.
+"""Provides the action count, which counts down ten numbers per second until 0 or until it is cancelled.
 
 pyros1 run my_package count_server.py
 pyros1 run my_package count_client.py 20         in another terminal
@@ -15,7 +15,7 @@ PERIOD = 0.1  # s
 def count(goal):
     start = goal.goal.start
     if start < 0:
-        return goal.abort(text="one counts down from a number that is not negative")
+        return goal.abort(text="the start must not be negative")
     for number in range(start, 0, -1):
         if goal.cancel_requested:
             return goal.cancel(CountResult(counted=start - number))

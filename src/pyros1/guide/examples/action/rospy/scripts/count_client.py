@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Sends a goal to the action count, and prints its progress. Ctrl-C cancels the goal.
+"""Sends a goal to the action count and prints its progress. Ctrl-C cancels the goal.
 
 pyros1 run my_package count_client.py 20
-pyros1 run my_package count_client.py 20 --patience 1     stops it after a second
+pyros1 run my_package count_client.py 20 --patience 1     cancels it after a second
 """
 
 import argparse
@@ -16,7 +16,7 @@ from my_package.msg import CountAction, CountGoal
 def main():
     parser = argparse.ArgumentParser(description="Lets a server count down.")
     parser.add_argument("start", type=int)
-    parser.add_argument("--patience", type=float, default=60.0, help="seconds after which the goal is stopped")
+    parser.add_argument("--patience", type=float, default=60.0, help="seconds after which the goal is cancelled")
     arguments = parser.parse_args(rospy.myargv()[1:])
     rospy.init_node("count_client", anonymous=True)
     client = actionlib.SimpleActionClient("count", CountAction)

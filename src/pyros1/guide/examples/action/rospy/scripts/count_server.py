@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Offers the action count: counts down, one number every tenth of a second, until 0 or until it is cancelled.
+"""Provides the action count, which counts down ten numbers per second until 0 or until it is cancelled.
 
 pyros1 run my_package count_server.py
 pyros1 run my_package count_client.py 20         in another terminal
@@ -7,7 +7,7 @@ pyros1 run my_package count_client.py 20         in another terminal
 
 import actionlib
 import rospy
-from my_package.msg import CountAction, CountFeedback, CountResult  # made from action/Count.action
+from my_package.msg import CountAction, CountFeedback, CountResult  # generated from action/Count.action
 
 PERIOD = 0.1  # s
 
@@ -21,7 +21,7 @@ class Counter:
 
     def count(self, goal):
         if goal.start < 0:
-            self.server.set_aborted(text="one counts down from a number that is not negative")
+            self.server.set_aborted(text="the start must not be negative")
             return
         for number in range(goal.start, 0, -1):
             if self.server.is_preempt_requested() or rospy.is_shutdown():

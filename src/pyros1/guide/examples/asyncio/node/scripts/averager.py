@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Averages numbers in an asyncio program: subscribes, publishes and offers a service, all on one thread.
+"""Averages numbers in an asyncio program: subscribes, publishes and provides a service, all in one thread.
 
 pyros1 run my_package averager.py
-pyros1 topic pub -r 5 numbers std_msgs/Float64 1.5     sends some, in another terminal
+pyros1 topic pub -r 5 numbers std_msgs/Float64 1.5     publishes numbers, in another terminal
 pyros1 topic echo average
-pyros1 service call reset                        begins anew
+pyros1 service call reset                        starts again
 """
 
 import asyncio
@@ -15,7 +15,7 @@ from pyros1.msgs.std_srvs.srv import Empty, EmptyResponse
 
 
 class Averager:
-    """The numbers received. No locks are needed: everything that uses them runs on the asyncio loop."""
+    """The received numbers. No locks are needed, since all functions that use them run on the asyncio loop."""
 
     def __init__(self, node):
         self.node = node

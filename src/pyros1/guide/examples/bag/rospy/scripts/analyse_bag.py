@@ -3,7 +3,7 @@
 
 pyros1 run my_package analyse_bag.py drive.bag
 pyros1 run my_package analyse_bag.py drive.bag /robot1/odom
-pyros1 run my_package write_bag.py drive.bag     a bag, if there is none
+pyros1 run my_package write_bag.py drive.bag     writes a bag if you have none
 """
 
 import sys

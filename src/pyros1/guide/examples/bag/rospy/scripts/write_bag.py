@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes a bag: a minute's drive of a robot that stops twice. It needs no master.
+"""Writes a bag with a one-minute drive of a robot that stops twice. It needs no master.
 
 pyros1 run my_package write_bag.py drive.bag
 pyros1 bag info drive.bag

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Thins out point clouds, with numpy: removes the floor, and leaves one point per cube of space.
+"""Thins out point clouds with numpy: removes the floor and keeps one point per cube of space.
 
 pyros1 run my_package cloud_filter.py            from the topic points to the topic filtered
 pyros1 run my_package cloud_filter.py _floor:=0.1 _cube:=0.2
-pyros1 run my_package cloud_source.py            clouds, if there is no camera
+pyros1 run my_package cloud_source.py            publishes clouds if you have no camera
 """
 
 import numpy
@@ -28,13 +28,13 @@ def records(cloud):
     return numpy.frombuffer(cloud.data, numpy.dtype(columns), count=cloud.width * cloud.height)
 
 
-def received(cloud):
+def on_cloud(cloud):
     points = records(cloud)
     place = numpy.column_stack([points[axis] for axis in "xyz"])
     high = numpy.isfinite(place).all(axis=1) & (place[:, 2] > floor)
     _, first = numpy.unique((place[high] // cube).astype(int), axis=0, return_index=True)
     left = points[high][first]
-    # Same fields, fewer points; the header says when and where they were measured, so it stays.
+    # Same fields, fewer points. The header contains the time and frame of the measurement, so it is kept.
     cloud.height, cloud.width, cloud.row_step = 1, len(left), left.nbytes
     cloud.is_dense, cloud.data = True, left.tobytes()
     publisher.publish(cloud)
@@ -43,7 +43,7 @@ def received(cloud):
 
 with pyros1.Node("cloud_filter") as node:
     floor = node.params.get("~floor", 0.05)  # m
-    cube = node.params.get("~cube", 0.1)  # m, its side
+    cube = node.params.get("~cube", 0.1)  # m, length of its side
     publisher = node.advertise("filtered", PointCloud2, queue_size=1)
-    node.subscribe("points", PointCloud2, received, queue_size=1)  # only the newest, if they come too fast
+    node.subscribe("points", PointCloud2, on_cloud, queue_size=1)  # only the newest if they arrive too fast
     node.spin()

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Thins out point clouds, with numpy: removes the floor, and leaves one point per cube of space.
+"""Thins out point clouds with numpy: removes the floor and keeps one point per cube of space.
 
 pyros1 run my_package cloud_filter.py            from the topic points to the topic filtered
 pyros1 run my_package cloud_filter.py _floor:=0.1 _cube:=0.2
-pyros1 run my_package cloud_source.py            clouds, if there is no camera
+pyros1 run my_package cloud_source.py            publishes clouds if you have no camera
 """
 
 import numpy
@@ -13,18 +13,18 @@ from sensor_msgs.msg import PointCloud2
 
 
 class Filter:
-    """Publishes what is left of each cloud that is received.
+    """Publishes the filtered points of each received cloud.
 
     Args:
-        floor: height of the floor, in m.
-        cube: side of a cube, in m.
+        floor: the height of the floor in m.
+        cube: the length of a cube's side in m.
     """
 
     def __init__(self, floor, cube):
         self.floor = floor
         self.cube = cube
         self.publisher = rospy.Publisher("filtered", PointCloud2, queue_size=1)
-        # Only the newest, if they come too fast; buff_size must hold a whole cloud.
+        # Only the newest if they arrive too fast; buff_size must be large enough for a whole cloud.
         rospy.Subscriber("points", PointCloud2, self.received, queue_size=1, buff_size=2**24)
 
     def received(self, cloud):
@@ -32,7 +32,7 @@ class Filter:
         points = numpy.array(list(found), dtype=float).reshape(-1, 3)
         high = points[points[:, 2] > self.floor]
         _, first = numpy.unique((high // self.cube).astype(int), axis=0, return_index=True)
-        # The header says when and where they were measured, so it stays.
+        # The header contains the time and frame of the measurement, so it is kept.
         self.publisher.publish(point_cloud2.create_cloud_xyz32(cloud.header, high[first]))
         rospy.logdebug("%d of %d points", len(first), len(points))
 

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Publishes point clouds like a depth camera: a floor, and a ball that bounces on it.
+"""Publishes point clouds like a depth camera: a floor and a ball that bounces on it.
 
 pyros1 run my_package cloud_source.py
-pyros1 web scene --open                          shows them; choose camera as the fixed frame
+pyros1 web scene --open                          displays them; select camera as the fixed frame
 """
 
 import numpy
@@ -11,14 +11,14 @@ from sensor_msgs import point_cloud2
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
-COUNT = 5000  # points of each thing
+COUNT = 5000  # points of each object
 RADIUS = 0.3  # m, of the ball
 
 
-def points(seconds, chance):
-    """Return an array of points, with x, y and z in m."""
-    floor = numpy.column_stack([chance.uniform(-2, 2, (COUNT, 2)), numpy.zeros(COUNT)])
-    ball = chance.normal(size=(COUNT, 3))
+def points(seconds, generator):
+    """Return an array of points with x, y and z in m."""
+    floor = numpy.column_stack([generator.uniform(-2, 2, (COUNT, 2)), numpy.zeros(COUNT)])
+    ball = generator.normal(size=(COUNT, 3))
     ball *= RADIUS / numpy.linalg.norm(ball, axis=1, keepdims=True)
     ball[:, 2] += RADIUS + abs(numpy.sin(2 * seconds))
     return numpy.concatenate([floor, ball]).astype("<f4")
@@ -27,11 +27,11 @@ def points(seconds, chance):
 def main():
     rospy.init_node("cloud_source")
     publisher = rospy.Publisher("points", PointCloud2, queue_size=1)
-    chance = numpy.random.default_rng()
+    generator = numpy.random.default_rng()
     rate = rospy.Rate(10.0)  # Hz
     while not rospy.is_shutdown():
         header = Header(stamp=rospy.Time.now(), frame_id="camera")
-        array = points(header.stamp.to_sec(), chance)
+        array = points(header.stamp.to_sec(), generator)
         publisher.publish(point_cloud2.create_cloud_xyz32(header, array))
         rate.sleep()
 
@@ -40,4 +40,4 @@ if __name__ == "__main__":
     try:
         main()
     except rospy.ROSInterruptException:
-        pass  # Ctrl-C, while it slept
+        pass  # Ctrl-C during sleep

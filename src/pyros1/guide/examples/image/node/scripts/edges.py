@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Finds edges in images, with numpy: publishes how much the brightness changes at each pixel.
+"""Finds edges in images with numpy: publishes how much the brightness changes at each pixel.
 
 pyros1 run my_package edges.py                   from the topic image to the topic edges
 pyros1 run my_package edges.py image:=/camera/image_raw
-pyros1 run my_package picture_source.py          pictures, if there is no camera
+pyros1 run my_package picture_source.py          publishes images if you have no camera
 """
 
 import numpy
@@ -28,16 +28,16 @@ def received(image):
     grey = brightness(image)
     if grey is None:
         known = ", ".join(CHANNELS)
-        node.log.warn("pictures in %s are not understood, only: %s", image.encoding, known, once=True)
+        node.log.warn("images in %s are not supported, only: %s", image.encoding, known, once=True)
         return
     down, right = numpy.gradient(grey)
     strength = numpy.clip(2 * numpy.hypot(down, right), 0, 255).astype(numpy.uint8)
     height, width = strength.shape
-    # The header says when and where the picture was taken, so it stays.
+    # The header contains the time and frame of the image, so it is kept.
     edges.publish(Image(image.header, height, width, "mono8", 0, width, strength.tobytes()))
 
 
 with pyros1.Node("edges") as node:
     edges = node.advertise("edges", Image, queue_size=1)
-    node.subscribe("image", Image, received, queue_size=1)  # only the newest, if they come too fast
+    node.subscribe("image", Image, received, queue_size=1)  # only the newest if they arrive too fast
     node.spin()

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
-"""Finds edges in images, with numpy: publishes how much the brightness changes at each pixel.
+"""Finds edges in images with numpy: publishes how much the brightness changes at each pixel.
 
 pyros1 run my_package edges.py                   from the topic image to the topic edges
 pyros1 run my_package edges.py image:=/camera/image_raw
-pyros1 run my_package picture_source.py          pictures, if there is no camera
+pyros1 run my_package picture_source.py          publishes images if you have no camera
 """
 
 import numpy
@@ -26,18 +26,18 @@ def brightness(image):
 def received(image, edges):
     grey = brightness(image)
     if grey is None:
-        rospy.logwarn_once("pictures in %s are not understood, only: %s", image.encoding, ", ".join(CHANNELS))
+        rospy.logwarn_once("images in %s are not supported, only: %s", image.encoding, ", ".join(CHANNELS))
         return
     down, right = numpy.gradient(grey)
     strength = numpy.clip(2 * numpy.hypot(down, right), 0, 255).astype(numpy.uint8)
     height, width = strength.shape
-    # The header says when and where the picture was taken, so it stays.
+    # The header contains the time and frame of the image, so it is kept.
     edges.publish(Image(image.header, height, width, "mono8", 0, width, strength.tobytes()))
 
 
 if __name__ == "__main__":
     rospy.init_node("edges")
     edges = rospy.Publisher("edges", Image, queue_size=1)
-    # Only the newest, if they come too fast; buff_size must hold a whole picture.
+    # Only the newest if they arrive too fast; buff_size must be large enough for a whole image.
     rospy.Subscriber("image", Image, received, edges, queue_size=1, buff_size=2**24)
     rospy.spin()

@@ -2,7 +2,7 @@
 """Publishes images like a camera: a bright square that moves over a dark background.
 
 pyros1 run my_package picture_source.py
-pyros1 web image --open                          shows them
+pyros1 web image --open                          displays them
 """
 
 import numpy
@@ -40,4 +40,4 @@ if __name__ == "__main__":
     try:
         main()
     except rospy.ROSInterruptException:
-        pass  # Ctrl-C, while it slept
+        pass  # Ctrl-C during sleep

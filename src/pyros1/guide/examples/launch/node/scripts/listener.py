@@ -10,10 +10,10 @@ import argparse
 import pyros1
 from pyros1.msgs.std_msgs.msg import String
 
-parser = argparse.ArgumentParser(description="Prints what is said.")
-parser.add_argument("--prefix", default="received", help="word before each message")
+parser = argparse.ArgumentParser(description="Prints messages.")
+parser.add_argument("--prefix", default="received", help="text before each message")
 
 with pyros1.Node("listener") as node:
-    prefix = parser.parse_args(node.arguments.rest).prefix  # without ROS's own, such as chatter:=words
+    prefix = parser.parse_args(node.arguments.rest).prefix  # without ROS arguments such as chatter:=words
     node.subscribe("chatter", String, lambda message: node.log.info("%s: %s", prefix, message.data))
     node.spin()

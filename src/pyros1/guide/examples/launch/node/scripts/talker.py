@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Publishes a greeting on the topic chatter. The launch file gives it its name, its rate and its greeting.
+"""Publishes a greeting on the topic chatter. The launch file sets its name, rate and greeting.
 
 pyros1 launch my_package robot.launch
 pyros1 run my_package talker.py _greeting:=hi

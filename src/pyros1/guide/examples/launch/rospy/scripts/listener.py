@@ -12,9 +12,9 @@ from std_msgs.msg import String
 
 
 def main():
-    parser = argparse.ArgumentParser(description="Prints what is said.")
-    parser.add_argument("--prefix", default="received", help="word before each message")
-    prefix = parser.parse_args(rospy.myargv()[1:]).prefix  # without ROS's own, such as chatter:=words
+    parser = argparse.ArgumentParser(description="Prints messages.")
+    parser.add_argument("--prefix", default="received", help="text before each message")
+    prefix = parser.parse_args(rospy.myargv()[1:]).prefix  # without ROS arguments such as chatter:=words
     rospy.init_node("listener")
     rospy.Subscriber("chatter", String, lambda message: rospy.loginfo("%s: %s", prefix, message.data))
     rospy.spin()

@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Publishes a sine wave on the topic numbers.
 
-pyros1 run my_package publisher.py               ten numbers per second
-pyros1 run my_package publisher.py _rate:=50     fifty
-pyros1 topic echo numbers                        shows them, in another terminal
+pyros1 run my_package publisher.py               publishes ten numbers per second
+pyros1 run my_package publisher.py _rate:=50     publishes fifty
+pyros1 topic echo numbers                        prints them, in another terminal
 """
 
 import math
@@ -28,4 +28,4 @@ if __name__ == "__main__":
     try:
         main()
     except rospy.ROSInterruptException:
-        pass  # Ctrl-C, while it slept
+        pass  # Ctrl-C during sleep

@@ -4,7 +4,7 @@
 pyros1 run my_package oscillator.py
 pyros1 dynparam set oscillator amplitude 2.5
 pyros1 dynparam set oscillator "{shape: square, frequency: 2.0}"
-pyros1 web params --open                         has sliders
+pyros1 web params --open                         changes them with sliders
 """
 
 import math
@@ -16,18 +16,18 @@ from pyros1.reconfigure import Parameters, Server
 SINE, SQUARE = 0, 1
 
 parameters = Parameters()
-parameters.add("amplitude", 1.0, "of the output", minimum=0.0, maximum=10.0)
-parameters.add("frequency", 0.5, "of the output, in Hz", minimum=0.1, maximum=10.0)
-parameters.add("shape", SINE, "of the output", choices={"sine": SINE, "square": SQUARE})
+parameters.add("amplitude", 1.0, "amplitude of the output", minimum=0.0, maximum=10.0)
+parameters.add("frequency", 0.5, "frequency of the output in Hz", minimum=0.1, maximum=10.0)
+parameters.add("shape", SINE, "shape of the output", choices={"sine": SINE, "square": SQUARE})
 
 
-def changed(config, level):
+def on_configured(config, level):
     node.log.info("amplitude %.1f, frequency %.1f Hz", config.amplitude, config.frequency)
-    return config  # what others see; it may be corrected here
+    return config  # the configuration to use, which may be corrected here
 
 
 with pyros1.Node("oscillator") as node:
-    server = Server(node, parameters, changed)
+    server = Server(node, parameters, on_configured)
     publisher = node.advertise("output", Float64, queue_size=10)
     rate = node.rate(50.0)  # Hz
     phase = 0.0  # rad

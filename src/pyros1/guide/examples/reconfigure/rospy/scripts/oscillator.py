@@ -4,7 +4,7 @@
 pyros1 run my_package oscillator.py
 pyros1 dynparam set oscillator amplitude 2.5
 pyros1 dynparam set oscillator "{shape: square, frequency: 2.0}"
-pyros1 web params --open                         has sliders
+pyros1 web params --open                         changes them with sliders
 """
 
 import math
@@ -12,19 +12,19 @@ import math
 import rospy
 from dynamic_reconfigure.server import Server
 from std_msgs.msg import Float64
-from my_package.cfg import OscillatorConfig  # made from cfg/Oscillator.cfg
+from my_package.cfg import OscillatorConfig  # generated from cfg/Oscillator.cfg
 
 RATE = 50.0  # Hz
 
 
-def changed(config, level):
+def on_configured(config, level):
     rospy.loginfo("amplitude %.1f, frequency %.1f Hz", config.amplitude, config.frequency)
-    return config  # what others see; it may be corrected here
+    return config  # the configuration to use, which may be corrected here
 
 
 def main():
     rospy.init_node("oscillator")
-    server = Server(OscillatorConfig, changed)
+    server = Server(OscillatorConfig, on_configured)
     publisher = rospy.Publisher("output", Float64, queue_size=10)
     rate = rospy.Rate(RATE)
     phase = 0.0  # rad
@@ -41,4 +41,4 @@ if __name__ == "__main__":
     try:
         main()
     except rospy.ROSInterruptException:
-        pass  # Ctrl-C, while it slept
+        pass  # Ctrl-C during sleep

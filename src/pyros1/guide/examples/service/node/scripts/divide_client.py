@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Calls the service divide, and prints its answer.
+"""Calls the service divide and prints its response.
 
 pyros1 run my_package divide_client.py 7 2
 """
@@ -15,10 +15,10 @@ parser.add_argument("dividend", type=float)
 parser.add_argument("divisor", type=float)
 
 with pyros1.Node("divide_client", anonymous=True) as node:
-    arguments = parser.parse_args(node.arguments.rest)  # without ROS's own, such as __name:=other
+    arguments = parser.parse_args(node.arguments.rest)  # without ROS arguments such as __name:=other
     try:
         node.wait_for_service("divide", timeout=10.0)  # s
-        answer = node.service("divide", Divide)(arguments.dividend, arguments.divisor)
+        response = node.service("divide", Divide)(arguments.dividend, arguments.divisor)
     except pyros1.Error as error:
         sys.exit(f"no answer: {error}")
-    print(f"{arguments.dividend:g} / {arguments.divisor:g} = {answer.quotient:g}")
+    print(f"{arguments.dividend:g} / {arguments.divisor:g} = {response.quotient:g}")

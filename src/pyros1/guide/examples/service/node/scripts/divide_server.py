@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Offers the service divide. Division by zero is rejected with an error.
+"""Provides the service divide. Division by zero is rejected with an error.
 
 pyros1 run my_package divide_server.py
 pyros1 service call divide 7 2          calls it, in another terminal
@@ -7,7 +7,7 @@ pyros1 run my_package divide_client.py 7 2
 """
 
 import pyros1
-from pyros1.msgs.my_package.srv import Divide, DivideResponse  # made from srv/Divide.srv, with no build step
+from pyros1.msgs.my_package.srv import Divide, DivideResponse  # generated from srv/Divide.srv without a build step
 
 
 def divide(request):

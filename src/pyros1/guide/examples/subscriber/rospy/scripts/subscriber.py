@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Prints the numbers received on the topic numbers, and their mean.
+"""Prints the numbers received on the topic numbers and their mean.
 
 pyros1 run my_package subscriber.py
-pyros1 topic pub -r 2 numbers std_msgs/Float64 1.5     sends some, in another terminal
+pyros1 topic pub -r 2 numbers std_msgs/Float64 1.5     publishes numbers, in another terminal
 """
 
 import rospy
@@ -10,7 +10,7 @@ from std_msgs.msg import Float64
 
 
 class Mean:
-    """The mean of all numbers received."""
+    """Computes the mean of all received numbers."""
 
     def __init__(self):
         self.count = 0
@@ -26,4 +26,4 @@ class Mean:
 if __name__ == "__main__":
     rospy.init_node("subscriber")
     mean = Mean()
-    rospy.spin()  # until Ctrl-C; meanwhile each message calls received()
+    rospy.spin()  # until Ctrl-C; received() is called for each message

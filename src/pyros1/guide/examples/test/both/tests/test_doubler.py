@@ -1,4 +1,4 @@
-"""Tests of doubler.py with pytest. Each has its own master, and everything it starts is stopped at its end.
+"""Tests of doubler.py with pytest. Each test has its own master, and everything it starts is stopped afterwards.
 
 python3 -m pytest my_package/tests
 """
@@ -8,14 +8,14 @@ import pytest
 
 @pytest.fixture
 def doubled(ros_run, ros_node, ros_listen):
-    """Return a function that sends the doubler a number, and returns its answer."""
-    heard = ros_listen("output", "std_msgs/Float64")
+    """Return a function that sends a number to the doubler and returns its output."""
+    received = ros_listen("output", "std_msgs/Float64")
     ros_run("my_package", "doubler.py")
     sender = ros_node("sender").advertise("input", "std_msgs/Float64", latch=True)
 
     def ask(number):
-        sender.publish(data=number)  # latched: also if the doubler comes later
-        return heard.next(timeout=20.0).data
+        sender.publish(data=number)  # latched, in case the doubler subscribes later
+        return received.next(timeout=20.0).data
 
     return ask
 

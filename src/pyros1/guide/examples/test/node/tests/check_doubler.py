@@ -16,8 +16,8 @@ class DoublerTest(unittest.TestCase):
     def test_a_number_is_doubled(self):
         with pyros1.Node("check_doubler") as node:
             node.advertise("input", Float64, latch=True).publish(Float64(1.5))
-            answer = node.wait_for_message("output", Float64, timeout=20.0)  # s
-            self.assertEqual(answer.data, 3.0)
+            message = node.wait_for_message("output", Float64, timeout=20.0)  # s
+            self.assertEqual(message.data, 3.0)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Doubles numbers: it receives them on input, and publishes on output. tests/ has tests for it.
+"""Doubles the numbers received on input and publishes them on output. Its tests are in tests/.
 
 pyros1 run my_package doubler.py
 pyros1 test my_package doubler.test
@@ -11,6 +11,6 @@ from std_msgs.msg import Float64
 
 if __name__ == "__main__":
     rospy.init_node("doubler")
-    output = rospy.Publisher("output", Float64, queue_size=10, latch=True)  # also for those who come later
+    output = rospy.Publisher("output", Float64, queue_size=10, latch=True)  # for late subscribers as well
     rospy.Subscriber("input", Float64, lambda message: output.publish(2 * message.data))
     rospy.spin()

@@ -16,8 +16,8 @@ class DoublerTest(unittest.TestCase):
         rospy.init_node("check_doubler")
         sender = rospy.Publisher("input", Float64, queue_size=1, latch=True)
         sender.publish(1.5)
-        answer = rospy.wait_for_message("output", Float64, timeout=20.0)  # s
-        self.assertEqual(answer.data, 3.0)
+        message = rospy.wait_for_message("output", Float64, timeout=20.0)  # s
+        self.assertEqual(message.data, 3.0)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Publishes where a robot is: it circles the world's origin, with a laser fixed to it.
+"""Publishes the frames of a robot with a laser that circles the origin of the world.
 
 pyros1 run my_package tf_broadcaster.py
 pyros1 tf tree                                   world -> base_link -> laser
@@ -17,15 +17,15 @@ SPEED = 0.5  # rad/s
 
 
 def transform(parent, child, x, y, z, yaw):
-    """Return where the child is relative to its parent now, in m and rad."""
-    found = TransformStamped()
-    found.header.frame_id = parent
-    found.header.stamp = rospy.Time.now()
-    found.child_frame_id = child
-    place = found.transform.translation
-    place.x, place.y, place.z = x, y, z
-    found.transform.rotation = Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
-    return found
+    """Return the pose of the child relative to its parent, in m and rad, at the current time."""
+    message = TransformStamped()
+    message.header.frame_id = parent
+    message.header.stamp = rospy.Time.now()
+    message.child_frame_id = child
+    position = message.transform.translation
+    position.x, position.y, position.z = x, y, z
+    message.transform.rotation = Quaternion(0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2))
+    return message
 
 
 def main():
@@ -45,4 +45,4 @@ if __name__ == "__main__":
     try:
         main()
     except rospy.ROSInterruptException:
-        pass  # Ctrl-C, while it slept
+        pass  # Ctrl-C during sleep

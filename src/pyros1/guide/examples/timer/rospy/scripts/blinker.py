@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Switches a lamp on and off with a timer, and stops with another one, which fires only once.
+"""Switches a lamp on and off with a timer, and stops with a second timer, which fires only once.
 
 pyros1 run my_package blinker.py
 pyros1 run my_package blinker.py _period:=0.1 _duration:=3
@@ -22,8 +22,8 @@ class Blinker:
     def blink(self, event):
         self.on = not self.on
         self.lamp.publish(self.on)
-        late = (event.current_real - event.current_expected).to_sec()
-        rospy.loginfo("%s, %.1f ms late", "on" if self.on else "off", 1000 * late)
+        delay = (event.current_real - event.current_expected).to_sec()
+        rospy.loginfo("%s, %.1f ms late", "on" if self.on else "off", 1000 * delay)
 
     def stop(self, event):
         self.timer.shutdown()

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Waves with the arm of urdf/arm.urdf, and opens and closes its gripper.
+"""Waves the arm of urdf/arm.urdf, and opens and closes its gripper.
 
-pyros1 launch my_package arm.launch              the arm, and this program (arm_mover.py)
-pyros1 web scene --open                          shows it
+pyros1 launch my_package arm.launch              starts the arm and this program (arm_mover.py)
+pyros1 web scene --open                          displays it
 pyros1 tf echo base_link left_link
 """
 
