@@ -156,7 +156,7 @@ def test_action(package: str, run: Start, ros_listen: Start) -> None:
     stopped = run(package, "count_client.py", "500", "--patience", "0.5")
     stopped.wait_for(r"^that takes too long\n(now \d+\n)*not done: .*PREEMPTED")
     refused = run(package, "count_client.py", "--", "-1")
-    refused.wait_for("not done: .*ABORTED.* not negative")
+    refused.wait_for("not done: .*ABORTED.* not be negative")
     assert (stopped.wait(), refused.wait()) == (1, 1)
     statuses = ros_listen("count/status", "actionlib_msgs/GoalStatusArray")
     interrupted = run(package, "count_client.py", "400")

@@ -20,7 +20,7 @@ import pytest
 from pyros1.bag import Bag, BagWriter
 from pyros1.cli.clean_output import CleanStream
 from pyros1.cli.commands.diagnostic import status_lines
-from pyros1.cli.commands.tf._drawing import Frame, text
+from pyros1.cli.commands.tf._drawing import Frame, format_tree
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.main import entry
 from pyros1.ground.errors import ServiceError
@@ -175,7 +175,7 @@ def test_nor_does_recording_and_an_illegal_name_ends_it_not(run: Any, make_robot
 
 
 def _as_on_a_terminal(self: CleanStream, stream: Any) -> None:
-    self.under, self._passes_controls = stream, True
+    self.underlying, self._passes_controls = stream, True
 
 
 def test_json_keeps_what_others_sent(run: Any, make_robot: Any) -> None:
@@ -268,7 +268,7 @@ def test_bags_of_others(run: Any, environ: dict[str, str], tmp_path: Path) -> No
 
 def test_frames_of_others(capsys: Any) -> None:
     assert_clean(
-        text([Frame("map", None, "", None, 0, 0, 0), Frame("a" + WORSE, "map", "/n" + WORSE, False, 1, 1, 2)], 3)
+        format_tree([Frame("map", None, "", None, 0, 0, 0), Frame("a" + WORSE, "map", "/n" + WORSE, False, 1, 1, 2)], 3)
     )
     buffer = Buffer()
     moved: Any = load_message("geometry_msgs/TransformStamped")(child_frame_id="child" + WORSE)

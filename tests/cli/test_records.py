@@ -49,7 +49,7 @@ SPOKEN = [
 
 def test_the_table_is_current() -> None:
     """If not: python -m pyros1.cli.make_index"""
-    assert make_index.TARGET.read_text(encoding="utf-8") == make_index.text()
+    assert make_index.INDEX_FILE.read_text(encoding="utf-8") == make_index.index_source()
 
 
 @pytest.mark.parametrize("path", make_index.DOCUMENTS, ids=lambda path: path.name)
@@ -60,7 +60,9 @@ def test_the_table_in_a_document_is_current(path: Path) -> None:
 
 def test_names_are_unique() -> None:
     known = registry.commands()
-    names = [word for name, each in known.items() for word in {name, each.stock, *each.aliases, *each.also} if word]
+    names = [
+        word for name, each in known.items() for word in {name, each.stock, *each.aliases, *each.other_programs} if word
+    ]
     names += [told.program for name in known for told in registry.verbs(name).values() if told.program]
     assert [name for name, count in Counter(names).items() if count > 1] == []
     for command in known:
@@ -74,10 +76,12 @@ def test_a_command_says_what_it_is(name: str) -> None:
     command = registry.load_command(name)
     assert command.name == name and command.about and command.group in GROUPS
     assert command.verb or registry.verbs(name)
-    for words in command.also.values():
+    for words in command.other_programs.values():
         assert not words or words[0].startswith("-") or not registry.verbs(name) or registry.find_verb(name, words[0])
     assert {*command.order} <= {*registry.verbs(name)}
-    assert command.stock or not any(verb.of_tool for verb in registry.verbs(name).values()), "verbs of which tool?"
+    assert command.stock or not any(verb.in_stock_tool for verb in registry.verbs(name).values()), (
+        "verbs of which tool?"
+    )
 
 
 @pytest.mark.parametrize(("line", "verb"), RECORDS)
@@ -86,7 +90,7 @@ def test_a_record_is_whole(line: str, verb: Verb) -> None:
     assert all(option.help or option.hidden for option in verb.options)
     options = [name for option in verb.options for name in option.names]
     assert len(options) == len({*options}), "each option once"
-    kinds = {kind for argument in verb.arguments for kind in argument.completes.split("|") if kind}
+    kinds = {kind for argument in verb.arguments for kind in argument.completion_kinds.split("|") if kind}
     assert kinds <= {*KINDS}
     assert not any(argument.many for argument in verb.arguments[:-1])
 
@@ -125,7 +129,7 @@ VERB = Verb(
     "shout",
     "say it loudly",
     Option("-s", "--strength", type="int", default=1, metavar="N", help="how loudly"),
-    Flag("--unsure", help="ask", own=True),
+    Flag("--unsure", help="ask", pyros1_only=True),
     Argument("word", "throttle", many=True),
     examples=[("-s 3 help", "very loudly")],
     aliases=["yell"],

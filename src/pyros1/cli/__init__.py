@@ -1,1 +1,1 @@
-"""The commands: each module parses its arguments, calls the library and prints. Nothing else in pyros1 prints."""
+"""Commands: each module parses its arguments, calls the library and prints. Nothing else in pyros1 prints."""

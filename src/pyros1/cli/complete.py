@@ -1,6 +1,6 @@
-"""``pyros1 __complete``: candidates for the word at the cursor, for the completion of shells.
+"""``pyros1 __complete``: candidates for the word at the cursor, for shell completion.
 
-It prints no errors, waits only a moment for the master, and imports only what the kind of candidate needs.
+It prints no errors, limits the time to wait for the master, and imports only what the kind of candidate needs.
 """
 
 from __future__ import annotations
@@ -9,20 +9,20 @@ from collections.abc import Callable
 
 from pyros1.cli import registry
 from pyros1.cli.clean_output import data_stream
-from pyros1.cli.complete_line import Line
+from pyros1.cli.complete_line import CommandLine
 from pyros1.ground.terminal_text import lines
 
-_SAFE = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+./:=@%,~")
+_UNQUOTED_CHARACTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-+./:=@%,~")
 
 
-_FILES = ("bag", "dir", "file", "output")
-"""Words in the name of an option, or of its value, if the value is a file."""
-_KINDS = ("example",)
-"""Names of options that are also names of kinds."""
+_FILE_WORDS = ("bag", "dir", "file", "output")
+"""Words in the name of an option or its value that indicate a file."""
+_OPTION_KINDS = ("example",)
+"""Options whose names are also kinds of candidates."""
 
 
-def candidates(line: Line) -> list[str]:
-    """Return the candidates for the word at the cursor: whole words, unquoted."""
+def candidates(line: CommandLine) -> list[str]:
+    """Return the candidates for the word at the cursor, as complete unquoted words."""
     if not line.command:
         return sorted([*registry.commands(), "help"])
     if line.token.startswith("-"):
@@ -31,23 +31,23 @@ def candidates(line: Line) -> list[str]:
         return [] if line.words else line.verbs
     option = line.option
     if option is None:
-        kind = registry.completes(line.command, line.verb, len(line.given_arguments))
+        kind = registry.completion_kinds(line.command, line.verb, len(line.positional_arguments))
     elif "choices" in option.settings:
         return [str(choice) for choice in option.settings["choices"]]
-    elif option.dest in _KINDS:
+    elif option.dest in _OPTION_KINDS:
         kind = option.dest
     else:
-        about = f"{option.dest} {option.settings.get('metavar', '')}".lower()
-        kind = "file" if any(word in about for word in _FILES) else ""
+        description = f"{option.dest} {option.settings.get('metavar', '')}".lower()
+        kind = "file" if any(word in description for word in _FILE_WORDS) else ""
     if not kind:
         return []
     from pyros1.cli import complete_values  # noqa: PLC0415 - not needed for verbs
 
-    makers: dict[str, Callable[[Line], list[str]]] = complete_values.KINDS
-    return [each for part in kind.split("|") for each in makers[part](line)]
+    providers: dict[str, Callable[[CommandLine], list[str]]] = complete_values.KINDS
+    return [candidate for part in kind.split("|") for candidate in providers[part](line)]
 
 
-def _options(line: Line) -> list[str]:
+def _options(line: CommandLine) -> list[str]:
     """Return the options of a command or verb."""
     verb = registry.load_verb(line.command, line.verb) if line.verb else registry.load_command(line.command).verb
     if verb is None:
@@ -59,28 +59,32 @@ def main(argv: list[str]) -> int:
     """Print candidates.
 
     Args:
-        argv: the shell; its word separators (``COMP_WORDBREAKS`` of bash, else empty); the index of the word at the
-            cursor; the words of the command line.
+        argv: the shell; its word separators (``COMP_WORDBREAKS`` of bash, otherwise empty); the index of the word at
+            the cursor; the words of the command line.
 
     Returns:
         The exit code, 0.
     """
     try:
-        shell, breaks, index, *words = argv
+        shell, separators, index, *words = argv
         words = words[: int(index) + 1] + [""] * (int(index) + 1 - len(words))
-        if ":" in breaks:
+        if ":" in separators:
             words = join_parts(words)
         token = words[-1]
-        lead = token[:1] if token[:1] in ("'", '"') else ""
-        line = Line([*words[:-1], token[len(lead) :]], one_line=shell == "fish")
-        found = [each for each in candidates(line) if each.startswith(line.token) and each == lines(each) != ""]
-    except Exception:  # noqa: BLE001 - errors must not appear in a line that is being typed
+        quotation_mark = token[:1] if token[:1] in ("'", '"') else ""
+        line = CommandLine([*words[:-1], token[len(quotation_mark) :]], one_line=shell == "fish")
+        matching = [
+            candidate
+            for candidate in candidates(line)
+            if candidate.startswith(line.token) and candidate == lines(candidate) != ""
+        ]
+    except Exception:  # noqa: BLE001 - errors must not appear while the user is typing
         return 0
-    start = max((line.token.rfind(each) for each in ":=" if each in breaks), default=-1) + 1
+    start = max((line.token.rfind(separator) for separator in ":=" if separator in separators), default=-1) + 1
     out = data_stream()
-    for each in dict.fromkeys(found):
-        text = each[start:] if " " not in each else each
-        text = text.replace("\n", " ") if shell == "fish" else quote(text, lead)
+    for candidate in dict.fromkeys(matching):
+        text = candidate[start:] if " " not in candidate else candidate
+        text = text.replace("\n", " ") if shell == "fish" else quote(text, quotation_mark)
         out.write(text + ("\n" if shell == "fish" else "\0"))
     out.flush()
     return 0
@@ -89,28 +93,28 @@ def main(argv: list[str]) -> int:
 def join_parts(words: list[str]) -> list[str]:
     """Undo bash's splitting of words at colons and equals signs: ``rate`` ``:=`` ``5`` is one word in ROS."""
     result: list[str] = []
-    glue = False
+    joins_next = False
     for word in words:
-        word_parts = bool(word) and not word.strip(":=")
-        if result and (word_parts or glue) and len(result) > 1:
+        is_separator = bool(word) and not word.strip(":=")
+        if result and (is_separator or joins_next) and len(result) > 1:
             result[-1] += word
         else:
             result.append(word)
-        glue = word_parts
+        joins_next = is_separator
     return result
 
 
-def quote(text: str, lead: str = "") -> str:
-    """Return a word quoted for a shell, in double quotes if necessary.
+def quote(word: str, quotation_mark: str = "") -> str:
+    """Quote a word for a shell, in double quotes if necessary.
 
     Args:
-        text: the word.
-        lead: the quotation mark that was already typed.
+        word: the word.
+        quotation_mark: the opening quotation mark if one was already typed.
     """
-    if not lead and _SAFE.issuperset(text):
-        return text
-    if lead == "'":
-        return "'" + text.replace("'", "'\\''") + "'"
-    for each in '\\"$`':
-        text = text.replace(each, "\\" + each)
-    return f'"{text}"'
+    if not quotation_mark and _UNQUOTED_CHARACTERS.issuperset(word):
+        return word
+    if quotation_mark == "'":
+        return "'" + word.replace("'", "'\\''") + "'"
+    for character in '\\"$`':
+        word = word.replace(character, "\\" + character)
+    return f'"{word}"'

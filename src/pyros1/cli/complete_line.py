@@ -1,4 +1,4 @@
-"""A command line that is being typed."""
+"""An unfinished command line, for completion."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ TIMEOUT = 0.7
 """Timeout of completion in seconds."""
 
 
-class Line:
-    """A command line with the cursor in it.
+class CommandLine:
+    """An unfinished command line.
 
     Args:
-        words: the words up to the cursor; the last is the one to complete.
-        one_line: whether a candidate must fit on one line.
+        words: the words up to the cursor. The last one is to be completed.
+        one_line: whether candidates must not contain line breaks.
     """
 
     def __init__(self, words: list[str], one_line: bool = False) -> None:
         self.one_line = one_line
-        called, *remaining = words
+        program, *remaining = words
         self.token = remaining[-1] if remaining else ""
         words_before = remaining[:-1]
-        name = os.path.basename(called)
+        name = os.path.basename(program)
         if name in registry.SHELL_FUNCTIONS:
             words_before = ["pkg", "cd", *words_before]
         elif name != "pyros1":
@@ -41,19 +41,19 @@ class Line:
 
     @property
     def verb(self) -> str:
-        """The verb, if the command has verbs."""
+        """The verb if the command has verbs."""
         return registry.find_verb(self.command, self.words[0]) or "" if self.words and self.verbs else ""
 
     @property
-    def given_arguments(self) -> list[str]:
-        """The arguments after the command and its verb, without options and their values."""
-        words, valued, value = [], self._options_with_values(), False
+    def positional_arguments(self) -> list[str]:
+        """The positional arguments after the command and its verb."""
+        arguments, valued_options, is_value = [], self._options_with_values(), False
         for word in self._typed:
-            if value or word.startswith("-") or ":=" in word:
-                value = not value and word in valued
+            if is_value or word.startswith("-") or ":=" in word:
+                is_value = not is_value and word in valued_options
             else:
-                words.append(word)
-        return words[1:] if self.verb else words
+                arguments.append(word)
+        return arguments[1:] if self.verb else arguments
 
     @property
     def option(self) -> Option | None:
@@ -61,8 +61,10 @@ class Line:
         return self._options_with_values().get(self._typed[-1]) if self._typed else None
 
     def _options_with_values(self) -> dict[str, Option]:
-        """Return the options that take a value, by each of their names."""
+        """Return the options that take a value by each of their names."""
         if not any(word.startswith("-") for word in self._typed):
-            return {}  # load nothing unnecessarily
+            return {}  # avoid loading the verb
         verb = registry.load_verb(self.command, self.verb) if self.verb else registry.load_command(self.command).verb
-        return {name: each for each in (verb.options if verb else ()) if each.takes_value for name in each.names}
+        return {
+            name: option for option in (verb.options if verb else ()) if option.takes_value for name in option.names
+        }

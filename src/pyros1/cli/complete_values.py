@@ -1,4 +1,4 @@
-"""The values that completion offers: what is running, what is installed, and files."""
+"""The values that completion offers: running nodes and topics, installed packages and types, and files."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from pyros1.cli.complete_line import Line
+    from pyros1.cli.complete_line import CommandLine
     from pyros1.net.master_client import MasterClient
 
 _LISTEN_SECONDS = 0.25
@@ -17,8 +17,8 @@ _LISTEN_SECONDS = 0.25
 
 
 @contextmanager
-def _master() -> Iterator[MasterClient]:
-    """Yield the master. Host name lookups have no timeout, so a timer ends the process."""
+def _open_master() -> Iterator[MasterClient]:
+    """Yield the master. A timer ends the process, because host name lookups have no timeout."""
     from pyros1.cli.complete_line import TIMEOUT  # noqa: PLC0415
     from pyros1.net.hosts import master_uri  # noqa: PLC0415
     from pyros1.net.master_client import MasterClient  # noqa: PLC0415
@@ -34,69 +34,69 @@ def _master() -> Iterator[MasterClient]:
         client.close()
 
 
-# What runs ------------------------------------------------------------------------------------------------------------
+# Running system -------------------------------------------------------------------------------------------------------
 
 
-def _topics(_: Line) -> list[str]:
-    with _master() as master:
+def _topics(_: CommandLine) -> list[str]:
+    with _open_master() as master:
         publishers, subscribers, _services = master.get_system_state()
     return sorted({name for name, _ in [*publishers, *subscribers]})
 
 
-def _services(_: Line) -> list[str]:
-    with _master() as master:
+def _services(_: CommandLine) -> list[str]:
+    with _open_master() as master:
         return sorted(name for name, _ in master.get_system_state()[2])
 
 
-def _nodes(_: Line) -> list[str]:
-    with _master() as master:
+def _nodes(_: CommandLine) -> list[str]:
+    with _open_master() as master:
         return sorted({node for table in master.get_system_state() for _, nodes in table for node in nodes})
 
 
-def _configurable(line: Line) -> list[str]:
+def _configurable(line: CommandLine) -> list[str]:
     return [name.removesuffix("/set_parameters") for name in _services(line) if name.endswith("/set_parameters")]
 
 
-def _params(_: Line) -> list[str]:
-    with _master() as master:
+def _params(_: CommandLine) -> list[str]:
+    with _open_master() as master:
         return sorted(master.get_param_names())
 
 
-def _namespaces(line: Line) -> list[str]:
+def _namespaces(line: CommandLine) -> list[str]:
     names = _nodes(line) if line.command == "node" else _services(line) if line.command == "service" else _topics(line)
     return sorted({name[:i] for name in names for i, c in enumerate(name) if c == "/" and i})
 
 
-def _machines(_: Line) -> list[str]:
+def _machines(_: CommandLine) -> list[str]:
     from urllib.parse import urlsplit  # noqa: PLC0415
 
-    with _master() as master:
+    with _open_master() as master:
         nodes = {node for table in master.get_system_state() for _, nodes in table for node in nodes}
         return sorted({urlsplit(master.lookup_node(node)).hostname or "" for node in nodes})
 
 
-def _topic_type(line: Line) -> list[str]:
-    """Return the topic's type; all types if it has none yet, or no master is running."""
+def _topic_type(line: CommandLine) -> list[str]:
+    """Return the topic's type, or all types if it has none yet or no master is running."""
     from pyros1.ground.errors import Error  # noqa: PLC0415
 
     try:
-        with _master() as master:
-            known = {topic: kind for topic, kind in master.get_topic_types()}  # noqa: C416 - pairs are lists
+        with _open_master() as master:
+            types = {topic: type_name for topic, type_name in master.get_topic_types()}  # noqa: C416 - pairs are lists
     except Error:
-        known = {}
-    name = line.given_arguments[0]
-    known_type = known.get(name if name.startswith("/") else "/" + name)
-    return [known_type] if known_type and known_type != "*" else _types(line, "msg")
+        types = {}
+    name = line.positional_arguments[0]
+    topic_type = types.get(name if name.startswith("/") else "/" + name)
+    return [topic_type] if topic_type and topic_type != "*" else _types(line, "msg")
 
 
-def _frames(_: Line) -> list[str]:
-    """Return frames that are received immediately: all static ones, and those that are sent often."""
+def _frames(_: CommandLine) -> list[str]:
+    """Return frames that are received immediately: static ones and those that are published frequently."""
     from time import sleep  # noqa: PLC0415
 
-    with _master() as master:
+    with _open_master() as master:
         if not {topic for topic, _ in master.get_system_state()[0]} & {"/tf", "/tf_static"}:
             return []
-        from pyros1.node import Node  # noqa: PLC0415 - not needed without frames
+        from pyros1.node import Node  # noqa: PLC0415 - only needed if frames are published
         from pyros1.tf.buffer import Buffer  # noqa: PLC0415
         from pyros1.tf.listener import TransformListener  # noqa: PLC0415
 
@@ -107,11 +107,11 @@ def _frames(_: Line) -> list[str]:
         return sorted(buffer.frames())
 
 
-# What is installed ----------------------------------------------------------------------------------------------------
+# Installed packages and types -----------------------------------------------------------------------------------------
 
 
-def _types(line: Line, kind: str) -> list[str]:
-    """Return packages with a slash, or the types of the package that was typed."""
+def _types(line: CommandLine, kind: str) -> list[str]:
+    """Return packages with a slash, or the types of the typed package."""
     from pyros1.finding.library import Library  # noqa: PLC0415
 
     library = Library(os.environ)
@@ -119,56 +119,60 @@ def _types(line: Line, kind: str) -> list[str]:
     if slash:
         names = library.messages(package) if kind == "msg" else library.services(package)
         return [f"{package}/{name}" for name in names]
-    chosen = [name for name in library.packages() if name.startswith(package)]
-    if len(chosen) == 1:
-        names = library.messages(chosen[0]) if kind == "msg" else library.services(chosen[0])
-        return [f"{chosen[0]}/{name}" for name in names]
-    return [f"{name}/" for name in chosen]
+    matching = [name for name in library.packages() if name.startswith(package)]
+    if len(matching) == 1:
+        names = library.messages(matching[0]) if kind == "msg" else library.services(matching[0])
+        return [f"{matching[0]}/{name}" for name in names]
+    return [f"{name}/" for name in matching]
 
 
-def _messages(line: Line) -> list[str]:
+def _messages(line: CommandLine) -> list[str]:
     return _types(line, "msg")
 
 
-def _service_types(line: Line) -> list[str]:
+def _service_types(line: CommandLine) -> list[str]:
     return _types(line, "srv")
 
 
-def _message_text(line: Line) -> list[str]:
-    return [_template("msg", line.given_arguments[1], line.one_line)]
+def _message_template(line: CommandLine) -> list[str]:
+    return [_template("msg", line.positional_arguments[1], line.one_line)]
 
 
-def _request_text(line: Line) -> list[str]:
+def _request_template(line: CommandLine) -> list[str]:
     from pyros1.graph import probe_service  # noqa: PLC0415
 
-    name = line.given_arguments[0] if line.given_arguments[0].startswith("/") else "/" + line.given_arguments[0]
-    with _master() as master:
+    name = (
+        line.positional_arguments[0]
+        if line.positional_arguments[0].startswith("/")
+        else "/" + line.positional_arguments[0]
+    )
+    with _open_master() as master:
         kind = probe_service(name, master.lookup_service(name), "/complete", timeout=0.5)["type"]
     return [_template("srv", kind, line.one_line)]
 
 
 def _template(mode: str, name: str, one_line: bool) -> str:
-    from pyros1.cli.commands.msg_proto import load  # noqa: PLC0415
+    from pyros1.cli.commands.msg_proto import load_class  # noqa: PLC0415
     from pyros1.observe.template import template  # noqa: PLC0415
 
-    return template(load(mode, name), 1 if one_line else None)
+    return template(load_class(mode, name), 1 if one_line else None)
 
 
-def _definition_kinds(_: Line) -> list[str]:
+def _definition_kinds(_: CommandLine) -> list[str]:
     return ["msg", "srv"]
 
 
-def _definitions(line: Line) -> list[str]:
-    return _types(line, line.given_arguments[0])
+def _definitions(line: CommandLine) -> list[str]:
+    return _types(line, line.positional_arguments[0])
 
 
-def _examples(_: Line) -> list[str]:
+def _examples(_: CommandLine) -> list[str]:
     from pyros1.guide.catalogue import CATALOGUE  # noqa: PLC0415
 
-    return [each.name for each in CATALOGUE]
+    return [example.name for example in CATALOGUE]
 
 
-def _guide(line: Line) -> list[str]:
+def _guide(line: CommandLine) -> list[str]:
     from pyros1.guide import text  # noqa: PLC0415
 
     if line.words == ["howto"]:
@@ -176,41 +180,41 @@ def _guide(line: Line) -> list[str]:
     return [str(step.number) for step in text.steps()] + ["check", "howto"] * (not line.words)
 
 
-def _packages(_: Line) -> list[str]:
+def _packages(_: CommandLine) -> list[str]:
     from pyros1.finding.crawl import all_packages  # noqa: PLC0415
 
     return sorted({found.name for found in all_packages(os.environ)})
 
 
-def _package_places(line: Line) -> list[str]:
-    """Return folders in a package, and special names of folders."""
-    from pyros1.cli.commands.pkg._files import folder_of, special_places  # noqa: PLC0415
+def _package_folders(line: CommandLine) -> list[str]:
+    """Return folders in a package, or the names of special folders."""
+    from pyros1.cli.commands.pkg._files import resolve_folder, special_folders  # noqa: PLC0415
     from pyros1.finding.packages import is_folder  # noqa: PLC0415
 
-    place, slash, _ = line.token.rpartition("/")
+    folder, slash, _ = line.token.rpartition("/")
     if not slash:
-        return sorted(special_places())
-    with os.scandir(folder_of(place)) as entries:
-        return sorted(f"{place}/{entry.name}/" for entry in entries if entry.name[0] != "." and is_folder(entry))
+        return sorted(special_folders())
+    with os.scandir(resolve_folder(folder)) as entries:
+        return sorted(f"{folder}/{entry.name}/" for entry in entries if entry.name[0] != "." and is_folder(entry))
 
 
-def _package_files(line: Line) -> list[str]:
-    from pyros1.cli.commands.pkg._files import folder_of  # noqa: PLC0415
+def _package_files(line: CommandLine) -> list[str]:
+    from pyros1.cli.commands.pkg._files import resolve_folder  # noqa: PLC0415
     from pyros1.finding.packages import files_below  # noqa: PLC0415
 
-    return sorted({name for _, files in files_below(folder_of(line.given_arguments[0])) for name in files})
+    return sorted({name for _, files in files_below(resolve_folder(line.positional_arguments[0])) for name in files})
 
 
-def _executables(line: Line) -> list[str]:
+def _executables(line: CommandLine) -> list[str]:
     from pyros1.finding.packages import PackageIndex  # noqa: PLC0415
 
-    return PackageIndex(os.environ).executables(line.given_arguments[0])
+    return PackageIndex(os.environ).executables(line.positional_arguments[0])
 
 
 # Files ----------------------------------------------------------------------------------------------------------------
 
 
-def _files(line: Line, *endings: str) -> list[str]:
+def _files(line: CommandLine, *suffixes: str) -> list[str]:
     from pyros1.finding.packages import is_folder  # noqa: PLC0415
 
     folder, slash, start = line.token.rpartition("/")
@@ -221,63 +225,63 @@ def _files(line: Line, *endings: str) -> list[str]:
                 continue
             if is_folder(entry):
                 result.append(f"{folder}{slash}{entry.name}/")
-            elif not endings or entry.name.endswith(endings):
+            elif not suffixes or entry.name.endswith(suffixes):
                 result.append(f"{folder}{slash}{entry.name}")
     return sorted(result)
 
 
-def _bags(line: Line) -> list[str]:
+def _bags(line: CommandLine) -> list[str]:
     return _files(line, ".bag", ".active")
 
 
-def _launch_files(line: Line) -> list[str]:
+def _launch_files(line: CommandLine) -> list[str]:
     return _files(line, ".launch", ".test", ".xml")
 
 
-def _package_launch_files(line: Line) -> list[str]:
-    if os.path.isfile(line.given_arguments[0]):
+def _package_launch_files(line: CommandLine) -> list[str]:
+    if os.path.isfile(line.positional_arguments[0]):
         return []
     return [name for name in _package_files(line) if name.endswith((".launch", ".test"))]
 
 
-def _launch_args(line: Line) -> list[str]:
-    """Return arguments of the file as ``name:=``, without those already given."""
+def _launch_args(line: CommandLine) -> list[str]:
+    """Return the arguments of the launch file as ``name:=``."""
     from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415
     from pyros1.launch.reading.words import find_files  # noqa: PLC0415
     from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
 
-    if not os.path.isfile(line.given_arguments[0]) and len(line.given_arguments) < 2:
+    if not os.path.isfile(line.positional_arguments[0]) and len(line.positional_arguments) < 2:
         return []
     resources = make_resources()
-    plan = load_plan(find_files(line.given_arguments, resources)[:1], {}, resources, only_args=True)
+    plan = load_plan(find_files(line.positional_arguments, resources)[:1], {}, resources, only_args=True)
     return sorted(f"{name}:=" for name in plan.args)
 
 
-def _throttles(_: Line) -> list[str]:
+def _throttles(_: CommandLine) -> list[str]:
     return ["messages", "bytes"]
 
 
-def _panels(line: Line) -> list[str]:
-    from pyros1.cli.shared.windows import PARTS, PROGRAMS  # noqa: PLC0415
+def _panels(line: CommandLine) -> list[str]:
+    from pyros1.cli.shared.windows import PANEL_PARTS, PROGRAMS  # noqa: PLC0415
     from pyros1.web.server.assets import Assets  # noqa: PLC0415
 
-    return sorted([*Assets().panels, *PARTS]) + [*PROGRAMS] * bool(line.token)
+    return sorted([*Assets().panels, *PANEL_PARTS]) + [*PROGRAMS] * bool(line.token)
 
 
-def _panel_arguments(line: Line) -> list[str]:
-    """Return the possible contents of a panel of the page."""
+def _panel_arguments(line: CommandLine) -> list[str]:
+    """Return candidates for the argument of a panel of the page."""
     from pyros1.cli.shared.windows import PROGRAMS  # noqa: PLC0415
 
-    panel = line.given_arguments[0]
-    panel = PROGRAMS[panel].words[0] if panel in PROGRAMS else panel
-    makers = {
+    panel = line.positional_arguments[0]
+    panel = PROGRAMS[panel].args[0] if panel in PROGRAMS else panel
+    providers = {
         "bag": _bags, "image": _topics, "launches": _nodes, "nodes": _nodes, "plot": _topics, "publisher": _topics,
         "reconfigure": _configurable, "scene": _files, "services": _services, "topics": _topics, "turtles": _nodes,
     }  # fmt: skip
-    return makers[panel](line) if panel in makers else []
+    return providers[panel](line) if panel in providers else []
 
 
-KINDS: dict[str, Callable[[Line], list[str]]] = {
+KINDS: dict[str, Callable[[CommandLine], list[str]]] = {
     "bag": _bags,
     "configurable": _configurable,
     "definition": _definitions,
@@ -291,7 +295,7 @@ KINDS: dict[str, Callable[[Line], list[str]]] = {
     "launch_file": _launch_files,
     "machine": _machines,
     "message": _messages,
-    "message_text": _message_text,
+    "message_text": _message_template,
     "namespace": _namespaces,
     "node": _nodes,
     "package": _packages,
@@ -300,12 +304,12 @@ KINDS: dict[str, Callable[[Line], list[str]]] = {
     "panel": _panels,
     "panel_argument": _panel_arguments,
     "param": _params,
-    "place": _package_places,
-    "request_text": _request_text,
+    "place": _package_folders,
+    "request_text": _request_template,
     "service": _services,
     "service_type": _service_types,
     "throttle": _throttles,
     "topic": _topics,
     "topic_type": _topic_type,
 }
-"""Kind -> function that returns its values."""
+"""Functions that return the candidates for each kind of argument."""

@@ -1,4 +1,4 @@
-"""Runs the command that a command line names, and imports no other."""
+"""Runs the command named on a command line without importing the others."""
 
 from __future__ import annotations
 
@@ -7,38 +7,38 @@ import sys
 
 from pyros1.cli import output, registry
 from pyros1.cli.clean_output import clean_output
-from pyros1.cli.packages_here import add_packages_here
+from pyros1.cli.nearby_packages import add_nearby_packages
 from pyros1.cli.records import GROUPS
 from pyros1.ground import interrupts
 from pyros1.ground.errors import Error
 
-_PRINT_OWN_HINTS = frozenset({"run", "launch"})
-"""Commands that print hints at misspelt words themselves."""
-_OPTIONS_WITH_VALUES = frozenset({"pub", "call", "set", "publish"})
-"""Verbs whose words are YAML values, in which ``a:1`` and ``a=1`` have a meaning."""
+_COMMANDS_WITH_OWN_HINTS = frozenset({"run", "launch"})
+"""Commands that print hints about misspelt arguments themselves."""
+_VERBS_WITH_VALUES = frozenset({"pub", "call", "set", "publish"})
+"""Verbs whose arguments are YAML values, in which ``a:1`` and ``a=1`` are valid."""
 
 
 _MAX_VERBS = 12
-"""Maximum number of verbs per command in the list of commands."""
+"""Maximum number of verbs listed per command in the list of commands."""
 
 
 def usage() -> str:
-    """Return the text of ``pyros1 help``."""
+    """Return the output of ``pyros1 help``."""
     lines = ["usage: pyros1 <command> [arguments]"]
-    known = registry.commands()
+    all_commands = registry.commands()
     for group, heading in GROUPS.items():
         lines += ["", f"{heading}:"]
-        lines += [f"  {name:11} {_about(name, entry)}" for name, entry in known.items() if entry.group == group]
-    lines += ["", "Each takes the arguments of the ROS 1 tool of that name: `pyros1 topic list` is `rostopic list`."]
+        lines += [f"  {name:11} {_about(name, entry)}" for name, entry in all_commands.items() if entry.group == group]
+    lines += ["", "Each accepts the arguments of the corresponding ROS 1 tool: `pyros1 topic list` is `rostopic list`."]
     lines += ["Type pyros1 <command> -h for more. pyros1 --version shows the version."]
     return "\n".join(lines)
 
 
 def _about(name: str, entry: registry.CommandEntry) -> str:
     verbs = registry.verbs(name) if entry.verbs else {}
-    named = " ".join([*verbs][:_MAX_VERBS])
-    also = f" (also: {', '.join(entry.aliases)})" * bool(entry.aliases)
-    return entry.about + also + f": {named}" * bool(named) + " ..." * (len(verbs) > _MAX_VERBS)
+    verb_list = " ".join([*verbs][:_MAX_VERBS])
+    aliases = f" (also: {', '.join(entry.aliases)})" * bool(entry.aliases)
+    return entry.about + aliases + f": {verb_list}" * bool(verb_list) + " ..." * (len(verbs) > _MAX_VERBS)
 
 
 def dispatch(argv: list[str], alone: bool) -> int:
@@ -52,76 +52,78 @@ def dispatch(argv: list[str], alone: bool) -> int:
         The exit code.
     """
     if alone:
-        output.prepare()
+        output.prepare_streams()
     try:
         try:
             with clean_output():
-                return _named_command(list(argv))
+                return _run_named_command(list(argv))
         finally:
-            sys.stdout.flush()  # here, since errors of Python's own flush at exit cannot be caught
+            sys.stdout.flush()  # errors of Python's own flush at exit cannot be caught
     except KeyboardInterrupt:
         if alone:
             interrupts.die_by_signal()
         return interrupts.EXIT_INTERRUPTED
     except BrokenPipeError:
-        output.abandon()  # the reader has closed the pipe
+        output.discard_output()  # the reader closed the pipe
         return 0
     except OSError as error:
         if error.filename != output.NAME:
             raise
-        output.abandon()
+        output.discard_output()
         print(f"ERROR: cannot write to standard output: {error.strerror}", file=sys.stderr)
         return 1
 
 
-def _named_command(words: list[str]) -> int:
-    called = os.path.basename(words[0]) if words else ""
-    if called.startswith("ros") and registry.command_name(called):
-        words[:1] = ["pyros1", called]
-    if len(words) < 2:
+def _run_named_command(argv: list[str]) -> int:
+    program = os.path.basename(argv[0]) if argv else ""
+    if program.startswith("ros") and registry.command_name(program):
+        argv[:1] = ["pyros1", program]
+    if len(argv) < 2:
         print(usage())
         return 64
-    if words[1] == "help" and len(words) > 2:
-        words = [words[0], *words[2:], "-h"]
-    word = words[1]
-    if word in ("-h", "--help", "help"):
+    if argv[1] == "help" and len(argv) > 2:
+        argv = [argv[0], *argv[2:], "-h"]
+    first_arg = argv[1]
+    if first_arg in ("-h", "--help", "help"):
         print(usage())
         return 0
-    if word in ("--version", "-V"):
+    if first_arg in ("--version", "-V"):
         from pyros1 import __version__  # noqa: PLC0415
 
         print(f"pyros1 {__version__}")
         return 0
-    if word == "__complete":
-        add_packages_here(os.environ)
+    if first_arg == "__complete":
+        add_nearby_packages(os.environ)
         from pyros1.cli.complete import main as complete  # noqa: PLC0415
 
-        return complete(words[2:])
-    name = registry.command_name(word)
-    if name is None and word in (stock := registry.stock_names()):  # like rviz, which is `web rviz`
-        name, *more = stock[word]
-        words[2:2] = more
+        return complete(argv[2:])
+    name = registry.command_name(first_arg)
+    if name is None and first_arg in (stock := registry.stock_names()):  # like rviz, which is `web rviz`
+        name, *args = stock[first_arg]
+        argv[2:2] = args
     if name is None:
         from pyros1.cli.failures import did_you_mean, other_commands_hint  # noqa: PLC0415 - only needed after a failure
 
-        hint = other_commands_hint(word) or did_you_mean(word, [*registry.commands(), *registry.stock_names()])
-        print(f"pyros1: unknown command {word!r}{hint}; see: pyros1 help", file=sys.stderr)
+        hint = other_commands_hint(first_arg) or did_you_mean(
+            first_arg, [*registry.commands(), *registry.stock_names()]
+        )
+        print(f"pyros1: unknown command {first_arg!r}{hint}; see: pyros1 help", file=sys.stderr)
         return 64
-    return _run(name, words[2:])
+    return _run(name, argv[2:])
 
 
 def _run(command: str, arguments: list[str]) -> int:
     try:
-        add_packages_here(os.environ)
-        from pyros1.cli.running import run_command  # noqa: PLC0415 - help and completion run nothing
+        add_nearby_packages(os.environ)
+        from pyros1.cli.running import run_command  # noqa: PLC0415 - not needed for help and completion
 
         with interrupts.keyboard_interrupts():
             code = run_command(command, arguments)
         if code:
             _print_suggestion(command, arguments)
         return code
-    except SystemExit as end:
-        if end.code:  # the command line is invalid
+    except SystemExit as error:
+        if error.code:  # the command line is invalid
             _print_suggestion(command, arguments)
         raise
     except Error as error:
@@ -131,25 +133,25 @@ def _run(command: str, arguments: list[str]) -> int:
         print("ERROR: not enough memory", file=sys.stderr)
         return 1
     except UnicodeDecodeError as error:
-        byte, place = error.object[error.start], error.start
-        print(f"ERROR: the input is not UTF-8 text: byte {byte:#04x} at offset {place}", file=sys.stderr)
+        byte, offset = error.object[error.start], error.start
+        print(f"ERROR: the input is not UTF-8 text: byte {byte:#04x} at offset {offset}", file=sys.stderr)
         return 1
     except OSError as error:
-        if error.filename in (None, output.NAME):  # a bug, if the error is not about a file that the user named
+        if error.filename in (None, output.NAME):  # errors that are not about a file named by the user are bugs
             raise
         print(f"ERROR: {error.filename or repr('')}: {error.strerror}", file=sys.stderr)
         return 1
 
 
 def _print_suggestion(command: str, arguments: list[str]) -> None:
-    """After a failure, print hints about words that look like misspelt options or remappings, but not about values."""
-    if command in _PRINT_OWN_HINTS:
+    """After a failure, print hints about arguments, except values, that look like misspelt options or remappings."""
+    if command in _COMMANDS_WITH_OWN_HINTS:
         return
     from pyros1.ground.suggest import argument_hint, similar_option  # noqa: PLC0415 - only needed after a failure
 
-    values = any(verb in arguments for verb in _OPTIONS_WITH_VALUES)
-    for word in arguments:
-        may_be_a_value = (values and word[:1] != "_") or os.path.exists(word)
-        hint = argument_hint(word) if similar_option(word) or not may_be_a_value else ""
+    has_values = any(verb in arguments for verb in _VERBS_WITH_VALUES)
+    for argument in arguments:
+        may_be_value = (has_values and argument[:1] != "_") or os.path.exists(argument)
+        hint = argument_hint(argument) if similar_option(argument) or not may_be_value else ""
         if hint:
             print(hint, file=sys.stderr)

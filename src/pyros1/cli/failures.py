@@ -1,4 +1,4 @@
-"""How a command fails, and what it prints then."""
+"""Errors of commands, and what is printed for them."""
 
 from __future__ import annotations
 
@@ -15,57 +15,57 @@ _MAX_COMMANDS_SHOWN = 3
 
 
 class CommandError(Error):
-    """Ends a command with a text and an exit code.
+    """Ends a command with an error message and an exit code.
 
     Args:
-        text: printed to stderr, after "ERROR: " unless ``plain``.
+        message: the message, which is printed to stderr.
         code: the exit code.
-        plain: print the text without "ERROR: ".
+        plain: whether to print the message without the prefix "ERROR: ".
     """
 
-    def __init__(self, text: str, code: int = 1, *, plain: bool = False) -> None:
+    def __init__(self, message: str, code: int = 1, *, plain: bool = False) -> None:
         self.code = code
         self.plain = plain
-        super().__init__(text)
+        super().__init__(message)
 
 
 class UsageError(Error):
-    """The command line is wrong: usage and the text are printed. The exit code is 2."""
+    """The command line is invalid. The usage and the message are printed. The exit code is 2."""
 
 
-def fail(text: str, code: int = 1) -> NoReturn:
-    """Raise an error that ends the command with this text, printed without "ERROR: "."""
-    raise CommandError(text, code, plain=True)
+def fail(message: str, code: int = 1) -> NoReturn:
+    """Raise an error that ends the command with this message, printed without the prefix "ERROR: "."""
+    raise CommandError(message, code, plain=True)
 
 
-def report(text: str, code: int) -> int:
+def report_error(message: str, code: int) -> int:
     """Print an error. Return the exit code."""
     flush()
-    print(f"ERROR: {text}", file=sys.stderr)
+    print(f"ERROR: {message}", file=sys.stderr)
     return code
 
 
-def no_master(error: MasterUnreachableError, code: int) -> int:
-    """Print that the master does not answer, like stock, with address, reason and a hint. Return the exit code."""
-    return report(f"Unable to communicate with master!\n{error}", code)
+def report_no_master(error: MasterUnreachableError, code: int) -> int:
+    """Print stock's message that the master is unreachable, followed by details and a hint. Return the exit code."""
+    return report_error(f"Unable to communicate with master!\n{error}", code)
 
 
 def flush() -> None:
-    """Flush stdout, so that it comes before an error's text. A closed pipe is ignored."""
+    """Flush stdout, so that it precedes an error message. A closed pipe is ignored."""
     try:
         sys.stdout.flush()
     except BrokenPipeError:
-        quiet_pipe()
+        ignore_closed_pipe()
 
 
-def quiet_pipe() -> int:
-    """Let the interpreter exit silently after the reader of our output has closed the pipe."""
-    output.abandon()
+def ignore_closed_pipe() -> int:
+    """Make the interpreter exit silently after the reader of the output has closed the pipe. Return the exit code."""
+    output.discard_output()
     return 0
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return a suggestion for a misspelt word, to append to a message; empty if nothing is similar."""
+    """Return a suggestion for a misspelt word to append to a message; empty if nothing is similar."""
     from pyros1.ground.suggest import did_you_mean as hint  # noqa: PLC0415 - only needed after a failure
 
     return hint(word, known)

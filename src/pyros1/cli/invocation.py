@@ -1,6 +1,6 @@
-"""One run of a command: its words, and the names, the master and the node that follow from them.
+"""The invocation of a command: its arguments, and the names, master and node derived from them.
 
-Only what every command needs is imported here, so that commands start quickly.
+This module only imports what every command needs, so that commands start quickly.
 """
 
 from __future__ import annotations
@@ -18,29 +18,29 @@ if TYPE_CHECKING:
     from pyros1.node import Node
 
 MASTER_TIMEOUT = 5.0
-"""Timeout for the master's answers in seconds."""
+"""Timeout for the master's responses in seconds."""
 
 
 def called_as(name: str) -> bool:
-    """Return whether this program was called under a stock tool's name, for example ``rostopic``."""
+    """Return whether this program was called by a stock tool's name, such as ``rostopic``."""
     return bool(sys.argv) and os.path.basename(sys.argv[0]) == name != ""
 
 
 class Invocation:
-    """One run of a command: its arguments without remappings, and the names and the master from these (N11).
+    """The invocation of a command: its arguments without remappings, and the names and master derived from them (N11).
 
     Args:
-        command: its name.
-        stock: the stock tool's name, for example ``rostopic``; empty if stock has no such tool.
-        argv: arguments after the command's name, the verb first if it has verbs.
-        with_verb: whether it has verbs.
-        environ: environment variables; None means those of the process.
+        command: the command's name.
+        stock: the stock tool's name, such as ``rostopic``; empty if stock has no such tool.
+        argv: the arguments after the command's name, starting with the verb if the command has verbs.
+        with_verb: whether the command has verbs.
+        environ: environment variables; None for those of the process.
 
     Attributes:
-        tool: base name of the command's node: the stock tool's name.
-        program: how the user called the command: ``rostopic`` under that name, else ``pyros1 topic``.
-        as_stock: whether it was called under the stock tool's name.
-        verb: the first argument, if the command has verbs.
+        tool: the base name of the command's node, which is the stock tool's name.
+        program: the name by which the user called the command: ``rostopic`` or ``pyros1 topic``.
+        as_stock: whether the command was called by the stock tool's name.
+        verb: the first argument if the command has verbs.
         args: the arguments without the verb and remappings.
         special: remappings whose names begin with ``__``.
     """
@@ -70,7 +70,7 @@ class Invocation:
         self._wait: Callable[[float], bool]  # set by open_node
 
     def resolve(self, name: str) -> str:
-        """Return the full name of a name on the command line. The master checks whether it is legal."""
+        """Resolve a name on the command line to its full name. The master checks whether it is legal."""
         if names.is_private(name):
             return terminal_text.untrusted(names.canonicalize_name(f"{self._namespace}/{self.tool}/{name[1:]}"))
         return terminal_text.untrusted(names.canonicalize_name(names.ns_join(self._namespace, name)))
@@ -82,7 +82,7 @@ class Invocation:
 
     @property
     def caller_id(self) -> str:
-        """The tool's name in calls to master and nodes."""
+        """The tool's name in calls to the master and to nodes."""
         return f"/{self.tool}-{os.getpid()}" if self.tool == "rosparam" else f"/{self.tool}"
 
     @property
@@ -97,25 +97,25 @@ class Invocation:
         return self._master
 
     def close(self) -> None:
-        """Close the connection to the master, if there is one."""
+        """Close the connection to the master if it was opened."""
         if self._master is not None:
             self._master.close()
             self._master = None
 
     @property
     def graph(self) -> Graph:
-        """Queries about this system."""
+        """Queries to this system."""
         from pyros1.graph import Graph  # noqa: PLC0415
 
         return Graph(self.master)
 
     def open_node(self) -> Node:
-        """Return a node for this command, with an anonymous name like the stock tool's (L05).
+        """Create a node for this command, with an anonymous name like the stock tool's (L05).
 
         Raises:
-            MasterUnreachableError: no master answers; tools do not wait for it.
+            MasterUnreachableError: no master is running. Tools do not wait for it.
         """
-        self.master.ping()  # fails early, before slow imports, if no master answers
+        self.master.ping()  # fail before slow imports if no master is running
         from threading import Event  # noqa: PLC0415
 
         from pyros1.node import Node  # noqa: PLC0415
@@ -129,11 +129,11 @@ class Invocation:
             wait_for_master=0.0,
             log_level="warn",
         )
-        ended = Event()
-        node.on_shutdown(ended.set)
-        self._wait = ended.wait
+        has_shut_down = Event()
+        node.on_shutdown(has_shut_down.set)
+        self._wait = has_shut_down.wait
         return node
 
     def pause(self, seconds: float) -> bool:
-        """Wait in wall time. Return False immediately if the command's node ends."""
+        """Wait in wall time. Return False as soon as the command's node shuts down."""
         return not self._wait(seconds)

@@ -1,4 +1,4 @@
-"""joint_state_publisher_gui: the node joint_state_publisher, and the page with its sliders in place of a window."""
+"""joint_state_publisher_gui: the node joint_state_publisher, with its sliders on the page instead of in a window."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from pyros1.ground.errors import Error
 from pyros1.node import Node
 from pyros1.urdf.joint_publisher import begin
 
-_END = 5.0
+_EXIT_TIMEOUT = 5.0
 
 
 def main(argv: list[str]) -> int:
-    """Run the program; return its exit code.
+    """Run the program. Return its exit code.
 
     Args:
-        argv: the command line, with the program's name.
+        argv: the command line, including the program's name.
     """
     with Node("joint_state_publisher_gui", argv=argv[1:]) as node:
         try:
@@ -31,20 +31,22 @@ def main(argv: list[str]) -> int:
         finally:
             page.terminate()
             try:
-                page.wait(_END)
+                page.wait(_EXIT_TIMEOUT)
             except subprocess.TimeoutExpired:
                 page.kill()
     return 0
 
 
 def _open_page(node: Node) -> subprocess.Popen[bytes]:
-    """Open the panel on a page that is already served, or from a server that ends with this node."""
-    words = ["web", "joints", f"__master:={node.master.uri}"]
-    page = subprocess.Popen([sys.executable, "-m", "pyros1", *words], stdin=subprocess.DEVNULL)
+    """Open the panel on the page of a running server, or of a new server that exits with this node."""
+    args = ["web", "joints", f"__master:={node.master.uri}"]
+    page = subprocess.Popen([sys.executable, "-m", "pyros1", *args], stdin=subprocess.DEVNULL)
 
     def watch() -> None:
         if page.wait() not in (0, -15):
-            node.log.error("the page with sliders could not be opened (see above); the joints are published without it")
+            node.log.error(
+                "the page with sliders could not be opened (see above); the joint states are published anyway"
+            )
 
-    threading.Thread(target=watch, name="waits for the page", daemon=True).start()
+    threading.Thread(target=watch, name="watch the page", daemon=True).start()
     return page

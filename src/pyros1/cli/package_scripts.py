@@ -1,8 +1,8 @@
-"""The commands of the scripts in pyros1's ROS packages. All scripts have the same text and look themselves up here.
+"""The commands of the scripts in pyros1's ROS packages. All scripts are identical and look up their command here.
 
-They are files so that every ``rosrun`` and every launcher finds them, but not links, which wheels cannot contain. To
-add one, copy any of them to ``packages/PACKAGE/scripts/`` and add its command here. The scripts of minimal_nodes are
-different: they are examples for users.
+They are files because every ``rosrun`` and every launcher must find them. They are not links because wheels cannot
+contain links. To add one, copy any of them to ``packages/PACKAGE/scripts/`` and add its command here. The scripts of
+minimal_nodes are different: they are examples for users.
 """
 
 from __future__ import annotations
@@ -144,11 +144,11 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
     "xacro": {"xacro": _xacro},
     **{package: {name: f"web {name}" for name in names} for package, names in PACKAGED.items()},
 }
-"""Package -> script -> the ``pyros1`` command to run, or a function that returns an exit code."""
+"""The ``pyros1`` command of each package's scripts, or a function that returns an exit code."""
 
 
 def run(file: str) -> None:
-    """Run the command of a script with this process's arguments, and end the process.
+    """Run the command of a script with this process's arguments, and exit.
 
     Args:
         file: the script, or a link to it.

@@ -1,6 +1,6 @@
-"""Parsing of a command line's words into options and arguments, as a verb's record describes.
+"""Parsing of command lines into options and positional arguments, according to a verb's record.
 
-A verb's `parse` is one of these functions, or a function of the verb's module.
+A verb's `parse` is one of these functions or a function of the verb's module.
 """
 
 from __future__ import annotations
@@ -11,66 +11,66 @@ from typing import Any
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Verb
 
-_GUARD = "\0"
+_MARK = "\0"
 
 
-def parse_words(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Return the options' values by name, as attributes, and the arguments.
+def parse_args(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
+    """Return the options, whose values are attributes, and the positional arguments.
 
     Raises:
-        SystemExit: with code 0 after help, 2 after a usage error. The text has been printed.
+        SystemExit: help (code 0) or a usage error (code 2) was printed.
     """
-    return parse_these(invocation, verb, invocation.args)
+    return parse_arg_list(invocation, verb, invocation.args)
 
 
-def parse_all_words(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Parse like `parse_words`, with words that look like remappings as arguments, for commands without verbs."""
-    return parse_these(invocation, verb, invocation.argv)
+def parse_all_args(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
+    """Parse like `parse_args`, but keep remappings as arguments, for commands without verbs."""
+    return parse_arg_list(invocation, verb, invocation.argv)
 
 
 def parse_without_specials(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Parse like `parse_all_words`, but drop words that begin with ``__``."""
-    return parse_these(invocation, verb, [word for word in invocation.argv if not word.startswith("__")])
+    """Parse like `parse_all_args`, but drop arguments that begin with ``__``."""
+    return parse_arg_list(invocation, verb, [arg for arg in invocation.argv if not arg.startswith("__")])
 
 
 def parse_with_negative_numbers(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Parse like `parse_words`, with negative numbers as arguments instead of options."""
-    return parse_guarded(invocation, verb, [guard(word) for word in invocation.args])
+    """Parse like `parse_args`, but treat negative numbers as arguments instead of options."""
+    return parse_marked(invocation, verb, [mark_negative_number(arg) for arg in invocation.args])
 
 
-def leave_words(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Return None and all words: the verb parses them itself. The record's options serve help and completion."""
+def leave_unparsed(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
+    """Return None and all arguments, which the verb parses itself. The options are only for help and completion."""
     return None, invocation.args
 
 
-def parse_guarded(invocation: Invocation, verb: Verb, words: list[str]) -> tuple[Any, list[str]]:
-    """Parse words, some of which `guard` has marked as arguments."""
-    options, arguments = parse_these(invocation, verb, words)
-    return options, [argument.removeprefix(_GUARD) for argument in arguments]
+def parse_marked(invocation: Invocation, verb: Verb, args: list[str]) -> tuple[Any, list[str]]:
+    """Parse arguments, some of which `mark_negative_number` has marked as positional."""
+    options, arguments = parse_arg_list(invocation, verb, args)
+    return options, [argument.removeprefix(_MARK) for argument in arguments]
 
 
-def guard(word: str) -> str:
-    """Return a word, marked as an argument if it is a negative number."""
-    return _GUARD + word if _is_negative_number(word) else word
+def mark_negative_number(arg: str) -> str:
+    """Return an argument, marked as positional if it is a negative number."""
+    return _MARK + arg if _is_negative_number(arg) else arg
 
 
-def unguard(word: str) -> str:
-    """Return a word without the mark of `guard`."""
-    return word.removeprefix(_GUARD)
+def unmark(arg: str) -> str:
+    """Return an argument without the mark of `mark_negative_number`."""
+    return arg.removeprefix(_MARK)
 
 
-def defaults(verb: Verb) -> Any:
-    """Return the options' default values."""
+def default_options(verb: Verb) -> Any:
+    """Return the default values of the options."""
     return SimpleNamespace(**{option.dest: option.settings.get("default") for option in verb.options})
 
 
-def parse_these(invocation: Invocation, verb: Verb, words: list[str]) -> tuple[Any, list[str]]:
-    """Parse like `parse_words`, with other words than the invocation's."""
-    if not any(word.startswith("-") for word in words):  # nothing to parse: quick commands need no parser
-        return defaults(verb), words
+def parse_arg_list(invocation: Invocation, verb: Verb, args: list[str]) -> tuple[Any, list[str]]:
+    """Parse the given arguments like `parse_args`, instead of the invocation's."""
+    if not any(arg.startswith("-") for arg in args):  # avoid importing the parser
+        return default_options(verb), args
     from pyros1.cli.help import Parser  # noqa: PLC0415
 
-    return Parser(verb, invocation).parse_args(words)
+    return Parser(verb, invocation).parse_args(args)
 
 
 def _is_negative_number(text: str) -> bool:

@@ -1,11 +1,11 @@
-"""The records of commands and verbs. Usage, help, completion, the tables and the dispatch are made from them.
+"""The records of commands and verbs, from which usage, help, completion, tables and dispatch are generated.
 
 A command is a module or folder in `pyros1.cli.commands` with a `Command` record named ``COMMAND``; in a folder, it is
 in ``__init__.py``. A command with verbs, such as ``topic``, is a folder with a file for each verb, which has the verb's
-record, ``VERB``. Similar verbs may share a file, which then has a list of records, ``VERBS``. Files and folders whose
+record, ``VERB``. Similar verbs can share a file, which has a list of records, ``VERBS``. Files and folders whose
 names begin with ``_`` are shared by the verbs of a command.
 
-This module imports nothing slow: records are made at each start of a command.
+This module imports nothing slow, since records are created at each start of a command.
 """
 
 from __future__ import annotations
@@ -17,75 +17,79 @@ if TYPE_CHECKING:
     from pyros1.cli.invocation import Invocation
 
 Run = Callable[["Invocation", Any, list[str]], "int | None"]
-"""Runs a verb: takes the invocation, the options' values and the arguments; returns the exit code, None for 0."""
+"""Runs a verb with the invocation, the parsed options and the arguments. Returns the exit code; None for 0."""
 Parse = Callable[["Invocation", "Verb"], tuple[Any, list[str]]]
-"""Takes the invocation and the verb; returns the options' values and the arguments."""
+"""Returns the parsed options and the arguments of an invocation of a verb."""
 
 
 class Option:
     """An option of a verb.
 
     Args:
-        names: ``-w``, ``--window``.
-        help: what it does.
-        own: stock's tool does not have it, so help under that tool's name does not show it.
-        hidden: help never shows it.
+        names: the names, such as ``-w`` and ``--window``.
+        help: the description.
+        pyros1_only: whether stock's tool lacks the option, so that the help of that tool does not show it.
+        hidden: whether help never shows the option.
         settings: arguments of `optparse.OptionParser.add_option`: dest, action, type, default, metavar ...
     """
 
-    __slots__ = ("help", "hidden", "names", "own", "settings")
+    __slots__ = ("help", "hidden", "names", "pyros1_only", "settings")
 
-    def __init__(self, *names: str, help: str = "", own: bool = False, hidden: bool = False, **settings: Any) -> None:
+    def __init__(
+        self, *names: str, help: str = "", pyros1_only: bool = False, hidden: bool = False, **settings: Any
+    ) -> None:
         self.names = names
         self.help = help
-        self.own = own
+        self.pyros1_only = pyros1_only
         self.hidden = hidden
         self.settings = settings
 
     @property
     def takes_value(self) -> bool:
-        """Whether the word after it is its value."""
+        """Whether the argument after the option is its value."""
         return self.settings.get("action", "store") in ("store", "append") or "type" in self.settings
 
     @property
     def dest(self) -> str:
-        """The name of the option's value."""
-        long = [name for name in self.names if name.startswith("--")]
-        name: str = self.settings.get("dest") or (long or self.names)[0].lstrip("-").replace("-", "_")
+        """The name of the attribute with the option's value."""
+        long_names = [name for name in self.names if name.startswith("--")]
+        name: str = self.settings.get("dest") or (long_names or self.names)[0].lstrip("-").replace("-", "_")
         return name
 
 
 class Flag(Option):
-    """An option without a value: True if it is given, else False."""
+    """An option without a value: True if it is given, otherwise False."""
 
     __slots__ = ()
 
-    def __init__(self, *names: str, help: str = "", own: bool = False, hidden: bool = False, **settings: Any) -> None:
+    def __init__(
+        self, *names: str, help: str = "", pyros1_only: bool = False, hidden: bool = False, **settings: Any
+    ) -> None:
         settings = {"action": "store_true", "default": False, **settings}
-        super().__init__(*names, help=help, own=own, hidden=hidden, **settings)
+        super().__init__(*names, help=help, pyros1_only=pyros1_only, hidden=hidden, **settings)
 
 
-JSON = Flag("--json", help="print JSON", own=True)
+JSON = Flag("--json", help="print JSON", pyros1_only=True)
 
 
 class Argument:
-    """An argument of a verb.
+    """A positional argument of a verb.
 
     Args:
-        name: the name in usage texts, for example ``topic``.
-        completes: what shells offer for it: kinds of `pyros1.cli.complete_values`, separated by ``|``.
+        name: the name in the usage, such as ``topic``.
+        completion_kinds: the kinds of candidates for completion, see `pyros1.cli.complete_values`, separated by ``|``.
         many: whether it may be repeated.
         optional: whether it may be left out.
-        help: its description, for help that lists arguments.
+        help: the description, for help that lists arguments.
     """
 
-    __slots__ = ("completes", "help", "many", "name", "optional")
+    __slots__ = ("completion_kinds", "help", "many", "name", "optional")
 
     def __init__(
-        self, name: str, completes: str = "", *, many: bool = False, optional: bool = False, help: str = ""
+        self, name: str, completion_kinds: str = "", *, many: bool = False, optional: bool = False, help: str = ""
     ) -> None:
         self.name = name
-        self.completes = completes
+        self.completion_kinds = completion_kinds
         self.many = many
         self.optional = optional
         self.help = help
@@ -96,24 +100,24 @@ class Argument:
 
 
 class Verb:
-    """One verb of a command, or the action of a command without verbs.
+    """A verb of a command, or the action of a command without verbs.
 
     Args:
         name: the name to type; empty if the command has no verbs.
-        about: description in one line, for the list of verbs.
-        parts: its options and its arguments, in order.
+        about: a one-line description for the list of verbs.
+        parts: the options and the arguments in order.
         run: runs the verb.
-        usage: the usage text after the name; None derives it from the parts.
-        description: lines of help between usage and options.
-        examples: pairs of words to type after the name, or a whole line if it begins with ``pyros1``, and what they
-            do.
+        usage: the usage after the name; None to generate it from the parts.
+        description: the lines of help between usage and options.
+        examples: pairs of the arguments after the name (or a whole line if it begins with ``pyros1``) and a
+            description.
         aliases: other names of the verb.
-        stock: the stock program that does the same, such as ``rosls``, with its first words, if any; empty if stock has
-            none. None means the verb of the same name of the command's stock tool. Under that tool's name, the list of
-            verbs shows only these.
-        stock_about: `about` under the stock tool's name, if it differs; empty for no text.
-        stock_examples: whether help under the stock tool's name also shows the examples.
-        parse: makes options and arguments from the words, see `pyros1.cli.parsing`; None means `parse_words`.
+        stock: the equivalent stock program, such as ``rosls``, with its first arguments if there are any; empty if
+            stock has none. None for the verb of the same name of the command's stock tool. That tool's list of verbs
+            contains only these.
+        stock_about: the `about` of the stock tool if it differs; empty for none.
+        stock_examples: whether the stock tool's help also shows the examples.
+        parse: parses the arguments, see `pyros1.cli.parsing`; None for `parse_args`.
     """
 
     __slots__ = (
@@ -141,7 +145,9 @@ class Verb:
         self.options = [part for part in parts if isinstance(part, Option)]
         self.arguments = [part for part in parts if isinstance(part, Argument)]
         self.run = run
-        self.usage = usage if usage is not None else " ".join(["[options]"] * bool(self.options) + self._words())
+        self.usage = (
+            usage if usage is not None else " ".join(["[options]"] * bool(self.options) + self._argument_usage())
+        )
         self.description = description
         self.examples = examples
         self.aliases = tuple(aliases)
@@ -151,28 +157,28 @@ class Verb:
         self.parse = parse
 
     def examples_text(self, program: str, *, as_stock: bool) -> str:
-        """Return the end of help: a block of examples.
+        """Return the block of examples at the end of help.
 
         Args:
-            program: how the command was called.
-            as_stock: whether it was called under the stock tool's name.
+            program: the name by which the command was called.
+            as_stock: whether the command was called by the stock tool's name.
         """
         if not self.examples or (as_stock and not self.stock_examples):
             return ""
         return examples_block(f"{program} {self.name}".rstrip(), self.examples)
 
-    def _words(self) -> list[str]:
+    def _argument_usage(self) -> list[str]:
         return [str(argument) for argument in self.arguments]
 
 
-def examples_block(called: str, examples: Sequence[tuple[str, str]]) -> str:
-    """Return examples as text for the end of help; see `Verb`.
+def examples_block(command: str, examples: Sequence[tuple[str, str]]) -> str:
+    """Format examples for the end of help. See `Verb`.
 
     Args:
-        called: the words to type before each, unless it is a whole line.
-        examples: at least one.
+        command: the words to type before each example that is not a whole line.
+        examples: the examples, at least one.
     """
-    rows = [(line if line.startswith("pyros1 ") else f"{called} {line}".rstrip(), about) for line, about in examples]
+    rows = [(line if line.startswith("pyros1 ") else f"{command} {line}".rstrip(), about) for line, about in examples]
     width = max(len(line) for line, _ in rows)
     return "\nExamples:\n" + "".join(f"  {line:{width}}  {about}".rstrip() + "\n" for line, about in rows)
 
@@ -185,7 +191,7 @@ GROUPS = {
     "develop": "Messages and packages",
     "machine": "This machine",
 }
-"""The groups of commands, with their headings in ``pyros1 help``."""
+"""The groups of commands and their headings in ``pyros1 help``."""
 
 
 class Command:
@@ -193,29 +199,44 @@ class Command:
 
     Args:
         name: the name to type.
-        about: description in one line, for ``pyros1 help``.
-        group: the one of `GROUPS` that contains it.
+        about: a one-line description for ``pyros1 help``.
+        group: the command's group, a key of `GROUPS`.
         verb: the action of a command without verbs.
         stock: the stock tool's name; empty if stock has no such tool.
-        also: further stock programs, each with the words after this command that do the same. Programs for a single
-            verb are in the verb's record.
+        other_programs: other stock programs, with the equivalent arguments of this command. Programs for a single verb
+            are in the verb's record.
         aliases: other names of the command.
-        heading: the first lines of the list of its verbs, with ``{program}`` for how it was called.
-        order: verbs that come first in that list, in this order; the remaining ones follow by name.
-        row: a line of that list, with ``{program}``, ``{name}``, ``{about}`` and ``{usage}``.
+        heading: the first lines of the list of verbs, with ``{program}`` for the name by which the command was called.
+        order: the first verbs in that list; the others follow in alphabetical order.
+        row: the format of a line of that list, with ``{program}``, ``{name}``, ``{about}`` and ``{usage}``.
         footing: the last lines of that list.
-        usage_code: exit code without a known verb.
-        error_code: exit code after an error.
-        failure: makes the text of an error; None means ``ERROR: `` and the error's text.
-        stock_help: words after which the stock tool prints the list of verbs with exit code 0; an empty word stands
-            for no words.
-        names_unknown: whether the stock tool prints the name of an unknown verb.
-        dispatch: finds and runs a verb that need not be the first word, and returns the exit code.
+        usage_exit_code: the exit code if the verb is missing or unknown.
+        error_exit_code: the exit code after an error.
+        format_error: returns the message for an error; None for ``ERROR: `` followed by the error's message.
+        stock_help: arguments for which the stock tool prints the list of verbs with exit code 0; an empty string
+            represents no arguments.
+        prints_unknown_verb: whether the stock tool prints the name of an unknown verb.
+        dispatch: finds and runs a verb that need not be the first argument, and returns the exit code.
     """
 
     __slots__ = (
-        "about", "aliases", "also", "dispatch", "error_code", "failure", "footing", "group", "heading", "name",
-        "names_unknown", "order", "row", "stock", "stock_help", "usage_code", "verb",
+        "about",
+        "aliases",
+        "dispatch",
+        "error_exit_code",
+        "footing",
+        "format_error",
+        "group",
+        "heading",
+        "name",
+        "order",
+        "other_programs",
+        "prints_unknown_verb",
+        "row",
+        "stock",
+        "stock_help",
+        "usage_exit_code",
+        "verb",
     )  # fmt: skip
 
     def __init__(
@@ -226,17 +247,17 @@ class Command:
         *,
         group: str,
         stock: str = "",
-        also: Mapping[str, Sequence[str]] = {},
+        other_programs: Mapping[str, Sequence[str]] = {},
         aliases: Sequence[str] = (),
         heading: str = "usage: {program} <command> [arguments]\n\nCommands:",
         order: Sequence[str] = (),
         row: str = "  {name:15} {about}",
         footing: str = "\nType {program} <command> -h for more.",
-        usage_code: int = 64,
-        error_code: int = 1,
-        failure: Callable[[Exception], str | None] | None = None,
+        usage_exit_code: int = 64,
+        error_exit_code: int = 1,
+        format_error: Callable[[Exception], str | None] | None = None,
         stock_help: Collection[str] = (),
-        names_unknown: bool = False,
+        prints_unknown_verb: bool = False,
         dispatch: Callable[[Invocation], int | None] | None = None,
     ) -> None:
         self.name = name
@@ -244,24 +265,24 @@ class Command:
         self.verb = verb
         self.group = group
         self.stock = stock
-        self.also = also
+        self.other_programs = other_programs
         self.aliases = tuple(aliases)
         self.heading = heading
         self.order = order
         self.row = row
         self.footing = footing
-        self.usage_code = usage_code
-        self.error_code = error_code
-        self.failure = failure
+        self.usage_exit_code = usage_exit_code
+        self.error_exit_code = error_exit_code
+        self.format_error = format_error
         self.stock_help = stock_help
-        self.names_unknown = names_unknown
+        self.prints_unknown_verb = prints_unknown_verb
         self.dispatch = dispatch
 
     def sorted(self, verbs: Iterable[str]) -> list[str]:
-        """Return names of verbs in the order of their list."""
-        first = {name: number for number, name in enumerate(self.order)}
-        return sorted(verbs, key=lambda name: (first.get(name, len(first)), name))
+        """Sort names of verbs in the order of the list of verbs."""
+        positions = {name: number for number, name in enumerate(self.order)}
+        return sorted(verbs, key=lambda name: (positions.get(name, len(positions)), name))
 
     def help_words(self, *, as_stock: bool) -> Collection[str]:
-        """Return the words that ask for the list of verbs."""
+        """Return the arguments that request the list of verbs."""
         return self.stock_help if as_stock else {"-h", "--help", "help", *self.stock_help}

@@ -11,7 +11,7 @@ import pytest
 
 from pyros1.bag.record.model import Topic
 from pyros1.bag.record.names import FileNames, Selection
-from pyros1.cli.commands.bag._running.live import LiveLine, RecordLine, record_table, size_text
+from pyros1.cli.commands.bag._running.live import RecordingStatus, StatusLine, format_size, recording_summary
 from pyros1.cli.commands.bag.record import VERB
 from pyros1.cli.invocation import Invocation
 from pyros1.ground.errors import Error
@@ -67,7 +67,7 @@ class Terminal(io.StringIO):
 
 def test_messages_and_the_live_line_do_not_mix() -> None:
     out = Terminal()
-    line = LiveLine(stream=out)
+    line = StatusLine(stream=out)
     line.show("x" * 1000)
     line.print_message("hello")
     line.show("y")
@@ -79,7 +79,7 @@ def test_messages_and_the_live_line_do_not_mix() -> None:
 
 def test_nothing_but_messages_goes_into_a_file_and_nothing_at_all_if_quiet() -> None:
     out, quiet = io.StringIO(), Terminal()
-    for line in (LiveLine(stream=out), LiveLine(False, quiet)):
+    for line in (StatusLine(stream=out), StatusLine(False, quiet)):
         line.show("x")
         line.print_message("hello")
         line.clear()
@@ -89,7 +89,7 @@ def test_nothing_but_messages_goes_into_a_file_and_nothing_at_all_if_quiet() -> 
 
 def test_an_output_that_goes_away_does_not_end_the_recording() -> None:
     out = Terminal()
-    line = LiveLine(stream=out)
+    line = StatusLine(stream=out)
     out.close()
     line.show("x")
     line.print_message("hello")
@@ -103,15 +103,15 @@ def test_topics_that_lose_messages_come_first() -> None:
     recorder.topics = {"/busy": busy, "/losing": losing}
     recorder.size = 12_345_678
     recorder.report = type("Report", (), {"files": ["a.bag"], "messages": 1005, "bytes": 12_345_678})()
-    text = RecordLine(recorder).text()
+    text = RecordingStatus(recorder).text()
     assert "12.3 MB" in text and "DROPPED 3" in text
     assert text.index("/losing") < text.index("/busy")
-    table = record_table(recorder).split("\n")
+    table = recording_summary(recorder).split("\n")
     assert table[0] == "1005 messages, 12.3 MB in 1 file"
     assert re.fullmatch(r"  /losing +5 messages +10 B  3 dropped", table[2])
 
 
 def test_sizes_for_people() -> None:
-    assert [size_text(size) for size in (0, 999, 1500, 2_000_000, 3.21e12)] == [
+    assert [format_size(size) for size in (0, 999, 1500, 2_000_000, 3.21e12)] == [
         "0 B", "999 B", "1.5 KB", "2 MB", "3.21 TB"
     ]  # fmt: skip

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from pyros1.cli.running import run_command
-from pyros1.doctor.disk import files_in_use, folder_size, human_size
+from pyros1.doctor.disk import files_in_use, folder_size, format_size_like_du
 
 Run = Callable[..., tuple[int, str, str]]
 QUESTION = "PLEASE BE CAREFUL TO VERIFY THE COMMAND BELOW!\nOkay to perform:\n\n"
@@ -44,7 +44,7 @@ def test_check_l179(run: Run, logs: Path) -> None:
     (logs / "a").write_bytes(b"x" * 10_000)
     size = folder_size(logs, on_disk=True)
     assert size >= 10_000
-    assert run("check") == (0, f"{human_size(size)} ROS node logs\n", "")
+    assert run("check") == (0, f"{format_size_like_du(size)} ROS node logs\n", "")
     assert json.loads(run("check", "--json")[1]) == [{"what": "ROS node logs", "folder": str(logs), "bytes": size}]
 
 
@@ -127,4 +127,4 @@ def test_what_cannot_be_removed_is_said(run: Run, logs: Path, monkeypatch: pytes
     [(0, "0"), (512, "512"), (4096, "4.0K"), (4097, "4.1K"), (10_239, "10K"), (278_528, "272K"), (1_048_064, "1.0M")],
 )
 def test_sizes_are_those_of_du(size: int, text: str) -> None:
-    assert human_size(size) == text
+    assert format_size_like_du(size) == text

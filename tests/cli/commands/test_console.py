@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from pyros1 import Time
-from pyros1.cli.commands.console import row
+from pyros1.cli.commands.console import format_row
 from pyros1.cli.running import run_command
 from pyros1.msgs.rosgraph_msgs.msg import Log
 
@@ -77,12 +77,12 @@ def test_a_line() -> None:
         function="f",
         header=SimpleNamespace(stamp=stamp),
     )
-    assert row(message) == "      12.250 WARN  /n: one\n    two  [c.py:7 f]"
-    assert "\x1b[93mWARN \x1b[0m" in row(message, colour=True)
+    assert format_row(message) == "      12.250 WARN  /n: one\n    two  [c.py:7 f]"
+    assert "\x1b[93mWARN \x1b[0m" in format_row(message, colour=True)
     message.header.stamp = Time(1_700_000_000, 999_999_999)
     message.file, message.function, message.msg = "", "", "\x1b[2Jevil"
-    assert row(message)[2:6:3] == "::" and row(message).partition(" ")[0].endswith(".999")
-    assert "\x1b" not in row(message) and "[" not in row(message).partition("/n: ")[0]
+    assert format_row(message)[2:6:3] == "::" and format_row(message).partition(" ")[0].endswith(".999")
+    assert "\x1b" not in format_row(message) and "[" not in format_row(message).partition("/n: ")[0]
 
 
 @pytest.mark.parametrize(

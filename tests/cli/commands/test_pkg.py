@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from pyros1.cli.main import entry
-from pyros1.cli.packages_here import add_packages_here
+from pyros1.cli.nearby_packages import add_nearby_packages
 from pyros1.finding.packages import OWN_PACKAGES, PackageIndex
 
 SOURCE = Path(__file__).resolve().parents[3] / "src"
@@ -146,7 +146,7 @@ def test_files_of_packages(clean: Path, capfd: pytest.CaptureFixture[str], monke
 def here(folder: Path, monkeypatch: pytest.MonkeyPatch, path: str = "") -> list[str]:
     monkeypatch.chdir(folder)
     environ = {"ROS_PACKAGE_PATH": path} if path else {}
-    add_packages_here(environ)
+    add_nearby_packages(environ)
     return [os.path.relpath(part, folder) for part in environ.get("ROS_PACKAGE_PATH", "").split(":") if part]
 
 
@@ -187,7 +187,7 @@ def test_shipped_packages_come_last_in_whatever_folder(clean: Path, monkeypatch:
     for folder in (str(clean), OWN_PACKAGES, "/"):
         environ = {"ROS_PACKAGE_PATH": str(clean)}
         monkeypatch.chdir(folder)
-        add_packages_here(environ)
+        add_nearby_packages(environ)
         assert PackageIndex(environ).find_folder("minimal_nodes") == str(clean / "minimal_nodes")
 
 
@@ -200,15 +200,15 @@ def test_the_warning_of_two_packages_names_the_one_that_is_used(
     monkeypatch.delenv("ROS_PACKAGE_PATH", raising=False)
     monkeypatch.chdir(first)
     assert pkg("create", "minimal_nodes") == 0
-    text = f"elsewhere, until you set ROS_PACKAGE_PATH={first}:$ROS_PACKAGE_PATH\n"
+    text = f"elsewhere, unless you set ROS_PACKAGE_PATH={first}:$ROS_PACKAGE_PATH\n"
     assert f"{OWN_PACKAGES}/minimal_nodes: the new one is used in this folder" in (err := capfd.readouterr().err)
     assert text in err
     monkeypatch.chdir(second)
-    for path, word in ((f"{first}:{second}", "that"), (f"{second}:{first}", "the new")):
+    for path, word in ((f"{first}:{second}", "the other"), (f"{second}:{first}", "the new")):
         monkeypatch.setenv("ROS_PACKAGE_PATH", path)
         assert pkg("create", "minimal_nodes") == 0
         err = capfd.readouterr().err
-        assert f"{first}/minimal_nodes: {word} one is used, which comes first in ROS_PACKAGE_PATH\n" in err
+        assert f"{first}/minimal_nodes: {word} one is used, because it is first in ROS_PACKAGE_PATH\n" in err
         shutil.rmtree(second / "minimal_nodes")
 
 
@@ -250,6 +250,6 @@ def test_rosstack_says_what_to_use_l183(words: list[str], code: int, capfd: pyte
     """READMEs have ``rospack profile && rosstack profile``, which must go on."""
     assert entry(["pyros1", "rosstack", *words]) == code
     out, err = capfd.readouterr()
-    assert out == "" and err == "rosstack: stacks were rosbuild's; for packages use rospack, which is pyros1 pkg\n"
+    assert out == "" and err == "rosstack: stacks belong to rosbuild; for packages, use rospack, which is pyros1 pkg\n"
     assert entry(["pyros1", "stack", *words]) == 64
     assert "did you mean 'pkg'?" in capfd.readouterr().err

@@ -229,7 +229,7 @@ def test_rviz_alone_shows_its_usual_file(start: Start, tmp_path: Path) -> None:
         (["nothing"], "there is no panel 'nothing'; the panels are "),
         (["console", "/x"], "the panel console takes no arguments"),
         (["nodes", "/x", "/y"], "the panel nodes takes one node"),
-        (["--layout", "Tutorial", "plot"], "--layout opens a whole layout: name no panel as well"),
+        (["--layout", "Tutorial", "plot"], "--layout opens a whole layout: do not name a panel as well"),
         (["-s", "rqt_shell"], "there is no plugin 'rqt_shell'; the plugins are rqt_bag, "),
         (["--port", "70000"], "the port must be from 0 to 65535"),
         (["bag", "/nowhere/at/all.bag"], "ERROR: there is no file /nowhere/at/all.bag\n"),
@@ -255,7 +255,7 @@ def test_a_port_that_is_taken(start: Start) -> None:
         output, _ = process.communicate(timeout=30)
     assert process.returncode == 1
     assert f"cannot listen on 127.0.0.1:{port}: " in output
-    assert "--port 0 takes any free port" in output
+    assert "--port 0 selects a free port" in output
 
 
 def test_a_layout_by_its_name(start: Start) -> None:
@@ -268,7 +268,7 @@ def test_other_machines_are_warned_of(start: Start) -> None:
     process = start("--port", "0", "--host", "0.0.0.0")
     assert process.stdout is not None
     lines = [process.stdout.readline() for _ in range(2)]
-    assert any("anyone who has the link" in line for line in lines)
+    assert any("anyone with the link" in line for line in lines)
 
 
 def test_it_ends_while_the_master_is_away(start: Start, environ: dict[str, str]) -> None:

@@ -51,7 +51,7 @@ def shell(environ: dict[str, str], monkeypatch: pytest.MonkeyPatch) -> pytest.Mo
         monkeypatch.delenv(key, raising=False)
     monkeypatch.setattr(local_facts, "MASTER_PORTS", range(0))
     monkeypatch.setattr(local_facts, "ros_processes", list)
-    monkeypatch.setattr(system, "CONNECT_TIME", 0.05)
+    monkeypatch.setattr(system, "CONNECT_TIMEOUT", 0.05)
     return monkeypatch
 
 

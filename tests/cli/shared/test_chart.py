@@ -37,7 +37,7 @@ def test_a_chart_has_axis_legend_and_curve() -> None:
     assert max(map(len, lines)) <= 60 and len(lines) <= 20
     assert lines[0].lstrip().startswith("1 ") and any(line.lstrip().startswith("-1 ") for line in lines)
     assert lines[-2].startswith("\u2501\u2501 /a/data = ") and lines[-2].endswith("10.0 Hz")
-    assert lines[-1].endswith("/b/data = nothing yet")
+    assert lines[-1].endswith("/b/data = no data yet")
     assert "\033" not in text and "\033[36m" in draw([("/a", points)], 9.9, 10.0, (60, 20), coloured=True)
 
 

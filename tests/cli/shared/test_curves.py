@@ -9,7 +9,7 @@ import pytest
 
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.shared.curves import curves_of, fields_of_messages
+from pyros1.cli.shared.curves import expand_messages, parse_curves
 
 
 def invocation(environ: dict[str, str]) -> Invocation:
@@ -19,14 +19,14 @@ def invocation(environ: dict[str, str]) -> Invocation:
 @pytest.mark.parametrize("word", [":x", "x:y", "x:", "/a/x,y:z"])
 def test_fields_without_a_topic(word: str) -> None:
     with pytest.raises(UsageError, match="must contain a topic and a field"):
-        curves_of(invocation({}), word)
+        parse_curves(invocation({}), word)
 
 
 @pytest.mark.parametrize(
     "word", ["/a/x:y", "a/x:y", "/a/x[0]:y[0]", "/a/x:", "/a: m.x * 2", "a: [m.x, m.y]", "/a,/b/x:y"]
 )
 def test_fields_with_a_topic(word: str) -> None:
-    assert curves_of(invocation({}), word)
+    assert parse_curves(invocation({}), word)
 
 
 @pytest.mark.parametrize(
@@ -60,11 +60,11 @@ def test_messages_are_the_curves_of_their_numbers(
     node.advertise("/odom", "nav_msgs/Odometry")
     node.advertise("/force", "std_msgs/Float64")
     asked = invocation(environ)
-    assert fields_of_messages(asked, [curve, "/force"]) == [*expected, "/force"]
+    assert expand_messages(asked, [curve, "/force"]) == [*expected, "/force"]
     asked.close()
 
 
 def test_curves_without_a_master(free_port: int) -> None:
     asked = invocation({"ROS_MASTER_URI": f"http://127.0.0.1:{free_port}"})
-    assert fields_of_messages(asked, ["/odom/pose/pose/position"]) == ["/odom/pose/pose/position"]
+    assert expand_messages(asked, ["/odom/pose/pose/position"]) == ["/odom/pose/pose/position"]
     asked.close()

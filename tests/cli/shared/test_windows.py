@@ -5,7 +5,14 @@ from __future__ import annotations
 import pytest
 
 from pyros1.cli.failures import UsageError
-from pyros1.cli.shared.windows import PACKAGED, PROGRAMS, call_of, first_argument, has_display, picture_topic
+from pyros1.cli.shared.windows import (
+    PACKAGED,
+    PROGRAMS,
+    first_argument_index,
+    has_display,
+    select_image_topic,
+    translate_call,
+)
 
 
 @pytest.mark.parametrize(
@@ -25,7 +32,7 @@ from pyros1.cli.shared.windows import PACKAGED, PROGRAMS, call_of, first_argumen
 )
 def test_words(line: str, words: list[str]) -> None:
     program, *given = line.split()
-    assert call_of(program, given) == (words, [])
+    assert translate_call(program, given) == (words, [])
 
 
 @pytest.mark.parametrize(
@@ -44,8 +51,8 @@ def test_words(line: str, words: list[str]) -> None:
 )
 def test_what_somebody_would_miss_is_told_once(line: str) -> None:
     program, *given = line.split()
-    words, notes = call_of(program, [*given, *given])
-    assert words == [*PROGRAMS[program].words]
+    words, notes = translate_call(program, [*given, *given])
+    assert words == [*PROGRAMS[program].args]
     assert len(notes) == 1
 
 
@@ -53,28 +60,28 @@ def test_what_somebody_would_miss_is_told_once(line: str) -> None:
 def test_wrong_options(line: str) -> None:
     program, *given = line.split()
     with pytest.raises(UsageError, match=given[-1].partition("=")[0]):
-        call_of(program, given)
+        translate_call(program, given)
 
 
 def test_every_program_takes_a_page() -> None:
     assert {name for names in PACKAGED.values() for name in names} <= {*PROGRAMS}
     for name in PROGRAMS:
-        assert call_of(name, ["--read-only"]).words[-1] == "--read-only"
+        assert translate_call(name, ["--read-only"]).args[-1] == "--read-only"
 
 
 @pytest.mark.parametrize(
     ("line", "place"), [("", 0), ("rviz", 0), ("--open -p 3 rviz", 3), ("-p=3 rviz", 1), ("-p", 1), ("--open", 1)]
 )
 def test_the_first_argument(line: str, place: int) -> None:
-    assert first_argument(line.split(), {"-p"}) == place
+    assert first_argument_index(line.split(), {"-p"}) == place
 
 
 def test_the_topic_of_image_view() -> None:
-    assert picture_topic([], "/c", "") == ["/c"]
-    assert picture_topic(["raw"], "/c", "compressed") == ["/c"]
-    assert picture_topic(["compressed"], "/c/", "") == ["/c/compressed"]
-    assert picture_topic(["/d"], "/c", "compressed") == ["/d/compressed"]
-    assert picture_topic([], "", "compressed") == []
+    assert select_image_topic([], "/c", "") == ["/c"]
+    assert select_image_topic(["raw"], "/c", "compressed") == ["/c"]
+    assert select_image_topic(["compressed"], "/c/", "") == ["/c/compressed"]
+    assert select_image_topic(["/d"], "/c", "compressed") == ["/d/compressed"]
+    assert select_image_topic([], "", "compressed") == []
 
 
 def test_browsers_need_a_display_on_linux() -> None:

@@ -15,7 +15,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.cli.commands.node.status import json_form, table
+from pyros1.cli.commands.node.status import as_json, format_table
 from pyros1.cli.main import entry as entry_point
 from pyros1.ground.errors import Error, ProtocolError
 from pyros1.launch.running.api import LaunchServer
@@ -138,7 +138,7 @@ def test_answers_of_a_stock_launch() -> None:
 def test_the_table() -> None:
     before = [Status("a-1", "/a", "running", 7, 3, 10.0, 1.0, 2**20)]
     now = [Status("a-1", "/a", "running", 7, 3, 12.0, 2.0, 2**21), Status("b-2", "/b", "died", 8, 1, exit_code=-11)]
-    assert table(now, before) == [
+    assert format_table(now, before) == [
         "NODE  STATE       PID     CPU  MEMORY  RESTARTS   UPTIME  MACHINE",
         "/a    running       7  50.0 %  2.0 MB         2  0:00:12  -",
         "/b    died (-11)    -       -       -         0        -  -",
@@ -148,7 +148,7 @@ def test_the_table() -> None:
 def test_the_table_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     before = [Status("a-1", "/a", "running", 7, 3, 10.0, 1.0, 2**20)]
     now = [Status("a-1", "/a", "running", 7, 3, 12.0, 2.0, 2**21), Status("b-2", "/b", "died", 8, 1, exit_code=-11)]
-    first, second = json_form(now, before)
+    first, second = as_json(now, before)
     assert first == {
         "node": "/a", "state": "running", "exit_code": None, "pid": 7, "cpu": 50.0, "memory": 2**21, "restarts": 2,
         "uptime": 12.0, "machine": "",

@@ -1,1 +1,1 @@
-"""All commands: a module or a folder each, see `pyros1.cli.records`."""
+"""All commands. Each is a module or a folder, see `pyros1.cli.records`."""

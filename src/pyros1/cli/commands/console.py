@@ -1,4 +1,4 @@
-"""``pyros1 console``: the log of all nodes in the terminal, as rqt_console shows it."""
+"""``pyros1 console``: the log of all nodes in the terminal, like rqt_console."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from pyros1.cli.records import JSON, Command, Flag, Option, Verb
 from pyros1.cli.shared.printing import print_json, use_colour
 from pyros1.ground.terminal_text import lines, one_line
 
-_LOWEST = "info"
-_SIMULATED = 100_000_000
-"""Times before this (in 1973) are taken as simulated time."""
+_DEFAULT_LEVEL = "info"
+_SIMULATED_TIME_LIMIT = 100_000_000
+"""Times in seconds before this (in 1973) are treated as simulated time."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -27,18 +27,18 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         raise UsageError(f"console takes no arguments; to select a node: --node {args[0]}")
     if options.count is not None and options.count < 1:
         raise UsageError("--count needs a number of at least 1")
-    wanted = Filter(options)
+    message_filter = Filter(options)
     colour = not options.nocolor and use_colour(sys.stdout)
     remaining = options.count
     if sys.stderr.isatty():
         print(_earlier_logs_hint(), file=sys.stderr)
     for message in messages(invocation):
-        if not wanted.matches(message):
+        if not message_filter.matches(message):
             continue
         if options.json:
             print_json(as_json(message))
         else:
-            print(row(message, colour=colour))
+            print(format_row(message, colour=colour))
         sys.stdout.flush()
         remaining = remaining and remaining - 1
         if remaining == 0:
@@ -49,10 +49,10 @@ class Filter:
     """Selects the messages to print.
 
     Args:
-        options: values of the command's options.
+        options: the parsed options of the command.
 
     Raises:
-        UsageError: an option is wrong.
+        UsageError: an option is invalid.
     """
 
     def __init__(self, options: Any) -> None:
@@ -60,43 +60,43 @@ class Filter:
         if level not in LEVELS:
             raise UsageError(f"there is no level {options.level!r}{did_you_mean(level, LEVELS)}: {', '.join(LEVELS)}")
         self._lowest = 1 << LEVELS.index(level)
-        self._nodes = [_compiled("--node", text) for text in options.nodes or ()]
-        self._texts = [_compiled("--grep", text) for text in options.texts or ()]
-        self._not = [_compiled("--exclude", text) for text in options.excluded or ()]
+        self._nodes = [_compile("--node", pattern) for pattern in options.nodes or ()]
+        self._included = [_compile("--grep", pattern) for pattern in options.texts or ()]
+        self._excluded = [_compile("--exclude", pattern) for pattern in options.excluded or ()]
 
     def matches(self, message: Any) -> bool:
         """Return whether to print a rosgraph_msgs/Log message."""
         return bool(
             message.level >= self._lowest
             and (not self._nodes or any(pattern.search(message.name) for pattern in self._nodes))
-            and all(pattern.search(message.msg) for pattern in self._texts)
-            and not any(pattern.search(message.msg) or pattern.search(message.name) for pattern in self._not)
+            and all(pattern.search(message.msg) for pattern in self._included)
+            and not any(pattern.search(message.msg) or pattern.search(message.name) for pattern in self._excluded)
         )
 
 
-def _compiled(option: str, text: str) -> re.Pattern[str]:
+def _compile(option: str, pattern: str) -> re.Pattern[str]:
     try:
-        return re.compile(text, re.IGNORECASE)
+        return re.compile(pattern, re.IGNORECASE)
     except re.error as error:
-        raise UsageError(f"{option} needs a regular expression, not {text!r}: {error}") from None
+        raise UsageError(f"{option} needs a regular expression, not {pattern!r}: {error}") from None
 
 
-def row(message: Any, *, colour: bool = False) -> str:
-    """Return a rosgraph_msgs/Log message as a line: time, severity, node, text and place in the code.
+def format_row(message: Any, *, colour: bool = False) -> str:
+    """Format a rosgraph_msgs/Log message as a line: time, severity, node, text and source location.
 
     Args:
-        message: the message. Further lines of its text are indented.
-        colour: use escape sequences.
+        message: the message. All lines of its text except the first are indented.
+        colour: whether to use escape sequences for colours.
     """
     severity = f"{level_name(message.level).upper():5}"
     node, text = one_line(message.name), lines(message.msg).rstrip("\n").replace("\n", "\n    ")
     location = _source_location(message)
-    moment = _clock(message.header.stamp.secs, message.header.stamp.nsecs)
+    time_text = _format_time(message.header.stamp.secs, message.header.stamp.nsecs)
     if not colour:
-        return f"{moment} {severity} {node}: {text}{location and f'  [{location}]'}"
+        return f"{time_text} {severity} {node}: {text}{location and f'  [{location}]'}"
     location = location and f"  {DIM}[{location}]{RESET}"
     shade = COLOURS.get(message.level, "")
-    return f"{DIM}{moment}{RESET} {shade}{severity}{RESET} {BOLD}{node}{RESET}: {text}{location}"
+    return f"{DIM}{time_text}{RESET} {shade}{severity}{RESET} {BOLD}{node}{RESET}: {text}{location}"
 
 
 def _source_location(message: Any) -> str:
@@ -106,14 +106,14 @@ def _source_location(message: Any) -> str:
     return f"{source} {one_line(message.function)}".rstrip()
 
 
-def _clock(seconds: int, nanoseconds: int) -> str:
-    if seconds < _SIMULATED:
+def _format_time(seconds: int, nanoseconds: int) -> str:
+    if seconds < _SIMULATED_TIME_LIMIT:
         return f"{seconds + nanoseconds / 1e9:12.3f}"
     return f"{time.strftime('%H:%M:%S', time.localtime(seconds))}.{nanoseconds // 1_000_000:03}"
 
 
 def _earlier_logs_hint() -> str:
-    """Return a hint at where earlier messages are, which no topic provides."""
+    """Return a hint where to find earlier messages, since /rosout does not repeat them."""
     from pyros1.launch.running.logs import log_folder  # noqa: PLC0415 - only needed on terminals
 
     file = log_folder(os.environ) / "latest" / "rosout.log"
@@ -123,7 +123,7 @@ def _earlier_logs_hint() -> str:
 
 COMMAND = Command(
     "console",
-    "print the log of all nodes as it grows",
+    "print log messages of all nodes as they arrive",
     Verb(
         "",
         "",
@@ -131,8 +131,8 @@ COMMAND = Command(
             "-l",
             "--level",
             metavar="LEVEL",
-            default=_LOWEST,
-            help=f"lowest severity to show, one of {', '.join(LEVELS)} ({_LOWEST})",
+            default=_DEFAULT_LEVEL,
+            help=f"lowest severity to show, one of {', '.join(LEVELS)} ({_DEFAULT_LEVEL})",
         ),
         Option(
             "-n",
@@ -165,9 +165,9 @@ COMMAND = Command(
         description="Prints the time, severity, node, text and code location of each message. Patterns are regular\n"
         "expressions that ignore case. pyros1 web console shows the same in a browser.",
         examples=[
-            ("", "all but debug messages"),
-            ("-l warn", "warnings and errors"),
-            ("-n driver -g timeout", "messages about timeouts from nodes with driver in their names"),
+            ("", "print all except debug messages"),
+            ("-l warn", "print warnings and errors"),
+            ("-n driver -g timeout", "print messages about timeouts from nodes with driver in their names"),
         ],
         run=run,
     ),

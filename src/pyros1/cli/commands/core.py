@@ -7,23 +7,23 @@ from typing import Any
 
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.parsing import defaults, parse_without_specials
+from pyros1.cli.parsing import default_options, parse_without_specials
 from pyros1.cli.records import Command, Flag, Option, Verb
 from pyros1.cli.shared.listening import ALLOW, BIND, PORTS, with_options
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Run until a signal arrives. Return 1 if it could not start."""
+    """Run until a signal arrives. Return 1 if the master could not be started."""
     if args:
         raise UsageError(f"{invocation.program} does not take arguments")
 
-    from pyros1.cli.commands.launch import VERB as LAUNCH  # noqa: PLC0415 - once the command line is valid
+    from pyros1.cli.commands.launch import VERB as LAUNCH  # noqa: PLC0415 - not needed for help
     from pyros1.cli.shared.launching import launch, print_exception  # noqa: PLC0415
     from pyros1.ground.errors import Error  # noqa: PLC0415
     from pyros1.launch.plan import Plan  # noqa: PLC0415
     from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
 
-    values = defaults(LAUNCH)
+    values = default_options(LAUNCH)
     values.core = True
     values.port = options.port
     values.timeout = options.timeout
@@ -44,7 +44,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 COMMAND = Command(
     "core",
-    "start a master, with parameter server and rosout",
+    "start a master with a parameter server and rosout",
     Verb(
         "",
         "",
@@ -71,7 +71,7 @@ COMMAND = Command(
             metavar="TIMEOUT",
             dest="timeout",
             type="float",
-            help="seconds the master waits for a node to answer",
+            help="seconds the master waits for a node to respond",
         ),
         Option(
             "--master-logger-level",
@@ -105,7 +105,7 @@ COMMAND = Command(
         examples=[
             ("", "listen on the port of ROS_MASTER_URI, or 11311"),
             ("-p 11312", "listen on another port"),
-            ("--allow 192.168.1.0/24", "accept connections only from this network and this machine"),
+            ("--allow 192.168.1.0/24", "accept connections only from this network and from this machine"),
             ("--sigint-timeout 1", "wait one second for processes that ignore Ctrl-C"),
         ],
         stock_examples=True,

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from pyros1.msgs import Message
 
 LEVELS = ["ok", "warn", "error", "stale"]
-"""Names of the levels, each at the index of its number."""
-_NUMBERED = ", ".join(f"{number} {name}" for number, name in enumerate(LEVELS))
+"""Names of the levels, indexed by their number."""
+_NUMBERED_LEVELS = ", ".join(f"{number} {name}" for number, name in enumerate(LEVELS))
 _LEVEL_LABELS = [" OK  ", "WARN ", "ERROR", "STALE"]
 _COLOURS = ["\x1b[92m", "\x1b[93m", "\x1b[91m", "\x1b[94m"]
 _RESET = "\x1b[0m"
@@ -29,8 +29,8 @@ _WIDTH = 69
 _POLL_PERIOD = 0.2
 _AGGREGATED, _RAW = "/diagnostics_agg", "/diagnostics"
 _GATHER_TIMEOUT = 2.0
-"""Seconds to wait for all nodes: most publish once a second."""
-_TYPE = "diagnostic_msgs/DiagnosticArray"
+"""Seconds to wait for messages from all nodes. Most nodes publish once per second."""
+_MESSAGE_TYPE = "diagnostic_msgs/DiagnosticArray"
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -39,26 +39,26 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         pattern = re.compile(options.filter)
     except re.error as error:
         raise CommandError(f"{options.filter!r} is not a regular expression: {error}", 2) from None
-    topic, sources = _topic(invocation, options.topic)
+    topic, sources = _choose_topic(invocation, options.topic)
     colour = not options.nocolor and use_colour(sys.stdout)
-    arrived: queue.SimpleQueue[Message] = queue.SimpleQueue()
-    with invocation.open_node() as node, node.subscribe(topic, _TYPE, arrived.put):
+    messages: queue.SimpleQueue[Message] = queue.SimpleQueue()
+    with invocation.open_node() as node, node.subscribe(topic, _MESSAGE_TYPE, messages.put):
         _warn_if_unpublished(invocation, node.resolve(topic))
         while node.ok():
             try:
-                message: Any = arrived.get(timeout=_POLL_PERIOD)
+                message: Any = messages.get(timeout=_POLL_PERIOD)
             except queue.Empty:
                 continue
             if sources > 1 and not options.follow:
-                _gather(message, arrived, sources)
-            selected_statuses = selected(message.status, options.level, pattern)
+                _gather(message, messages, sources)
+            statuses_to_print = selected(message.status, options.level, pattern)
             if options.json:
-                print_json(as_json(message, selected_statuses))
+                print_json(as_json(message, statuses_to_print))
             elif options.follow:
-                _print(status_lines(message, selected_statuses, detail=options.detail, colour=colour))
+                _print(status_lines(message, statuses_to_print, detail=options.detail, colour=colour))
             else:
                 _print([f"{'=' * _WIDTH}", f"Diagnostics generated on: {_local_time(message)}", "-" * _WIDTH])
-                _print(status_lines(message, selected_statuses, detail=options.detail, colour=colour))
+                _print(status_lines(message, statuses_to_print, detail=options.detail, colour=colour))
                 _print(["=" * _WIDTH])
             sys.stdout.flush()
             if not options.follow:
@@ -66,19 +66,19 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    from pyros1.cli.shared.argparsing import add_parts, make_parser  # noqa: PLC0415 - not needed for completion
+    from pyros1.cli.shared.argparsing import add_options_and_arguments, make_parser  # noqa: PLC0415 - not needed for completion
 
     parser = make_parser(invocation, verb)
-    add_parts(parser, invocation, *verb.options)
+    add_options_and_arguments(parser, invocation, *verb.options)
     options = parser.parse_args(invocation.args)
-    word = str(options.level).lower()
-    if word in LEVELS:
-        options.level = LEVELS.index(word)
-    elif word in {str(number) for number in range(len(LEVELS))}:
-        options.level = int(word)
+    level = str(options.level).lower()
+    if level in LEVELS:
+        options.level = LEVELS.index(level)
+    elif level in {str(number) for number in range(len(LEVELS))}:
+        options.level = int(level)
     else:
-        hint = did_you_mean(word, LEVELS)
-        parser.error(f"argument -l/--level: unknown level {options.level!r}{hint}; levels: {_NUMBERED}")
+        hint = did_you_mean(level, LEVELS)
+        parser.error(f"argument -l/--level: unknown level {options.level!r}{hint}; levels: {_NUMBERED_LEVELS}")
     return options, []
 
 
@@ -94,19 +94,19 @@ COMMAND = Command(
             "--level",
             default="1",
             metavar="LEVEL",
-            help=f"lowest level to print: {_NUMBERED} (default: 1)",
+            help=f"lowest level to print: {_NUMBERED_LEVELS} (default: 1)",
         ),
         Option("--topic", default="", help=f"topic to read (default: {_AGGREGATED}; without an aggregator {_RAW})"),
         Option("--filter", default=".*", metavar="REGEX", help="only names that match this regular expression"),
         Flag("--nocolor", help="no color, even on a terminal"),
         Flag("-d", "--detail", help="also print time, hardware and all values"),
-        Flag("--json", help="print a line of JSON", own=True),
+        Flag("--json", help="print a line of JSON", pyros1_only=True),
         description="Print the diagnostics of the robot's components.",
         examples=[
-            ("", "warnings and errors"),
-            ("-l ok -d", "everything, with all values"),
+            ("", "print warnings and errors"),
+            ("-l ok -d", "print everything, with all values"),
             ("-f --filter battery", "follow the state of the battery"),
-            ("--topic /diagnostics", "as the nodes send them"),
+            ("--topic /diagnostics", "print diagnostics as the nodes publish them"),
         ],
         parse=_parse,
         run=run,
@@ -116,30 +116,30 @@ COMMAND = Command(
 )
 
 
-def _topic(invocation: Invocation, named: str) -> tuple[str, int]:
-    """Return the topic to read and the number of nodes whose messages together are the state of the robot.
+def _choose_topic(invocation: Invocation, requested: str) -> tuple[str, int]:
+    """Return the topic to read and the number of nodes whose messages together describe the robot's state.
 
-    If none is named and nothing aggregates diagnostics, as on many robots, the topic of the nodes themselves is read.
+    If no topic is requested and nothing aggregates diagnostics, as on many robots, the nodes' own topic is read.
     """
-    topic = invocation.resolve(named or _AGGREGATED)
+    topic = invocation.resolve(requested or _AGGREGATED)
     raw = invocation.resolve(_RAW)
-    if named or invocation.as_stock:
+    if requested or invocation.as_stock:
         return topic, 1
     published = invocation.graph.state().publishers
     if published.get(topic) or not published.get(raw):
         return topic, 1
-    print(f"nothing publishes {topic}, so this shows {raw}, as the nodes send them", file=sys.stderr, flush=True)
+    print(f"nothing publishes {topic}; showing {raw} instead, as the nodes publish it", file=sys.stderr, flush=True)
     return raw, len(published[raw])
 
 
-def _gather(message: Any, arrived: queue.SimpleQueue[Message], sources: int) -> None:
-    """Add the statuses of other nodes to the first message, until all nodes have sent some or a timeout expires."""
+def _gather(message: Any, messages: queue.SimpleQueue[Message], sources: int) -> None:
+    """Add the statuses of other nodes to the first message until every node has published or the timeout expires."""
     statuses = {status.name: status for status in message.status}
     senders = {message._connection_header.get("callerid")}
     deadline = monotonic() + _GATHER_TIMEOUT
     while len(senders) < sources and (remaining := deadline - monotonic()) > 0:
         try:
-            other: Any = arrived.get(timeout=remaining)
+            other: Any = messages.get(timeout=remaining)
         except queue.Empty:
             break
         senders.add(other._connection_header.get("callerid"))
@@ -151,7 +151,7 @@ def _warn_if_unpublished(invocation: Invocation, topic: str) -> None:
     types = invocation.graph.published_types()
     if topic in types:
         return
-    others = [name for name, kind in types.items() if kind == _TYPE]
+    others = [name for name, kind in types.items() if kind == _MESSAGE_TYPE]
     hint = f"; these are published: {', '.join(others)}" if others else did_you_mean(topic, types)
     print(f"WARNING: topic [{topic}] does not appear to be published yet{hint}", file=sys.stderr, flush=True)
 
@@ -170,46 +170,46 @@ def _local_time(message: Any) -> datetime:
 
 
 def selected(statuses: Sequence[Any], lowest: int = 1, pattern: re.Pattern[str] | None = None) -> list[Any]:
-    """Return the statuses to print, worst first.
+    """Return the statuses to print, most severe first.
 
     Args:
-        statuses: diagnostic_msgs/DiagnosticStatus of one message. A status whose name, followed by a slash, begins
-            another's name only summarizes others and is left out.
+        statuses: the diagnostic_msgs/DiagnosticStatus items of one message. A status that is the parent of another, as
+            ``/a`` is of ``/a/b``, only summarizes others and is left out.
         lowest: the lowest level to print.
         pattern: a regular expression that must match somewhere in the name.
     """
     parents = {status.name.rpartition("/")[0] for status in statuses}
-    selected_statuses = [
+    statuses_to_print = [
         status
         for status in statuses
         if status.name not in parents and status.level >= lowest and (pattern is None or pattern.search(status.name))
     ]
-    return sorted(selected_statuses, key=lambda status: -status.level)
+    return sorted(statuses_to_print, key=lambda status: -status.level)
 
 
 def status_lines(message: Any, statuses: Sequence[Any], *, detail: bool = False, colour: bool = False) -> Iterator[str]:
-    """Yield the lines of text for statuses.
+    """Yield the printed lines of statuses.
 
     Args:
-        message: the diagnostic_msgs/DiagnosticArray that contains them.
+        message: the diagnostic_msgs/DiagnosticArray that contains the statuses.
         statuses: the result of `selected`.
-        detail: also print time, hardware and values.
-        colour: use escape sequences.
+        detail: whether to add time, hardware and values.
+        colour: whether to use escape sequences for colours.
     """
     for status in statuses:
-        known = 0 <= status.level < len(LEVELS)
-        shown = _LEVEL_LABELS[status.level] if known else f"{status.level:<5}"
-        if colour and known:
-            shown = f"{_COLOURS[status.level]}{shown}{_RESET}"
-        yield f"[ {shown} ] {one_line(status.name)} - {one_line(status.message)}"
+        is_known = 0 <= status.level < len(LEVELS)
+        label = _LEVEL_LABELS[status.level] if is_known else f"{status.level:<5}"
+        if colour and is_known:
+            label = f"{_COLOURS[status.level]}{label}{_RESET}"
+        yield f"[ {label} ] {one_line(status.name)} - {one_line(status.message)}"
         if detail:
             yield f"    timestamp:   {_local_time(message)}"
             yield f"    hardware_id: {one_line(status.hardware_id)}"
-            yield from (f"    - {one_line(each.key)}: {one_line(each.value)}" for each in status.values)
+            yield from (f"    - {one_line(pair.key)}: {one_line(pair.value)}" for pair in status.values)
 
 
 def as_json(message: Any, statuses: Sequence[Any]) -> dict[str, Any]:
-    """Return statuses for JSON: the time in seconds, and each status with level, name, text, hardware and values."""
+    """Return statuses as JSON values: the time in seconds, and each status's level, name, text, hardware and values."""
     return {
         "stamp": message.header.stamp.secs + message.header.stamp.nsecs / 1e9,
         "status": [
@@ -218,7 +218,7 @@ def as_json(message: Any, statuses: Sequence[Any]) -> dict[str, Any]:
                 "name": status.name,
                 "message": status.message,
                 "hardware_id": status.hardware_id,
-                "values": {each.key: each.value for each in status.values},
+                "values": {pair.key: pair.value for pair in status.values},
             }
             for status in statuses
         ],

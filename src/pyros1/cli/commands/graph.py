@@ -11,9 +11,9 @@ from collections.abc import Iterable
 from functools import partial
 from typing import Any
 
-from pyros1.cli.failures import CommandError, no_master
+from pyros1.cli.failures import CommandError, report_no_master
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.parsing import leave_words
+from pyros1.cli.parsing import leave_unparsed
 from pyros1.cli.records import Command, Flag, Option, Verb
 from pyros1.doctor.concurrent import run_concurrently
 from pyros1.doctor.edges import actual_edges, expected_edges, is_missing_edge
@@ -27,7 +27,7 @@ _PERIOD = 1.0
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Print the graph every second, or once in another form."""
+    """Print the graph every second, or once in another format."""
     if args in (["-h"], ["--help"]):
         print(_usage(invocation))
         return 0
@@ -40,23 +40,28 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     except KeyboardInterrupt:
         pass
     except MasterUnreachableError as error:
-        return no_master(error, 0 if invocation.as_stock else 1)
+        return report_no_master(error, 0 if invocation.as_stock else 1)
     return 0
 
 
 _VERB = Verb(
     "",
     "",
-    Flag("--once", help="print once", own=True),
-    Flag("--json", help="print one line of JSON", own=True),
-    Flag("--dot", metavar="[FILE]", help="the graph in the dot language of Graphviz, printed or in a file", own=True),
-    Option("--svg", metavar="FILE", help="draw the graph to a file; needs Graphviz", own=True),
+    Flag("--once", help="print once", pyros1_only=True),
+    Flag("--json", help="print one line of JSON", pyros1_only=True),
+    Flag(
+        "--dot",
+        metavar="[FILE]",
+        help="print the graph in the dot language of Graphviz, or write it to a file",
+        pyros1_only=True,
+    ),
+    Option("--svg", metavar="FILE", help="draw the graph to a file; needs Graphviz", pyros1_only=True),
     examples=[
-        ("--once", "nodes, their connections and services"),
-        ("--svg graph.svg", "an image of them"),
-        ("--json", "for programs"),
+        ("--once", "print nodes, their connections and services"),
+        ("--svg graph.svg", "draw them"),
+        ("--json", "print JSON for programs"),
     ],
-    parse=leave_words,
+    parse=leave_unparsed,
     run=run,
 )
 COMMAND = Command("graph", "print nodes and their connections", _VERB, group="look", stock="rosgraph")
@@ -67,44 +72,47 @@ def _usage(invocation: Invocation) -> str:
     text = f"{program} is a command-line tool for debugging the ROS Computation Graph.\n\nUsage:\n\t{program}\n"
     if invocation.as_stock:
         return text
-    rows = {" ".join([*each.names, *each.settings.get("metavar", "").split()]): each.help for each in _VERB.options}
-    listed = "".join(f"\t{option:12}  {about}\n" for option, about in rows.items())
+    rows = {
+        " ".join([*option.names, *option.settings.get("metavar", "").split()]): option.help for option in _VERB.options
+    }
+    option_list = "".join(f"\t{names:12}  {about}\n" for names, about in rows.items())
     return (
         f"{text}\nPrints nodes, their connections and services every second, until interrupted.\n\n"
-        f"Options:\n{listed}{_VERB.examples_text(program, as_stock=False)}"
+        f"Options:\n{option_list}{_VERB.examples_text(program, as_stock=False)}"
     )
 
 
-def _print(invocation: Invocation, how: str = "", file: str = "") -> None:
+def _print(invocation: Invocation, output_format: str = "", file: str = "") -> None:
     while True:
-        picture = Picture(invocation.graph)
-        if how == "--svg":
-            _draw(picture.dot(), file)
+        snapshot = GraphSnapshot(invocation.graph)
+        if output_format == "--svg":
+            _draw(snapshot.dot(), file)
         elif file:
-            _write(file, picture.dot())
-        elif how == "--json":
-            print(json_text(json.dumps(picture.as_json(), ensure_ascii=False)))
+            _write(file, snapshot.dot())
+        elif output_format == "--json":
+            print(json_text(json.dumps(snapshot.as_json(), ensure_ascii=False)))
         else:
-            print(picture.dot() if how == "--dot" else picture.text(), flush=True)
-            for name in picture.unreachable:
+            print(snapshot.dot() if output_format == "--dot" else snapshot.text(), flush=True)
+            for name in snapshot.unreachable:
                 print(f"WARNING: {name} does not answer; see: pyros1 wtf", file=sys.stderr)
-        if how:
+        if output_format:
             return
         time.sleep(_PERIOD)
 
 
-class Picture:
-    """The state of the system at one moment.
+class GraphSnapshot:
+    """A snapshot of the system's nodes, connections and services.
 
     Args:
-        graph: queries to the system. All are made in the constructor.
+        graph: used to query the system. All queries are made in the constructor.
 
     Attributes:
-        nodes, services: names, sorted.
-        edges: connections that the nodes report.
-        missing: connections expected from the registrations that their nodes do not report.
-        unknown: connections expected from the registrations, with a node that did not answer.
-        unreachable: nodes that did not answer.
+        nodes: sorted names of the nodes.
+        services: sorted names of the services.
+        edges: connections that nodes report.
+        missing: connections that the registrations imply but the nodes do not report.
+        unknown: connections that the registrations imply, where a node did not respond.
+        unreachable: nodes that did not respond.
     """
 
     def __init__(self, graph: Graph) -> None:
@@ -112,11 +120,11 @@ class Picture:
         self.nodes = sorted(state.nodes())
         self.services = sorted(state.services)
         uris = {name: uri for name in self.nodes if (uri := graph.node_uri(name)) is not None}
-        answers = run_concurrently(
+        results = run_concurrently(
             {name: partial(_query_connections, graph, uri) for name, uri in uris.items()}, _NODE_TIMEOUT
         )
-        self.unreachable = [name for name, answer in answers.items() if isinstance(answer, Exception)]
-        reports = {name: answer for name, answer in answers.items() if not isinstance(answer, Exception)}
+        self.unreachable = [name for name, result in results.items() if isinstance(result, Exception)]
+        reports = {name: result for name, result in results.items() if not isinstance(result, Exception)}
         topics = {*state.publishers, *state.subscribers}
         reported = actual_edges(reports, uris)
         self.edges = sorted({edge for edges in reported.values() for edge in edges if edge.topic in topics})
@@ -126,28 +134,28 @@ class Picture:
         self.unknown = {edge for edge in expected if not unreachable.isdisjoint(edge[1:])}.difference(self.edges)
 
     def text(self) -> str:
-        """Return the listing of the stock tool."""
+        """Return the stock tool's listing."""
         lines = ["", "", "Nodes:"]
         for node in self.nodes:
             inbound = {edge.publisher for edge in self.edges if edge.subscriber == node}
             outbound = {edge.subscriber for edge in self.edges if edge.publisher == node}
-            lines += [f"  {node} :", "    Inbound:", *_indented(inbound), "    Outbound:", *_indented(outbound)]
+            lines += [f"  {node} :", "    Inbound:", *_indent(inbound), "    Outbound:", *_indent(outbound)]
         return "\n".join([*lines, "Services:", *(f"  {name}" for name in self.services)])
 
     def as_json(self) -> dict[str, Any]:
-        """Return the same for JSON."""
+        """Return the graph as JSON values."""
         edges = [edge._asdict() for edge in self.edges]
         return {"nodes": self.nodes, "edges": edges, "services": self.services, "silent": self.unreachable}
 
     def dot(self) -> str:
-        """Return the same in the dot language.
+        """Return the graph in the dot language.
 
-        Edges have topics as labels. Silent nodes and unknown edges are dashed, missing edges are dashed and red. The
-        page of ``pyros1 web`` saves the same form (`web/page/lib/graph/model.js`).
+        Edges are labelled with topics. Unreachable nodes and unknown edges are dashed, missing edges dashed and red.
+        The page of ``pyros1 web`` saves the same format (`web/page/lib/graph/model.js`).
         """
         lines = ["digraph system {", "  rankdir=LR;"]
         for node in self.nodes:
-            lines.append(f"  {_quoted(node)}{' [style=dashed]' if node in self.unreachable else ''};")
+            lines.append(f"  {_quote(node)}{' [style=dashed]' if node in self.unreachable else ''};")
         for edge in sorted({*self.edges, *self.missing, *self.unknown}):
             style = (
                 ", color=red, style=dashed"
@@ -156,17 +164,17 @@ class Picture:
                 if edge in self.unknown
                 else ""
             )
-            facts = f"label={_quoted(edge.topic)}{style}"
-            lines.append(f"  {_quoted(edge.publisher)} -> {_quoted(edge.subscriber)} [{facts}];")
+            attributes = f"label={_quote(edge.topic)}{style}"
+            lines.append(f"  {_quote(edge.publisher)} -> {_quote(edge.subscriber)} [{attributes}];")
         return "\n".join([*lines, "}"])
 
 
-def _quoted(text: str) -> str:
-    """Return a string of the dot language, where only quotation marks and backslashes are special."""
+def _quote(text: str) -> str:
+    """Return a string literal of the dot language, in which only quotation marks and backslashes are special."""
     return '"' + one_line(text).replace("\\", "\\\\").replace('"', '\\"') + '"'
 
 
-def _indented(names: Iterable[str]) -> list[str]:
+def _indent(names: Iterable[str]) -> list[str]:
     return [f"      {name}" for name in sorted(names)]
 
 
@@ -189,6 +197,6 @@ def _draw(dot: str, file: str) -> None:
     program = shutil.which("dot")
     if program is None:
         raise CommandError("drawing needs Graphviz (its program dot); --dot prints the graph as text")
-    done = subprocess.run([program, "-Tsvg", "-o", file], input=dot.encode(), capture_output=True, check=False)
-    if done.returncode:
-        raise CommandError(f"dot cannot draw {file}: {done.stderr.decode(errors='replace').strip()}")
+    result = subprocess.run([program, "-Tsvg", "-o", file], input=dot.encode(), capture_output=True, check=False)
+    if result.returncode:
+        raise CommandError(f"dot cannot draw {file}: {result.stderr.decode(errors='replace').strip()}")

@@ -1,4 +1,4 @@
-"""``pyros1 guide``: an introduction, step by step, and how-to pages, in the terminal."""
+"""``pyros1 guide``: a step-by-step introduction and how-to pages in the terminal."""
 
 from __future__ import annotations
 
@@ -20,31 +20,31 @@ _MAX_WIDTH = 100
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """List the steps or pages, print one, or check a step's exercise. Return 1 if something is missing."""
+    """List the steps or pages, print one of them, or check a step's exercise. Return 1 if the exercise is not done."""
     from pyros1.guide.text import steps  # noqa: PLC0415 - not needed for help
 
     if args[:1] == ["howto"]:
         return _howto(args[1:])
-    known = steps()
+    all_steps = steps()
     if not args and not options.write:
         print("The guide: ROS 1 in hands-on steps. pyros1 guide 1 shows the first.\n")
-        print("\n".join(f"{step.number:3}. {step.title}" for step in known))
+        print("\n".join(f"{step.number:3}. {step.title}" for step in all_steps))
         print("\nEach step ends with an exercise; pyros1 guide check 1 checks the first.")
         print("How-to pages for particular tasks: pyros1 guide howto")
         return 0
-    checking = args[:1] == ["check"]
-    words = args[1:] if checking else args
-    if len(words) != 1 or not words[0].isdigit() or not 1 <= int(words[0]) <= len(known):
+    is_check = args[:1] == ["check"]
+    numbers = args[1:] if is_check else args
+    if len(numbers) != 1 or not numbers[0].isdigit() or not 1 <= int(numbers[0]) <= len(all_steps):
         raise UsageError(
-            f"say which step: pyros1 guide {'check ' * checking or '-w ' * options.write}1 ... {len(known)}"
+            f"say which step: pyros1 guide {'check ' * is_check or '-w ' * options.write}1 ... {len(all_steps)}"
         )
-    step = known[int(words[0]) - 1]
+    step = all_steps[int(numbers[0]) - 1]
     if options.write:
         return _write(step)
-    if not checking:
+    if not is_check:
         _show(step)
         if step.files:
-            print(f"\npyros1 guide -w {step.number} writes the files of this step into the current folder.")
+            print(f"\npyros1 guide -w {step.number} writes the files of this step to the current folder.")
         return 0
     from pyros1.guide.checks import check  # noqa: PLC0415 - only checks need nodes
 
@@ -52,25 +52,25 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if missing:
         print(f"{step.number}. {step.title} is not done yet: {missing}")
         return 1
-    after = f" Next: pyros1 guide {step.number + 1}" if step.number < len(known) else " That was the last step."
+    after = f" Next: pyros1 guide {step.number + 1}" if step.number < len(all_steps) else " That was the last step."
     print(f"{step.number}. {step.title}: done.{after}")
     return 0
 
 
 def _howto(names: list[str]) -> int:
-    """List the how-to pages, or print one."""
+    """List the how-to pages, or print one of them."""
     from pyros1.guide.text import pages  # noqa: PLC0415
 
-    known = pages()
+    all_pages = pages()
     if not names:
         print("How-to pages: pyros1 guide howto NAME shows one.\n")
-        longest = max(map(len, known))
-        print("\n".join(f"  {page.name:{longest}}  {page.heading}" for page in known.values()))
+        longest = max(map(len, all_pages))
+        print("\n".join(f"  {page.name:{longest}}  {page.heading}" for page in all_pages.values()))
         return 0
-    if len(names) > 1 or names[0] not in known:
-        hint = did_you_mean(names[0], known) if len(names) == 1 else ""
-        raise UsageError(f"there is no page {' '.join(names)}{hint}; the pages are {', '.join(known)}")
-    _show(known[names[0]])
+    if len(names) > 1 or names[0] not in all_pages:
+        hint = did_you_mean(names[0], all_pages) if len(names) == 1 else ""
+        raise UsageError(f"there is no page {' '.join(names)}{hint}; the pages are {', '.join(all_pages)}")
+    _show(all_pages[names[0]])
     return 0
 
 
@@ -83,11 +83,11 @@ def _show(page: GuideStep | GuidePage) -> None:
 
 
 def _write(step: GuideStep) -> int:
-    """Write the step's files into this folder. Return 1 if one of them exists with different contents."""
+    """Write the step's files to the current folder. Return 1 if one of them exists with different contents."""
     for name, content in step.files.items():
         path = Path(name)
         if path.exists() and path.read_text(encoding="utf-8") != content:
-            print(f"{name} already exists with different contents: rename it, and try again", file=sys.stderr)
+            print(f"{name} already exists with different contents: rename it and try again", file=sys.stderr)
             return 1
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(content, encoding="utf-8")
@@ -108,7 +108,7 @@ COMMAND = Command(
         Flag(
             "-w",
             "--write",
-            help="write the files of a step into the current folder, to save you typing",
+            help="write the files of a step to the current folder, to save typing",
         ),
         Argument("step", "guide", many=True, optional=True),
         usage="[STEP | -w STEP | check STEP | howto [NAME]]\n\n"
@@ -117,9 +117,9 @@ COMMAND = Command(
             ("", "list the steps"),
             ("3", "show the third step"),
             ("-w 2", "write its files"),
-            ("check 3", "check its exercise, and say what is missing"),
+            ("check 3", "check its exercise and print what is missing"),
             ("howto", "list the how-to pages"),
-            ("howto actions", "how to write action servers and clients"),
+            ("howto actions", "show how to write action servers and clients"),
         ],
         run=run,
     ),

@@ -23,12 +23,12 @@ This starts the master without rosout. Use pyros1 core (roscore) instead, or add
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Run until a signal or a client of the master's API ends it. Return 1 if it could not start."""
+    """Run until a signal arrives or an API client shuts the master down. Return 1 if the master could not start."""
     if args:
         raise UsageError(f"unrecognized args: {' '.join(args)}")
 
     from pyros1.ground.interrupts import install_handler  # noqa: PLC0415
-    from pyros1.launch.running.core import LOG_LEVELS, Core  # noqa: PLC0415 - once the command line is valid
+    from pyros1.launch.running.core import LOG_LEVELS, Core  # noqa: PLC0415 - not needed for help
     from pyros1.launch.running.logs import log_folder  # noqa: PLC0415
     from pyros1.net.allowlist import make_allowlist  # noqa: PLC0415
     from pyros1.net.hosts import host_from_environment, make_uri, master_uri, parse_uri  # noqa: PLC0415
@@ -40,16 +40,16 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         raise UsageError(f"the log level must be one of {', '.join(LOG_LEVELS)}, not {options.level!r}")
     if not options.core:
         print(_BANNER, flush=True)
-    special = invocation.special
+    special_args = invocation.special
     environ = with_options(os.environ, options)
-    ended: SimpleQueue[str] = SimpleQueue()  # safe in signal handlers
-    restore = install_handler(
-        lambda *_: ended.put("signal")
-    )  # before it answers, since clients may then end it immediately
+    shutdown_requests: SimpleQueue[str] = SimpleQueue()  # safe in signal handlers
+    restore_handlers = install_handler(
+        lambda *_: shutdown_requests.put("signal")
+    )  # before the master serves clients, which may shut it down immediately
     try:
-        port = options.port or parse_uri(master_uri(os.environ, special))[1]
-        address = host_from_environment(environ, special)
-        folder = Path(special["__log"]).parent if "__log" in special else log_folder(os.environ)
+        port = options.port or parse_uri(master_uri(os.environ, special_args))[1]
+        address = host_from_environment(environ, special_args)
+        folder = Path(special_args["__log"]).parent if "__log" in special_args else log_folder(os.environ)
         folder.mkdir(parents=True, exist_ok=True)
         core = Core(
             port=port,
@@ -57,7 +57,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
             uri=make_uri(address.advertised, port),
             log_folder=folder,
             environ=os.environ,
-            on_shutdown=ended.put,
+            on_shutdown=shutdown_requests.put,
             notify_timeout=options.timeout,
             log_level=options.level,
             allowlist=make_allowlist(address.allowed),
@@ -66,7 +66,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         try:
             while True:
                 with suppress(Empty):
-                    ended.get(timeout=POLL_INTERVAL)  # a signal that arrives just before a wait does not end it
+                    shutdown_requests.get(
+                        timeout=POLL_INTERVAL
+                    )  # the timeout is needed since a signal that arrives just before a wait does not interrupt it
                     break
         finally:
             core.stop_master()
@@ -74,13 +76,13 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         print(f"ERROR: {error}", file=sys.stderr)
         return 1
     finally:
-        restore()
+        restore_handlers()
     return 0
 
 
 COMMAND = Command(
     "master",
-    "start a master alone, without rosout",
+    "start only a master, without rosout",
     Verb(
         "",
         "",
@@ -93,7 +95,7 @@ COMMAND = Command(
             metavar="TIMEOUT",
             dest="timeout",
             type="float",
-            help="seconds to wait for a node to answer",
+            help="seconds to wait for a node to respond",
         ),
         Option(
             "--master-logger-level",
@@ -106,7 +108,7 @@ COMMAND = Command(
         BIND,
         examples=[
             ("--core", "listen on the port of ROS_MASTER_URI, or 11311"),
-            ("--core -p 11312 __log:=/tmp/master.log", "on another port, with its log in /tmp"),
+            ("--core -p 11312 __log:=/tmp/master.log", "use another port, and write the log to /tmp"),
         ],
         stock_examples=True,
         parse=parse_without_specials,

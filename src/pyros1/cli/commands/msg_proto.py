@@ -19,23 +19,23 @@ from pyros1.observe.template import template
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Print a template."""
 
-    def say(text: str) -> None:
+    def report(text: str) -> None:
         if not options.silent:
             print(text, file=sys.stderr)
 
     if len(args) < 2:
-        say("Insufficient arguments: give msg or srv, and a type")
+        report("Insufficient arguments: give msg or srv, and a type")
         return EX_USAGE
     if args[0] not in ("msg", "srv"):
-        say(f"Invalid type: {args[0]!r} is neither msg nor srv")
+        report(f"Invalid type: {args[0]!r} is neither msg nor srv")
         return EX_USAGE
     excluded = (options.exclude_slots or "").split(",")
     try:
         text = template(
-            load(args[0], args[1]), options.flow_style, empty_arrays=options.empty_arrays, excluded=excluded
+            load_class(args[0], args[1]), options.flow_style, empty_arrays=options.empty_arrays, excluded=excluded
         )
     except Error as error:
-        say(f"Unknown {'message' if args[0] == 'msg' else 'service'} class: {error}")
+        report(f"Unknown {'message' if args[0] == 'msg' else 'service'} class: {error}")
         return 0 if options.silent else 1  # completion must not print errors
     text = "\n".join(options.prefix + line for line in text.split("\n"))
     print(text if options.no_hyphens else f'"{text}"')
@@ -44,7 +44,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 COMMAND = Command(
     "msg-proto",
-    "print a message or service request to fill in",
+    "print a template of a message or service request",
     Verb(
         "",
         "",
@@ -70,8 +70,8 @@ COMMAND = Command(
         usage="msg|srv [options] TYPE",
         description="Prints a template of a message or service request to fill in. Shells use it for completion.",
         examples=[
-            ("msg geometry_msgs/Twist", "a message, in quotes"),
-            ("srv -H std_srvs/SetBool", "a service request, without quotes"),
+            ("msg geometry_msgs/Twist", "print a message in quotes"),
+            ("srv -H std_srvs/SetBool", "print a service request without quotes"),
         ],
         run=run,
     ),
@@ -80,8 +80,12 @@ COMMAND = Command(
 )
 
 
-def load(mode: str, name: str) -> Any:
-    """Return the class of a message, or of a service's request; ``mode`` is ``msg`` or ``srv``.
+def load_class(mode: str, name: str) -> Any:
+    """Return the class of a message or of a service request.
+
+    Args:
+        mode: ``msg`` or ``srv``.
+        name: the type name, with or without the package.
 
     Raises:
         Error: the type is unknown.

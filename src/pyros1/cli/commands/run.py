@@ -17,84 +17,92 @@ from pyros1.ground.suggest import argument_hint, did_you_mean
 from pyros1.launch.running.command_line import executable_words, is_own, program_environment
 from pyros1.launch.running.shebang import script_problem
 
-_VALUED = ("-p", "--prefix")
+_OPTIONS_WITH_VALUE = ("-p", "--prefix")
 
 
 class _Options:
-    """The parsed command line. ``usage`` asks for the usage text: an option is unknown, or the name is missing."""
+    """The parsed command line.
+
+    Attributes:
+        prefix: the command that runs the program.
+        debug: whether to print the executables that were found.
+        invalid_option: an unknown option, or one without its value.
+        args: the package, the executable and its arguments.
+        usage: whether to print the usage, since an option is invalid or the executable is missing.
+    """
 
     def __init__(self, argv: list[str]) -> None:
-        words = list(argv)
+        args = list(argv)
         self.prefix: list[str] = []
         self.debug = False
         self.invalid_option = ""
-        while words and words[0].startswith("-"):
-            option = words.pop(0)
+        while args and args[0].startswith("-"):
+            option = args.pop(0)
             if option in ("-d", "--debug"):
                 self.debug = True
-            elif option in _VALUED and words:
-                self.prefix = shlex.split(words.pop(0))
+            elif option in _OPTIONS_WITH_VALUE and args:
+                self.prefix = shlex.split(args.pop(0))
             elif option.startswith("--prefix="):
                 self.prefix = shlex.split(option.partition("=")[2])
             else:
                 self.invalid_option = option
-        self.words = words
-        self.usage = bool(self.invalid_option) or len(words) < 2
+        self.args = args
+        self.usage = bool(self.invalid_option) or len(args) < 2
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Let the program replace this process (L22-L24).
+    """Replace this process with the program (L22-L24).
 
     Returns:
-        Only if nothing was run: 0 after the usage text or a list, 1 for a name ending with a slash, 2 for an unknown
-        package, 3 for an unknown executable.
+        The exit code if nothing was run: 0 after usage or a list was printed, 1 for a name that ends with a slash, 2
+        for an unknown package, 3 for an unknown executable.
 
     Raises:
-        UsageError: an option is unknown, or has no value. ``rosrun`` prints the usage text and returns 0, as stock.
+        UsageError: an option is unknown or lacks its value. ``rosrun`` prints the usage and returns 0, like stock.
     """
     if options.invalid_option not in ("", "-h", "--help") and not invocation.as_stock:
-        if options.invalid_option in _VALUED:
+        if options.invalid_option in _OPTIONS_WITH_VALUE:
             raise UsageError(f"{options.invalid_option} needs a value")
         raise UsageError(f"no such option: {options.invalid_option}{_similar_option(options.invalid_option)}")
     if options.usage:
-        names_package = len(args) == 1 and not options.invalid_option and not invocation.as_stock
-        return _list(args[0]) if names_package else _print_usage(invocation)
+        has_only_package = len(args) == 1 and not options.invalid_option and not invocation.as_stock
+        return _list(args[0]) if has_only_package else _print_usage(invocation)
     package, name, *arguments = args
     if name.endswith("/"):
         print(f"[rosrun] Couldn't find executable named {name}", file=sys.stderr)
         return 1
     index = PackageIndex(os.environ)
     try:
-        found = index.find_executable(package, name)
+        executables = index.find_executable(package, name)
     except PackageNotFoundError as error:
         _print_unknown_package(index, package)
         if options.debug:
             print(f"[rosrun] {error}", file=sys.stderr)
         return 2
     if options.debug:
-        print(f"[rosrun] found: {', '.join(map(str, found)) or 'nothing'}")
-    if not found:
+        print(f"[rosrun] found: {', '.join(map(str, executables)) or 'nothing'}")
+    if not executables:
         _print_missing_executable(index, package, name, index.find(package))
         return 3
-    executable = found[0] if len(found) == 1 else _select(found)
+    executable = executables[0] if len(executables) == 1 else _select(executables)
     if executable is None:
         return 0
-    for word in arguments:
-        hint = argument_hint(word)
+    for argument in arguments:
+        hint = argument_hint(argument)
         if hint:
             print(f"[rosrun] {hint}; the argument is passed to the program unchanged", file=sys.stderr)
     return _execute([*options.prefix, *executable_words(executable), *arguments], executable)
 
 
-def _similar_option(word: str) -> str:
-    return did_you_mean(word.partition("=")[0], [name for option in _VERB.options for name in option.names])
+def _similar_option(option_text: str) -> str:
+    return did_you_mean(option_text.partition("=")[0], [name for option in _VERB.options for name in option.names])
 
 
 def _execute(command: list[str], executable: Path) -> int:
-    own = is_own(executable)
+    is_ours = is_own(executable)
     environ = {**os.environ, **program_environment(executable, os.environ)}
     sys.stdout.flush()
-    problem = "" if own or command[0] != str(executable) else script_problem(executable, environ)
+    problem = "" if is_ours or command[0] != str(executable) else script_problem(executable, environ)
     if problem:
         print(f"[rosrun] cannot run {executable}: {problem}", file=sys.stderr)
         return 126
@@ -137,31 +145,31 @@ def _print_missing_executable(index: PackageIndex, package: str, name: str, fold
         _suggest(name, index.executables(package))
 
 
-def _suggest(word: str, known: list[str]) -> None:
-    hint = did_you_mean(word, known)
+def _suggest(name: str, known: list[str]) -> None:
+    hint = did_you_mean(name, known)
     if hint:
         print(f"[rosrun]{hint}", file=sys.stderr)
 
 
-def _select(found: list[Path]) -> Path | None:
-    """Let the user choose. Without a terminal return the first, which is the one in lib."""
+def _select(executables: list[Path]) -> Path | None:
+    """Ask the user to select one. Without a terminal, return the first, which is the one in lib."""
     if not sys.stdin.isatty():
-        return found[0]
+        return executables[0]
     print("[rosrun] You have chosen a non-unique executable, please pick one of the following:")
-    for number, path in enumerate(found, 1):
+    for number, path in enumerate(executables, 1):
         print(f"{number}) {path}")
     while True:
         try:
             answer = input("#? ").strip()
         except EOFError:
             return None
-        if answer.isdigit() and 0 < int(answer) <= len(found):
-            return found[int(answer) - 1]
+        if answer.isdigit() and 0 < int(answer) <= len(executables):
+            return executables[int(answer) - 1]
 
 
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
     options = _Options(invocation.argv)
-    return options, options.words
+    return options, options.args
 
 
 def _print_usage(invocation: Invocation) -> int:
@@ -187,8 +195,8 @@ _VERB = Verb(
     examples=[
         ("minimal_nodes minimal_publisher", "start a node"),
         ("minimal_nodes", "list the programs of a package"),
-        ("my_robot driver __name:=left _port:=/dev/ttyUSB0", "with a name and a private parameter"),
-        ('--prefix "gdb --args" my_robot driver', "under a debugger"),
+        ("my_robot driver __name:=left _port:=/dev/ttyUSB0", "start a node with a name and a private parameter"),
+        ('--prefix "gdb --args" my_robot driver', "start a node in a debugger"),
     ],
     parse=_parse,
     run=run,

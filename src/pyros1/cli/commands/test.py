@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pyros1.cli.clean_output import data_stream
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.parsing import parse_all_words
+from pyros1.cli.parsing import parse_all_args
 from pyros1.cli.records import Argument, Command, Flag, Option, Verb
 from pyros1.ground import terminal_text
 from pyros1.ground.errors import Error
@@ -28,11 +28,11 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         return 1
     if not args:
         raise UsageError("You must supply a test file argument to rostest.")
-    return _test(options, args)
+    return _run_file(options, args)
 
 
-def _test(options: Any, words: list[str]) -> int:
-    # The test runner is imported only once the command line is valid.
+def _run_file(options: Any, args: list[str]) -> int:
+    # The test runner is imported only if the command line is valid.
     from pyros1.cli.shared.launching import print_exception  # noqa: PLC0415
     from pyros1.finding.packages import package_of  # noqa: PLC0415
     from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415
@@ -42,24 +42,24 @@ def _test(options: Any, words: list[str]) -> int:
     from pyros1.launch.testing.tests import TestRun, name_from_path, results_file, results_folder  # noqa: PLC0415
 
     resources = make_resources()
-    missing = len(words) == 1 and not os.path.isfile(words[0])
+    is_missing = len(args) == 1 and not os.path.isfile(args[0])
     try:
-        files = words if missing else find_files(words, resources)
+        files = args if is_missing else find_files(args, resources)
         if len(files) != 1:
             raise UsageError("rostest only accepts a single test file")
         file = Path(files[0])
-        place, package = package_of(file)
-        place, package = Path(options.pkg_dir or place), options.package or package
-        name = options.results_filename or name_from_path(place, file)
+        package_folder, package = package_of(file)
+        package_folder, package = Path(options.pkg_dir or package_folder), options.package or package
+        name = options.results_filename or name_from_path(package_folder, file)
         name = name.rpartition(".")[0] or name
         folder = results_folder(os.environ, options.results_base_dir)
         path = results_file(folder, package, "rostest", name)
-        if missing:
-            text = f"rostest file [{file}] does not exist"
-            write_results(path, name, Results([Case("test_ran", "Results", 1.0, [("", text)])]), "", "")
+        if is_missing:
+            message = f"rostest file [{file}] does not exist"
+            write_results(path, name, Results([Case("test_ran", "Results", 1.0, [("", message)])]), "", "")
             raise UsageError(f"test file is invalid. Generated failure case result file in {path}")
         plan = load_plan([str(file)], {}, resources)
-        run = TestRun(
+        test_run = TestRun(
             plan,
             resources.packages,
             resources.environ,
@@ -69,7 +69,7 @@ def _test(options: Any, words: list[str]) -> int:
             reuse_master=bool(options.reuse_master),
             clear=bool(options.clear),
         )
-        return _run(run, path, options.text)
+        return _execute(test_run, path, options.text)
     except WordsError as error:
         raise UsageError(str(error)) from None
     except UsageError:
@@ -79,7 +79,7 @@ def _test(options: Any, words: list[str]) -> int:
         return 1
 
 
-def _run(run: TestRun, path: Path, text: bool) -> int:
+def _execute(run: TestRun, path: Path, text: bool) -> int:
     from pyros1.launch.running.logs import log_folder  # noqa: PLC0415
     from pyros1.launch.running.supervisor import install_signals  # noqa: PLC0415
     from pyros1.launch.testing.junit import summary, write_results  # noqa: PLC0415
@@ -88,13 +88,13 @@ def _run(run: TestRun, path: Path, text: bool) -> int:
     print(f"... logging to {log}")
     if not text:
         print(f"[ROSUNIT] Outputting test results to {path}", flush=True)
-    restore = install_signals(run.stop, run.stop_waiting)
+    restore_signals = install_signals(run.stop, run.stop_waiting)
     try:
         run.run()
     finally:
-        restore()
+        restore_signals()
     for case in run.runs.cases:
-        _print_run(case)
+        _print_case(case)
     out, err = run.out.getvalue(), run.err.getvalue()
     try:
         log.parent.mkdir(parents=True, exist_ok=True)
@@ -111,7 +111,7 @@ def _run(run: TestRun, path: Path, text: bool) -> int:
         print("WARNING: overall test result is not accurate when --text is enabled")
     else:
         print()
-        # Coloured in files and pipes as well, like stock's output.
+        # The summary is coloured in files and pipes as well, like stock's.
         print(terminal_text.coloured_lines(summary(run.runs, run.results)), file=data_stream())
     print(f"rostest log file is in {log}")
     if run.stopped or run.runs.errors or run.runs.failures:
@@ -119,12 +119,12 @@ def _run(run: TestRun, path: Path, text: bool) -> int:
     return 2 if run.results.errors or run.results.failures else 0
 
 
-def _print_run(case: Case) -> None:
+def _print_case(case: Case) -> None:
     """Print the result of a test."""
     kind = "FAILURE" if case.failures else "ERROR" if case.errors else ""
     print(f"[Testcase: {case.name}] ... {f'{kind}!' if kind else 'ok'}")
-    for _, text in [*case.failures, *case.errors]:
-        print(f"{kind}: {text}\n{'-' * 80}")
+    for _, message in [*case.failures, *case.errors]:
+        print(f"{kind}: {message}\n{'-' * 80}")
 
 
 COMMAND = Command(
@@ -133,7 +133,7 @@ COMMAND = Command(
     Verb(
         "",
         "",
-        Flag("-t", "--text", help="tests write to the screen instead of XML files"),
+        Flag("-t", "--text", help="let tests write to the screen instead of XML files"),
         Option(
             "--pkgdir", dest="pkg_dir", metavar="PKG_DIR", help="folder of the package (default: found from the file)"
         ),
@@ -152,7 +152,7 @@ COMMAND = Command(
             ("my_robot all.test", "run the tests of a package's file"),
             ("-t all.test", "let the tests write to the screen"),
         ],
-        parse=parse_all_words,
+        parse=parse_all_args,
         run=run,
     ),
     group="run",

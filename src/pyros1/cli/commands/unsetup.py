@@ -1,4 +1,4 @@
-"""``pyros1 unsetup``: undoes ``setup``."""
+"""``pyros1 unsetup``: reverts ``setup``."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from typing import Any
 
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Command, Verb
-from pyros1.cli.shared.shells import SHELL, chosen_shell, how_to_use, parse_shell
+from pyros1.cli.shared.shells import SHELL, parse_shell, select_shell, usage_examples
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the shell code that undoes the setup."""
-    shell = chosen_shell(invocation, options)
+    """Print the shell code that reverts the setup."""
+    shell = select_shell(invocation, options)
     if shell is not None:
         print(shell.undo())
 
@@ -24,7 +24,7 @@ COMMAND = Command(
         "",
         SHELL,
         description="Prints shell code that undoes `pyros1 setup` in this shell.",
-        examples=how_to_use("unsetup"),
+        examples=usage_examples("unsetup"),
         parse=parse_shell,
         run=run,
     ),

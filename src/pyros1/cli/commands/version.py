@@ -13,7 +13,7 @@ from pyros1 import __version__
 from pyros1.cli.failures import did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON, Argument, Command, Flag, Verb
-from pyros1.cli.shared.argparsing import add_parts, make_parser
+from pyros1.cli.shared.argparsing import add_options_and_arguments, make_parser
 from pyros1.cli.shared.printing import print_json
 from pyros1.finding.packages import PackageIndex
 from pyros1.ground.errors import PackageNotFoundError
@@ -23,8 +23,8 @@ _VERSION = re.compile(r"<version[^>]*>\s*([^<\s]+)\s*</version>")
 _UNVERSIONED = "<unversioned>"
 
 
-_SKIP_NEWLINE = Flag("-s", "--skip-newline", help="do not print a line end")
-_WHAT = (
+_SKIP_NEWLINE = Flag("-s", "--skip-newline", help="do not print a newline")
+_SELECTION = (
     Argument("package", "package", optional=True, help="name of a package, for example roscpp"),
     Flag("-d", "--distro", help="print the name of the ROS distribution"),
     Flag("-a", "--all", help="print all packages and their versions"),
@@ -32,7 +32,7 @@ _WHAT = (
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Print versions. Return 1 for an unknown package."""
+    """Print versions. Return 1 if the package is unknown."""
     index = PackageIndex(os.environ)
     if options.all:
         versions = {name: package_version(folder) for name, folder in sorted(index.paths().items())}
@@ -48,7 +48,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         try:
             lines = [package_version(index.find(options.package))]
         except PackageNotFoundError:
-            print(f"Cannot locate [{options.package}]")  # the stock tool prints it there as well
+            print(f"Cannot locate [{options.package}]")  # on stdout, like the stock tool
             hint = did_you_mean(options.package, index.paths())
             if hint:
                 print(f"{invocation.program}: unknown package {options.package}{hint}", file=sys.stderr)
@@ -62,10 +62,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 
 def package_version(folder: Path) -> str:
-    """Return the version in a package's ``package.xml``, ``<unversioned>`` if it has none.
+    """Return the version in a package's ``package.xml``; ``<unversioned>`` if it has none.
 
     Args:
-        folder: the package's folder.
+        folder: the folder of the package.
     """
     try:
         text = (folder / "package.xml").read_text(encoding="utf-8", errors="replace")
@@ -76,13 +76,13 @@ def package_version(folder: Path) -> str:
 
 
 def distribution(environ: Mapping[str, str]) -> str:
-    """Return the name of the ROS distribution: ``ROS_DISTRO``, or that of the stock installation, if any.
+    """Return the name of the ROS distribution, from ``ROS_DISTRO`` or the stock installation.
 
     Args:
         environ: environment variables.
 
     Returns:
-        For example ``noetic``; ``Debian`` for Debian's packages, as their rosversion prints; or ``<unknown>``.
+        The name, such as ``noetic``; ``Debian`` for Debian's packages, like their rosversion; or ``<unknown>``.
     """
     if environ.get("ROS_DISTRO"):
         return environ["ROS_DISTRO"]
@@ -97,9 +97,11 @@ def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
     parser.description = "Print the version of a package, the name of the ROS distribution" + (
         ", or both for everything." if invocation.as_stock else ", or pyros1's own version."
     )
-    add_parts(parser, invocation, _SKIP_NEWLINE)
-    add_parts(parser.add_mutually_exclusive_group(required=invocation.as_stock), invocation, *_WHAT)
-    add_parts(parser, invocation, JSON)
+    add_options_and_arguments(parser, invocation, _SKIP_NEWLINE)
+    add_options_and_arguments(
+        parser.add_mutually_exclusive_group(required=invocation.as_stock), invocation, *_SELECTION
+    )
+    add_options_and_arguments(parser, invocation, JSON)
     return parser.parse_args(invocation.argv), []
 
 
@@ -110,9 +112,13 @@ COMMAND = Command(
         "",
         "",
         _SKIP_NEWLINE,
-        *_WHAT,
+        *_SELECTION,
         JSON,
-        examples=[("", "of pyros1"), ("roscpp", "of a package"), ("-d", "the distribution's name")],
+        examples=[
+            ("", "print the version of pyros1"),
+            ("roscpp", "print the version of a package"),
+            ("-d", "print the distribution's name"),
+        ],
         parse=_parse,
         run=run,
     ),

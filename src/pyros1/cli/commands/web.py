@@ -1,4 +1,4 @@
-"""``pyros1 web``: the running robot in a browser."""
+"""``pyros1 web``: displays the running robot in a browser."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from urllib.parse import quote
 
 from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.parsing import parse_these
+from pyros1.cli.parsing import parse_arg_list
 from pyros1.cli.records import Argument, Command, Flag, Option, Verb
 from pyros1.cli.shared.listening import ALLOW, with_options
 from pyros1.cli.shared.windows import (
     DEFAULT_RVIZ_FILE,
-    PARTS,
+    PANEL_PARTS,
     PROGRAMS,
-    call_of,
-    first_argument,
+    first_argument_index,
     has_display,
-    picture_topic,
+    select_image_topic,
+    translate_call,
 )
 from pyros1.ground.names import parse_arguments
 from pyros1.ground.terminal_text import one_line
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 PORT = 9090
 _MAX_PAGES_LIMIT = 10_000
 _ALL_INTERFACES = ("0.0.0.0", "::", "")
-_ONE_NAME = {
+_SINGLE_NAME_PANELS = {
     "image": ("topic", "topic"),
     "topics": ("selected", "topic"),
     "services": ("selected", "service"),
@@ -42,9 +42,9 @@ _ONE_NAME = {
     "launches": ("node", "node"),
     "turtles": ("node", "node"),
 }
-"""Panels that accept one name -> the setting for it, and what it names."""
-_PICTURE = "image"
-"""The topic that image_view displays, before remapping."""
+"""Panels that accept one name: the setting for it, and the kind of name."""
+_IMAGE_TOPIC = "image"
+"""The topic that image_view displays before remapping."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -60,55 +60,51 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         return _save_graph(invocation, options.output)
     options.files = []
     if options.standalone:
-        args = [*_panel_of(options.standalone), *args]
+        args = [*_plugin_args(options.standalone), *args]
     panel, settings = _panel_and_settings(invocation, options, args)
-    from pyros1.launch.running.logs import ros_home  # noqa: PLC0415 - once the command line is valid
+    from pyros1.launch.running.logs import ros_home  # noqa: PLC0415 - not needed for help
     from pyros1.net.connectivity import is_loopback  # noqa: PLC0415
     from pyros1.net.hosts import master_uri  # noqa: PLC0415
     from pyros1.web.bags.granted_files import GrantedFiles  # noqa: PLC0415
     from pyros1.web.links import link_file, link_published, panel_link, running_link, startup_lock  # noqa: PLC0415
 
     uri = master_uri(os.environ, invocation.special)
-    note = link_file(ros_home(os.environ), uri)
-    granted = GrantedFiles(note.with_suffix(".bags"))
+    link_path = link_file(ros_home(os.environ), uri)
+    granted = GrantedFiles(link_path.with_suffix(".bags"))
     opens_panel = bool(panel or options.program)
     with contextlib.ExitStack() as stack:
-        release_lock = stack.enter_context(startup_lock(note))
-        known = running_link(note)
-        if opens_panel and known:
+        release_lock = stack.enter_context(startup_lock(link_path))
+        existing_link = running_link(link_path)
+        if opens_panel and existing_link:
             if options.files:
                 try:
-                    granted.add(options.files)  # under the lock: other processes may add files as well
+                    granted.add(options.files)  # under the lock, since other processes may add files as well
                 except OSError as error:
                     raise CommandError(
                         f"cannot let the server open the bag: {error.filename}: {error.strerror}"
                     ) from None
             release_lock()
-            return _open_in_running_server(invocation, panel_link(known, panel, settings), uri)
-        if not known:
+            return _open_in_running_server(invocation, panel_link(existing_link, panel, settings), uri)
+        if not existing_link:
             granted.clear()
 
-        def started(link: str) -> None:
-            stack.enter_context(link_published(note, link))
+        def on_started(link: str) -> None:
+            stack.enter_context(link_published(link_path, link))
             release_lock()
             url = panel_link(link, panel, settings)
             print(f"the robot at {uri} in a browser: {url}", flush=True)
             if not is_loopback(options.host):
-                print(
-                    "other machines can reach this page; anyone who has the link can do everything that the page can",
-                    file=sys.stderr,
-                )
+                warning = "other machines can reach this page; anyone with the link can do everything that it allows"
+                print(warning, file=sys.stderr)
             if options.open or opens_panel:
-                _show(url)
+                _open_link(url)
 
         try:
-            _serve(invocation, options, uri, granted, started, PORT if options.port is None else options.port)
-        except _PortTakenError:
+            _serve(invocation, options, uri, granted, on_started, PORT if options.port is None else options.port)
+        except _PortTakenError:  # for example by a page for another master
             if options.port is not None or not opens_panel:
                 raise
-            _serve(
-                invocation, options, uri, granted, started, 0
-            )  # the default port is in use, for example by another master's page
+            _serve(invocation, options, uri, granted, on_started, 0)
     return 0
 
 
@@ -117,26 +113,31 @@ class _PortTakenError(CommandError):
 
 
 def _save_graph(invocation: Invocation, file: str) -> int:
-    """Write a file, like ``rxgraph -o FILE``, instead of serving a page. The file's name determines its format."""
+    """Write the graph to a file, like ``rxgraph -o FILE``. The file's extension determines its format."""
     from pyros1.cli.running import run_command  # noqa: PLC0415
 
     return run_command("graph", ["--svg" if file.endswith(".svg") else "--dot", file, *invocation.remapping_args])
 
 
 def _open_in_running_server(invocation: Invocation, link: str, uri: str) -> int:
-    """Open a panel of a running server. In a launch file, keep running, like a window: the node may be required."""
+    """Open a panel of a running server. In a launch file, keep running, since the node may be required."""
     print(f"the robot at {uri} in a browser: {link}", flush=True)
-    _show(link)
+    _open_link(link)
     if "__name" in invocation.special:
         from pyros1.node import Node  # noqa: PLC0415
 
-        with Node("pyros1_web", argv=_node_words(invocation), master_uri=uri, rosout=False) as node:
+        with Node("pyros1_web", argv=_node_args(invocation), master_uri=uri, rosout=False) as node:
             node.spin()
     return 0
 
 
 def _serve(
-    invocation: Invocation, options: Any, uri: str, granted: GrantedFiles, started: Callable[[str], object], port: int
+    invocation: Invocation,
+    options: Any,
+    uri: str,
+    granted: GrantedFiles,
+    on_started: Callable[[str], object],
+    port: int,
 ) -> None:
     from pyros1.net.allowlist import make_allowlist  # noqa: PLC0415
     from pyros1.net.hosts import host_from_environment  # noqa: PLC0415
@@ -146,9 +147,9 @@ def _serve(
 
     environ = with_options(os.environ, options)
     address = host_from_environment(environ, invocation.special)
-    more = {"token": options.token, "most_pages": options.most_pages}
+    optional_settings = {"token": options.token, "most_pages": options.most_pages}
     access = Access(
-        names=_names(options.host, options.names),
+        names=_host_names(options.host, options.names),
         any_address=options.host in _ALL_INTERFACES,
         read_only=options.read_only,
         topics=tuple(options.topics),
@@ -156,95 +157,98 @@ def _serve(
         origins=frozenset(origin.lower().rstrip("/") for origin in options.origins),
         bags=(*(options.bags or [os.getcwd()]), *options.files),
         granted=granted,
-        **{name: value for name, value in more.items() if value is not None},
+        **{name: value for name, value in optional_settings.items() if value is not None},
     )
-    robot = Robot(uri, access, _node_maker(invocation, uri, environ))
+    robot = Robot(uri, access, _make_node_factory(invocation, uri, environ))
     try:
         was_killed = run_server(
-            robot, access, options.host, port, lambda bound_port: started(_link(options.host, bound_port, access.token))
+            robot,
+            access,
+            options.host,
+            port,
+            lambda bound_port: on_started(_link(options.host, bound_port, access.token)),
         )
         if was_killed:
-            print("the node of this server was asked to shut down, so the server exits", file=sys.stderr)
+            print("the node of this server was asked to shut down, so the server shuts down", file=sys.stderr)
     except OSError as error:
         reason = error.strerror or str(error)
         raise _PortTakenError(
-            f"cannot listen on {options.host or '*'}:{port}: {reason}. --port 0 takes any free port"
+            f"cannot listen on {options.host or '*'}:{port}: {reason}. --port 0 selects a free port"
         ) from None
 
 
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Return options and arguments; the first word may be a stock program, whose own options follow."""
-    words = invocation.args
-    index = first_argument(words, [name for option in verb.options if option.takes_value for name in option.names])
-    program = words[index] if index < len(words) else ""
+    """Parse options and arguments. The first argument can be a stock program, followed by its own options."""
+    args = invocation.args
+    index = first_argument_index(args, [name for option in verb.options if option.takes_value for name in option.names])
+    program = args[index] if index < len(args) else ""
     if program not in PROGRAMS:
-        options, args = parse_these(invocation, verb, words)
+        options, panel_args = parse_arg_list(invocation, verb, args)
         options.program = ""
-        return options, args
-    call = call_of(program, words[index + 1 :])
+        return options, panel_args
+    call = translate_call(program, args[index + 1 :])
     for note in call.notes:
         print(f"{program}: {note}", file=sys.stderr)
-    options, args = parse_these(invocation, verb, [*words[:index], *call.words])
+    options, panel_args = parse_arg_list(invocation, verb, [*args[:index], *call.args])
     options.program = program
-    if args[:1] == ["image"]:
+    if panel_args[:1] == ["image"]:
         arguments = parse_arguments(invocation.argv)
-        topic = next((new for old, new in arguments.remappings.items() if _is_picture(invocation, old)), "")
-        args[1:] = picture_topic(args[1:], topic, arguments.parameters.get("image_transport", ""))
-    return options, args
+        topic = next((new for old, new in arguments.remappings.items() if _is_image_topic(invocation, old)), "")
+        panel_args[1:] = select_image_topic(panel_args[1:], topic, arguments.parameters.get("image_transport", ""))
+    return options, panel_args
 
 
-def _panel_of(plugin: str) -> tuple[str, ...]:
-    """Return the words for a plugin of rqt: ``rqt_plot``, or its full name ``rqt_plot/Plot``."""
+def _plugin_args(plugin: str) -> tuple[str, ...]:
+    """Return the arguments for an rqt plugin such as ``rqt_plot`` or, with its full name, ``rqt_plot/Plot``."""
     name = plugin.partition("/")[0].partition(".")[0]
     if name not in PROGRAMS or name == "rqt_gui":
-        known = ", ".join(name for name in PROGRAMS if name.startswith("rqt_") and name != "rqt_gui")
-        raise UsageError(f"there is no plugin {plugin!r}; the plugins are {known}")
-    return PROGRAMS[name].words
+        plugins = ", ".join(name for name in PROGRAMS if name.startswith("rqt_") and name != "rqt_gui")
+        raise UsageError(f"there is no plugin {plugin!r}; the plugins are {plugins}")
+    return PROGRAMS[name].args
 
 
 def _panel_and_settings(invocation: Invocation, options: Any, args: list[str]) -> tuple[str, dict[str, Any]]:
-    """Return the panel or layout that the words name, and its settings."""
+    """Return the requested panel or layout and its settings."""
     if options.layout:
         if args:
-            raise UsageError("--layout opens a whole layout: name no panel as well")
+            raise UsageError("--layout opens a whole layout: do not name a panel as well")
         return quote(options.layout, safe=""), {}
     if not args:
         return "", {}
     from pyros1.web.server.assets import Assets  # noqa: PLC0415
 
-    panel, *words = args
+    panel, *panel_args = args
     panels = Assets().panels
-    if panel in PARTS and len(words) < 2:
-        name, setting = PARTS[panel]
-        return name, {setting: invocation.resolve(words[0]) if words else ""}
+    if panel in PANEL_PARTS and len(panel_args) < 2:
+        name, setting = PANEL_PARTS[panel]
+        return name, {setting: invocation.resolve(panel_args[0]) if panel_args else ""}
     if panel not in panels:
-        hint = did_you_mean(panel, [*panels, *PROGRAMS, *PARTS])
+        hint = did_you_mean(panel, [*panels, *PROGRAMS, *PANEL_PARTS])
         raise UsageError(f"there is no panel {panel!r}{hint}; the panels are {', '.join(panels)}")
     if panel in _SETTINGS:
-        return panel, _SETTINGS[panel](invocation, options, words)
-    if panel in _ONE_NAME and len(words) == 1:
-        return panel, {_ONE_NAME[panel][0]: invocation.resolve(words[0])}
-    if words:
-        raise UsageError(
-            f"the panel {panel} takes {f'one {_ONE_NAME[panel][1]}' if panel in _ONE_NAME else 'no arguments'}"
-        )
+        return panel, _SETTINGS[panel](invocation, options, panel_args)
+    if panel in _SINGLE_NAME_PANELS and len(panel_args) == 1:
+        return panel, {_SINGLE_NAME_PANELS[panel][0]: invocation.resolve(panel_args[0])}
+    if panel_args:
+        expected = f"one {_SINGLE_NAME_PANELS[panel][1]}" if panel in _SINGLE_NAME_PANELS else "no arguments"
+        raise UsageError(f"the panel {panel} takes {expected}")
     return panel, {}
 
 
-def _bag(invocation: Invocation, options: Any, words: list[str]) -> dict[str, Any]:
-    from pyros1.cli.shared.bag_files import check_bag  # noqa: PLC0415 - for this panel only
+def _bag_settings(invocation: Invocation, options: Any, files: list[str]) -> dict[str, Any]:
+    from pyros1.cli.shared.bag_files import check_bag  # noqa: PLC0415 - only needed for this panel
 
-    for word in words:
-        check_bag(word)
-    options.files = [os.path.abspath(word) for word in words]
+    for file in files:
+        check_bag(file)
+    options.files = [os.path.abspath(file) for file in files]
     clock = {"clock": True} if options.clock else {}
-    return {"files": options.files, **clock} if words else clock
+    return {"files": options.files, **clock} if files else clock
 
 
-def _plot(invocation: Invocation, options: Any, words: list[str]) -> dict[str, Any]:
-    from pyros1.cli.shared.curves import curves_of, fields_of_messages  # noqa: PLC0415
+def _plot_settings(invocation: Invocation, options: Any, args: list[str]) -> dict[str, Any]:
+    from pyros1.cli.shared.curves import expand_messages, parse_curves  # noqa: PLC0415
 
-    curves = fields_of_messages(invocation, [curve for word in words for curve in curves_of(invocation, word)])
+    curves = expand_messages(invocation, [curve for arg in args for curve in parse_curves(invocation, arg)])
     settings: dict[str, Any] = {"curves": curves} if curves or options.empty else {}
     if options.period is not None:
         settings["period"] = options.period
@@ -255,14 +259,14 @@ def _plot(invocation: Invocation, options: Any, words: list[str]) -> dict[str, A
     return settings
 
 
-def _scene(invocation: Invocation, options: Any, words: list[str]) -> dict[str, Any]:
-    """Return the settings of the scene: those of the rviz file, if one is named, or of rviz's default file."""
-    if len(words) > 1 or (words and options.display_config):
-        raise UsageError("the panel scene takes one rviz file")
-    named = words[0] if words else options.display_config
+def _scene_settings(invocation: Invocation, options: Any, args: list[str]) -> dict[str, Any]:
+    """Return the settings of the scene from the given rviz file or from rviz's default file."""
+    if len(args) > 1 or (args and options.display_config):
+        raise UsageError("the panel scene takes a single rviz file")
+    given_file = args[0] if args else options.display_config
     default_file = os.path.expanduser(DEFAULT_RVIZ_FILE) if options.program == "rviz" else ""
     settings: dict[str, Any] = {}
-    if file := named or (default_file if os.path.isfile(default_file) else ""):
+    if file := given_file or (default_file if os.path.isfile(default_file) else ""):
         from pyros1.web.scene.rviz.file import MAX_BYTES, RvizFileError, read_rviz  # noqa: PLC0415
 
         try:
@@ -275,10 +279,10 @@ def _scene(invocation: Invocation, options: Any, words: list[str]) -> dict[str, 
         except (RvizFileError, ValueError) as error:
             lines = [f"{one_line(file)} {error}"]
         else:
-            named = ""
-        if named:
+            given_file = ""
+        if given_file:
             raise CommandError(lines[0])
-        for line in lines:  # problems of the default file are only reported: the scene opens without it
+        for line in lines:  # problems of the default file are only reported, and the scene opens without it
             print(line, file=sys.stderr)
     for key, frame in (("fixed", options.fixed_frame), ("target", options.target_frame)):
         if frame:
@@ -287,13 +291,13 @@ def _scene(invocation: Invocation, options: Any, words: list[str]) -> dict[str, 
 
 
 _SETTINGS: Mapping[str, Callable[[Invocation, Any, list[str]], dict[str, Any]]]
-_SETTINGS = {"bag": _bag, "plot": _plot, "scene": _scene}
-"""Panels that accept several words or have their own options."""
+_SETTINGS = {"bag": _bag_settings, "plot": _plot_settings, "scene": _scene_settings}
+"""Functions that return the settings of panels with several arguments or their own options."""
 
 
 COMMAND = Command(
     "web",
-    "show the running robot in a browser",
+    "display the running robot in a browser",
     Verb(
         "",
         "",
@@ -317,7 +321,7 @@ COMMAND = Command(
         Option(
             "--token",
             metavar="TOKEN",
-            help="token in the link, empty for none; without this option, a new one at each start",
+            help="token in the link, empty for none (default: a new one at each start)",
         ),
         Option(
             "--origin",
@@ -325,8 +329,8 @@ COMMAND = Command(
             action="append",
             default=[],
             metavar="ORIGIN",
-            help="with --token '', a site whose pages may connect: for example http://localhost:8000, or null for "
-            "pages opened from a file. With a token, pages of any site that has it may connect",
+            help="with --token '', a site whose pages may connect, for example http://localhost:8000, or null for "
+            "pages opened from a file. With a token, pages of any site that know it may connect",
         ),
         Flag(
             "--read-only", dest="read_only", help="pages can only view: they cannot publish, call, set or stop anything"
@@ -344,26 +348,26 @@ COMMAND = Command(
             action="append",
             default=[],
             metavar="FOLDER",
-            help="folder whose bags pages may open, and where they may record (default: this one); may be repeated",
+            help="folder whose bags pages may open and in which they may record (default: this one); may be repeated",
         ),
         Option(
             "--most-pages",
             type="int",
             metavar="COUNT",
-            help="largest number of pages, rosbridge clients and viewers that may be connected (default: 64)",
+            help="maximum number of connected pages, rosbridge clients and viewers (default: 64)",
         ),
-        Flag("--open", dest="open", help="open the page in this machine's browser; naming a panel implies it"),
+        Flag("--open", dest="open", help="open the page in this machine's browser; implied if a panel is given"),
         Option("--layout", metavar="NAME", help="open this layout: Tutorial, 'Mobile robot', Arm, Bag, or your own"),
         Option("-p", "--period", type="float", metavar="SECONDS", help="plot: seconds to show"),
         Flag("-P", "--start-paused", dest="paused", help="plot: start paused"),
         Flag("-e", "--empty", help="plot: start without the previous curves"),
-        Flag("--xy", help="plot: the second of two curves against the first"),
+        Flag("--xy", help="plot: draw the second of two curves against the first"),
         Flag("--clock", help="bag: publish the clock while playing"),
         Option("-s", "--standalone", metavar="PLUGIN", help="as in rqt: open the panel for this rqt plugin"),
         Option("-f", "--fixed-frame", metavar="FRAME", help="scene: the fixed frame"),
         Option("--target-frame", metavar="FRAME", help="scene: the frame that the view follows"),
         Option("-d", "--display-config", metavar="FILE", help="scene: a configuration file of rviz"),
-        # rqt and its plugins accept these; the page has nothing to clear or discover
+        # rqt and its plugins accept these options, which have no meaning for the page
         Flag("--clear-config", dest="clear_config", hidden=True),
         Flag("--force-discover", dest="force_discover", hidden=True),
         Option("--output", hidden=True),  # rxgraph's
@@ -374,34 +378,36 @@ COMMAND = Command(
             "panel_argument",
             optional=True,
             many=True,
-            help="what it shows: curves, the topic of an image, a node, bags",
+            help="what the panel shows: curves, an image topic, a node, bags",
         ),
         usage="[options] [PANEL [ARGUMENT ...]]",
-        description="Graph, console, plots, messages, parameters and services, live.",
+        description="Display the graph, log, plots, messages, parameters and services in a browser, updated live.",
         examples=[
-            ("--open", "the robot in this machine's browser"),
-            ("plot /velocity/data,/force_cmd/data", "a plot, from a running server or a new one"),
-            ("plot --xy /odom/pose/pose/position/x:y", "one field against another"),
-            ("scene -d robot.rviz", "the displays in a configuration file of rviz"),
-            ("bag run.bag", "what is in a bag; it can be played from there"),
-            ("--host 0.0.0.0 --read-only", "for other machines, view only"),
+            ("--open", "open the page in this machine's browser"),
+            ("plot /velocity/data,/force_cmd/data", "open a plot, from a running server or a new one"),
+            ("plot --xy /odom/pose/pose/position/x:y", "plot one field against another"),
+            ("scene -d robot.rviz", "open the displays in a configuration file of rviz"),
+            ("bag run.bag", "inspect or play a bag"),
+            ("--host 0.0.0.0 --read-only", "let other machines view the page"),
         ],
         parse=_parse,
         run=run,
     ),
     group="look",
-    also={name: (name,) for name in PROGRAMS if name not in ("image_view", "rqt_gui")},  # these are in packages only
+    other_programs={
+        name: (name,) for name in PROGRAMS if name not in ("image_view", "rqt_gui")
+    },  # these exist only in packages
 )
 
 
-def _node_maker(invocation: Invocation, uri: str, environ: Mapping[str, str]) -> Callable[[], Node]:
+def _make_node_factory(invocation: Invocation, uri: str, environ: Mapping[str, str]) -> Callable[[], Node]:
     def make() -> Node:
-        from pyros1.node import Node  # noqa: PLC0415 - in the thread that looks for the master
+        from pyros1.node import Node  # noqa: PLC0415 - imported in the thread that connects to the master
 
         return Node(
             "pyros1_web",
             anonymous=True,
-            argv=_node_words(invocation),
+            argv=_node_args(invocation),
             master_uri=uri,
             environ=environ,
             handle_signals=False,
@@ -413,28 +419,28 @@ def _node_maker(invocation: Invocation, uri: str, environ: Mapping[str, str]) ->
     return make
 
 
-def _node_words(invocation: Invocation) -> list[str]:
-    return [word for word in invocation.remapping_args if not _is_picture(invocation, word.partition(":=")[0])]
+def _node_args(invocation: Invocation) -> list[str]:
+    return [arg for arg in invocation.remapping_args if not _is_image_topic(invocation, arg.partition(":=")[0])]
 
 
-def _is_picture(invocation: Invocation, name: str) -> bool:
-    """Return whether a remapped name is that of image_view's topic, relative or absolute."""
-    return invocation.resolve(name) == invocation.resolve(_PICTURE)
+def _is_image_topic(invocation: Invocation, name: str) -> bool:
+    """Return whether a remapped name is image_view's topic, relative or absolute."""
+    return invocation.resolve(name) == invocation.resolve(_IMAGE_TOPIC)
 
 
-def _names(host: str, more: list[str]) -> frozenset[str]:
-    own = {socket.gethostname()} if host in _ALL_INTERFACES else {host}
-    return frozenset(name.lower() for name in {*own, *more} if name)
+def _host_names(host: str, more: list[str]) -> frozenset[str]:
+    names = {socket.gethostname()} if host in _ALL_INTERFACES else {host}
+    return frozenset(name.lower() for name in {*names, *more} if name)
 
 
 def _link(host: str, port: int, token: str) -> str:
-    url = socket.gethostname() if host in _ALL_INTERFACES else host
-    if ":" in url:
-        url = f"[{url}]"
-    return f"http://{url}:{port}/" + (f"?token={quote(token, safe='')}" if token else "")
+    url_host = socket.gethostname() if host in _ALL_INTERFACES else host
+    if ":" in url_host:
+        url_host = f"[{url_host}]"
+    return f"http://{url_host}:{port}/" + (f"?token={quote(token, safe='')}" if token else "")
 
 
-def _show(link: str) -> None:
+def _open_link(link: str) -> None:
     if has_display(os.environ, sys.platform):
         import webbrowser  # noqa: PLC0415
 

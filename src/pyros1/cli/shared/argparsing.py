@@ -1,4 +1,4 @@
-"""Parses words with argparse, for commands whose stock tool does so, so that help looks the same.
+"""Parsing with argparse, for commands whose stock tool uses it, so that help looks the same.
 
 The settings of `records.Option` are valid for optparse and argparse.
 """
@@ -11,12 +11,12 @@ from typing import Any
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Option, Verb
 
-_COUNTS = {(False, False): None, (False, True): "?", (True, False): "+", (True, True): "*"}
-"""(may be repeated, may be left out) -> ``nargs``."""
+_NARGS = {(False, False): None, (False, True): "?", (True, False): "+", (True, True): "*"}
+"""The value of ``nargs`` for (repeatable, optional)."""
 
 
 def make_parser(invocation: Invocation, verb: Verb) -> ArgumentParser:
-    """Return a parser for a verb, still without options and arguments."""
+    """Create a parser for a verb, without options and arguments."""
     return ArgumentParser(
         prog=f"{invocation.program} {verb.name}".rstrip(),
         description=verb.description or None,
@@ -25,17 +25,18 @@ def make_parser(invocation: Invocation, verb: Verb) -> ArgumentParser:
     )
 
 
-def add_parts(parser: Any, invocation: Invocation, *parts: Option | Argument) -> None:
-    """Add options and arguments.
+def add_options_and_arguments(parser: Any, invocation: Invocation, *parts: Option | Argument) -> None:
+    """Add options and arguments to a parser.
 
     Args:
-        parser: the parser, or a group of it.
-        invocation: how the command was called: under the stock tool's name help shows only that tool's options.
-        parts: options and arguments of the record.
+        parser: the parser or one of its groups.
+        invocation: the invocation. If the command was called by the stock tool's name, help shows only that tool's
+            options.
+        parts: the options and arguments.
     """
     for part in parts:
         if isinstance(part, Option):
-            hidden = part.hidden or (part.own and invocation.as_stock)
+            hidden = part.hidden or (part.pyros1_only and invocation.as_stock)
             parser.add_argument(*part.names, help=SUPPRESS if hidden else part.help, **part.settings)
         else:
-            parser.add_argument(part.name, help=part.help or None, nargs=_COUNTS[part.many, part.optional])
+            parser.add_argument(part.name, help=part.help or None, nargs=_NARGS[part.many, part.optional])

@@ -1,4 +1,4 @@
-"""The fields of a message in the order in which users give them: ``header.seq header.stamp pose.x`` (L68, L76)."""
+"""The fields of a message in the order of their values on the command line (L68, L76)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from pyros1.msgs.base import nested_classes
 
 
 def argument_names(message_class: type[Message], prefix: str = "") -> list[str]:
-    """Return the names of all fields, those of nested messages with their path."""
+    """Return the names of all fields, with paths for nested messages."""
     names: list[str] = []
     for name, slot_type in zip(message_class.__slots__, message_class._slot_types, strict=True):
         nested = nested_classes(message_class).get(slot_type)

@@ -1,4 +1,4 @@
-"""Checks of bags that the command line names, before a page opens for them."""
+"""Checks of bags on the command line before a page opens them."""
 
 from __future__ import annotations
 
@@ -10,32 +10,32 @@ from pyros1.cli.failures import CommandError, did_you_mean
 from pyros1.ground.terminal_text import one_line
 
 
-def check_bag(word: str) -> None:
-    """Check that a file begins like a bag. Bags that were not closed pass.
+def check_bag(path: str) -> None:
+    """Check that a file starts like a bag. Bags that were not closed are accepted.
 
     Args:
-        word: its path, as the user wrote it.
+        path: the path of the file.
 
     Raises:
-        CommandError: there is no such file, it cannot be read, or is not a bag.
+        CommandError: the file does not exist, cannot be read, or is not a bag.
     """
     try:
-        BagFile(word).close()
+        BagFile(path).close()
         return
     except (FileNotFoundError, IsADirectoryError):
         pass
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else error
-        raise CommandError(f"cannot read {one_line(word)}: {reason}") from None
+        raise CommandError(f"cannot read {one_line(path)}: {reason}") from None
     except BagError as error:
         raise CommandError(one_line(str(error))) from None
-    if os.path.isdir(word):
-        raise CommandError(f"{one_line(word)} is a folder, not a bag; --bags {one_line(word)} shows its bags")
-    folder = os.path.dirname(word)
+    if os.path.isdir(path):
+        raise CommandError(f"{one_line(path)} is a folder, not a bag; --bags {one_line(path)} shows its bags")
+    folder = os.path.dirname(path)
     try:
         others = [
             os.path.join(folder, name) for name in os.listdir(folder or ".") if name.endswith((".bag", ".active"))
         ]
     except OSError:
         others = []
-    raise CommandError(f"there is no file {one_line(word)}{did_you_mean(word, others)}")
+    raise CommandError(f"there is no file {one_line(path)}{did_you_mean(path, others)}")

@@ -1,4 +1,4 @@
-"""Curves drawn with braille characters of two by four dots, for terminals. Pure: it returns text."""
+"""Draws curves for terminals with braille characters of two by four dots. This module has no side effects."""
 
 from __future__ import annotations
 
@@ -6,20 +6,20 @@ import math
 from collections.abc import Sequence
 
 Curve = Sequence[tuple[float, float]]
-"""Points (time in s, value) in the order of time."""
+"""Points (time in s, value) in chronological order."""
 
 COLOURS = (36, 33, 35, 32, 34, 31)
-"""ANSI foreground colours of the curves, used in turn."""
+"""ANSI foreground colours of the curves, used cyclically."""
 
 _DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
-_AXIS = 11  # columns left of the chart
+_AXIS_WIDTH = 11  # columns left of the chart
 
 
 class Canvas:
     """A grid of dots.
 
     Args:
-        columns, rows: size in characters.
+        columns, rows: the size in characters.
     """
 
     def __init__(self, columns: int, rows: int) -> None:
@@ -29,10 +29,10 @@ class Canvas:
         self._colours = [[-1] * columns for _ in range(rows)]
 
     def dot(self, x: int, y: int, colour: int) -> None:
-        """Set a dot. x counts from the left, y from the bottom. Dots outside are ignored."""
+        """Set a dot. x is counted from the left, y from the bottom. Dots outside the canvas are ignored."""
         if 0 <= x < self.width and 0 <= y < self.height:
-            row, part = divmod(self.height - 1 - y, 4)
-            self._cells[row][x // 2] |= _DOTS[part][x % 2]
+            row, dot_row = divmod(self.height - 1 - y, 4)
+            self._cells[row][x // 2] |= _DOTS[dot_row][x % 2]
             self._colours[row][x // 2] = colour
 
     def line(self, x0: int, y0: int, x1: int, y1: int, colour: int) -> None:
@@ -42,66 +42,67 @@ class Canvas:
             self.dot(round(x0 + (x1 - x0) * step / steps), round(y0 + (y1 - y0) * step / steps), colour)
 
     def rows(self, coloured: bool) -> list[str]:
-        """Return the rows as text, top row first."""
+        """Return the rows as strings, from top to bottom."""
         return [self._row(row, coloured) for row in range(len(self._cells))]
 
     def _row(self, row: int, coloured: bool) -> str:
-        text, last = [], -1
-        for cell, set_colour in zip(self._cells[row], self._colours[row], strict=True):
-            colour = set_colour if cell else -1
-            if coloured and colour != last:
-                text.append("\033[0m" if colour < 0 else f"\033[{COLOURS[colour % len(COLOURS)]}m")
-                last = colour
-            text.append(chr(0x2800 + cell) if cell else " ")
-        return "".join(text) + ("\033[0m" if coloured and last >= 0 else "")
+        parts, last_colour = [], -1
+        for cell, cell_colour in zip(self._cells[row], self._colours[row], strict=True):
+            colour = cell_colour if cell else -1
+            if coloured and colour != last_colour:
+                parts.append("\033[0m" if colour < 0 else f"\033[{COLOURS[colour % len(COLOURS)]}m")
+                last_colour = colour
+            parts.append(chr(0x2800 + cell) if cell else " ")
+        return "".join(parts) + ("\033[0m" if coloured and last_colour >= 0 else "")
 
 
 def nice_range(low: float, high: float) -> tuple[float, float]:
-    """Return round limits around a range of values. The limits always differ."""
+    """Return round limits that contain a range of values. The limits always differ."""
     if not low < high:
-        extent = abs(low) * 0.1 or 1.0
-        low, high = low - extent, high + extent
+        margin = abs(low) * 0.1 or 1.0
+        low, high = low - margin, high + margin
     step = 10.0 ** math.floor(math.log10((high - low) / 2)) if high - low > 1e-300 else 1e-300
     return math.floor(low / step) * step, math.ceil(high / step) * step
 
 
 def draw(curves: Sequence[tuple[str, Curve]], now: float, period: float, size: tuple[int, int], coloured: bool) -> str:
-    """Return a chart of the last ``period`` seconds.
+    """Draw a chart of the last ``period`` seconds.
 
     Args:
-        curves: (label, points) of each.
-        now: time of the right edge in s.
-        size: columns and rows of the whole chart, including axis and legend.
-        coloured: whether to write ANSI colours.
+        curves: the label and points of each curve.
+        now: the time of the right edge in s.
+        period: the length of the time axis in s.
+        size: the columns and rows of the whole chart, including axis and legend.
+        coloured: whether to use ANSI colours.
     """
-    columns, rows = max(10, size[0] - _AXIS - 1), max(4, size[1] - 2 - len(curves))
+    columns, rows = max(10, size[0] - _AXIS_WIDTH - 1), max(4, size[1] - 2 - len(curves))
     canvas = Canvas(columns, rows)
     begin = now - period
     visible_curves = [[(t, v) for t, v in points if t >= begin and math.isfinite(v)] for _, points in curves]
     values = [v for points in visible_curves for _, v in points]
     low, high = nice_range(min(values), max(values)) if values else (0.0, 1.0)
     for number, curve in enumerate(visible_curves):
-        last = None
+        previous = None
         for t, v in curve:
             x = round((t - begin) / period * (canvas.width - 1))
             y = round((v - low) / (high - low) * (canvas.height - 1))
-            canvas.line(*(last or (x, y)), x, y, number)
-            last = (x, y)
+            canvas.line(*(previous or (x, y)), x, y, number)
+            previous = (x, y)
     lines = []
-    marks = {round(part / 4 * (rows - 1)): high - (high - low) * part / 4 for part in range(5)}
+    ticks = {round(part / 4 * (rows - 1)): high - (high - low) * part / 4 for part in range(5)}
     for row, text in enumerate(canvas.rows(coloured)):
-        label = f"{marks[row]:.4g}" if row in marks else ""
-        lines.append(f"{label:>{_AXIS - 1}} \u2502{text}")
-    lines.append(" " * _AXIS + "\u2514" + "\u2500" * columns)
-    span = f"{-period:g} s"
-    lines.append(" " * (_AXIS + 1) + span + "now".rjust(columns - len(span)))
+        label = f"{ticks[row]:.4g}" if row in ticks else ""
+        lines.append(f"{label:>{_AXIS_WIDTH - 1}} \u2502{text}")
+    lines.append(" " * _AXIS_WIDTH + "\u2514" + "\u2500" * columns)
+    start_label = f"{-period:g} s"
+    lines.append(" " * (_AXIS_WIDTH + 1) + start_label + "now".rjust(columns - len(start_label)))
     for number, ((label, points), visible) in enumerate(zip(curves, visible_curves, strict=True)):
-        mark = f"\033[{COLOURS[number % len(COLOURS)]}m\u2501\u2501\033[0m" if coloured else "\u2501\u2501"
-        last_value = f"{points[-1][1]:.6g}" if points else "nothing yet"
-        rate = f", {(len(visible) - 1) / (visible[-1][0] - visible[0][0]):.1f} Hz" if _measurable(visible) else ""
-        lines.append(f"{mark} {label} = {last_value}{rate}")
+        legend_line = f"\033[{COLOURS[number % len(COLOURS)]}m\u2501\u2501\033[0m" if coloured else "\u2501\u2501"
+        last_value = f"{points[-1][1]:.6g}" if points else "no data yet"
+        rate = f", {(len(visible) - 1) / (visible[-1][0] - visible[0][0]):.1f} Hz" if _has_rate(visible) else ""
+        lines.append(f"{legend_line} {label} = {last_value}{rate}")
     return "\n".join(lines)
 
 
-def _measurable(points: Curve) -> bool:
+def _has_rate(points: Curve) -> bool:
     return len(points) > 1 and points[-1][0] > points[0][0]

@@ -1,4 +1,4 @@
-"""Curves in command arguments, in the syntax of rqt_plot and of the page's plot."""
+"""Curves in command arguments, in the syntax of rqt_plot and the page's plot."""
 
 from __future__ import annotations
 
@@ -10,60 +10,61 @@ from pyros1.graph import Graph
 from pyros1.ground.errors import Error
 from pyros1.observe.fields import FieldPath, expand, split_expression
 
-_NO_NUMBERS = ("bool", "string", "time", "duration")
+_NON_NUMERIC_TYPES = ("bool", "string", "time", "duration")
 
 
-def curves_of(invocation: Invocation, word: str) -> list[str]:
-    """Return the curves of an argument, with full names of topics.
+def parse_curves(invocation: Invocation, argument: str) -> list[str]:
+    """Parse the curves in an argument, and resolve their topics.
 
     Args:
-        invocation: the command's call.
-        word: ``/topic/x:y``, ``/topic/array[0:3],/other/field``, or ``/topic: m.x * 2``.
+        invocation: the command's invocation.
+        argument: ``/topic/x:y``, ``/topic/array[0:3],/other/field``, or ``/topic: m.x * 2``.
 
     Raises:
-        UsageError: there is a colon between fields, but no topic before them.
+        UsageError: a colon between fields is not preceded by a topic.
     """
-    if not split_expression(word):
-        for part in word.split(","):
+    if not split_expression(argument):
+        for part in argument.split(","):
             if ":" in part and "/" not in part.partition(":")[0]:
                 raise UsageError(f"{part} must contain a topic and a field, as in /topic/x:y")
-    found = []
-    for text in expand(word):
+    curves = []
+    for text in expand(argument):
         split = split_expression(text)
-        found.append(f"{invocation.resolve(split[0])}: {split[1]}" if split else invocation.resolve(text))
-    return found
+        curves.append(f"{invocation.resolve(split[0])}: {split[1]}" if split else invocation.resolve(text))
+    return curves
 
 
-def fields_of_messages(invocation: Invocation, curves: Iterable[str]) -> list[str]:
-    """Return curves. As in rqt_plot, a message with several fields yields its numbers: ``/pose`` yields ``/pose/x`` ...
+def expand_messages(invocation: Invocation, curves: Iterable[str]) -> list[str]:
+    """Expand curves that are messages to their numeric fields, as in rqt_plot: ``/pose`` to ``/pose/x`` ...
 
-    Topics that the master does not know stay as they are, and so do all topics if it does not answer.
+    Unknown topics are kept unchanged, as are all topics if the master does not respond.
 
     Args:
-        invocation: the command's call.
-        curves: what `curves_of` returned.
+        invocation: the command's invocation.
+        curves: the result of `parse_curves`.
     """
     try:
         graph = invocation.graph
-        return [each for curve in curves for each in _numbers_in(graph, curve)]
+        return [field for curve in curves for field in _numeric_fields(graph, curve)]
     except Error:
         return [*curves]
 
 
-def _numbers_in(graph: Graph, curve: str) -> list[str]:
+def _numeric_fields(graph: Graph, curve: str) -> list[str]:
     from pyros1.msgs import load_message  # noqa: PLC0415 - only needed for known topics
 
     found = None if split_expression(curve) else graph.find_topic(curve)
     if found is None:
         return [curve]
-    _, kind, rest = found
+    _, type_name, path = found
     try:
-        kind = FieldPath(rest).type_in(load_message(kind))
-        cls = load_message(kind)
-    except Error:  # not a message, or an unknown type: the page reports why it cannot be drawn
+        type_name = FieldPath(path).type_in(load_message(type_name))
+        message_class = load_message(type_name)
+    except Error:  # the page reports fields that are not messages and unknown types
         return [curve]
-    if len(cls.__slots__) == 1:  # the page draws it as it is
+    if len(message_class.__slots__) == 1:  # the page draws messages with a single field
         return [curve]
-    slots = zip(cls.__slots__, cls._slot_types, strict=True)
-    numbers = [name for name, each in slots if "[" not in each and each not in (*_NO_NUMBERS, *cls._classes)]
-    return [f"{curve.rstrip('/')}/{name}" for name in numbers] or [curve]
+    slots = zip(message_class.__slots__, message_class._slot_types, strict=True)
+    excluded = (*_NON_NUMERIC_TYPES, *message_class._classes)
+    names = [name for name, slot_type in slots if "[" not in slot_type and slot_type not in excluded]
+    return [f"{curve.rstrip('/')}/{name}" for name in names] or [curve]

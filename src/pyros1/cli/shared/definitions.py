@@ -14,30 +14,30 @@ if TYPE_CHECKING:
     from pyros1.finding.library import Library
     from pyros1.msgs.spec import MessageSpec, ServiceSpec
 
-JSON_LIST = Flag("--json", help="print a JSON list", own=True)
+JSON_LIST = Flag("--json", help="print a JSON list", pyros1_only=True)
 
 
 class Kind:
-    """Messages or services: the differences between ``msg`` and ``srv``.
+    """Messages or services, with the differences between ``msg`` and ``srv``.
 
     Attributes:
-        extension: extension of definition files, ``msg`` or ``srv``.
-        word: the word in texts.
-        completes: the kind of their names in `pyros1.cli.complete_values`.
+        extension: the extension of definition files, ``msg`` or ``srv``.
+        word: the word used in output.
+        completion_kinds: the kind of their candidates in `pyros1.cli.complete_values`.
     """
 
-    def __init__(self, extension: str, word: str, completes: str) -> None:
+    def __init__(self, extension: str, word: str, completion_kinds: str) -> None:
         self.extension = extension
         self.word = word
-        self.completes = completes
+        self.completion_kinds = completion_kinds
 
     def names(self, library: Library, package: str) -> list[str]:
-        """Return the full names of a package's types, sorted."""
-        short = library.messages(package) if self.extension == "msg" else library.services(package)
-        return [f"{package}/{name}" for name in short]
+        """Return the sorted full names of a package's types."""
+        base_names = library.messages(package) if self.extension == "msg" else library.services(package)
+        return [f"{package}/{name}" for name in base_names]
 
     def spec(self, library: Library, name: str) -> MessageSpec | ServiceSpec:
-        """Return a definition."""
+        """Return the definition of a type."""
         return library.message(name) if self.extension == "msg" else library.service(name)
 
 
@@ -47,35 +47,35 @@ SERVICES = Kind("srv", "service", "service_type")
 
 @cache
 def library() -> Library:
-    """Return all definitions. The environment is read only once."""
+    """Return the library of all definitions. The environment is read only once."""
     from pyros1.finding.library import Library  # noqa: PLC0415 - not needed for help
 
     return Library(os.environ)
 
 
 def find(kind: Kind, name: str) -> tuple[list[str], bool]:
-    """Return the full names that a name may mean, and whether it had no package."""
+    """Return the full names that match a name, and whether the name lacks a package."""
     if "/" in name:
         return [name], False
-    everything = library()
+    all_definitions = library()
     return [
         f"{package}/{name}"
-        for package in everything.packages()
-        if f"{package}/{name}" in kind.names(everything, package)
+        for package in all_definitions.packages()
+        if f"{package}/{name}" in kind.names(all_definitions, package)
     ], True
 
 
 def similar_names(kind: Kind, name: str) -> str:
-    """Return a hint at the type that was probably meant."""
-    full_names = [full for package in library().packages() for full in kind.names(library(), package)]
-    return did_you_mean(name, full_names if "/" in name else {full.partition("/")[2] for full in full_names})
+    """Return a hint with the name of a similar type."""
+    full_names = [full_name for package in library().packages() for full_name in kind.names(library(), package)]
+    return did_you_mean(name, full_names if "/" in name else {full_name.partition("/")[2] for full_name in full_names})
 
 
 def type_argument(kind: Kind, args: list[str]) -> str:
-    """Return the name of the type from the arguments, or else from standard input."""
+    """Return the name of the type from the arguments or standard input."""
     if len(args) > 1:
         raise UsageError(f"you may only specify one {kind.word} type")
-    name = args[0] if args else from_stdin()
+    name = args[0] if args else read_name_from_stdin()
     if "::" in name:
         raise UsageError(
             "rosmsg does not understand C++-style namespaces (i.e. '::').\n"
@@ -87,10 +87,10 @@ def type_argument(kind: Kind, args: list[str]) -> str:
     return name
 
 
-def from_stdin() -> str:
-    """Return a missing argument from standard input, so that it can come through a pipe."""
+def read_name_from_stdin() -> str:
+    """Read a missing argument from standard input, so that it can be piped."""
     if sys.stdin.isatty():
-        fail("no name was given: add it to the command line, or send it through a pipe", EX_USAGE)
+        fail("no name was given: add it to the command line, or pipe it to standard input", EX_USAGE)
     for line in sys.stdin:
         if line.strip():
             return line.strip()

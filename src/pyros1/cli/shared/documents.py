@@ -1,4 +1,4 @@
-"""YAML documents, or lines of JSON, from a stream that may never end, such as a pipe."""
+"""Reads YAML documents or lines of JSON from a stream that may be endless, such as a pipe."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 from pyros1.ground.errors import Error
 from pyros1.values import load_yaml
 
-MAX_DOCUMENT = 64 << 20
+MAX_DOCUMENT_LENGTH = 64 << 20
 """Maximum number of characters in a document."""
 
 
@@ -18,43 +18,43 @@ class DocumentTooLongError(Error):
 
 
 def documents(lines: Iterable[str], where: str | None = None) -> Iterator[Any]:
-    """Yield each document as soon as the ``---`` line after it, or the end, has been read. Skip empty documents.
+    """Yield each document as soon as the ``---`` line after it or the end of the stream is read. Skip empty documents.
 
     A line with a JSON object is a separate document, so the output of ``topic echo --json`` can be read here.
 
     Args:
-        lines: a text file, or anything that yields lines.
-        where: its name, for errors.
+        lines: a text file or any other iterable of lines.
+        where: the name of the source, for error messages.
 
     Raises:
-        Error: a document is not YAML, or too long.
+        Error: a document is not YAML or is too long.
     """
-    part: list[str] = []
+    document_lines: list[str] = []
     size = 0
     for line in lines:
         if line.rstrip() == "---":
-            yield from _document(part, where)
-            part, size = [], 0
+            yield from _parse_document(document_lines, where)
+            document_lines, size = [], 0
             continue
-        if not part and line.startswith("{"):
-            record = _json_line(line)
+        if not document_lines and line.startswith("{"):
+            record = _parse_json_line(line)
             if record is not None:
                 yield record
                 continue
-        part.append(line)
+        document_lines.append(line)
         size += len(line)
-        if size > MAX_DOCUMENT:
+        if size > MAX_DOCUMENT_LENGTH:
             raise DocumentTooLongError(
-                f"{where or 'the input'} contains a document of more than {MAX_DOCUMENT} characters"
+                f"{where or 'the input'} contains a document of more than {MAX_DOCUMENT_LENGTH} characters"
             )
-    yield from _document(part, where)
+    yield from _parse_document(document_lines, where)
 
 
 class Record(dict[str, Any]):
-    """A document from a line of JSON."""
+    """A document read from a line of JSON."""
 
 
-def _json_line(line: str) -> Record | None:
+def _parse_json_line(line: str) -> Record | None:
     try:
         value = json.loads(line)
     except (ValueError, RecursionError):
@@ -62,8 +62,8 @@ def _json_line(line: str) -> Record | None:
     return Record(value) if isinstance(value, dict) else None
 
 
-def _document(part: list[str], where: str | None) -> Iterator[Any]:
-    text = "".join(part)
+def _parse_document(lines: list[str], where: str | None) -> Iterator[Any]:
+    text = "".join(lines)
     if text.strip():
         document = load_yaml(text, where)
         if document is not None:

@@ -1,4 +1,4 @@
-"""Expressions of ``--filter`` and ``bag filter``: what they may use besides the message."""
+"""The expressions of ``--filter`` and ``bag filter``, and the names they can use besides the message."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Any
 from pyros1.ground.terminal_text import lines
 from pyros1.ground.timing import Time
 from pyros1.observe.expression import Expression
-from pyros1.observe.modules import Module, times
+from pyros1.observe.modules import Module, time_module
 
 if TYPE_CHECKING:
     from pyros1.node import Node
 
 
 class Clock:
-    """The time for ``rospy.Time.now()``.
+    """The clock for ``rospy.Time.now()`` in expressions.
 
     Attributes:
-        node: whose time it is; None: the system's.
+        node: the node whose time is used; None for the system's time.
     """
 
     node: Node | None = None
@@ -30,23 +30,23 @@ class Clock:
 
 
 def filter_expression(text: str, clock: Clock | None = None) -> Expression:
-    """Return a filter's expression. Besides what all expressions may use, it has print, and times of rospy and genpy.
+    """Return the expression of a filter, which can use print and the times of rospy and genpy as well.
 
     Args:
         text: the expression.
-        clock: the time; None: the system's.
+        clock: the clock; None for the system's time.
 
     Raises:
-        ExpressionError: it is malformed, or uses something that is not allowed.
+        ExpressionError: the expression is malformed or uses something that is not allowed.
     """
     clock = clock or Clock()
-    more = {
+    names = {
         "print": _print,
-        "rospy": times(clock.now),
-        "genpy": times(clock.now, "genpy"),
+        "rospy": time_module(clock.now),
+        "genpy": time_module(clock.now, "genpy"),
         "time": Module("time", {"time": time.time}),
     }
-    return Expression(text, more)
+    return Expression(text, names)
 
 
 def _print(*values: Any, sep: str = " ", end: str = "\n") -> None:

@@ -1,6 +1,6 @@
-"""The forms in which ``topic echo`` and ``bag export`` write messages: text, JSON, rows of values (L61, L62).
+"""The output formats of ``topic echo`` and ``bag export``: text, JSON and rows of values (L61, L62).
 
-A message may be large, and its text several times larger, so the text is written in pieces.
+A message may be large and its output several times larger, so the output is written in chunks.
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ from pyros1.ground.timing import Time
 from pyros1.msgs import Message
 from pyros1.msgs.text import emit_message
 
-Show = Callable[[Message, Any, "str | None", Write], object]
-"""Writes a message's text. Takes the message, the value to write, its type from `FieldPath.get`, and a function that
-writes."""
+ValueWriter = Callable[[Message, Any, "str | None", Write], object]
+"""Writes a value of a message. The arguments are the message, the value, its type from `FieldPath.get`, and a function
+that writes a string."""
 
 _CLEAR = "\033[2J\033[;H"
 _NAME = re.compile(r"^( *(?:- )?)([A-Za-z]\w*):(?=$| )", re.M)
-"""The name of a field at the beginning of a line."""
+"""A field name at the beginning of a line."""
 
 
 class Text:
-    """Messages as YAML-like text, each followed by ``---`` (L61)."""
+    """Writes messages as YAML-like text, each followed by ``---`` (L61)."""
 
     def __init__(self, options: Any, now: Callable[[], Time]) -> None:
         self._prefix = _CLEAR if options.clear else ""
-        self._change = _coloured if use_colour(sys.stdout) else _plain
+        self._make_transform = _make_colouring if use_colour(sys.stdout) else _make_plain
         self._now = now if options.offset else None
         self._settings: dict[str, Any] = {
             "no_string": bool(options.nostr),
@@ -44,30 +44,30 @@ class Text:
         if self._prefix:
             write(self._prefix)
         offset = self._now() if self._now else None
-        with BufferedOutput(write, self._change()) as out:
+        with BufferedOutput(write, self._make_transform()) as out:
             emit_message(out.add, value, type_name=kind, time_offset=offset, **self._settings)
             out.add("\n---\n")
 
 
-def _plain() -> Callable[[str], str]:
+def _make_plain() -> Callable[[str], str]:
     return lines
 
 
-def _coloured() -> Callable[[str], str]:
-    """Return a function that changes the pieces of a message, which may end within lines."""
+def _make_colouring() -> Callable[[str], str]:
+    """Return a function that escapes and colours the chunks of a message, which may end in the middle of a line."""
     at_start = True
 
-    def change(text: str) -> str:
+    def transform(text: str) -> str:
         nonlocal at_start
         begin = 0 if at_start else text.find("\n") + 1 or len(text)
         at_start = text.endswith("\n")
         return lines(text[:begin]) + _NAME.sub("\\1\033[36m\\2\033[0m:", lines(text[begin:]))
 
-    return change
+    return transform
 
 
 class Json:
-    """Messages as lines of JSON."""
+    """Writes messages as lines of JSON."""
 
     def __init__(self, options: Any) -> None:
         self._nostr, self._noarr = bool(options.nostr), bool(options.noarr)
@@ -84,22 +84,22 @@ class Json:
 
 
 class Plot:
-    """Messages as rows of comma-separated values, after a row of names (L62)."""
+    """Writes messages as rows of comma-separated values after a row of names (L62)."""
 
     def __init__(self, options: Any, now: Callable[[], Time]) -> None:
         self._now = now
         self._offset = bool(options.offset)
-        self._recorded = bool(options.bag)  # then the time of recording is used
+        self._uses_bag_time = bool(options.bag)
         self._table = Table(nostr=bool(options.nostr), noarr=bool(options.noarr))
-        self._header_done = False
+        self._has_written_header = False
 
     def __call__(self, message: Message, value: Any, kind: str | None, write: Write) -> None:
         now = self._now()
-        seconds = not self._recorded and kind is None and getattr(message, "_has_header", False)
-        stamp = message.header.stamp if seconds else now  # type: ignore[attr-defined] # _has_header has checked it
+        uses_stamp = not self._uses_bag_time and kind is None and getattr(message, "_has_header", False)
+        stamp = message.header.stamp if uses_stamp else now  # type: ignore[attr-defined] # checked by _has_header
         ns = stamp.to_nsec() - (now.to_nsec() if self._offset else 0)
         with BufferedOutput(write, lines) as out:
-            if not self._header_done:
-                self._header_done = True
+            if not self._has_written_header:
+                self._has_written_header = True
                 self._table.head(value, out.add)
             self._table.row(value, ns, out.add, now if self._offset else None)

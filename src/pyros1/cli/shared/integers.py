@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 INT_RANGE = range(-(2**31), 2**31)
-"""Integers that parameters can have: those of XML-RPC, with 32 bits."""
+"""The integers that parameters can have: 32-bit integers of XML-RPC."""
 
 PORT_RANGE = range(65536)
-"""Port numbers. 0 stands for the default port."""
+"""Port numbers. 0 represents the default port."""

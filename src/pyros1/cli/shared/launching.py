@@ -1,4 +1,4 @@
-"""Shared code of ``launch``, ``core`` and ``test``: running a plan, and printing its errors."""
+"""Shared code of ``launch``, ``core`` and ``test``: runs a plan and prints errors."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ if TYPE_CHECKING:
 
 
 def launch(plan: Plan, values: Any, resources: Resources, *, title: str) -> int:
-    """Run a plan until it ends.
+    """Run a plan until all its nodes have exited or it is stopped. Return the exit code.
 
     Args:
-        plan: what to launch.
-        values: values of the options of ``launch``.
-        resources: finds executables.
-        title: title of the terminal.
+        plan: the plan to launch.
+        values: the parsed options of ``launch``.
+        resources: the resources, which are used to find executables.
+        title: the title of the terminal.
     """
-    # All this is needed only for a launch.
+    # These are only needed for a launch.
     from pyros1.launch.running.check import check_machines, is_remote  # noqa: PLC0415
     from pyros1.launch.running.console import Console  # noqa: PLC0415
     from pyros1.launch.running.core import LOG_LEVELS  # noqa: PLC0415
@@ -34,7 +34,7 @@ def launch(plan: Plan, values: Any, resources: Resources, *, title: str) -> int:
     from pyros1.launch.running.session import Session  # noqa: PLC0415
     from pyros1.launch.running.supervisor import install_signals  # noqa: PLC0415
 
-    _check_numbers(values)
+    _check_values(values)
     check_machines(plan)
     if getattr(values, "preload", False) and not hasattr(os, "fork"):
         raise UsageError("--preload: this system has no fork")
@@ -45,13 +45,13 @@ def launch(plan: Plan, values: Any, resources: Resources, *, title: str) -> int:
     if level not in LOG_LEVELS:
         print(f"WARNING: --master-logger-level: unknown level {level!r}", file=sys.stderr)
         level = "info"
-    # Like stock: with both options, the output goes to log files.
-    screen = False if values.force_log else True if values.force_screen else None
+    # Like in stock, the output is written to log files if both options are given.
+    to_screen = False if values.force_log else True if values.force_screen else None
     options = Options(
         core=values.core,
         port=values.port,
         run_id=values.run_id,
-        screen=screen,
+        screen=to_screen,
         required=values.force_required,
         local=values.local_only,
         wait=values.wait_for_master,
@@ -71,17 +71,17 @@ def launch(plan: Plan, values: Any, resources: Resources, *, title: str) -> int:
     pid_file = Path(values.pid_file) if values.pid_file else None
     if pid_file is not None:
         _write_pid(pid_file)
-    restore = install_signals(session.stop, session.stop_waiting)
+    restore_signals = install_signals(session.stop, session.stop_waiting)
     try:
         session.run()
     finally:
-        restore()
+        restore_signals()
         if pid_file is not None:
             pid_file.unlink(missing_ok=True)
     return session.exit_code
 
 
-def _check_numbers(values: Any) -> None:
+def _check_values(values: Any) -> None:
     if values.port is not None and values.port not in PORT_RANGE[1:]:
         raise LaunchError(f"the port must be from 1 to 65535, not {values.port}")
     for name in ("sigint_timeout", "sigterm_timeout", "timeout"):
@@ -98,6 +98,6 @@ def _write_pid(path: Path) -> None:
 
 
 def print_exception(error: Error) -> None:
-    """Print why nothing was launched, in the form that scripts look for."""
-    red, off = ("\033[31m", "\033[0m") if sys.stderr.isatty() else ("", "")
-    print(f"{red}RLException: {error}{off}", file=sys.stderr)
+    """Print the reason why nothing was launched, in the format that scripts look for."""
+    red, reset = ("\033[31m", "\033[0m") if sys.stderr.isatty() else ("", "")
+    print(f"{red}RLException: {error}{reset}", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""Options for where a program listens, and who may connect to it."""
+"""Options for the address and ports on which a program listens, and for the clients that may connect."""
 
 from __future__ import annotations
 
@@ -11,36 +11,36 @@ from pyros1.cli.records import Option
 ALLOW = Option(
     "--allow",
     metavar="NETWORKS",
-    own=True,
-    help="who may connect besides this machine, for example 192.168.1.0/24,10.0.0.7; others are refused",
+    pyros1_only=True,
+    help="networks or addresses that may connect besides this machine, for example 192.168.1.0/24,10.0.0.7",
 )
 BIND = Option(
     "--bind",
     metavar="ADDRESS",
-    own=True,
-    help="address of this machine to listen on (default: all of them)",
+    pyros1_only=True,
+    help="address of this machine to listen on (default: all)",
 )
 PORTS = Option(
     "--ports",
     metavar="FIRST-LAST",
-    own=True,
+    pyros1_only=True,
     help="ports to use besides the master's, for example 40000-40099",
 )
 _VARIABLES = {"allow": "PYROS1_ALLOW", "bind": "PYROS1_BIND", "ports": "PYROS1_PORTS"}
 
 
 def with_options(environ: Mapping[str, str], options: Any) -> Mapping[str, str]:
-    """Return the environment, with the values of given options in place of its variables.
+    """Return the environment with the variables replaced by the values of the given options.
 
     Args:
         environ: environment variables.
-        options: values of the options above.
+        options: the parsed options.
 
     Raises:
-        UsageError: an option is empty: an unset variable in a script must not allow every client.
+        UsageError: an option is empty. An unset variable in a script must not admit all clients.
     """
-    given = {variable: getattr(options, name, None) for name, variable in _VARIABLES.items()}
-    for variable, value in given.items():
+    values = {variable: getattr(options, name, None) for name, variable in _VARIABLES.items()}
+    for variable, value in values.items():
         if value is not None and not value.strip():
             raise UsageError(f"--{variable.removeprefix('PYROS1_').lower()} needs a value")
-    return {**environ, **{variable: value for variable, value in given.items() if value is not None}}
+    return {**environ, **{variable: value for variable, value in values.items() if value is not None}}

@@ -10,8 +10,8 @@ from pyros1.cli.records import Option
 from pyros1.ground.errors import Error
 
 
-def _take_limit(option: object, name: str, value: str, parser: Any) -> None:
-    """Set the environment variable, for this command."""
+def _set_limit(option: object, name: str, value: str, parser: Any) -> None:
+    """Set the environment variable for this command."""
     try:
         parse_limit(value, name)
     except Error as error:
@@ -24,8 +24,8 @@ CHUNK_LIMIT_OPTION = Option(
     type="str",
     metavar="MB",
     action="callback",
-    callback=_take_limit,
-    own=True,
+    callback=_set_limit,
+    pyros1_only=True,
     help=f"read chunks of bags up to MB mebibytes (default {CHUNK_LIMIT >> 20}, or ${LIMIT_VARIABLE})",
 )
-"""Option of all verbs that read bags."""
+"""The option of all verbs that read bags."""

@@ -1,4 +1,4 @@
-"""Printing in several commands: JSON, colours."""
+"""Printing of JSON and colours."""
 
 from __future__ import annotations
 
@@ -16,5 +16,5 @@ def print_json(value: Any) -> None:
 
 
 def use_colour(stream: TextIO) -> bool:
-    """Return whether to use colours: on a terminal that supports them, unless NO_COLOR is set (https://no-color.org)."""
+    """Return whether a stream is a terminal with colours and NO_COLOR is not set (https://no-color.org)."""
     return stream.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"

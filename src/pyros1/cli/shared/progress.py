@@ -1,4 +1,4 @@
-"""A line that shows the progress of long work, on terminals only."""
+"""A progress line for long operations, on terminals only."""
 
 from __future__ import annotations
 
@@ -6,41 +6,43 @@ import os
 import sys
 import time
 
-_PERIOD = 0.2
+_UPDATE_PERIOD = 0.2
 
 
 class Progress:
-    """Shows the fraction of bytes that are processed, and an estimate of the remaining time.
+    """Displays the fraction of bytes that were processed and an estimate of the remaining time.
 
     Args:
-        name: the name to show.
-        total: total number of bytes.
-        quiet: show nothing.
+        name: the name of the file.
+        total: the total number of bytes.
+        quiet: whether to display nothing.
     """
 
     def __init__(self, name: str, total: int, *, quiet: bool = False) -> None:
         self._name = name
         self._total = max(total, 1)
-        self._is_shown = not quiet and sys.stderr.isatty()
-        self._begin = self._last = time.monotonic()
-        self._drawn = False
+        self._is_enabled = not quiet and sys.stderr.isatty()
+        self._started_at = self._last = time.monotonic()
+        self._is_drawn = False
 
     def __call__(self, done: int) -> None:
-        """Show how many bytes are done."""
-        if not self._is_shown:
+        """Update the number of processed bytes."""
+        if not self._is_enabled:
             return
         now = time.monotonic()
-        if now - self._last < _PERIOD:
+        if now - self._last < _UPDATE_PERIOD:
             return
         self._last = now
-        share = min(done / self._total, 1.0)
-        remaining = (now - self._begin) * (1 / share - 1) if share > 0 else 0.0
-        tail = f" {100 * share:3.0f}% of {self._total / 1e6:.1f} MB, {remaining // 60:.0f}:{remaining % 60:02.0f} left "
+        fraction = min(done / self._total, 1.0)
+        remaining = (now - self._started_at) * (1 / fraction - 1) if fraction > 0 else 0.0
+        tail = (
+            f" {100 * fraction:3.0f}% of {self._total / 1e6:.1f} MB, {remaining // 60:.0f}:{remaining % 60:02.0f} left "
+        )
         self._draw(tail)
 
     def close(self) -> None:
-        """Remove the line."""
-        if self._drawn:
+        """Remove the progress line."""
+        if self._is_drawn:
             sys.stderr.write("\r\x1b[K")
             sys.stderr.flush()
 
@@ -55,8 +57,8 @@ class Progress:
             width = os.get_terminal_size(sys.stderr.fileno()).columns or 80
         except OSError:
             width = 80
-        room = max(width - len(tail) - 1, 0)
-        name = self._name if len(self._name) <= room else "..." + self._name[len(self._name) - room + 3 :]
-        sys.stderr.write(f"\r{name[:room]}{tail}\x1b[K")
+        name_width = max(width - len(tail) - 1, 0)
+        name = self._name if len(self._name) <= name_width else "..." + self._name[len(self._name) - name_width + 3 :]
+        sys.stderr.write(f"\r{name[:name_width]}{tail}\x1b[K")
         sys.stderr.flush()
-        self._drawn = True
+        self._is_drawn = True

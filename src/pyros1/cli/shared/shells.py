@@ -1,8 +1,8 @@
-"""Shared code of ``setup`` and ``unsetup``: the calling shell, and the code for bash, zsh, fish and plain sh.
+"""Shared code of ``setup`` and ``unsetup``: detection of the calling shell, and code for bash, zsh, fish and sh.
 
-The code saves functions and completions of the same names and restores them. Plain sh cannot print a function's text,
-so there they are lost. Commands that start programs must not be functions: a shell runs a function in the background
-as a copy of itself, and ``kill $!`` would end that copy instead of the program.
+The code saves existing functions and completions of the same names and restores them. Plain sh cannot print the
+definition of a function, so they are lost there. Commands that start programs must not be functions: a shell runs a
+background function in a copy of itself, and ``kill $!`` would kill that copy instead of the program.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from typing import Any
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Option, Verb
 from pyros1.cli.registry import SHELL_FUNCTIONS
-from pyros1.cli.shared.argparsing import add_parts, make_parser
+from pyros1.cli.shared.argparsing import add_options_and_arguments, make_parser
 from pyros1.finding.python_modules import DROP_IN_START
 
 
 @dataclass(frozen=True)
 class Names:
-    """The names to complete: programs and functions."""
+    """The programs and functions to complete."""
 
     programs: list[str]
 
@@ -35,34 +35,34 @@ class Names:
 
 @dataclass(frozen=True)
 class Shell:
-    """A shell's texts.
+    """The code for a shell.
 
     Attributes:
-        text: the setup, with placeholders ``@bin``, ``@names``, ``@functions``, ``@modules`` and ``@python``.
-        take_back: undoes the setup, if there is one.
-        how: what users type to make the shell read a command's output, with braces for the command.
+        setup_code: the setup, with placeholders such as ``@@bin`` and ``@@names``.
+        undo_code: code that reverts the setup if there is one.
+        source_format: the line that makes the shell read a command's output, with braces for the command.
     """
 
-    text: str
-    take_back: str
-    how: str
+    setup_code: str
+    undo_code: str
+    source_format: str
 
     def setup(self, folder: str, names: Names) -> str:
-        """Return the code that sets the shell up.
+        """Return the code that sets up the shell.
 
         Args:
-            folder: folder of the programs.
-            names: names to complete.
+            folder: the folder of the programs.
+            names: the names to complete.
         """
         functions = " ".join(SHELL_FUNCTIONS)
-        undo = self.take_back.replace("@@otherwise", "true")
+        undo = self.undo_code.replace("@@otherwise", "true")
         values = {"bin": shlex.quote(folder), "names": str(names), "functions": functions, "undo": undo}
         values |= {"modules": shlex.quote(DROP_IN_START), "python": shlex.quote(sys.executable)}
-        return _AtTemplate(self.text).substitute(values).lstrip()
+        return _AtTemplate(self.setup_code).substitute(values).lstrip()
 
     def undo(self) -> str:
-        """Return the code that undoes the setup, or prints that there is none."""
-        return self.take_back.replace("@@otherwise", "echo 'pyros1: this shell was not set up' >&2")
+        """Return the code that reverts the setup, or prints that the shell was not set up."""
+        return self.undo_code.replace("@@otherwise", "echo 'pyros1: this shell was not set up' >&2")
 
 
 class _AtTemplate(Template):
@@ -312,24 +312,24 @@ hash -r
 )
 
 SHELLS = {"bash": _BASH, "zsh": _ZSH, "fish": _FISH, "sh": _SH}
-"""Shell -> its texts."""
-PLAIN = frozenset({"dash", "ash", "ksh", "ksh93", "mksh", "yash", "busybox"})
-"""Process names of shells that read the code for sh."""
+"""The code for each shell."""
+SH_COMPATIBLE = frozenset({"dash", "ash", "ksh", "ksh93", "mksh", "yash", "busybox"})
+"""Process names of shells that use the code for sh."""
 
-SHELL = Option("--shell", choices=sorted(SHELLS), help="default: the calling shell")
+SHELL = Option("--shell", choices=sorted(SHELLS), help="shell to generate code for (default: the calling shell)")
 
 
-def how_to_use(command: str) -> list[tuple[str, str]]:
-    """Return the examples of a command's record: how each shell reads its output."""
-    return [(shell.how.format(f"pyros1 {command}"), name) for name, shell in SHELLS.items()]
+def usage_examples(command: str) -> list[tuple[str, str]]:
+    """Return the examples of a command: how each shell reads its output."""
+    return [(shell.source_format.format(f"pyros1 {command}"), name) for name, shell in SHELLS.items()]
 
 
 def parse_shell(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Parse the words of ``setup`` and ``unsetup``."""
+    """Parse the arguments of ``setup`` and ``unsetup``."""
     parser = make_parser(invocation, verb)
     examples = "\n".join(f"  {name:5} {line}" for line, name in verb.examples)
     parser.epilog = f"how to use it:\n{examples}"
-    add_parts(parser, invocation, *verb.options)
+    add_options_and_arguments(parser, invocation, *verb.options)
     values, others = parser.parse_known_args(invocation.argv)
     if others:
         hint = f" (write --shell {others[0]})" if others[0] in SHELLS else ""
@@ -337,20 +337,20 @@ def parse_shell(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
     return values, []
 
 
-def chosen_shell(invocation: Invocation, options: Any) -> Shell | None:
-    """Return the shell that reads the output. If the output is a terminal, print how to use it and return None."""
+def select_shell(invocation: Invocation, options: Any) -> Shell | None:
+    """Return the shell that reads the output. If that is a terminal, print how to use the command and return None."""
     name = options.shell or detect_shell(os.environ)
     if not sys.stdout.isatty():
         return SHELLS[name]
-    how = SHELLS[name].how.format(invocation.program)
-    print(f"The output is for the shell to read. In {name}, type:\n\n  {how}\n")
+    line = SHELLS[name].source_format.format(invocation.program)
+    print(f"The output is meant to be read by the shell. In {name}, type:\n\n  {line}\n")
     return None
 
 
 def detect_shell(environ: Mapping[str, str]) -> str:
     """Return the calling shell: the first known shell among the parent processes.
 
-    A shell that only runs a script named pyros1 with our own arguments does not count.
+    A shell that only runs a script named pyros1 with our arguments is skipped.
     """
     pid = os.getppid()
     for _ in range(4):
@@ -359,7 +359,7 @@ def detect_shell(environ: Mapping[str, str]) -> str:
         except OSError:
             break
         name = status[status.find("(") + 1 : status.rfind(")")].lstrip("-")
-        if (name in SHELLS or name in PLAIN) and not _is_wrapper(pid):
+        if (name in SHELLS or name in SH_COMPATIBLE) and not _is_wrapper(pid):
             return name if name in SHELLS else "sh"
         pid = int(status[status.rfind(")") + 2 :].split()[1])
     name = os.path.basename(environ.get("SHELL", ""))
@@ -367,10 +367,12 @@ def detect_shell(environ: Mapping[str, str]) -> str:
 
 
 def _is_wrapper(pid: int) -> bool:
-    own = [os.fsencode(word) for word in sys.argv[1:]]
+    our_args = [os.fsencode(arg) for arg in sys.argv[1:]]
     try:
-        words = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")[:-1]
+        command_line = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")[:-1]
     except OSError:
         return False
-    script = len(words) - len(own) - 1
-    return script > 0 and os.path.basename(words[script]) == b"pyros1" and words[script + 1 :] == own
+    script = len(command_line) - len(our_args) - 1
+    if script <= 0:
+        return False
+    return os.path.basename(command_line[script]) == b"pyros1" and command_line[script + 1 :] == our_args

@@ -1,4 +1,4 @@
-"""Subscribing to topics of any type, for echo, hz, bw and delay. The type comes from the publisher's header."""
+"""Subscriptions to topics of any type, for echo, hz, bw and delay. The publisher's header contains the type."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ _POLL_PERIOD = 0.2
 
 
 def find_topic(invocation: Invocation, node: Any, name: str) -> tuple[str, str, str] | None:
-    """Split ``name`` into topic and field path as soon as the topic is known. Warn once if it is not (L61).
+    """Wait until the topic is known and split ``name`` into topic and field path. Warn once if it is unknown (L61).
 
     Returns:
-        (topic, field path, type), or None if the node ended before.
+        (topic, field path, type), or None if the node was shut down.
     """
     graph = invocation.graph
     found = graph.find_topic(name)
@@ -28,15 +28,15 @@ def find_topic(invocation: Invocation, node: Any, name: str) -> tuple[str, str, 
     while found is None:
         if not node.ok():
             return None
-        # Only the master knows which part of the name is the topic and which is a field.
+        # Only registrations tell which part of the name is the topic and which is a field.
         invocation.pause(_POLL_PERIOD)
         try:
             found = graph.find_topic(name)
         except MasterError:
-            continue  # the master may come back
+            continue  # the master may become available again
     return found[0], found[2], found[1]
 
 
 def subscribe(node: Any, topic: str, callback: Callable[[AnyMsg], object]) -> Any:
-    """Subscribe to undecoded messages."""
+    """Subscribe to raw messages."""
     return node.subscribe(topic, AnyMsg, callback)

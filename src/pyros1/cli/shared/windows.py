@@ -1,7 +1,7 @@
-"""The GUI programs of stock ROS, and their command lines translated for ``pyros1 web``. Pure.
+"""Translation of the command lines of stock's GUI programs to ``pyros1 web``. This module has no side effects.
 
-Options that only affect how a window looks or loads have no meaning for a page and are left out. For an option that a
-user would miss, one line is printed.
+Options that only affect how a window looks or loads have no meaning for a page and are ignored. For other options
+without an equivalent, a note is printed.
 """
 
 from __future__ import annotations
@@ -11,29 +11,29 @@ from typing import NamedTuple
 
 from pyros1.cli.failures import UsageError
 
-_LAYOUTS = "the page cannot read rqt perspectives; its Layouts button saves and shares layouts"
-_NO_EMBEDDING = "a page cannot control another window or be embedded in one; this option has no effect"
+_LAYOUTS_NOTE = "the page cannot read rqt perspectives; its Layouts button saves and shares layouts"
+_NO_EMBEDDING_NOTE = "a page cannot control another window or be embedded in one; this option has no effect"
 _NO_NOTE = ""
-"""The note for an option that has no effect on a page."""
+"""The note for an option that is silently ignored."""
 
 
-class Meaning(NamedTuple):
+class OptionMapping(NamedTuple):
     """The equivalent of a stock program's option in ``pyros1 web``.
 
     Attributes:
-        word: the option of ``pyros1 web``; empty if it has none.
-        value: whether a value follows.
-        note: one line for the user, empty for none.
+        equivalent: the option of ``pyros1 web``; empty if it has none.
+        takes_value: whether a value follows.
+        note: a note for the user; empty for none.
     """
 
-    word: str = ""
-    value: bool = False
+    equivalent: str = ""
+    takes_value: bool = False
     note: str = _NO_NOTE
 
 
-_IGNORED = Meaning()
-_IGNORED_VALUE = Meaning(value=True)
-_RQT: Mapping[str, Meaning] = {
+_IGNORED = OptionMapping()
+_IGNORED_VALUE = OptionMapping(takes_value=True)
+_RQT: Mapping[str, OptionMapping] = {
     "-b": _IGNORED_VALUE, "--qt-binding": _IGNORED_VALUE,
     "--clear-config": _IGNORED, "--force-discover": _IGNORED, "--reload-import": _IGNORED,
     "-f": _IGNORED, "--freeze-layout": _IGNORED,
@@ -42,27 +42,29 @@ _RQT: Mapping[str, Meaning] = {
     "-m": _IGNORED, "--multi-process": _IGNORED,
     "-t": _IGNORED, "--on-top": _IGNORED,
     "-v": _IGNORED, "--verbose": _IGNORED,
-    "--perspective": Meaning(value=True, note=_LAYOUTS),
-    "--perspective-file": Meaning(value=True, note=_LAYOUTS),
-    "--command-pid": Meaning(value=True, note=_NO_EMBEDDING),
-    "--command-start-plugin": Meaning(value=True, note=_NO_EMBEDDING),
-    "--command-switch-perspective": Meaning(value=True, note=_NO_EMBEDDING),
-    "--embed-plugin": Meaning(value=True, note=_NO_EMBEDDING),
-    "--embed-plugin-serial": Meaning(value=True, note=_NO_EMBEDDING),
-    "--embed-plugin-address": Meaning(value=True, note=_NO_EMBEDDING),
+    "--perspective": OptionMapping(takes_value=True, note=_LAYOUTS_NOTE),
+    "--perspective-file": OptionMapping(takes_value=True, note=_LAYOUTS_NOTE),
+    "--command-pid": OptionMapping(takes_value=True, note=_NO_EMBEDDING_NOTE),
+    "--command-start-plugin": OptionMapping(takes_value=True, note=_NO_EMBEDDING_NOTE),
+    "--command-switch-perspective": OptionMapping(takes_value=True, note=_NO_EMBEDDING_NOTE),
+    "--embed-plugin": OptionMapping(takes_value=True, note=_NO_EMBEDDING_NOTE),
+    "--embed-plugin-serial": OptionMapping(takes_value=True, note=_NO_EMBEDDING_NOTE),
+    "--embed-plugin-address": OptionMapping(takes_value=True, note=_NO_EMBEDDING_NOTE),
 }  # fmt: skip
-_PERSPECTIVE: Mapping[str, Meaning] = {"-p": Meaning(value=True, note=_LAYOUTS)}
-_RQT_ALONE: Mapping[str, Meaning] = {
+_PERSPECTIVE: Mapping[str, OptionMapping] = {"-p": OptionMapping(takes_value=True, note=_LAYOUTS_NOTE)}
+_RQT_ALONE: Mapping[str, OptionMapping] = {
     **_RQT, **_PERSPECTIVE,
-    "-s": Meaning("--standalone", value=True), "--standalone": Meaning("--standalone", value=True),
+    "-s": OptionMapping("--standalone", takes_value=True),
+    "--standalone": OptionMapping("--standalone", takes_value=True),
     "--args": _IGNORED,
-    "--list-perspectives": Meaning(note=_LAYOUTS),
-    "--list-plugins": Meaning("--list-plugins"),
+    "--list-perspectives": OptionMapping(note=_LAYOUTS_NOTE),
+    "--list-plugins": OptionMapping("--list-plugins"),
 }  # fmt: skip
-_PLOT: Mapping[str, Meaning] = {
+_PLOT: Mapping[str, OptionMapping] = {
     **_RQT,
-    "-P": Meaning("--start-paused"), "--pause": Meaning("--start-paused"), "--start-paused": Meaning("--start-paused"),
-    "-e": Meaning("--empty"), "--empty": Meaning("--empty"),
+    "-P": OptionMapping("--start-paused"), "--pause": OptionMapping("--start-paused"),
+    "--start-paused": OptionMapping("--start-paused"),
+    "-e": OptionMapping("--empty"), "--empty": OptionMapping("--empty"),
 }  # fmt: skip
 _RXPLOT_NOTES = {
     ("-b", "--buffer"): "the page keeps at least the period that it shows (-p); its CSV button saves it",
@@ -72,31 +74,32 @@ _RXPLOT_NOTES = {
     ("-l", "--legend"): "the page labels curves by their fields",
     ("-M", "--mode"): "the page plots curves over time; --xy plots the second of two against the first",
 }
-_RXPLOT: Mapping[str, Meaning] = {
-    **{name: Meaning(value=True, note=note) for names, note in _RXPLOT_NOTES.items() for name in names},
-    "-P": Meaning("--start-paused"),
+_RXPLOT: Mapping[str, OptionMapping] = {
+    **{name: OptionMapping(takes_value=True, note=note) for names, note in _RXPLOT_NOTES.items() for name in names},
+    "-P": OptionMapping("--start-paused"),
 }
-_RVIZ: Mapping[str, Meaning] = {
+_RVIZ: Mapping[str, OptionMapping] = {
     "-s": _IGNORED_VALUE, "--splash-screen": _IGNORED_VALUE,
     "--help-file": _IGNORED_VALUE, "--opengl": _IGNORED_VALUE,
     "-l": _IGNORED, "--ogre-log": _IGNORED, "--in-mc-wrapper": _IGNORED,
     "--disable-anti-aliasing": _IGNORED, "--no-stereo": _IGNORED,
     "-v": _IGNORED, "--verbose": _IGNORED, "--log-level-debug": _IGNORED,
     "--fullscreen": _IGNORED,
-    "-t": Meaning("--target-frame", value=True), "--target-frame": Meaning("--target-frame", value=True),
+    "-t": OptionMapping("--target-frame", takes_value=True),
+    "--target-frame": OptionMapping("--target-frame", takes_value=True),
 }  # fmt: skip
 
 
 class Program(NamedTuple):
-    """A GUI program.
+    """A GUI program of stock ROS.
 
     Attributes:
-        words: the words after ``pyros1 web`` that open its panel.
-        options: its options that ``pyros1 web`` does not have, or has with another meaning.
+        args: the arguments of ``pyros1 web`` that open its panel.
+        options: the program's options that ``pyros1 web`` lacks or interprets differently.
     """
 
-    words: tuple[str, ...]
-    options: Mapping[str, Meaning] = {}
+    args: tuple[str, ...]
+    options: Mapping[str, OptionMapping] = {}
 
 
 PROGRAMS: Mapping[str, Program] = {
@@ -119,101 +122,104 @@ PROGRAMS: Mapping[str, Program] = {
     "rviz": Program(("scene",), _RVIZ),
     "rxbag": Program(("bag",)),
     "rxconsole": Program(("console",)),
-    "rxgraph": Program(("graph",), {"-o": Meaning("--output", value=True)}),
+    "rxgraph": Program(("graph",), {"-o": OptionMapping("--output", takes_value=True)}),
     "rxplot": Program(("plot",), _RXPLOT),
 }
-"""Stock's GUI programs by name. ``pyros1 setup`` provides all; those in `PACKAGED` are in packages of ours."""
+"""Stock's GUI programs by name. ``pyros1 setup`` provides all; those in `PACKAGED` are also in pyros1's packages."""
 
-PARTS: Mapping[str, tuple[str, str]] = {"reconfigure": ("params", "reconfigure"), "publisher": ("topics", "publish")}
-"""Parts of panels that are plugins in rqt: the panel, and the setting for the name of a node or topic, or ""."""
+PANEL_PARTS: Mapping[str, tuple[str, str]] = {
+    "reconfigure": ("params", "reconfigure"),
+    "publisher": ("topics", "publish"),
+}
+"""Parts of panels that are separate plugins in rqt: the panel, and the setting for the name of a node or topic."""
 
 PACKAGED: Mapping[str, tuple[str, ...]] = {
     **{name: (name,) for name in PROGRAMS if name.startswith("rqt_")},
     "image_view": ("image_view",),
     "rviz": ("rviz",),
 }
-"""Package -> its programs of `PROGRAMS`."""
+"""The programs of each package, from `PROGRAMS`."""
 DEFAULT_RVIZ_FILE = "~/.rviz/default.rviz"
-"""The file that rviz opens if none is named."""
+"""The file that rviz opens by default."""
 _TRANSPORTS = frozenset({"raw", "compressed"})
 
 
-class Call(NamedTuple):
-    """A call of ``pyros1 web`` in place of a stock program.
+class TranslatedCall(NamedTuple):
+    """A call to ``pyros1 web`` that replaces a call to a stock program.
 
     Attributes:
-        words: the words after ``pyros1 web``.
-        notes: lines for the user.
+        args: the arguments of ``pyros1 web``.
+        notes: notes for the user.
     """
 
-    words: list[str]
+    args: list[str]
     notes: list[str]
 
 
-def call_of(program: str, words: Sequence[str]) -> Call:
-    """Return the call of ``pyros1 web`` for a stock program's command line.
+def translate_call(program: str, args: Sequence[str]) -> TranslatedCall:
+    """Translate a stock program's command line to ``pyros1 web``.
 
     Args:
-        program: one of `PROGRAMS`.
-        words: the words after its name, without remappings.
+        program: the program, one of `PROGRAMS`.
+        args: the program's arguments without remappings.
 
     Raises:
-        UsageError: an option lacks a value, or has one but accepts none.
+        UsageError: an option lacks its value, or has one but accepts none.
     """
-    known = PROGRAMS[program]
-    result = [*known.words]
+    known_program = PROGRAMS[program]
+    result = [*known_program.args]
     notes: list[str] = []
-    remaining = [*words]
+    remaining = [*args]
     while remaining:
-        word = remaining.pop(0)
-        option, equals, value = word.partition("=") if word.startswith("--") else (word, "", "")
-        meaning = known.options.get(option)
-        if meaning is None:
-            result.append(word)
+        arg = remaining.pop(0)
+        option, equals, value = arg.partition("=") if arg.startswith("--") else (arg, "", "")
+        mapping = known_program.options.get(option)
+        if mapping is None:
+            result.append(arg)
             continue
-        if meaning.value and not equals:
+        if mapping.takes_value and not equals:
             if not remaining:
                 raise UsageError(f"{option} needs a value")
             value = remaining.pop(0)
-        elif equals and not meaning.value:
+        elif equals and not mapping.takes_value:
             raise UsageError(f"{option} takes no value")
-        if meaning.note and meaning.note not in notes:
-            notes.append(meaning.note)
-        if meaning.word:
-            result += [meaning.word, value] if meaning.value else [meaning.word]
-    return Call(result, notes)
+        if mapping.note and mapping.note not in notes:
+            notes.append(mapping.note)
+        if mapping.equivalent:
+            result += [mapping.equivalent, value] if mapping.takes_value else [mapping.equivalent]
+    return TranslatedCall(result, notes)
 
 
-def first_argument(words: Sequence[str], valued: Collection[str]) -> int:
-    """Return the index of the first word that is no option and no option's value; the number of words if all are.
+def first_argument_index(args: Sequence[str], options_with_value: Collection[str]) -> int:
+    """Return the index of the first positional argument, or the number of arguments if there is none.
 
     Args:
-        words: a command line.
-        valued: names of the options that take a value.
+        args: the arguments.
+        options_with_value: the names of the options that take a value.
     """
     index = 0
-    while index < len(words) and words[index].startswith("-"):
-        index += 2 if words[index] in valued else 1
-    return min(index, len(words))
+    while index < len(args) and args[index].startswith("-"):
+        index += 2 if args[index] in options_with_value else 1
+    return min(index, len(args))
 
 
-def picture_topic(words: Sequence[str], remapped: str, transport: str) -> list[str]:
-    """Return the topic that image_view displays, as a list: empty if nothing names it.
+def select_image_topic(args: Sequence[str], remapped: str, transport: str) -> list[str]:
+    """Return the topic that image_view displays as a list, which is empty if no topic is given.
 
     Args:
-        words: its words without options: the transport, or a topic, or both.
-        remapped: what its topic ``image`` is remapped to; empty for nothing.
-        transport: its private parameter ``image_transport``; empty for none.
+        args: image_view's positional arguments: the transport, the topic, or both.
+        remapped: the topic to which ``image`` is remapped; empty if it is not remapped.
+        transport: the private parameter ``image_transport``; empty if it is not set.
     """
-    topics = [word for word in words if word not in _TRANSPORTS] or [remapped] * bool(remapped)
-    selected_transport = next((word for word in words if word in _TRANSPORTS), transport)
+    topics = [arg for arg in args if arg not in _TRANSPORTS] or [remapped] * bool(remapped)
+    selected_transport = next((arg for arg in args if arg in _TRANSPORTS), transport)
     if selected_transport in ("", "raw"):
         return topics
     return [f"{topic.rstrip('/')}/{selected_transport}" for topic in topics]
 
 
 def has_display(environ: Mapping[str, str], platform: str) -> bool:
-    """Return whether a browser can open a window: without one, Linux would start a browser for terminals.
+    """Return whether a browser can open a window. Without a display, Linux would start a text browser.
 
     Args:
         environ: environment variables.

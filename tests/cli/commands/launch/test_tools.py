@@ -92,7 +92,7 @@ def test_needs_of_files_l175(ask: Ask) -> None:
     assert ask("--deps", "no_such.launch").code == 2
     assert ask("--deps").code == 2
     code, _, err = ask("launch/good.launch", "--deps")
-    assert code == 2 and "--deps must be the first word" in err
+    assert code == 2 and "--deps must be the first argument" in err
 
 
 def test_arguments_for_shells_l175(ask: Ask) -> None:

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 import pyros1
-from pyros1.cli.commands.tf.change_notifier import Pair
+from pyros1.cli.commands.tf.change_notifier import FramePair
 from pyros1.cli.main import entry
 from pyros1.msgs import load_message
 from pyros1.node import Node
@@ -42,10 +42,10 @@ def pose(x: float = 0.0, yaw: float = 0.0, sign: int = 1) -> Any:
 
 def test_what_counts_as_a_move() -> None:
     """Small steps add up; turns are measured as half the angle, the sign of a quaternion means nothing."""
-    pair = Pair("base", "map")
+    pair = FramePair("base", "map")
     poses = [pose(), pose(), pose(0.09), pose(0.11), pose(0.2), pose(0.22)]
     assert [pair.has_moved(each) for each in poses] == [True, False, False, True, False, True]
-    pair = Pair("base", "map")
+    pair = FramePair("base", "map")
     poses = [pose(), pose(sign=-1), pose(yaw=0.19), pose(yaw=0.21), pose(yaw=0.4), pose(yaw=0.42)]
     assert [pair.has_moved(each) for each in poses] == [True, False, False, True, False, True]
 
@@ -60,7 +60,10 @@ def test_what_counts_as_a_move() -> None:
             ["change_notifier", "_frame_pairs:=[{source_frame: a, target_frame: 3}]"],
             "target_frame must be a frame name",
         ),
-        (["change_notifier", "_angular_update_distance:=far"], "~angular_update_distance must be a number"),
+        (
+            ["change_notifier", "_angular_update_distance:=far"],
+            "~angular_update_distance must be a non-negative number",
+        ),
         (["change_notifier", "_translational_update_distance:=-1"], "~translational_update_distance must be"),
         (["change_notifier", "_polling_frequency:=0"], "~polling_frequency must be greater than 0"),
         (["buffer_server", "_buffer_size:=0"], "~buffer_size must be a number of seconds greater than 0"),

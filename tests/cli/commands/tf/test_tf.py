@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.cli.commands.tf._drawing import Frame, children_of, dot, svg, text
+from pyros1.cli.commands.tf._drawing import Frame, children_of, dot, format_tree, svg
 from pyros1.cli.main import entry
 from pyros1.finding.packages import PackageIndex
 from pyros1.ground.errors import PackageNotFoundError
@@ -133,7 +133,7 @@ def test_echo_of_what_is_not_there(run: Run, robot: Node, make_node: Make) -> No
 
 
 def test_nothing_publishes(run: Run, make_node: Make, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.cli.commands.tf.echo.FIRST_WAIT", 0.1)
+    monkeypatch.setattr("pyros1.cli.commands.tf.echo.INITIAL_TIMEOUT", 0.1)
     assert "No node publishes /tf or /tf_static" in run("echo", "map", "base", "-r", "50", "-l", "1")[2]
     assert (
         "No node publishes /transforms or" in run("echo", "map", "base", "-r", "50", "-l", "1", "/tf:=/transforms")[2]
@@ -236,21 +236,21 @@ def frame(name: str, parent: str | None = None, **facts: Any) -> Frame:
 
 def test_drawings() -> None:
     frames = [frame('a"<', None), frame("b", 'a"<'), frame("c", 'a"<', static=True), frame("d", "b", oldest=9.0)]
-    lines = text(frames, 10.0).splitlines()
+    lines = format_tree(frames, 10.0).splitlines()
     assert [line.partition("/n")[0].rstrip() for line in lines] == ['a"<', "├── b", "│   └── d", "└── c"]
     assert lines[1].endswith("10.0 Hz  1.000 s old") and "once" in lines[2] and lines[3].endswith("static")
     assert '"a\\"<" -> "b"' in dot(frames, 10.0)
     picture = svg(frames, 10.0, "title & all")
     assert "a&quot;&lt;" in picture and "title &amp; all" in picture and "stroke-dasharray" in picture
     xml.dom.minidom.parseString(picture)
-    assert text([], 0.0) == "" and xml.dom.minidom.parseString(svg([], 0.0, "none"))
+    assert format_tree([], 0.0) == "" and xml.dom.minidom.parseString(svg([], 0.0, "none"))
 
 
 def test_a_loop_is_drawn_once() -> None:
     frames = [frame("a", "c"), frame("b", "a"), frame("c", "b"), frame("x", "b")]
     roots, _ = children_of(frames)
     assert [root.name for root in roots] == ["a"]
-    assert len(text(frames, 10.0).splitlines()) == 4 and xml.dom.minidom.parseString(svg(frames, 10.0, ""))
+    assert len(format_tree(frames, 10.0).splitlines()) == 4 and xml.dom.minidom.parseString(svg(frames, 10.0, ""))
 
 
 # Publishing -----------------------------------------------------------------------------------------------------------

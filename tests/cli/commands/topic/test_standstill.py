@@ -18,5 +18,5 @@ def test_it_is_said_once_until_time_moves(capsys: pytest.CaptureFixture[str], si
     standstill = StoppedClock(node, " Press play.")
     expected = [False, True, True, False, False, True] if simulated else [False] * 6
     assert [standstill.has_stopped() for _ in expected] == expected
-    text = "WARNING: simulated time stands still at {:.3f} s. Is /clock being published? Press play.\n"
+    text = "WARNING: simulated time has stopped at {:.3f} s. Is /clock being published? Press play.\n"
     assert capsys.readouterr().err == (text.format(0) + text.format(6) if simulated else "")

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.cli.commands.topic_tools._arrays import ARRAY, numpy_module
+from pyros1.cli.commands.topic_tools._arrays import ARRAY_MEMBERS, numpy_module
 from pyros1.cli.commands.topic_tools._expression import MessageExpression, load_modules
 from pyros1.ground.expressions import ExpressionError
 from pyros1.ground.timing import Time
@@ -203,7 +203,7 @@ def expression(source: random.Random, names: list[str], depth: int) -> str:
         ]
         return f"{source.choice(names)}({', '.join(arguments)})"
     if kind < 0.75:
-        return f"({part()}).{source.choice(sorted(ARRAY))}({source.choice(['', part()])})"
+        return f"({part()}).{source.choice(sorted(ARRAY_MEMBERS))}({source.choice(['', part()])})"
     if kind < 0.9:
         return f"({part()} {source.choice(OPERATORS)} {part()})"
     return source.choice(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pyros1.cli.commands.bag._failures import failure
+from pyros1.cli.commands.bag._failures import format_error
 from pyros1.cli.records import Command
 
 COMMAND = Command(
@@ -15,7 +15,7 @@ COMMAND = Command(
     "Available subcommands:",
     row="   {name:13} {about}",
     footing="\nType {program} <subcommand> -h for more detailed usage",
-    failure=failure,
+    format_error=format_error,
     stock_help=("", "-h", "--help", "help"),
-    names_unknown=True,
+    prints_unknown_verb=True,
 )

@@ -1,4 +1,4 @@
-"""Error texts of ``bag`` for bags that cannot be read and files that cannot be written."""
+"""Error messages of ``bag`` for bags that cannot be read and files that cannot be written."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from pyros1.bag.errors import BagError, UnindexedError
 from pyros1.cli.failures import flush
 from pyros1.cli.output import NAME
 
-_WRITING = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS)
+_WRITE_ERRORS = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS)
 
 
-def failure(error: Exception) -> str | None:
-    """Return the text of an error about a bag or file, None for any other error."""
+def format_error(error: Exception) -> str | None:
+    """Return the message for an error about a bag or file, None for any other error."""
     if isinstance(error, UnindexedError):
         return f"ERROR bag unindexed: {error}"
     if isinstance(error, BagError):
@@ -24,11 +24,11 @@ def failure(error: Exception) -> str | None:
 
 
 def report_bag_error(error: BagError | OSError, path: str) -> None:
-    """Print to stderr what is wrong with one of several bags, and what to do."""
+    """Print to stderr what is wrong with one of several bags."""
     flush()
     if isinstance(error, BagError):
-        print(failure(error), file=sys.stderr)
+        print(format_error(error), file=sys.stderr)
     else:
-        verb = "writing" if error.errno in _WRITING else "reading"
-        what = f"{verb} {path}" if error.filename in (None, path) else error.filename
-        print(f"ERROR {what}: {error.strerror or error}", file=sys.stderr)
+        verb = "writing" if error.errno in _WRITE_ERRORS else "reading"
+        action = f"{verb} {path}" if error.filename in (None, path) else error.filename
+        print(f"ERROR {action}: {error.strerror or error}", file=sys.stderr)

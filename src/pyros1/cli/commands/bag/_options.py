@@ -38,7 +38,7 @@ SELECTION_OPTIONS = (
         help="leave out messages from these publishers: node names or connection numbers",
     ),
 )
-"""Options that select messages of a bag, see `selection_of`."""
+"""Options that select messages of a bag, see `make_selection`."""
 
 
 def compression(default: str) -> tuple[Option, Option]:
@@ -50,15 +50,15 @@ def compression(default: str) -> tuple[Option, Option]:
     )
 
 
-def selection_of(options: Any, bag: BagReader) -> MessageSelection:
-    """Return what the options of `SELECTION_OPTIONS` select.
+def make_selection(options: Any, bag: BagReader) -> MessageSelection:
+    """Return the selection that the options of `SELECTION_OPTIONS` describe.
 
     Args:
-        options: their values.
-        bag: relative times are relative to its start or end.
+        options: The parsed options.
+        bag: The bag to whose start or end relative times refer.
 
     Raises:
-        CommandError: a time cannot be read, or the start is later than the end.
+        CommandError: A time cannot be parsed, or the start is later than the end.
     """
     begin = None if options.begin is None else parse_time(options.begin, bag, "--from")
     end = None if options.end is None else parse_time(options.end, bag, "--to")
@@ -74,35 +74,35 @@ def has_selection(options: Any) -> bool:
     return any((options.topics, options.begin, options.end, options.drop_connections))
 
 
-def warn_of_unknown_topics(selection: MessageSelection, bags: Sequence[BagReader]) -> None:
-    """Warn about selected topics and connections that are in none of the bags: most likely they are misspelt."""
-    connections = [one for bag in bags for one in bag.connections.values()]
-    topics = {one.topic for one in connections}
+def warn_about_unknown_topics(selection: MessageSelection, bags: Sequence[BagReader]) -> None:
+    """Warn about selected topics and connections that no bag contains: they are probably misspelt."""
+    connections = [connection for bag in bags for connection in bag.connections.values()]
+    topics = {connection.topic for connection in connections}
     for name in selection.topics:
         if not any(MessageSelection([name]).connections(bag) for bag in bags):
             print(f"WARNING: {name} is not in the bag{did_you_mean(name, topics)}", file=sys.stderr)
-    callers = {one.callerid for one in connections}
+    callers = {connection.callerid for connection in connections}
     for name in sorted(selection.drop):
-        if name not in callers and name not in {str(one.id) for one in connections}:
+        if name not in callers and name not in {str(connection.id) for connection in connections}:
             print(f"WARNING: the bag has no connection from {name}{did_you_mean(name, callers)}", file=sys.stderr)
 
 
-def split_on_commas(texts: list[str] | None) -> list[str]:
-    """Return all words of an option that takes a list separated by commas and can be repeated."""
-    return [word for text in texts or () for word in text.split(",") if word]
+def split_on_commas(values: list[str] | None) -> list[str]:
+    """Return all items of a repeatable option that takes a comma-separated list."""
+    return [item for value in values or () for item in value.split(",") if item]
 
 
 def parse_time(text: str, bag: BagReader | None, option: str) -> int:
-    """Return a time from the command line, in nanoseconds.
+    """Parse a time from the command line. Return it in nanoseconds.
 
     Args:
-        text: seconds from the start of the bag, or from its end if negative; ``@`` and seconds since 1970; or a
+        text: Seconds from the start of the bag, or from its end if negative; ``@`` and seconds since 1970; or a
             local date and time such as ``2026-11-20T20:10:31``.
-        bag: the bag; None if only an absolute time makes sense.
-        option: named in errors.
+        bag: The bag; None to return a relative time as it is.
+        option: The option's name, for error messages.
 
     Raises:
-        CommandError: the text has none of these forms.
+        CommandError: The time has none of these forms.
     """
     try:
         if text.startswith("@"):

@@ -55,7 +55,7 @@ VERB = Verb(
 
 
 def _write_rules(needed: list[Migration], path: str | None) -> str:
-    """Append the missing rules to a file, if one is given. Return the text to print."""
+    """Append the missing rules to a file if one is given. Return the message to print."""
     missing = {old._md5sum: (old, new) for _, _, steps in needed for old, new in steps}
     if path is None and missing:
         return "To generate rules, please run with -g <rulefile>"

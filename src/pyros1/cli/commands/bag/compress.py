@@ -32,7 +32,7 @@ VERBS = [
         BAGS,
         usage=USAGE,
         description="Compress one or more bag files.",
-        examples=[("--lz4 *.bag", "in place, with backups")],
+        examples=[("--lz4 *.bag", "compress bags in place and keep backups")],
         run=compress,
     ),
     Verb(
@@ -42,15 +42,15 @@ VERBS = [
         BAGS,
         usage=USAGE,
         description="Decompress one or more bag files.",
-        examples=[("run.bag", "in place, with a backup")],
+        examples=[("run.bag", "decompress a bag in place and keep a backup")],
         run=decompress,
     ),
 ]
 
 
-def _recompress(options: Any, paths: list[str], compression_wanted: str) -> int:
+def _recompress(options: Any, paths: list[str], new_compression: str) -> int:
     def operation(source: str, target: str) -> None:
         with BagReader(source) as bag, Progress(source, bag.content_size(), quiet=options.quiet) as progress:
-            edit.copy(bag.messages(), target, compression=compression_wanted, cipher=bag.file.cipher, progress=progress)
+            edit.copy(bag.messages(), target, compression=new_compression, cipher=bag.file.cipher, progress=progress)
 
     return rewrite_each(options, paths, operation)

@@ -46,7 +46,7 @@ VERBS = [
         BAGS,
         usage=USAGE,
         description="Encrypt one or more bag files.",
-        examples=[("-r robot@example.com run.bag", "for the owner of the secret key of that address")],
+        examples=[("-r robot@example.com run.bag", "encrypt a bag for the owner of that address's secret key")],
         run=encrypt,
     ),
     Verb(
@@ -57,14 +57,14 @@ VERBS = [
         BAGS,
         usage=USAGE,
         description="Decrypt one or more bag files.",
-        examples=[("run.bag", "with your secret gpg key")],
+        examples=[("run.bag", "decrypt a bag with your secret gpg key")],
         run=decrypt,
     ),
 ]
 
 
 def _rewrite(options: Any, paths: list[str], user: str | None) -> int:
-    """Rewrite bags, encrypted for a gpg user, or plain."""
+    """Rewrite bags, encrypted for a gpg user, or unencrypted if `user` is None."""
 
     def operation(source: str, target: str) -> None:
         with BagReader(source) as bag, Progress(source, bag.content_size(), quiet=options.quiet) as progress:
@@ -75,7 +75,7 @@ def _rewrite(options: Any, paths: list[str], user: str | None) -> int:
 
 
 def _cipher(user: str | None) -> Cipher | None:
-    """Return a cipher with a new key for each bag."""
+    """Return a cipher with a new key; None if `user` is None."""
     try:
         return None if user is None else new_cipher(user)
     except KeyUnavailableError as error:

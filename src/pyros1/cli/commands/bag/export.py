@@ -14,7 +14,7 @@ from pyros1.bag.api import Bag
 from pyros1.bag.edit.editing import MessageSelection
 from pyros1.bag.format.reader import RawMessage
 from pyros1.bag.format.records import Connection
-from pyros1.cli.commands.bag._options import QUIET, SELECTION_OPTIONS, selection_of
+from pyros1.cli.commands.bag._options import QUIET, SELECTION_OPTIONS, make_selection
 from pyros1.cli.commands.bag._writing.files import check_different, write_atomically
 from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
@@ -32,7 +32,7 @@ FORMATS = {
     "mcap": ".mcap",
     "ros2": "_ros2",
 }
-"""Format -> suffix of the output's name if no output is given."""
+"""Default suffix of the output's name for each format."""
 
 _EXTENSIONS = {
     ".csv": "csv",
@@ -54,26 +54,26 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Write the contents of bags in a format for other programs."""
     if not args:
         raise UsageError("You must specify at least one bag file.")
-    kind = _format(options)
+    kind = _select_format(options)
     target = options.output or os.path.splitext(args[0])[0] + FORMATS[kind]
     for path in args:
         check_different(path, target)
     with ExitStack() as stack:
         bags = [stack.enter_context(Bag(path, unindexed=False)) for path in args]
         first = min(bags, key=lambda bag: bag.reader.start or sys.maxsize)
-        export = _Export(bags, selection_of(options, first.reader), images=kind in ("images", "video"))
-        part = target
+        export = _Export(bags, make_selection(options, first.reader), images=kind in ("images", "video"))
+        temporary = target
         if target != _STDOUT:
             folder = kind in ("csv", "images", "video", "ros2") and _extension(target) not in _EXTENSIONS
-            part = stack.enter_context(write_atomically(target, folder=folder, force=bool(options.force)))
-        writer = _writer(kind, part, export.topics, options)
+            temporary = stack.enter_context(write_atomically(target, folder=folder, force=bool(options.force)))
+        writer = _make_writer(kind, temporary, export.topics, options)
         stack.callback(writer.abort)
         progress = stack.enter_context(Progress(target, export.size, quiet=options.quiet or target == _STDOUT))
         count = export.write_to(writer, progress)
         if not count and not export.skipped:
             raise CommandError(f"no messages between the selected times in {', '.join(args)}")
         writer.close()
-    for text in (*export.skipped_texts(), *_renamed(writer)):
+    for text in (*export.skipped_warnings(), *_renaming_notes(writer)):
         print(text, file=sys.stderr)
     if target != _STDOUT and not options.quiet:
         print(f"{target}: {count} messages of {len(export.topics)} topic{'s' if len(export.topics) != 1 else ''}")
@@ -88,10 +88,10 @@ VERB = Verb(
         "--format",
         choices=list(FORMATS),
         metavar="F",
-        help="csv: a table per topic, as `topic echo -b -p` prints it; jsonl: a line of JSON per message; "
-        "images: image files; video: a video per topic; mcap: an MCAP file with ROS 2 messages, or ROS 1 messages with "
-        "--ros1; ros2: a ROS 2 bag. Names that ROS 2 does not allow are changed: timeStamp to time_stamp, package "
-        "Mocap to mocap. Default: the format that the output's name ends with",
+        help="csv: one table per topic, as `topic echo -b -p` prints it; jsonl: one line of JSON per message; "
+        "images: image files; video: one video per topic; mcap: an MCAP file with ROS 2 messages, or ROS 1 messages "
+        "with --ros1; ros2: a ROS 2 bag. Names that ROS 2 does not allow are changed: timeStamp to time_stamp, package "
+        "Mocap to mocap. Default: determined by the output's extension",
     ),
     Option(
         "-o",
@@ -121,20 +121,20 @@ VERB = Verb(
     usage="[options] BAGFILE1 [BAGFILE2 ...]",
     description="Write the contents of bags in a format for other programs.",
     examples=[
-        ("run.bag --format csv --topics /odom,/imu", "tables run_csv/odom.csv and run_csv/imu.csv"),
-        ("run.bag -o - --format jsonl | jq .message", "lines of JSON for other programs"),
-        ("run.bag --format images -o frames", "image files, named by their stamps"),
-        ("run.bag -o camera.mp4 --topics /camera/image_raw --from 10 --to 20", "a video"),
-        ("a.bag b.bag -o run.mcap", "two bags for Foxglove"),
-        ("run.bag -o run.mcap --ros1", "the messages unchanged, as `mcap convert` does"),
-        ("run.bag --format ros2", "for `ros2 bag play run_ros2`"),
+        ("run.bag --format csv --topics /odom,/imu", "write the tables run_csv/odom.csv and run_csv/imu.csv"),
+        ("run.bag -o - --format jsonl | jq .message", "print lines of JSON for other programs"),
+        ("run.bag --format images -o frames", "write image files, named after their stamps"),
+        ("run.bag -o camera.mp4 --topics /camera/image_raw --from 10 --to 20", "write a video"),
+        ("a.bag b.bag -o run.mcap", "convert two bags to one file for Foxglove"),
+        ("run.bag -o run.mcap --ros1", "keep the messages unchanged, like `mcap convert`"),
+        ("run.bag --format ros2", "write a bag for `ros2 bag play run_ros2`"),
     ],
     stock="",
     run=run,
 )
 
 
-def _renamed(writer: Any) -> Iterator[str]:
+def _renaming_notes(writer: Any) -> Iterator[str]:
     """Yield notes about names that were changed because ROS 2 does not allow them."""
     changed = writer.names.changed if hasattr(writer, "names") else {}
     for old_name, name in list(changed.items())[:_MAX_NAMES_SHOWN]:
@@ -143,7 +143,7 @@ def _renamed(writer: Any) -> Iterator[str]:
         yield f"NOTE: {len(changed) - _MAX_NAMES_SHOWN} more names were changed"
 
 
-def _format(options: Any) -> str:
+def _select_format(options: Any) -> str:
     output = options.output
     guess = _EXTENSIONS.get(_extension(output)) if output else None
     if options.format is None and guess is None:
@@ -162,24 +162,24 @@ def _extension(path: str) -> str:
     return os.path.splitext(path)[1].lower()
 
 
-def _writer(kind: str, part: str, topics: list[str], options: Any) -> Any:
+def _make_writer(kind: str, temporary: str, topics: list[str], options: Any) -> Any:
     if kind in ("csv", "jsonl"):
-        # Here and below only the modules for the format are imported.
+        # Only the modules that the format needs are imported.
         from pyros1.cli.commands.bag._writing.text import CsvWriter, JsonWriter  # noqa: PLC0415
 
-        return CsvWriter(part, topics, options) if kind == "csv" else JsonWriter(part, options)
+        return CsvWriter(temporary, topics, options) if kind == "csv" else JsonWriter(temporary, options)
     if kind == "images":
         from pyros1.bag.export.image_files import PictureWriter  # noqa: PLC0415
 
-        return PictureWriter(part, mosaic=bool(options.mosaic))
+        return PictureWriter(temporary, mosaic=bool(options.mosaic))
     if kind == "video":
         from pyros1.bag.export.video import VideoWriter  # noqa: PLC0415
 
-        return VideoWriter(_video_path(part, topics))
+        return VideoWriter(_make_video_path(temporary, topics))
     if options.ros1:
         from pyros1.bag.export.mcap_writer import Ros1McapWriter  # noqa: PLC0415
 
-        return Ros1McapWriter(part)
+        return Ros1McapWriter(temporary)
     from pyros1.bag.export.ros2 import McapWriter, Ros2Writer  # noqa: PLC0415
     from pyros1.bag.export.schemas import distributions  # noqa: PLC0415
 
@@ -189,53 +189,53 @@ def _writer(kind: str, part: str, topics: list[str], options: Any) -> Any:
             f"--distro: unknown distribution {options.distro!r}{hint or '; known: ' + ', '.join(distributions())}", 2
         )
     if kind == "mcap":
-        return McapWriter(part, options.distro)
-    return Ros2Writer(part, options.storage, options.distro)
+        return McapWriter(temporary, options.distro)
+    return Ros2Writer(temporary, options.storage, options.distro)
 
 
-def _video_path(part: str, topics: list[str]) -> Callable[[str], str]:
+def _make_video_path(temporary: str, topics: list[str]) -> Callable[[str], str]:
     from pyros1.bag.export.topic_names import FileNames  # noqa: PLC0415
 
-    if _extension(part) in _EXTENSIONS:
+    if _extension(temporary) in _EXTENSIONS:
         if len(topics) > 1:
             raise CommandError(
                 f"a video shows one topic, but {len(topics)} are selected: select one with --topics, "
                 "or give a folder as output"
             )
-        return lambda topic: part
-    os.mkdir(part)
+        return lambda topic: temporary
+    os.mkdir(temporary)
     names = FileNames()
-    return lambda topic: os.path.join(part, f"{names[topic]}.mp4")
+    return lambda topic: os.path.join(temporary, f"{names[topic]}.mp4")
 
 
 class _Export:
-    """Feeds the selected messages to a writer.
+    """Passes the selected messages to a writer.
 
     Args:
-        bags: the bags, open.
-        selection: the selected topics and times.
-        images: only topics with images.
+        bags: The open bags.
+        selection: The selected topics and times.
+        images: Whether to export only topics with images.
 
     Attributes:
-        topics: topics with selected messages, sorted.
-        size: size of the bags' contents in bytes.
-        skipped: topic -> reason -> number of messages left out.
+        topics: The sorted topics with selected messages.
+        size: The size of the bags' contents in bytes.
+        skipped: Number of messages left out, by topic and reason.
 
     Raises:
-        CommandError: no message is selected.
+        CommandError: No message is selected.
     """
 
     def __init__(self, bags: list[Bag], selection: MessageSelection, *, images: bool) -> None:
         self._bags = bags
         self._selection = selection
-        self._owners = {id(connection): bag for bag in bags for connection in bag.connections}
+        self._bag_of_connection = {id(connection): bag for bag in bags for connection in bag.connections}
         types = _image_types() if images else None
         self._usable_connections: dict[int, Connection] = {}
-        self._ids = [_has_message(bag, selection, types) for bag in bags]
+        self._ids = [_connections_with_messages(bag, selection, types) for bag in bags]
         pairs = zip(bags, self._ids, strict=True)
         self.topics = sorted({bag.reader.connections[number].topic for bag, ids in pairs for number in ids})
         if not self.topics:
-            raise CommandError(self._nothing_selected(images))
+            raise CommandError(self._no_messages_text(images))
         known = {topic for bag in bags for topic in bag.topics}
         for name in selection.topics:
             if not any(MessageSelection([name]).connections(bag.reader) for bag in bags):
@@ -244,29 +244,29 @@ class _Export:
         self.skipped: dict[str, dict[str, int]] = {}
 
     def write_to(self, writer: Any, progress: Callable[[int], object]) -> int:
-        """Write all selected messages. Return how many were written.
+        """Write all selected messages. Return their number.
 
         Args:
-            writer: has `write_raw` for stored messages, or `write_message` for decoded ones.
-            progress: called with the number of bytes done, of `size`.
+            writer: An object with a method `write_raw` for stored messages, or `write_message` for decoded ones.
+            progress: Called with the number of bytes done so far, out of `size`.
 
         Raises:
-            BagError: a bag cannot be read, or a message cannot be converted.
-            OSError: the output cannot be written, for example because the disk is full.
+            BagError: A bag cannot be read, or a message cannot be converted.
+            OSError: The output cannot be written, for example because the disk is full.
         """
-        raw = hasattr(writer, "write_raw")
+        accepts_raw = hasattr(writer, "write_raw")
         begin = max(min(bag.reader.start for bag in self._bags), self._selection.start or 0)
         end = min(max(bag.reader.end for bag in self._bags), self._selection.end or sys.maxsize)
-        pace = self.size / max(1, end - begin)
+        bytes_per_nanosecond = self.size / max(1, end - begin)
         count = 0
         for stored in self._messages():
-            progress(int((stored.time - begin) * pace))
-            if raw:
+            progress(int((stored.time - begin) * bytes_per_nanosecond))
+            if accepts_raw:
                 writer.write_raw(self._with_usable_definition(stored))
                 count += 1
                 continue
             topic = stored.connection.topic
-            message = self._owners[id(stored.connection)].decode(stored)
+            message = self._bag_of_connection[id(stored.connection)].decode(stored)
             try:
                 writer.write_message(topic, message, Time.from_nsec(stored.time))
                 count += 1
@@ -277,17 +277,17 @@ class _Export:
         return count
 
     def _with_usable_definition(self, stored: RawMessage) -> RawMessage:
-        """Return a message whose connection has a definition that other programs can read, if one is known."""
+        """Return the message with a definition in its connection that other programs can read, if one is known."""
         connection = stored.connection
         if id(connection) not in self._usable_connections:
-            text = self._owners[id(connection)].definition(connection)
+            text = self._bag_of_connection[id(connection)].definition(connection)
             header = {**connection.header, "message_definition": text.encode("utf-8", "surrogateescape")}
-            same = text == connection.definition
-            self._usable_connections[id(connection)] = connection if same else replace(connection, header=header)
+            is_same = text == connection.definition
+            self._usable_connections[id(connection)] = connection if is_same else replace(connection, header=header)
         usable = self._usable_connections[id(connection)]
         return stored if usable is connection else stored._replace(connection=usable)
 
-    def skipped_texts(self) -> Iterator[str]:
+    def skipped_warnings(self) -> Iterator[str]:
         """Yield warnings about messages that were left out."""
         for topic, reasons in self.skipped.items():
             for reason, number in list(reasons.items())[:_MAX_SKIPPED_SHOWN]:
@@ -300,7 +300,7 @@ class _Export:
         streams = [bag.reader.messages(ids, start, end) for bag, ids in zip(self._bags, self._ids, strict=True)]
         return streams[0] if len(streams) == 1 else heapq.merge(*streams, key=lambda stored: stored.time)
 
-    def _nothing_selected(self, images: bool) -> str:
+    def _no_messages_text(self, images: bool) -> str:
         names = ", ".join(bag.path for bag in self._bags)
         topics = {topic for bag in self._bags for topic in bag.topics}
         if not topics:
@@ -314,7 +314,7 @@ class _Export:
         return f"no {'images' if images else 'messages'}{time_range} in {names}"
 
 
-def _has_message(bag: Bag, selection: MessageSelection, types: tuple[str, ...] | None) -> set[int]:
+def _connections_with_messages(bag: Bag, selection: MessageSelection, types: tuple[str, ...] | None) -> set[int]:
     """Return the ids of the selected connections that have messages between the selected times."""
     used = {
         number

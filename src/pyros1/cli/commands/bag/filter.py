@@ -11,7 +11,7 @@ from pyros1.bag.api import Bag
 from pyros1.bag.edit import editing as edit
 from pyros1.bag.format.reader import RawMessage
 from pyros1.bag.format.records import RECORD_OVERHEAD
-from pyros1.cli.commands.bag._options import SELECTION_OPTIONS, has_selection, selection_of, warn_of_unknown_topics
+from pyros1.cli.commands.bag._options import SELECTION_OPTIONS, has_selection, make_selection, warn_about_unknown_topics
 from pyros1.cli.commands.bag._writing.files import check_different, new_file
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
@@ -35,20 +35,20 @@ The following variables are available:
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Write the selected messages of a bag to another bag."""
-    source, target, text = _arguments(options, args)
+    source, target, text = _parse_arguments(options, args)
     if not os.path.isfile(source):
         raise CommandError(f"Cannot locate input bag file [{source}]", 2, plain=True)
     check_different(source, target, 3)
-    expression = None if text is None else _Test(text)
-    pattern = None if options.pattern is None else _Test(options.pattern)
-    with Bag(source, unindexed=False) as bag, new_file(target) as part:
+    expression = None if text is None else _MessageExpression(text)
+    print_expression = None if options.print_expression is None else _MessageExpression(options.print_expression)
+    with Bag(source, unindexed=False) as bag, new_file(target) as temporary:
         total = len(bag)
         size = bag.reader.content_size()
-        selection = selection_of(options, bag.reader)
-        warn_of_unknown_topics(selection, [bag.reader])
+        selection = make_selection(options, bag.reader)
+        warn_about_unknown_topics(selection, [bag.reader])
         with Progress(target, size) as progress:
-            messages = _passing(selection.messages(bag.reader), bag, expression, pattern, progress)
-            count = edit.copy(messages, part, cipher=bag.reader.file.cipher)
+            messages = _matching_messages(selection.messages(bag.reader), bag, expression, print_expression, progress)
+            count = edit.copy(messages, temporary, cipher=bag.reader.file.cipher)
     print(f"{target}: {count} of {total} messages")
 
 
@@ -59,7 +59,7 @@ VERB = Verb(
     Option(
         "-p",
         "--print",
-        dest="pattern",
+        dest="print_expression",
         metavar="PRINT-EXPRESSION",
         help="Python expression to print for verbose debugging. Uses same variables as filter-expression",
     ),
@@ -72,18 +72,18 @@ VERB = Verb(
     examples=[
         (
             "run.bag out.bag \"topic == '/odom' and m.twist.twist.linear.x > 1\"",
-            "the messages that match an expression",
+            "keep the messages that match an expression",
         ),
         (
             "run.bag out.bag --topics '/camera/*,/tf' --from 10 --to -5",
-            "some topics, from 10 s after the start to 5 s before the end",
+            "keep some topics, from 10 s after the start to 5 s before the end",
         ),
     ],
     run=run,
 )
 
 
-def _arguments(options: Any, args: list[str]) -> tuple[str, str, str | None]:
+def _parse_arguments(options: Any, args: list[str]) -> tuple[str, str, str | None]:
     if not args:
         raise UsageError("You must specify an in bag, an out bag, and an expression.")
     if len(args) == 1:
@@ -95,48 +95,48 @@ def _arguments(options: Any, args: list[str]) -> tuple[str, str, str | None]:
     return args[0], args[1], args[2] if len(args) == 3 else None
 
 
-class _Test:
-    """An expression on topic, m and t.
+class _MessageExpression:
+    """An expression that uses the variables topic, m and t.
 
     Args:
-        text: the expression.
+        text: The expression.
 
     Raises:
-        ExpressionError: the expression is malformed or uses something that is not allowed.
+        ExpressionError: The expression is malformed or uses something that is not allowed.
     """
 
     def __init__(self, text: str) -> None:
         self._expression = filter_expression(text)
-        self._decodes = re.search(r"\bm\b", text) is not None
+        self._needs_message = re.search(r"\bm\b", text) is not None
 
     def __call__(self, bag: Bag, stored: RawMessage) -> Any:
         """Return the expression's value for a message. The message is decoded only if the expression uses it.
 
         Raises:
-            CommandError: the expression cannot be evaluated.
+            CommandError: The expression cannot be evaluated.
         """
         names = {"topic": stored.connection.topic, "t": Time.from_nsec(stored.time)}
         try:
-            return self._expression({**names, "m": bag.decode(stored) if self._decodes else None})
+            return self._expression({**names, "m": bag.decode(stored) if self._needs_message else None})
         except ExpressionError as error:
             where = f"{stored.connection.topic} at {stored.time / 1e9:.6f} ({stored.connection.type})"
-            says_what_to_do = isinstance(error, UnknownNameError | LimitError)
-            hint = "" if says_what_to_do else ": does `topic == ... and` need to come first?"
+            has_hint = isinstance(error, UnknownNameError | LimitError)
+            hint = "" if has_hint else ": does `topic == ... and` need to come first?"
             raise CommandError(f"{error} (in the message on {where}){hint}") from None
 
 
-def _passing(
+def _matching_messages(
     messages: Iterator[RawMessage],
     bag: Bag,
-    expression: _Test | None,
-    pattern: _Test | None,
+    expression: _MessageExpression | None,
+    print_expression: _MessageExpression | None,
     progress: Callable[[int], object],
 ) -> Iterator[RawMessage]:
     done = 0
     for stored in messages:
         matches = expression is None or expression(bag, stored)
-        if pattern is not None:
-            print("MATCH" if matches else "NO MATCH", pattern(bag, stored))
+        if print_expression is not None:
+            print("MATCH" if matches else "NO MATCH", print_expression(bag, stored))
         if matches:
             yield stored
         done += len(stored.data) + RECORD_OVERHEAD

@@ -38,8 +38,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
                 f"or run '{invocation.program} fix' with the '--force' option."
             )
             return 1
-        with new_file(target) as part, Progress(target, bag.reader.file.size) as progress:
-            Migrated(bag, migrator).write(part, progress)
+        with new_file(target) as temporary, Progress(target, bag.reader.file.size) as progress:
+            Migrated(bag, migrator).write(temporary, progress)
     print("Bag migrated successfully.")
     return 0
 
@@ -56,6 +56,6 @@ VERB = Verb(
     usage="INBAG OUTBAG [EXTRARULES1 EXTRARULES2 ...]",
     description="Repair the messages in a bag file so that it can be played in the current system. "
     "Rule files are Python programs, and are executed.",
-    examples=[("old.bag new.bag rules.bmr", "with rules from `check -g rules.bmr`")],
+    examples=[("old.bag new.bag rules.bmr", "migrate a bag with rules from `check -g rules.bmr`")],
     run=run,
 )

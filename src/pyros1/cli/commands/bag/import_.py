@@ -34,20 +34,22 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     from pyros1.bag.export.imports import import_bag  # noqa: PLC0415 - not needed for help
 
     with (
-        write_atomically(target, folder=False, force=bool(options.force)) as part,
-        Progress(target, _size(source), quiet=options.quiet) as progress,
+        write_atomically(target, folder=False, force=bool(options.force)) as temporary,
+        Progress(target, _size_bytes(source), quiet=options.quiet) as progress,
     ):
-        done = import_bag(source, part, compression=options.compression, is_selected=is_selected, progress=progress)
-        if patterns and not done.topics:
+        result = import_bag(
+            source, temporary, compression=options.compression, is_selected=is_selected, progress=progress
+        )
+        if patterns and not result.topics:
             hint = did_you_mean(patterns[0], existing)
             raise CommandError(f"no topic {' '.join(patterns)} in {source}{hint}")
-        if not done.messages:
-            reasons = "".join(f"; {topic} is left out: {reason}" for topic, reason in done.skipped.items())
+        if not result.messages:
+            reasons = "".join(f"; {topic} is left out: {reason}" for topic, reason in result.skipped.items())
             raise CommandError(f"no messages in {source}{reasons}; {target} was not written")
-    for topic, reason in done.skipped.items():
+    for topic, reason in result.skipped.items():
         print(f"WARNING: {topic} is left out: {reason}", file=sys.stderr)
     if not options.quiet:
-        print(f"{target}: {done.messages} messages of {done.topics} topic{'s' if done.topics != 1 else ''}")
+        print(f"{target}: {result.messages} messages of {result.topics} topic{'s' if result.topics != 1 else ''}")
 
 
 VERB = Verb(
@@ -61,17 +63,17 @@ VERB = Verb(
     *compression("none"),
     Argument("SOURCE", "file"),
     description="Convert a ROS 2 bag to a ROS 1 bag. SOURCE is the folder of the ROS 2 bag, or an .mcap or .db3 file. "
-    "An .mcap file may also hold ROS 1 messages.",
+    "An .mcap file may also contain ROS 1 messages.",
     examples=[
-        ("run.mcap -o run.bag", "from an MCAP file of ROS 1 or ROS 2"),
-        ("rosbag2_folder", "into rosbag2_folder.bag"),
+        ("run.mcap -o run.bag", "convert an MCAP file of ROS 1 or ROS 2"),
+        ("rosbag2_folder", "convert a ROS 2 bag to rosbag2_folder.bag"),
     ],
     stock="",
     run=run,
 )
 
 
-def _size(source: str) -> int:
+def _size_bytes(source: str) -> int:
     if not os.path.isdir(source):
         return os.path.getsize(source) if os.path.exists(source) else 0
     return sum(entry.stat().st_size for entry in os.scandir(source) if entry.is_file())

@@ -16,7 +16,7 @@ from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.cli.shared.printing import print_json
 
-_STEP = re.compile(r"\.?([A-Za-z_]\w*)|\[(-?\d+)\]")
+_PATH_STEP = re.compile(r"\.?([A-Za-z_]\w*)|\[(-?\d+)\]")
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -37,7 +37,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
                 continue
             return 1
         if options.json:
-            print_json(_typed(info_values(summary)))
+            print_json(_convert_numbers(info_values(summary)))
             continue
         if not options.yaml:
             print(info_text(summary))
@@ -57,48 +57,48 @@ VERB = Verb(
     Flag("-y", "--yaml", help="print information in YAML format"),
     Option("-k", "--key", help="print information on the given key, such as duration or topics[0].type"),
     Flag("--freq", help="display topic message frequency statistics"),
-    Flag("--json", help="print one line of JSON per bag", own=True),
+    Flag("--json", help="print one line of JSON per bag", pyros1_only=True),
     Argument("BAGFILE", "bag", many=True),
     usage="[options] BAGFILE1 [BAGFILE2 BAGFILE3 ...]",
     description="Summarize the contents of one or more bag files.",
     examples=[
-        ("run.bag", "what a bag contains"),
-        ("-y -k topics[0].type run.bag", "one value, for scripts"),
-        ("--json run.bag", "for programs"),
+        ("run.bag", "print what a bag contains"),
+        ("-y -k topics[0].type run.bag", "print one value, for scripts"),
+        ("--json run.bag", "print JSON for programs"),
     ],
     run=run,
 )
 
 
-def _typed(value: Any) -> Any:
-    """Return values as YAML reads them: strings of digits become numbers."""
+def _convert_numbers(value: Any) -> Any:
+    """Convert values as a YAML parser does: strings of digits become numbers."""
     if isinstance(value, dict):
-        return {name: _typed_field(name, item) for name, item in value.items()}
+        return {name: _convert_field(name, item) for name, item in value.items()}
     if isinstance(value, list):
-        return [_typed(item) for item in value]
+        return [_convert_numbers(item) for item in value]
     return value
 
 
-def _typed_field(name: str, value: Any) -> Any:
+def _convert_field(name: str, value: Any) -> Any:
     if name in ("duration", "start", "end", "frequency") or (name == "version" and "(" not in value):
         return float(value)
-    return _typed(value)
+    return _convert_numbers(value)
 
 
 def _print_key(values: dict[str, Any], key: str) -> None:
     try:
-        value = _find(_typed(values), key)
+        value = _value_at(_convert_numbers(values), key)
     except (LookupError, ValueError):
         print(f'Error getting key "{key}"', file=sys.stderr)
         return
     print(_key_text(value))
 
 
-def _find(value: Any, key: str) -> Any:
-    """Return the value of a path such as ``topics[0].type``."""
+def _value_at(value: Any, key: str) -> Any:
+    """Return the value at a path such as ``topics[0].type``."""
     position = 0
     while position < len(key):
-        step = _STEP.match(key, position)
+        step = _PATH_STEP.match(key, position)
         if step is None:
             raise ValueError(key)
         name, index = step.groups()

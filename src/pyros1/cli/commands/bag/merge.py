@@ -8,7 +8,7 @@ from typing import Any
 
 from pyros1.bag.edit import editing as edit
 from pyros1.bag.format.reader import BagReader
-from pyros1.cli.commands.bag._options import SELECTION_OPTIONS, compression, selection_of, warn_of_unknown_topics
+from pyros1.cli.commands.bag._options import SELECTION_OPTIONS, compression, make_selection, warn_about_unknown_topics
 from pyros1.cli.commands.bag._writing.files import check_different, new_file
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
@@ -27,13 +27,13 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     with contextlib.ExitStack() as stack:
         bags = [stack.enter_context(BagReader(source)) for source in sources]
         first = min(bags, key=lambda bag: bag.start or sys.maxsize)
-        selection = selection_of(options, first)
-        warn_of_unknown_topics(selection, bags)
+        selection = make_selection(options, first)
+        warn_about_unknown_topics(selection, bags)
         progress = stack.enter_context(Progress(target, sum(bag.content_size() for bag in bags)))
-        part = stack.enter_context(new_file(target))
+        temporary = stack.enter_context(new_file(target))
         messages = edit.merged(bags, selection)
         cipher = next((bag.file.cipher for bag in bags if bag.file.cipher is not None), None)
-        count = edit.copy(messages, part, compression=options.compression, cipher=cipher, progress=progress)
+        count = edit.copy(messages, temporary, compression=options.compression, cipher=cipher, progress=progress)
     print(f"{target}: {count} messages")
 
 
@@ -46,8 +46,8 @@ VERB = Verb(
     Argument("OUTBAG", "bag"),
     Argument("INBAG", "bag", many=True),
     usage="[options] OUTBAG INBAG1 [INBAG2 ...]",
-    description="Merge bags into one, in the order of time.",
-    examples=[("all.bag a.bag b.bag", "in the order of time")],
+    description="Merge bags into one, in chronological order.",
+    examples=[("all.bag a.bag b.bag", "merge two bags in chronological order")],
     stock="",
     run=run,
 )

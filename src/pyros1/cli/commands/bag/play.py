@@ -26,10 +26,10 @@ if TYPE_CHECKING:
     from pyros1.node import Node
 
 _SWITCH_INTERVAL = 0.00005
-"""Interpreter switch interval in seconds: how long the reading thread may keep the playing thread waiting."""
+"""Interpreter switch interval in seconds. It limits how long the reading thread can delay the playing thread."""
 
-_COLLECT_AFTER = 100_000
-"""Threshold of the garbage collector, in new objects. Messages read ahead stay below it, since one collection of all
+_COLLECTION_THRESHOLD = 100_000
+"""The garbage collector's threshold in new objects. Messages read ahead stay below it, since one collection of all
 objects takes up to 90 ms."""
 
 
@@ -38,7 +38,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     paths = [*args, *(options.bags or ())]
     if not paths:
         raise UsageError("You must specify at least 1 bag file to play back.")
-    _check(options)
+    _check_options(options)
     from pyros1.bag.play.control import Control  # noqa: PLC0415 - not needed for help
     from pyros1.bag.play.source import Bags  # noqa: PLC0415
     from pyros1.node import Node  # noqa: PLC0415
@@ -46,8 +46,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     sys.setswitchinterval(_SWITCH_INTERVAL)
     with Bags(paths, options.topics) as bags:
         _check_content(bags, options)
-        gc.freeze()  # the index of a large bag is large, and stays
-        gc.set_threshold(_COLLECT_AFTER)
+        gc.freeze()  # the index of a large bag is large, and is kept
+        gc.set_threshold(_COLLECTION_THRESHOLD)
         try:
             node = Node(f"play_{time.time_ns()}", argv=invocation.remapping_args, environ=invocation.environ)
         except SystemExit:
@@ -63,8 +63,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
             control.close()
 
 
-def _words(option: Any, opt: str, value: Any, parser: Any) -> None:
-    """Use the words up to the next option as the option's value."""
+def _parse_topics(option: Any, opt: str, value: Any, parser: Any) -> None:
+    """Use all arguments up to the next option as the option's value."""
     words = []
     while parser.rargs and not parser.rargs[0].startswith("-"):
         words.append(parser.rargs.pop(0))
@@ -117,11 +117,11 @@ VERB = Verb(
         "--try-future-version",
         help="still try to open a bag file, even if the version number is not known to the player",
     ),
-    Option("--topics", action="callback", callback=_words, dest="topics", help="topics to play back"),
+    Option("--topics", action="callback", callback=_parse_topics, dest="topics", help="topics to play back"),
     Option(
         "--pause-topics",
         action="callback",
-        callback=_words,
+        callback=_parse_topics,
         dest="pause_topics",
         help="topics to pause on during playback",
     ),
@@ -145,17 +145,17 @@ VERB = Verb(
     usage="BAGFILE1 [BAGFILE2 BAGFILE3 ...]",
     description="Play back the contents of one or more bag files in a time-synchronized fashion.",
     examples=[
-        ("run.bag", "at the original speed; space pauses, s steps"),
-        ("--clock -r 0.5 -s 60 -u 10 run.bag", "ten seconds in slow motion, with simulated time"),
-        ("run.bag --topics /scan /tf /tf_static", "some topics"),
-        ("a.bag b.bag /scan:=/old/scan", "two bags together, one topic renamed"),
+        ("run.bag", "play at the original speed; space pauses, s steps"),
+        ("--clock -r 0.5 -s 60 -u 10 run.bag", "play ten seconds in slow motion, with simulated time"),
+        ("run.bag --topics /scan /tf /tf_static", "play some of the topics"),
+        ("a.bag b.bag /scan:=/old/scan", "play two bags together and rename one topic"),
     ],
     run=run,
 )
 
 
 def _reduce_timer_slack() -> None:
-    """Tell Linux to end this thread's waits on time. The default is up to 50 us late."""
+    """Make Linux wake this thread exactly on time. By default, it may be up to 50 us late."""
     with contextlib.suppress(OSError), open("/proc/self/timerslack_ns", "w", encoding="ascii") as slack:
         slack.write("1")
 
@@ -163,9 +163,9 @@ def _reduce_timer_slack() -> None:
 def _play(node: Node, bags: Bags, options: Any, control: Control) -> int:
     from pyros1.bag.play.keyboard import Keyboard  # noqa: PLC0415
     from pyros1.bag.play.player import Player  # noqa: PLC0415
-    from pyros1.cli.commands.bag._running.live import LiveLine  # noqa: PLC0415
+    from pyros1.cli.commands.bag._running.live import StatusLine  # noqa: PLC0415
 
-    line = LiveLine(not options.quiet)
+    line = StatusLine(not options.quiet)
 
     def show(status: Status) -> None:
         line.show(
@@ -174,7 +174,7 @@ def _play(node: Node, bags: Bags, options: Any, control: Control) -> int:
 
     for reader in bags.readers:
         line.print_message(f"Opening {reader.path}")
-        node.log.note(f"Opening {reader.path}")  # like stock, which logs nothing else there
+        node.log.note(f"Opening {reader.path}")  # like stock, which logs nothing else here
     player = Player(node, bags, _settings(options), control, None if options.quiet else show)
     for topic, reason in player.unplayable.items():
         node.log.warn("%s is not played: %s", one_line(topic), one_line(reason))
@@ -194,7 +194,7 @@ def _play(node: Node, bags: Bags, options: Any, control: Control) -> int:
             _print_status(options, "\nHit space to toggle paused, or 's' to step.")
         player.run()
         if not control.ended and options.keep_alive:
-            line.print_message("All messages were played; still running for the latched topics. Press Ctrl-C to end.")
+            line.print_message("All messages were played; still running for the latched topics. Press Ctrl-C to stop.")
             while not control.ended:
                 control.wait(1.0)
     line.clear()
@@ -209,7 +209,7 @@ def _play(node: Node, bags: Bags, options: Any, control: Control) -> int:
 
 
 def _print_status(options: Any, text: str, end: str = "\n") -> None:
-    """Print, unless --quiet is given. A closed output does not end playback."""
+    """Print a message unless --quiet is given. A closed output does not stop playback."""
     if not options.quiet:
         with contextlib.suppress(OSError, ValueError):
             print(text, end=end, flush=True)
@@ -222,7 +222,7 @@ def _sleep(control: Control, seconds: float) -> None:
 
 
 def _pause(control: Control, paused: bool) -> tuple[bool, str]:
-    """Handle a call of the service ~pause_playback (B29)."""
+    """Handle a call to the service ~pause_playback (B29)."""
     what = "paused" if paused else "resumed"
     if control.set_paused(paused):
         return True, f"Playback is now {what}"
@@ -230,41 +230,45 @@ def _pause(control: Control, paused: bool) -> tuple[bool, str]:
 
 
 def _control_rate(node: Node, player: Player, topic: str) -> None:
-    """Make the player wait for a topic's stamps (B38), or for its arrival times if it has no header."""
+    """Make the player wait for a topic's stamps (B38), or for arrival times if the topic's messages have no header."""
     from pyros1.msgs import AnyMsg  # noqa: PLC0415
     from pyros1.observe.decoder import Decoder  # noqa: PLC0415
 
     decoder = Decoder()
     player.rate_stamp = 0
 
-    def take(raw: AnyMsg) -> None:
+    def on_message(raw: AnyMsg) -> None:
         try:
-            headed = decoder.message_class(raw)._has_header
-            message: Any = decoder.decode(raw) if headed else None
+            has_header = decoder.message_class(raw)._has_header
+            message: Any = decoder.decode(raw) if has_header else None
         except MessageError as error:
             node.log.error("%s: %s", topic, error, throttle=5.0)
             return
-        player.follow(message.header.stamp.to_nsec() if headed else player.now())
+        player.follow(message.header.stamp.to_nsec() if has_header else player.now())
 
-    node.subscribe(topic, AnyMsg, take)
+    node.subscribe(topic, AnyMsg, on_message)
 
 
 def _check_content(bags: Bags, options: Any) -> None:
     """Warn about options that have no effect on these bags.
 
     Raises:
-        CommandError: there is nothing to play.
+        CommandError: There is nothing to play.
     """
     recorded = {connection.topic for reader in bags.readers for connection in reader.connections.values()}
-    known = set(map(_plain, recorded))
+    known = set(map(_without_slash, recorded))
     for topic in [*(options.topics or []), *(options.pause_topics or [])]:
-        if _plain(topic) not in known:
+        if _without_slash(topic) not in known:
             print(f"WARNING: {topic} is not in the bag{did_you_mean(topic, recorded)}", file=sys.stderr)
-    if options.topics is not None and known.isdisjoint(map(_plain, options.topics)):
+    if options.topics is not None and known.isdisjoint(map(_without_slash, options.topics)):
         raise CommandError("none of the selected topics is in the bag; `pyros1 bag info` lists its topics")
     if not any(chunk.counts for reader in bags.readers for chunk in reader.chunks):
         print("WARNING: no messages to play", file=sys.stderr)
-    if options.clock and "clock" in known and (options.topics is None or "clock" in map(_plain, options.topics)):
+    if (
+        options.clock
+        and "clock" in known
+        and (options.topics is None or "clock" in map(_without_slash, options.topics))
+    ):
         print(
             "WARNING: the bag contains /clock, and --clock publishes it too: time will jump back and forth",
             file=sys.stderr,
@@ -274,7 +278,7 @@ def _check_content(bags: Bags, options: Any) -> None:
         raise CommandError(f"--start {options.start:g}: the bag is only {length:.3f} s long")
 
 
-def _plain(topic: str) -> str:
+def _without_slash(topic: str) -> str:
     return topic.lstrip("/")
 
 
@@ -296,14 +300,14 @@ def _settings(options: Any) -> PlayOptions:
     )
 
 
-def _check(options: Any) -> None:
+def _check_options(options: Any) -> None:
     for name in ("rate", "hz"):
         if not 0 < getattr(options, name) < inf:
             raise UsageError(f"--{name} must be a number greater than 0")
     for name in ("delay", "start", "duration", "skip_empty", "rate_control_max_delay"):
         value = getattr(options, name)
         if value is not None and not (isfinite(value) and value >= 0):
-            raise UsageError(f"--{name.replace('_', '-')} must be a number that is not negative")
+            raise UsageError(f"--{name.replace('_', '-')} must be a non-negative number")
     if options.queue < 0:
         raise UsageError("--queue must not be negative; 0 means no limit")
     if options.topics is not None and not options.topics:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.parsing import parse_guarded
+from pyros1.cli.parsing import parse_marked
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.ground import names
 from pyros1.ground.errors import Error
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
     from pyros1.bag.record.names import Selection
     from pyros1.node import Node
 
-_UNITS = {"": 1, "k": 1 << 10, "m": 1 << 20, "g": 1 << 30, "t": 1 << 40}
-_SECONDS = {"": 1, "s": 1, "m": 60, "h": 3600}
+_SIZE_UNITS = {"": 1, "k": 1 << 10, "m": 1 << 20, "g": 1 << 30, "t": 1 << 40}
+_DURATION_UNITS = {"": 1, "s": 1, "m": 60, "h": 3600}
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Record topics to bags."""
-    selection = _selection(options, [*args, *(options.topics or ())])
-    settings = _settings(options)
+    selection = _make_selection(options, [*args, *(options.topics or ())])
+    settings = _make_settings(options)
     from pyros1.bag.record.follow import StopSignal  # noqa: PLC0415 - not needed for help
     from pyros1.node import Node  # noqa: PLC0415
 
@@ -39,24 +39,22 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     try:
         stop_signal = StopSignal(node)
         if options.snapshot:
-            from pyros1.cli.commands.bag._running.snapshot import keep_snapshots  # noqa: PLC0415 - rarely needed
+            from pyros1.cli.commands.bag._running.snapshot import run_snapshots  # noqa: PLC0415 - rarely needed
 
-            return keep_snapshots(node, selection, settings, options, stop_signal)
+            return run_snapshots(node, selection, settings, options, stop_signal)
         return _record(node, selection, settings, options, stop_signal)
     finally:
         node.shutdown()
 
 
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Parse the words. The old form of ``--split`` takes a value, which an option without a value cannot."""
-    words = [
-        part for word in invocation.args for part in (word.split("=", 1) if word.startswith("--split=") else [word])
-    ]
-    return parse_guarded(invocation, verb, words)
+    """Parse the arguments. Separate the deprecated ``--split=SIZE``, since ``--split`` is declared without a value."""
+    args = [part for arg in invocation.args for part in (arg.split("=", 1) if arg.startswith("--split=") else [arg])]
+    return parse_marked(invocation, verb, args)
 
 
-def _split(option: Any, opt: str, value: Any, parser: Any) -> None:
-    """Accept ``--split`` alone, or in its old form followed by a number of MB (B19)."""
+def _parse_split(option: Any, opt: str, value: Any, parser: Any) -> None:
+    """Accept ``--split`` alone, or followed by a number of MB, which is deprecated (B19)."""
     parser.values.split = True
     if parser.rargs and parser.rargs[0].isdigit():
         print(
@@ -91,7 +89,7 @@ VERB = Verb(
     Option(
         "--split",
         action="callback",
-        callback=_split,
+        callback=_parse_split,
         dest="split",
         default=False,
         help="start a new bag when the maximum size or duration is reached",
@@ -136,7 +134,7 @@ VERB = Verb(
     Option("--topic", action="append", dest="topics", metavar="TOPIC", help="a topic to record"),
     Flag(
         "--snapshot",
-        own=True,
+        pyros1_only=True,
         help="write nothing, but keep the latest messages in memory; the service ~snapshot writes them to a bag",
     ),
     Option(
@@ -144,7 +142,7 @@ VERB = Verb(
         type="float",
         default=30.0,
         metavar="SEC",
-        own=True,
+        pyros1_only=True,
         help="keep SEC seconds of each topic (Default: %default, 0 = all)",
     ),
     Option(
@@ -152,17 +150,17 @@ VERB = Verb(
         type="float",
         default=64.0,
         metavar="MB",
-        own=True,
+        pyros1_only=True,
         help="keep at most MB megabytes of each topic (Default: %default, 0 = all)",
     ),
     Argument("TOPIC", "topic", many=True),
     usage="TOPIC1 [TOPIC2 TOPIC3 ...]",
     description="Record a bag file with the contents of specified topics.",
     examples=[
-        ("/odom /scan -O run", "two topics into run.bag"),
-        ("-a -x '/camera/.*' -o day", "all topics but some, also new ones, into day_<date>.bag"),
-        ("-a --lz4 --split --duration 10m --max-splits 6", "the last hour, in files of ten minutes"),
-        ("-a --snapshot --snapshot-duration 60", "the last minute, whenever ~snapshot is called"),
+        ("/odom /scan -O run", "record two topics to run.bag"),
+        ("-a -x '/camera/.*' -o day", "record all topics except some, including new ones, to day_<date>.bag"),
+        ("-a --lz4 --split --duration 10m --max-splits 6", "keep the last hour, in files of ten minutes"),
+        ("-a --snapshot --snapshot-duration 60", "write the last minute whenever ~snapshot is called"),
     ],
     parse=_parse,
     run=run,
@@ -174,12 +172,12 @@ def _record(node: Node, selection: Selection, settings: RecordOptions, options: 
     from pyros1.bag.record.follow import follow, wait_for_time  # noqa: PLC0415
     from pyros1.bag.record.recorder import Events, Recorder  # noqa: PLC0415
     from pyros1.bag.record.topics import TopicSearch  # noqa: PLC0415
-    from pyros1.cli.commands.bag._running.live import LiveLine, RecordLine, record_table  # noqa: PLC0415
+    from pyros1.cli.commands.bag._running.live import RecordingStatus, StatusLine, recording_summary  # noqa: PLC0415
 
-    line = LiveLine(not options.quiet, log=node.log)
-    announce = _announcer(node) if options.publish else lambda path: None
+    line = StatusLine(not options.quiet, log=node.log)
+    announce = _make_announcer(node) if options.publish else lambda path: None
 
-    def opened(path: str) -> None:
+    def on_opened(path: str) -> None:
         line.print_message(f"Recording to '{path}'.")
         announce(path)
 
@@ -190,7 +188,7 @@ def _record(node: Node, selection: Selection, settings: RecordOptions, options: 
     search = TopicSearch(node, selection)
     if not wait_for_time(node, stop_signal):
         return 0
-    events = Events(opened, lambda path: line.print_message(f"Closing '{path}'."), warn, stop_signal.stop)
+    events = Events(on_opened, lambda path: line.print_message(f"Closing '{path}'."), warn, stop_signal.stop)
     try:
         recorder = Recorder(node, settings, events)
     except (OSError, BagError) as error:
@@ -200,24 +198,24 @@ def _record(node: Node, selection: Selection, settings: RecordOptions, options: 
         if not names.is_legal_name(name) and (options.all or options.regex or options.node):
             warn(
                 f"'{name}' is not a legal name and is not recorded"
-            )  # an error in another node must not end the recording
+            )  # an error in another node must not stop the recording
             return
         line.print_message(f"Subscribing to {one_line(name)}")
         recorder.subscribe(name, transports=("udp", "tcp") if options.udp else ("tcp",))
 
     with recorder:
-        state = RecordLine(recorder)
-        follow(search, stop_signal, subscribe, lambda: line.show(state.text()), recorder.unsubscribe_finished)
+        status = RecordingStatus(recorder)
+        follow(search, stop_signal, subscribe, lambda: line.show(status.text()), recorder.unsubscribe_finished)
         line.clear()
     if not options.quiet:
-        print(record_table(recorder), flush=True)
+        print(recording_summary(recorder), flush=True)
     if recorder.error is not None:
-        node.log.error("recording ended: %s", _reason(recorder.error))
+        node.log.error("recording stopped: %s", _reason(recorder.error))
         return 1
     return 0
 
 
-def _announcer(node: Node) -> Callable[[str], None]:
+def _make_announcer(node: Node) -> Callable[[str], None]:
     publisher: Any = node.advertise("begin_write", "std_msgs/String", queue_size=10, latch=True)
 
     def announce(path: str) -> None:
@@ -232,35 +230,35 @@ def _reason(error: Exception) -> str:
     return str(error)
 
 
-def _selection(options: Any, topics: list[str]) -> Selection:
-    everything = options.all
-    if options.exclude and not (everything or options.regex or options.node or topics):
+def _make_selection(options: Any, topics: list[str]) -> Selection:
+    record_all = options.all
+    if options.exclude and not (record_all or options.regex or options.node or topics):
         print("only -x is given: recording all topics except those excluded", file=sys.stderr)
-        everything = True
-    if not (topics or everything or options.node):
+        record_all = True
+    if not (topics or record_all or options.node):
         raise UsageError("You must specify a topic name or else use the '-a' option.")
     for name in topics:
         if not options.regex and not name.strip("/"):
             raise CommandError(f"{name!r} is not a legal topic name")
-    if options.limit and (everything or options.regex or options.node):
+    if options.limit and (record_all or options.regex or options.node):
         raise CommandError("--limit works only with named topics, not with -a, -e, -x or --node")
     from pyros1.bag.record.names import Selection  # noqa: PLC0415
 
     try:
-        return Selection(topics, options.regex, everything, options.exclude, options.node)
+        return Selection(topics, options.regex, record_all, options.exclude, options.node)
     except Error as error:
         raise CommandError(str(error)) from None
 
 
-def _settings(options: Any) -> RecordOptions:
+def _make_settings(options: Any) -> RecordOptions:
     if options.output_prefix is not None and options.output_name is not None:
         raise UsageError("Can't set both prefix and name.")
-    duration = _measure("--duration", options.duration, _SECONDS) if options.duration else 0.0
+    duration = _parse_quantity("--duration", options.duration, _DURATION_UNITS) if options.duration else 0.0
     if options.split and not options.size and not duration:
         raise UsageError("Split specified without giving a maximum duration or size")
     for name in ("size", "max_splits", "buffsize", "chunksize", "limit", "snapshot_duration", "snapshot_size"):
         if not 0 <= (getattr(options, name) or 0) < float("inf"):
-            raise UsageError(f"--{name.replace('_', '-')} must be a number that is not negative")
+            raise UsageError(f"--{name.replace('_', '-')} must be a non-negative number")
     if options.bz2 and options.lz4:
         raise UsageError("use only one of --bz2 and --lz4")
     from pyros1.bag.record.model import RecordOptions  # noqa: PLC0415
@@ -278,12 +276,12 @@ def _settings(options: Any) -> RecordOptions:
         compression="bz2" if options.bz2 else "lz4" if options.lz4 else "none",
         limit=options.limit,
         repeat_latched=options.repeat_latched,
-        min_space=int(_measure("--min-space", options.min_space, _UNITS)),
+        min_space=int(_parse_quantity("--min-space", options.min_space, _SIZE_UNITS)),
     )
 
 
-def _measure(option: str, text: str, units: dict[str, int]) -> float:
-    """Return the value of a number followed by a unit."""
+def _parse_quantity(option: str, text: str, units: dict[str, int]) -> float:
+    """Return the value of a number with an optional unit."""
     number = text.rstrip("".join(units) + "".join(units).upper() + "B")
     unit = text[len(number) :].lower().removesuffix("b")
     try:

@@ -13,25 +13,25 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Verb
 from pyros1.cli.shared.progress import Progress
 
-_MAX_DAMAGES_SHOWN = 5
+_MAX_ERRORS_SHOWN = 5
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Rewrite bags with all messages that can be read."""
+    """Rewrite bags, keeping all messages that can be read."""
 
     def operation(source: str, target: str) -> None:
         with Progress(source, os.path.getsize(source), quiet=options.quiet) as progress:
-            saved = reindex(source, target, progress)
-        if not saved.messages:
-            raise BagError(source, f"{_no_messages(saved)}; the file was not changed")
+            result = reindex(source, target, progress)
+        if not result.messages:
+            raise BagError(source, f"{_no_messages_text(result)}; the file was not changed")
         if options.quiet:
             return
-        for damage in saved.damages[:_MAX_DAMAGES_SHOWN]:
+        for damage in result.damages[:_MAX_ERRORS_SHOWN]:
             print(f"{source}: at byte {damage.offset}: {damage.reason}", file=sys.stderr)
-        if len(saved.damages) > _MAX_DAMAGES_SHOWN:
-            print(f"{source}: {len(saved.damages) - _MAX_DAMAGES_SHOWN} more damaged places", file=sys.stderr)
-        lost = f"; {saved.lost} are lost, without a connection record or a valid time" if saved.lost else ""
-        print(f"{source}: {saved.messages} messages{lost}")
+        if len(result.damages) > _MAX_ERRORS_SHOWN:
+            print(f"{source}: {len(result.damages) - _MAX_ERRORS_SHOWN} more damaged places", file=sys.stderr)
+        lost = f"; {result.lost} are lost because they have no connection record or valid time" if result.lost else ""
+        print(f"{source}: {result.messages} messages{lost}")
 
     return rewrite_each(options, args, operation)
 
@@ -48,8 +48,8 @@ VERB = Verb(
 )
 
 
-def _no_messages(saved: ReindexResult) -> str:
-    if saved.lost:
-        return f"the {saved.lost} messages found in it have no connection record or no valid time"
-    reasons = "".join(f"; at byte {damage.offset}: {damage.reason}" for damage in saved.damages[:1])
+def _no_messages_text(result: ReindexResult) -> str:
+    if result.lost:
+        return f"the {result.lost} messages found in it have no connection record or no valid time"
+    reasons = "".join(f"; at byte {damage.offset}: {damage.reason}" for damage in result.damages[:1])
     return f"no messages were found in it{reasons}"

@@ -23,22 +23,22 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         raise UsageError("You must specify an in bag, an out bag, and pairs of an old and a new name.")
     source, target, *names = args
     check_different(source, target)
-    pairs = dict(zip(names[::2], names[1::2], strict=True))
-    for new in pairs.values():
+    new_names = dict(zip(names[::2], names[1::2], strict=True))
+    for new in new_names.values():
         if not is_legal_name(new.rstrip("/")):
             raise CommandError(f"{new!r} is not a legal topic name")
     with BagReader(source) as bag:
         topics = {connection.topic for connection in bag.connections.values()}
-        for old in pairs:
-            if not any(_renamed(topic, {old: "?"}) != topic for topic in topics):
+        for old in new_names:
+            if not any(_rename(topic, {old: "?"}) != topic for topic in topics):
                 raise CommandError(f"{source} has no topic {old}{did_you_mean(old, topics)}")
-        with new_file(target) as part, Progress(target, bag.content_size()) as progress:
+        with new_file(target) as temporary, Progress(target, bag.content_size()) as progress:
             count = edit.copy(
                 bag.messages(),
-                part,
+                temporary,
                 compression=options.compression,
                 cipher=bag.file.cipher,
-                rename=lambda topic: _renamed(topic, pairs),
+                rename=lambda topic: _rename(topic, new_names),
                 progress=progress,
             )
     print(f"{target}: {count} messages")
@@ -55,16 +55,16 @@ VERB = Verb(
     usage="[options] INBAG OUTBAG OLD NEW [OLD NEW ...]",
     description="Rename topics. If OLD and NEW end with a slash, all topics of that namespace are renamed.",
     examples=[
-        ("run.bag out.bag /scan /front/scan", "one topic"),
-        ("run.bag out.bag /robot1/ /robot2/", "all topics of a namespace"),
+        ("run.bag out.bag /scan /front/scan", "rename one topic"),
+        ("run.bag out.bag /robot1/ /robot2/", "rename all topics of a namespace"),
     ],
     stock="rosrun rosbag topic_renamer.py",
     run=run,
 )
 
 
-def _renamed(topic: str, pairs: Mapping[str, str]) -> str:
-    for old, new in pairs.items():
+def _rename(topic: str, new_names: Mapping[str, str]) -> str:
+    for old, new in new_names.items():
         if topic.lstrip("/") == old.lstrip("/"):
             return new
         if old.endswith("/") and topic.lstrip("/").startswith(old.lstrip("/")):

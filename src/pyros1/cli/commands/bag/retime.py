@@ -19,25 +19,25 @@ from pyros1.ground.timing import Time
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Write a copy of a bag in which the messages have other times."""
-    _check(options, args)
+    """Write a copy of a bag with changed message times."""
+    _check_options(options, args)
     source, target = args
     check_different(source, target)
     with Bag(source, unindexed=False) as bag:
         if options.header_stamp:
-            change = _stamp_of(bag)
+            retime = _make_stamp_function(bag)
         else:
             offset = parse_time(options.offset, None, "--offset") if options.offset is not None else 0
             if options.start is not None:
                 offset = parse_time(options.start, bag.reader, "--start") - bag.reader.start
-            change = edit.shifted(offset, options.rate, bag.reader.start)
-        with new_file(target) as part, Progress(target, bag.reader.content_size()) as progress:
+            retime = edit.shifted(offset, options.rate, bag.reader.start)
+        with new_file(target) as temporary, Progress(target, bag.reader.content_size()) as progress:
             count = edit.copy(
                 bag.reader.messages(),
-                part,
+                temporary,
                 compression=options.compression,
                 cipher=bag.reader.file.cipher,
-                retime=change,
+                retime=retime,
                 progress=progress,
             )
     print(f"{target}: {count} messages")
@@ -57,15 +57,15 @@ VERB = Verb(
     usage="[options] INBAG OUTBAG",
     description="Change the times at which messages were recorded. The messages themselves do not change.",
     examples=[
-        ("run.bag out.bag --offset -3600", "one hour earlier"),
-        ("run.bag out.bag --header-stamp", "the times in the message headers"),
+        ("run.bag out.bag --offset -3600", "move the messages back by one hour"),
+        ("run.bag out.bag --header-stamp", "use the times in the message headers"),
     ],
     stock="",
     run=run,
 )
 
 
-def _check(options: Any, args: list[str]) -> None:
+def _check_options(options: Any, args: list[str]) -> None:
     if len(args) != 2:
         raise UsageError("You must specify an in bag and an out bag.")
     if options.offset is not None and options.start is not None:
@@ -78,10 +78,10 @@ def _check(options: Any, args: list[str]) -> None:
         raise UsageError("--rate must be greater than 0")
 
 
-def _stamp_of(bag: Bag) -> Callable[[RawMessage], int]:
+def _make_stamp_function(bag: Bag) -> Callable[[RawMessage], int]:
     def stamp(stored: RawMessage) -> int:
         header = getattr(bag.decode(stored), "header", None)
-        found = getattr(header, "stamp", None)
-        return found.to_nsec() if isinstance(found, Time) and found else stored.time
+        header_stamp = getattr(header, "stamp", None)
+        return header_stamp.to_nsec() if isinstance(header_stamp, Time) and header_stamp else stored.time
 
     return stamp

@@ -11,15 +11,15 @@ from typing import Any
 from pyros1.bag.edit import editing as edit
 from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.records import NS
-from pyros1.cli.commands.bag._options import SELECTION_OPTIONS, compression, selection_of, warn_of_unknown_topics
-from pyros1.cli.commands.bag._writing.files import interruptible
+from pyros1.cli.commands.bag._options import SELECTION_OPTIONS, compression, make_selection, warn_about_unknown_topics
+from pyros1.cli.commands.bag._writing.files import clean_up_on_signal
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.cli.shared.progress import Progress
 
-_UNITS = {"s": 1, "m": 60, "h": 3600}
+_DURATION_UNITS = {"s": 1, "m": 60, "h": 3600}
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -28,18 +28,18 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         raise UsageError("You must specify one bag.")
     if options.size is None and options.duration is None and options.count is None:
         raise UsageError("You must specify --size, --duration or --count.")
-    duration = None if options.duration is None else _seconds(options.duration)
+    duration = None if options.duration is None else _parse_duration(options.duration)
     if any(limit is not None and not 0 < limit < float("inf") for limit in (options.size, duration, options.count)):
         raise UsageError("--size, --duration and --count must be greater than 0")
     stem, extension = os.path.splitext(args[0])
     if options.output_dir is not None:
         stem = os.path.join(options.output_dir, os.path.basename(stem))
     extension = extension or ".bag"
-    if not options.force:  # they may be the recorder's own splits
-        _refuse_parts(stem, extension)
-    with BagReader(args[0]) as bag, interruptible("the files written so far are complete"):
-        selection = selection_of(options, bag)
-        warn_of_unknown_topics(selection, [bag])
+    if not options.force:  # existing parts may be splits from the recorder
+        _check_no_parts_exist(stem, extension)
+    with BagReader(args[0]) as bag, clean_up_on_signal("the files written so far are complete"):
+        selection = make_selection(options, bag)
+        warn_about_unknown_topics(selection, [bag])
         with Progress(args[0], bag.content_size()) as progress:
             paths = edit.split(
                 selection.messages(bag),
@@ -72,24 +72,24 @@ VERB = Verb(
     *compression("none"),
     Argument("INBAG", "bag"),
     description="Split a bag into NAME_0.bag, NAME_1.bag, ... whenever a given limit is reached.",
-    examples=[("run.bag --duration 5m --repeat-latched", "into run_0.bag, run_1.bag, ...")],
+    examples=[("run.bag --duration 5m --repeat-latched", "write run_0.bag, run_1.bag, ...")],
     stock="",
     run=run,
 )
 
 
-def _refuse_parts(stem: str, extension: str) -> None:
+def _check_no_parts_exist(stem: str, extension: str) -> None:
     folder, name = os.path.split(stem)
-    part = re.compile(re.escape(name) + r"_\d+" + re.escape(extension))
-    there: list[str] = []
+    pattern = re.compile(re.escape(name) + r"_\d+" + re.escape(extension))
+    existing: list[str] = []
     with contextlib.suppress(OSError):  # the writer reports a missing folder
-        there = sorted(filter(part.fullmatch, os.listdir(folder or ".")))
-    if there:
-        raise CommandError(f"{os.path.join(folder, there[0])} already exists: use --force to replace it")
+        existing = sorted(filter(pattern.fullmatch, os.listdir(folder or ".")))
+    if existing:
+        raise CommandError(f"{os.path.join(folder, existing[0])} already exists: use --force to replace it")
 
 
-def _seconds(text: str) -> float:
+def _parse_duration(text: str) -> float:
     try:
-        return float(text[:-1]) * _UNITS[text[-1]] if text[-1:] in _UNITS else float(text)
+        return float(text[:-1]) * _DURATION_UNITS[text[-1]] if text[-1:] in _DURATION_UNITS else float(text)
     except ValueError:
         raise UsageError(f"--duration: {text!r} is not a duration such as 30, 5m or 2h") from None

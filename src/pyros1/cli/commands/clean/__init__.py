@@ -7,27 +7,27 @@ from argparse import ArgumentParser, RawDescriptionHelpFormatter
 from pyros1.cli import registry
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Command, examples_block
-from pyros1.cli.shared.argparsing import add_parts
+from pyros1.cli.shared.argparsing import add_options_and_arguments
 
 
 def _dispatch(invocation: Invocation) -> int | None:
     """Run ``check`` or ``purge``."""
     program, as_stock = invocation.program, invocation.as_stock
-    found = [registry.load_verb("clean", name) for name in registry.verbs("clean")]
-    examples = [(f"{verb.name} {line}".rstrip(), about) for verb in found for line, about in verb.examples]
+    verbs = [registry.load_verb("clean", name) for name in registry.verbs("clean")]
+    examples = [(f"{verb.name} {line}".rstrip(), about) for verb in verbs for line, about in verb.examples]
     parser = ArgumentParser(
         prog=program,
         formatter_class=RawDescriptionHelpFormatter,
         epilog=None if as_stock else examples_block(program, examples).lstrip(),
     )
-    verbs = parser.add_subparsers(required=True, dest="{check,purge}")
-    for verb in found:
+    subparsers = parser.add_subparsers(required=True, dest="{check,purge}")
+    for verb in verbs:
         epilog = verb.examples_text(program, as_stock=as_stock).lstrip() or None
-        of_verb = verbs.add_parser(
+        verb_parser = subparsers.add_parser(
             verb.name, help=verb.about, epilog=epilog, formatter_class=RawDescriptionHelpFormatter
         )
-        add_parts(of_verb, invocation, *verb.options)
-        of_verb.set_defaults(verb=verb)
+        add_options_and_arguments(verb_parser, invocation, *verb.options)
+        verb_parser.set_defaults(verb=verb)
     options = parser.parse_args(invocation.argv)
     code: int | None = options.verb.run(invocation, options, [])
     return code

@@ -1,4 +1,4 @@
-"""The folders of log files."""
+"""Folders of log files."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from pathlib import Path
 from pyros1.launch.running.logs import log_folder, ros_home
 
 
-def folders() -> Iterator[tuple[Path, str]]:
-    """Yield the log folders that exist, links resolved, each with its name for messages."""
+def existing_log_folders() -> Iterator[tuple[Path, str]]:
+    """Yield the existing log folders with links resolved, and a label for each."""
     for folder, label in (
         (log_folder(os.environ), "ROS node logs"),
         (ros_home(os.environ) / "rosmake", "rosmake logs"),

@@ -1,6 +1,6 @@
 """``clean check`` and ``clean purge`` (L179).
 
-Nothing outside the log folders is removed, and no log that is being written.
+Nothing outside the log folders is removed, nor any log that is being written.
 """
 
 from __future__ import annotations
@@ -12,57 +12,57 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from pyros1.cli.commands.clean._folders import folders
+from pyros1.cli.commands.clean._folders import existing_log_folders
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.parsing import leave_words
+from pyros1.cli.parsing import leave_unparsed
 from pyros1.cli.records import JSON, Flag, Option, Verb
 from pyros1.cli.shared.printing import print_json
-from pyros1.doctor.disk import files_in_use, folder_size, human_size
+from pyros1.doctor.disk import files_in_use, folder_size, format_size_like_du
 
 _MEGABYTE = 1024 * 1024
 
 
 def _check(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print the size of the log folders."""
-    rows = [(label, folder, folder_size(folder, on_disk=True)) for folder, label in folders()]
+    rows = [(label, folder, folder_size(folder, on_disk=True)) for folder, label in existing_log_folders()]
     if options.json:
         print_json([{"what": label, "folder": str(folder), "bytes": size} for label, folder, size in rows])
         return
     for label, _, size in rows:
-        print(f"{human_size(size)} {label}")
+        print(f"{format_size_like_du(size)} {label}")
 
 
 def _purge(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Remove all logs, or the oldest until the rest is small enough. Return 1 if something could not be removed."""
-    done = True
-    for folder, label in folders():
-        if _holds_home(folder):
+    """Remove all logs, or the oldest ones until a size limit is met. Return 1 if something could not be removed."""
+    all_removed = True
+    for folder, label in existing_log_folders():
+        if _contains_home(folder):
             print(
                 f"will not remove {folder}: it is your home folder or contains it; correct ROS_LOG_DIR", file=sys.stderr
             )
             return 1
-        kept = set() if options.running else _in_use(folder)
+        kept = set() if options.running else _entries_in_use(folder)
         removed = (_purge_to_size if options.size else _purge_all)(folder, label, options, kept)
-        if removed is None:  # the user said no
+        if removed is None:  # the user declined
             if options.size:
                 return 0
             continue
-        done = done and removed
+        all_removed = all_removed and removed
         if kept:
             names = ", ".join(sorted(kept))
             print(
-                f"kept, because running programs write to it: {names} (use --running to remove it, too)",
+                f"kept, because running programs write to it: {names} (use --running to remove it as well)",
                 file=sys.stderr,
             )
-    return 0 if done else 1
+    return 0 if all_removed else 1
 
 
-def _in_use(folder: Path) -> set[str]:
-    """Return the entries of a folder in which running programs have open files, and links to them, like ``latest``."""
+def _entries_in_use(folder: Path) -> set[str]:
+    """Return the entries of a folder that running programs have open, and links to them such as ``latest``."""
     used = {path.relative_to(folder).parts[0] for path in files_in_use(folder)}
     real = folder.resolve()
     links = {path.name for path in folder.iterdir() if path.is_symlink()} if used else set()
-    return used | {name for name in links if {real / other for other in used} & {(folder / name).resolve()}}
+    return used | {name for name in links if (folder / name).resolve() in {real / entry for entry in used}}
 
 
 def _purge_all(folder: Path, label: str, options: Any, kept: set[str]) -> bool | None:
@@ -71,8 +71,8 @@ def _purge_all(folder: Path, label: str, options: Any, kept: set[str]) -> bool |
     if not options.yes:
         print("PLEASE BE CAREFUL TO VERIFY THE COMMAND BELOW!")
         quoted = f'"{folder}"' if " " in str(folder) else str(folder)
-        excepted = f" (except {', '.join(map(shlex.quote, sorted(kept)))})" if kept else ""
-        if not _ask(f"rm -rf {quoted}{excepted}"):
+        exceptions = f" (except {', '.join(map(shlex.quote, sorted(kept)))})" if kept else ""
+        if not _ask(f"rm -rf {quoted}{exceptions}"):
             return None
     if not kept:
         return _remove(folder)
@@ -81,7 +81,7 @@ def _purge_all(folder: Path, label: str, options: Any, kept: set[str]) -> bool |
 
 
 def _purge_to_size(folder: Path, label: str, options: Any, kept: set[str]) -> bool | None:
-    """Remove the oldest logs. Return the same as `_purge_all`."""
+    """Remove the oldest logs until the folder is small enough. Return the same as `_purge_all`."""
     limit, size = options.size * _MEGABYTE, folder_size(folder)
     if size <= limit:
         print(
@@ -97,19 +97,19 @@ def _purge_to_size(folder: Path, label: str, options: Any, kept: set[str]) -> bo
         print("PLEASE BE CAREFUL TO VERIFY THE COMMAND BELOW!")
         if not _ask(f"Purge some of old logs in {folder}"):
             return None
-    done = True
+    all_removed = True
     for path in sorted(folder.iterdir(), key=lambda path: path.lstat().st_mtime):
         if size <= limit:
             break
         if path.name not in kept:
             size -= folder_size(path)
-            done = _remove(path) and done
-    return done
+            all_removed = _remove(path) and all_removed
+    return all_removed
 
 
-def _ask(what: str) -> bool:
-    """Ask until the user answers. The end of the input means no."""
-    print(f"Okay to perform:\n\n{what}\n(y/n)?", flush=True)
+def _ask(question: str) -> bool:
+    """Ask until the user answers y or n. The end of the input means no."""
+    print(f"Okay to perform:\n\n{question}\n(y/n)?", flush=True)
     for line in sys.stdin:
         answer = line.strip().lower()
         if answer in ("y", "n"):
@@ -118,22 +118,22 @@ def _ask(what: str) -> bool:
 
 
 def _remove(path: Path) -> bool:
-    """Remove a file, a link, or a folder with everything in it. Links are not followed."""
+    """Remove a file, a link, or a folder and its contents. Links are not followed."""
     try:
         if path.is_symlink() or not path.is_dir():
             path.unlink()
         else:
             shutil.rmtree(path)
     except FileNotFoundError:
-        pass  # another process has removed it
+        pass  # another process removed it
     except OSError as error:
         print(f"FAILED to execute command: cannot remove {error.filename}: {error.strerror}", file=sys.stderr)
         return False
     return True
 
 
-def _holds_home(folder: Path) -> bool:
-    """Return whether a folder is the user's home or a parent of it, such as ``/``."""
+def _contains_home(folder: Path) -> bool:
+    """Return whether a folder is the user's home or one of its parents, such as ``/``."""
     home, folder = Path.home().resolve(), folder.resolve()
     return folder == home or folder in home.parents
 
@@ -143,8 +143,8 @@ VERBS = [
         "check",
         "Check usage of log files",
         JSON,
-        examples=[("", "how much space they use")],
-        parse=leave_words,  # the command parses
+        examples=[("", "print how much space they use")],
+        parse=leave_unparsed,  # the command parses the arguments
         run=_check,
     ),
     Verb(
@@ -152,12 +152,12 @@ VERBS = [
         "Remove log files",
         Flag("-y", dest="yes", help="remove without asking"),
         Option("--size", type=int, help="keep the newest logs, up to this many MB in total"),
-        Flag("--running", help="also remove logs of running programs", own=True),
+        Flag("--running", help="also remove logs of running programs", pyros1_only=True),
         examples=[
             ("", "remove all after asking; logs of running programs are kept"),
-            ("-y --size 500", "remove the oldest, until 500 MB are left"),
+            ("-y --size 500", "remove the oldest until 500 MB are left"),
         ],
-        parse=leave_words,  # the command parses
+        parse=leave_unparsed,  # the command parses the arguments
         run=_purge,
     ),
 ]

@@ -13,5 +13,5 @@ COMMAND = Command(
     order=("list", "get", "set", "set_from_parameters", "load", "dump"),
     row="\t{program} {name}\t{about}",
     footing="\nType {program} <command> -h for more detailed usage, e.g. '{program} get -h'\n",
-    usage_code=1,
+    usage_exit_code=1,
 )

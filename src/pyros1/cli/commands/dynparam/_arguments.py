@@ -1,4 +1,4 @@
-"""Shared code of the verbs about one node: the option ``-t`` and the check of the arguments."""
+"""Shared code of the verbs for one node: the option ``-t`` and argument checks."""
 
 from __future__ import annotations
 
@@ -8,15 +8,18 @@ from pyros1.cli.records import Option
 TIMEOUT = Option("-t", "--timeout", type="float", help="seconds to wait for the node (default: no limit)")
 
 
-def check(args: list[str], *wanted: str, max_arguments: int | None = None) -> None:
-    """Raise an error for too few or too many arguments.
+def check_arguments(args: list[str], *required: str, max_arguments: int | None = None) -> None:
+    """Check the number of arguments.
 
     Args:
         args: the arguments.
-        wanted: the name of each required argument, for errors.
-        max_arguments: the maximum number of arguments, if optional ones are allowed.
+        required: the name of each required argument, for error messages.
+        max_arguments: the maximum number of arguments if some are optional.
+
+    Raises:
+        UsageError: there are too few or too many arguments.
     """
-    if len(args) < len(wanted):
-        raise UsageError(f"invalid arguments. Please specify {wanted[len(args)]}")
-    if len(args) > (max_arguments or len(wanted)):
+    if len(args) < len(required):
+        raise UsageError(f"invalid arguments. Please specify {required[len(args)]}")
+    if len(args) > (max_arguments or len(required)):
         raise UsageError("too many arguments")

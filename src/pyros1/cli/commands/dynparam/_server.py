@@ -1,4 +1,4 @@
-"""The node to configure: reading and changing its configuration, and error messages."""
+"""Access to the configuration of a node, with error messages."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ if TYPE_CHECKING:
 _T = TypeVar("_T")
 _SERVICE = "/set_parameters"
 _WAIT_NOTICE_DELAY = 1.0
-"""Seconds after which the command prints what it waits for."""
+"""Seconds after which the command prints what it is waiting for."""
 
 
-def known(invocation: Invocation) -> list[str]:
-    """Return the nodes that can be configured: those that offer the service ``set_parameters``."""
+def configurable_nodes(invocation: Invocation) -> list[str]:
+    """Return the nodes that can be configured: those that provide the service ``set_parameters``."""
     services = invocation.graph.state().services
     return sorted(name.removesuffix(_SERVICE) for name in services if name.endswith(_SERVICE))
 
 
-def change(invocation: Invocation, name: str, values: dict[str, Any], timeout: float | None) -> int:
-    """Do what `apply` does, with a new node."""
+def change_with_new_node(invocation: Invocation, name: str, values: dict[str, Any], timeout: float | None) -> int:
+    """Set parameters of a node, see `apply`. Create the command's node for it."""
     code = 0
     with invocation.open_node() as node:
         code = apply(invocation, node, name, values, timeout)
@@ -37,11 +37,11 @@ def apply(invocation: Invocation, node: Node, name: str, values: dict[str, Any],
     """Set parameters of a node.
 
     Args:
-        invocation: the command.
+        invocation: the command's invocation.
         node: the command's node.
         name: the name of the node to configure.
-        values: see `Server.change`.
-        timeout: in seconds, see `Server`.
+        values: see `Server.change_with_new_node`.
+        timeout: timeout in seconds, see `Server`.
 
     Returns:
         The exit code.
@@ -51,28 +51,28 @@ def apply(invocation: Invocation, node: Node, name: str, values: dict[str, Any],
     try:
         Server(invocation, node, name, timeout).change(values)
     except ParameterError as error:
-        return refuse(invocation, f"error updating parameters: {error}", error.hint)
+        return report_failure(invocation, f"error updating parameters: {error}", error.hint)
     except WaitTimeoutError as error:
-        return refuse(invocation, f"couldn't set parameters at node {name}", str(error))
+        return report_failure(invocation, f"couldn't set parameters at node {name}", str(error))
     return 0
 
 
-def refuse(invocation: Invocation, text: str, hint: str = "") -> int:
-    """Print why nothing was done, on the stream that the stock tool uses. Return the exit code.
+def report_failure(invocation: Invocation, reason: str, hint: str = "") -> int:
+    """Print why nothing was changed, on the stream that the stock tool uses. Return the exit code.
 
     Args:
-        invocation: the command.
-        text: the reason.
-        hint: additional text, which the stock tool does not print; it goes to stderr.
+        invocation: the command's invocation.
+        reason: the reason.
+        hint: a hint, which the stock tool does not print; it is written to stderr.
     """
-    print(text, flush=True)
+    print(reason, flush=True)
     if hint:
         print(f"{invocation.program}: {hint.strip(' ()')}", file=sys.stderr)
-    return failed(invocation)
+    return failure_code(invocation)
 
 
-def failed(invocation: Invocation) -> int:
-    """Return the exit code. The stock tool returns 0 even if nothing was set; under our name it is 1, for scripts."""
+def failure_code(invocation: Invocation) -> int:
+    """Return the exit code for a failure: 0 for the stock tool's name, like stock, but 1 for ``pyros1``."""
     return 0 if invocation.as_stock else 1
 
 
@@ -80,13 +80,13 @@ class Server:
     """A node that can be configured.
 
     Args:
-        invocation: the command.
+        invocation: the command's invocation.
         node: the command's node.
         name: the name of the node to configure, as the user wrote it.
-        timeout: seconds to wait for each answer; None or 0 waits forever, and prints that it waits.
+        timeout: seconds to wait for each response; None or 0 to wait without limit, and print a notice.
 
     Raises:
-        WaitTimeoutError: the node does not offer its service in time.
+        WaitTimeoutError: the node does not provide its service in time.
     """
 
     def __init__(self, invocation: Invocation, node: Node, name: str, timeout: float | None) -> None:
@@ -94,8 +94,8 @@ class Server:
         self._node = node
         self._timeout = timeout or None
         service = self.name + _SERVICE
-        others = known(invocation)
-        hint = "" if self.name in others else did_you_mean(self.name, others)
+        nodes = configurable_nodes(invocation)
+        hint = "" if self.name in nodes else did_you_mean(self.name, nodes)
         self._wait_for(lambda seconds: node.wait_for_service(service, seconds), f"service {service}", hint)
 
     def _wait_for(self, wait: Callable[[float | None], _T], description: str, hint: str = "") -> _T:
@@ -110,25 +110,25 @@ class Server:
             print(f"Waiting for {description}...{hint}", file=sys.stderr, flush=True)
             return wait(None)
 
-    def _message(self, topic: str, type_name: str, description: str) -> Any:
+    def _latched_message(self, topic: str, type_name: str, description: str) -> Any:
         """Return the latched message of one of the node's topics."""
-        full = f"{self.name}/{topic}"
-        return self._wait_for(lambda seconds: self._node.wait_for_message(full, type_name, seconds), description)
+        full_name = f"{self.name}/{topic}"
+        return self._wait_for(lambda seconds: self._node.wait_for_message(full_name, type_name, seconds), description)
 
     def _description(self) -> Any:
-        return self._message("parameter_descriptions", "dynamic_reconfigure/ConfigDescription", "description")
+        return self._latched_message("parameter_descriptions", "dynamic_reconfigure/ConfigDescription", "description")
 
     def _config(self) -> Any:
-        return self._message("parameter_updates", "dynamic_reconfigure/Config", "configuration")
+        return self._latched_message("parameter_updates", "dynamic_reconfigure/Config", "configuration")
 
     def configuration(self) -> dict[str, Any] | None:
-        """Return the values of all parameters and groups, None if the node does not publish them in time."""
+        """Return the values of all parameters and groups; None if the node does not publish them in time."""
         from pyros1.reconfigure.encoding import configuration  # noqa: PLC0415
 
         try:
             description = self._description()
-            found: dict[str, Any] = configuration(self._config(), description)
-            return found
+            values: dict[str, Any] = configuration(self._config(), description)
+            return values
         except WaitTimeoutError:
             return None
 
@@ -136,10 +136,10 @@ class Server:
         """Set parameters.
 
         Args:
-            values: parameter -> value, ``groups`` -> group -> state.
+            values: values by parameter. The key ``groups`` contains states by group.
 
         Raises:
-            ParameterError: a parameter does not exist, or cannot have the value.
+            ParameterError: a parameter does not exist or cannot have the given value.
             WaitTimeoutError: the node does not describe its parameters in time.
             CommandError: the node refused the change.
         """

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.cli.commands.dynparam._arguments import TIMEOUT, check
-from pyros1.cli.commands.dynparam._server import Server, known, refuse
+from pyros1.cli.commands.dynparam._arguments import TIMEOUT, check_arguments
+from pyros1.cli.commands.dynparam._server import Server, configurable_nodes, report_failure
 from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_with_negative_numbers
@@ -17,7 +17,7 @@ from pyros1.ground.terminal_text import one_line
 
 def _list(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print nodes that can be configured."""
-    names = known(invocation)
+    names = configurable_nodes(invocation)
     if options.json:
         print_json(names)
     elif names:
@@ -26,9 +26,9 @@ def _list(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 def _get(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print a node's configuration as a Python dictionary, which is also YAML."""
-    check(args, "a node name")
+    check_arguments(args, "a node name")
     values = None
-    with invocation.open_node() as node:  # Ctrl-C ends the wait, and this block silently
+    with invocation.open_node() as node:  # Ctrl-C stops waiting and leaves this block silently
         values = Server(invocation, node, args[0], options.timeout).configuration()
     if values is None:
         return
@@ -42,13 +42,13 @@ def _dump(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Write a node's configuration to a file."""
     from pyros1.cli.commands.dynparam._files import file_text  # noqa: PLC0415 - not needed for help
 
-    check(args, "a node name", "an output file")
+    check_arguments(args, "a node name", "an output file")
     name, path = args
     code = 0
     with invocation.open_node() as node:
         values = Server(invocation, node, name, options.timeout).configuration()
         if values is None:
-            code = refuse(invocation, f"couldn't get parameters from node {name}")
+            code = report_failure(invocation, f"couldn't get parameters from node {name}")
         else:
             _write(path, file_text(values))
     return code
@@ -67,7 +67,7 @@ VERBS = [
         "list nodes that can be configured",
         JSON,
         usage="",
-        examples=[("", "the nodes whose parameters can be changed while they run")],
+        examples=[("", "list the nodes whose parameters can be changed while they are running")],
         run=_list,
     ),
     Verb(
@@ -76,7 +76,7 @@ VERBS = [
         TIMEOUT,
         JSON,
         Argument("node", "configurable"),
-        examples=[("/camera", "all parameters of a node"), ("--json /camera", "for programs")],
+        examples=[("/camera", "print all parameters of a node"), ("--json /camera", "print JSON for programs")],
         parse=parse_with_negative_numbers,
         run=_get,
     ),
@@ -86,7 +86,7 @@ VERBS = [
         TIMEOUT,
         Argument("node", "configurable"),
         Argument("file", "file"),
-        examples=[("/camera outdoors.yaml", "write it to a file")],
+        examples=[("/camera outdoors.yaml", "save a node's configuration")],
         parse=parse_with_negative_numbers,
         run=_dump,
     ),

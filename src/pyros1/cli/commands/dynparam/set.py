@@ -5,49 +5,49 @@ from __future__ import annotations
 import sys
 from typing import Any
 
-from pyros1.cli.commands.dynparam._arguments import TIMEOUT, check
-from pyros1.cli.commands.dynparam._server import apply, change, failed
+from pyros1.cli.commands.dynparam._arguments import TIMEOUT, check_arguments
+from pyros1.cli.commands.dynparam._server import apply, change_with_new_node, failure_code
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_with_negative_numbers
 from pyros1.cli.records import Argument, Verb
 from pyros1.ground.errors import ParameterNotSetError
 
-_FORM = "either a node name, parameter name and parameter value, or a node name and a YAML dictionary"
+_EXPECTED = "either a node name, parameter name and parameter value, or a node name and a YAML dictionary"
 
 
 def _set(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Set one parameter of a node, or those of a YAML dictionary."""
-    check(args, _FORM, _FORM, max_arguments=3)
+    """Set one parameter of a node, or those in a YAML dictionary."""
+    check_arguments(args, _EXPECTED, _EXPECTED, max_arguments=3)
     name, *rest = args
     if len(rest) == 1:
         from pyros1.values import load_yaml  # noqa: PLC0415 - not needed for help
 
         values = load_yaml(rest[0])
         if not isinstance(values, dict):
-            raise UsageError(f"invalid arguments. Please specify {_FORM}")
+            raise UsageError(f"invalid arguments. Please specify {_EXPECTED}")
     else:
         values = {rest[0]: rest[1]}
-    return change(invocation, name, values, options.timeout)
+    return change_with_new_node(invocation, name, values, options.timeout)
 
 
 def _load(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Set the parameters of a node from a file."""
     from pyros1.cli.commands.dynparam._files import read_file_text  # noqa: PLC0415 - not needed for help
 
-    check(args, "a node name", "an input file")
+    check_arguments(args, "a node name", "an input file")
     name, path = args
     try:
         with open(path, encoding="utf-8") as file:
             text = file.read()
     except (OSError, UnicodeDecodeError) as error:
         raise CommandError(f"cannot read [{path}]: {getattr(error, 'strerror', None) or error}") from None
-    return change(invocation, name, read_file_text(text, path), options.timeout)
+    return change_with_new_node(invocation, name, read_file_text(text, path), options.timeout)
 
 
 def _set_from_parameters(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Set the parameters of a node to the private parameters of this command's node."""
-    check(args, "a node name")
+    check_arguments(args, "a node name")
     code = 0
     with invocation.open_node() as node:
         try:
@@ -56,7 +56,7 @@ def _set_from_parameters(invocation: Invocation, options: Any, args: list[str]) 
             values = None
         if not isinstance(values, dict) or not values:
             print("error updating parameters: no parameters found on parameter server", file=sys.stderr)
-            code = failed(invocation)
+            code = failure_code(invocation)
         else:
             code = apply(invocation, node, args[0], values, options.timeout)
     return code
@@ -72,8 +72,8 @@ VERBS = [
         Argument("value", optional=True),
         usage="[options] node (parameter value | values)",
         examples=[
-            ("/camera exposure 0.02", "one parameter; choices can be given by name"),
-            ('/camera "{exposure: 0.02, auto: false}"', "several at once"),
+            ("/camera exposure 0.02", "set one parameter; choices can be given by name"),
+            ('/camera "{exposure: 0.02, auto: false}"', "set several parameters at once"),
         ],
         parse=parse_with_negative_numbers,
         run=_set,
@@ -84,7 +84,7 @@ VERBS = [
         TIMEOUT,
         Argument("node", "configurable"),
         Argument("file", "file"),
-        examples=[("/camera outdoors.yaml", "a file from `dump`, or plain YAML")],
+        examples=[("/camera outdoors.yaml", "load a file from `dump`, or plain YAML")],
         parse=parse_with_negative_numbers,
         run=_load,
     ),
@@ -94,7 +94,7 @@ VERBS = [
         TIMEOUT,
         Argument("node", "configurable"),
         usage="[options] node [_parameter:=value ...]",
-        examples=[("/camera _exposure:=0.02", "from private parameters, for launch files")],
+        examples=[("/camera _exposure:=0.02", "set a parameter from a private parameter, for launch files")],
         parse=parse_with_negative_numbers,
         run=_set_from_parameters,
     ),

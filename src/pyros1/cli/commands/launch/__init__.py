@@ -1,4 +1,4 @@
-"""``pyros1 launch``: start what launch files describe (L147-L172, https://wiki.ros.org/roslaunch/Commandline%20Tools)."""
+"""``pyros1 launch``: start the nodes of launch files (L147-L172, https://wiki.ros.org/roslaunch/Commandline%20Tools)."""
 
 from __future__ import annotations
 
@@ -7,35 +7,35 @@ from typing import Any
 
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation, called_as
-from pyros1.cli.parsing import parse_these
+from pyros1.cli.parsing import parse_arg_list
 from pyros1.cli.records import Argument, Command, Flag, Option, Verb
 from pyros1.cli.shared.launching import launch, print_exception
 from pyros1.ground.errors import Error
 from pyros1.launch.reading.words import WordsError, find_files, parse_arguments
 
 _EXCLUSIVE = ("node_list", "find_node", "node_args", "ros_args")
-"""Queries that exclude each other."""
+"""Mutually exclusive queries."""
 _QUERIES = (*_EXCLUSIVE, "dump_params", "file_list", "graph", "tree")
-"""All queries that start nothing."""
+"""All queries. They start nothing."""
 _TOOLS = ("--deps", "--logs", "--complete")
-"""First words that select another tool for the rest of the command line, see `_tools`."""
+"""First arguments that select another tool, which receives the remaining arguments, see `_tools`."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Start the nodes of launch files, or answer a query about them.
 
     Returns:
-        The exit code: 0, even if nodes died; 1 if a required node failed or nothing could be launched.
+        The exit code: 1 if a required node failed or nothing could be launched, otherwise 0, even if nodes died.
     """
     if options is None:
-        from pyros1.cli.commands.launch._tools import run_tool  # noqa: PLC0415 - each start imports what it needs
+        from pyros1.cli.commands.launch._tools import run_tool  # noqa: PLC0415 - rarely needed
 
         return run_tool(args)
     if options.child_name:
-        from pyros1.cli.commands.launch._child import run_child  # noqa: PLC0415 - each start imports what it needs
+        from pyros1.cli.commands.launch._child import run_child  # noqa: PLC0415 - rarely needed
 
         return run_child(options, args)
-    _check(options, args)
+    _check_usage(options, args)
     try:
         return _run(options, args, parse_arguments(invocation.argv))
     except WordsError as error:
@@ -47,29 +47,29 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         return 1
 
 
-def _check(options: Any, words: list[str]) -> None:
+def _check_usage(options: Any, args: list[str]) -> None:
     misplaced = [option for option in _TOOLS if getattr(options, f"tool_{option[2:]}")]
     if misplaced:
-        raise UsageError(f"{misplaced[0]} must be the first word")
+        raise UsageError(f"{misplaced[0]} must be the first argument")
     if sum(bool(getattr(options, name)) for name in _EXCLUSIVE) > 1:
         raise UsageError("only one of --nodes, --find-node, --args and --ros-args can be given")
-    if not words and not options.core:
+    if not args and not options.core:
         raise UsageError("you must specify at least one input file")
-    if options.core and words:
+    if options.core and args:
         raise UsageError("input files are not allowed in core mode")
 
 
-def _run(options: Any, words: list[str], arguments: dict[str, str]) -> int:
-    # Help and wrong command lines need none of these.
+def _run(options: Any, args: list[str], arguments: dict[str, str]) -> int:
+    # These are not needed for help or invalid command lines.
     from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415
     from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
 
     resources = make_resources()
-    if options.check and (options.output_file or _is_folder(words)):
+    if options.check and (options.output_file or _is_folder(args)):
         from pyros1.cli.commands.launch._tools import check_package_files  # noqa: PLC0415
 
-        return check_package_files(words, arguments, options)
-    files = find_files(words, resources)
+        return check_package_files(args, arguments, options)
+    files = find_files(args, resources)
     if options.check:
         from pyros1.cli.commands.launch._queries import check  # noqa: PLC0415
 
@@ -86,21 +86,21 @@ def _run(options: Any, words: list[str], arguments: dict[str, str]) -> int:
     return launch(plan, options, resources, title=",".join(os.path.basename(file) for file in files) or "roscore")
 
 
-def _is_folder(words: list[str]) -> bool:
-    """Return whether to check a folder: the only word besides settings. Otherwise it may be the name of a package."""
-    places = [word for word in words if "=" not in word]
-    return len(places) == 1 and os.path.isdir(places[0])
+def _is_folder(args: list[str]) -> bool:
+    """Return whether the only argument besides ``NAME=VALUE`` is a folder. With others, it may be a package name."""
+    paths = [arg for arg in args if "=" not in arg]
+    return len(paths) == 1 and os.path.isdir(paths[0])
 
 
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Return the options (None for a command line of another tool) and the words that are not options."""
-    words = invocation.argv
-    if words and (words[0] in _TOOLS or (words[0] == "--check" and called_as("roslaunch-check"))):
-        return None, words
-    return parse_these(invocation, verb, [word for word in words if ":=" not in word])
+    """Return the options (None if another tool is selected) and the positional arguments."""
+    args = invocation.argv
+    if args and (args[0] in _TOOLS or (args[0] == "--check" and called_as("roslaunch-check"))):
+        return None, args
+    return parse_arg_list(invocation, verb, [arg for arg in args if ":=" not in arg])
 
 
-_QUESTIONS = (
+_QUERY_OPTIONS = (
     Flag("--files", dest="file_list", help="print the launch files that would be read, including included ones"),
     Option("--args", metavar="NODE_NAME", dest="node_args", help="print a node's environment and command line"),
     Flag("--nodes", dest="node_list", help="print the names of all nodes"),
@@ -111,28 +111,32 @@ _QUESTIONS = (
     Flag("--tree", help="print files and nodes as a tree"),
     Flag(
         "--check",
-        help="start nothing: load the files, look for all packages and executables, and print every problem; exit "
-        "code 1 if there are any. For a folder, or with -o, check each *.launch file, and also the dependencies "
-        "that package.xml declares",
+        help="start nothing: load the files, look for all packages and executables, and print every problem; the "
+        "exit code is 1 if there are any. For a folder, or with -o, check each *.launch file and also the "
+        "dependencies that package.xml declares",
     ),
     Option("-o", "--output-file", metavar="FILE", help="with --check: write JUnit results to FILE"),
     Flag(
         "--use-test-depends",
         dest="test_depends",
-        help="with --check: accept <test_depend> as declaration of a dependency",
+        help="with --check: accept <test_depend> as the declaration of a dependency",
     ),
     Flag("--ignore-unset-args", help="with --check: accept <arg>s without a value"),
     Flag("--json", help="with --nodes and --files: print a JSON list"),
     Flag(
         "--deps",
         dest="tool_deps",
-        help="as the first word: print the packages that files need. -v: which file needs which packages; -w: packages "
-        "missing in package.xml",
+        help="as the first argument: print the packages that files need. -v: which file needs which packages; -w: "
+        "packages missing in package.xml",
     ),
-    Flag("--logs", dest="tool_logs", help="as the first word: print the log folder of the running master"),
-    Flag("--complete", dest="tool_complete", help="as the first word: print the names of a file's <arg>s, for shells"),
+    Flag("--logs", dest="tool_logs", help="as the first argument: print the log folder of the running master"),
+    Flag(
+        "--complete",
+        dest="tool_complete",
+        help="as the first argument: print the names of a file's <arg>s, for shells",
+    ),
 )
-_WAYS = (
+_LAUNCH_OPTIONS = (
     Option(
         "-c",
         "--child",
@@ -141,15 +145,15 @@ _WAYS = (
         help="run as the child of a stock launcher on another machine; needs -u and --run_id",
     ),
     Option("-u", "--server_uri", metavar="URI", help="with -c: URI of the parent"),
-    Option("--run_id", metavar="RUN_ID", help="the run id; an error if the master has another one"),
-    Flag("--local", dest="local_only", help="do not start nodes of other machines"),
+    Option("--run_id", metavar="RUN_ID", help="the run id; an error if the master has a different one"),
+    Flag("--local", dest="local_only", help="do not start nodes on other machines"),
     Flag("--screen", dest="force_screen", help="send the output of all nodes to the screen"),
     Flag("--log", dest="force_log", help="send the output of all nodes to log files"),
     Flag("--required", dest="force_required", help="end the launch when any node exits"),
     Flag(
         "--preload",
-        help="start Python nodes as forks of a process that has already imported pyros1 and rospy: many nodes "
-        "start faster",
+        help="start Python nodes as forks of a process that has already imported pyros1 and rospy, which is faster for "
+        "many nodes",
     ),
     Flag("--prefix", help="begin each line on the screen with the node's name, in color on a terminal"),
     Option(
@@ -168,17 +172,17 @@ _WAYS = (
         metavar="SECONDS",
         type="float",
         default=15.0,
-        help="seconds from SIGINT to SIGTERM when ending nodes [15]",
+        help="seconds from SIGINT to SIGTERM when stopping nodes [15]",
     ),
     Option(
         "--sigterm-timeout",
         metavar="SECONDS",
         type="float",
         default=2.0,
-        help="seconds from SIGTERM to SIGKILL when ending nodes [2]",
+        help="seconds from SIGTERM to SIGKILL when stopping nodes [2]",
     ),
 )
-_MASTER = (
+_MASTER_OPTIONS = (
     Flag("--wait", dest="wait_for_master", help="wait for a master instead of starting one"),
     Option("-p", "--port", metavar="PORT", type="int", help="port of the master to start"),
     Flag("--core", help="start a master and rosout, and no nodes"),
@@ -196,7 +200,7 @@ _MASTER = (
         "--timeout",
         metavar="TIMEOUT",
         type="float",
-        help="seconds that a master started here waits for a node to answer",
+        help="seconds that a master started here waits for a node to respond",
     ),
     Option(
         "--master-logger-level",
@@ -209,9 +213,9 @@ _MASTER = (
 VERB = Verb(
     "",
     "",
-    *_QUESTIONS,
-    *_WAYS,
-    *_MASTER,
+    *_QUERY_OPTIONS,
+    *_LAUNCH_OPTIONS,
+    *_MASTER_OPTIONS,
     Argument("package", "package|launch_file", optional=True),
     Argument("<filename>", "package_launch_file|launch_arg"),
     Argument("arg_name:=value", "launch_arg", many=True, optional=True),
@@ -221,9 +225,9 @@ VERB = Verb(
 If <filename> is a single dash ('-'), launch XML is read from standard input.""",
     examples=[
         ("robot.launch", "start a file's nodes until Ctrl-C"),
-        ("my_robot robot.launch sim:=true", "a file of a package, with a value for one of its args"),
-        ("--check robot.launch", "start nothing, print every problem"),
-        ("--nodes robot.launch", "list the nodes' names"),
+        ("my_robot robot.launch sim:=true", "start a file of a package, with a value for one of its args"),
+        ("--check robot.launch", "start nothing, but print every problem"),
+        ("--nodes robot.launch", "print the names of the nodes"),
     ],
     stock_examples=True,
     parse=_parse,
@@ -236,7 +240,7 @@ COMMAND = Command(
     VERB,
     group="run",
     stock="roslaunch",
-    also={
+    other_programs={
         "roslaunch-check": ["--check"],
         "roslaunch-complete": ["--complete"],
         "roslaunch-deps": ["--deps"],

@@ -1,4 +1,4 @@
-"""``pyros1 launch -c NAME -u URI --run_id ID``: what a stock launcher starts on other machines (L151-L153)."""
+"""``pyros1 launch -c NAME -u URI --run_id ID``: the child of a stock launcher on another machine (L151-L153)."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from pyros1.launch.running.options import Options
 from pyros1.launch.running.supervisor import install_signals
 
 
-def run_child(values: Any, words: list[str]) -> int:
-    """Serve the parent until the launch ends.
+def run_child(values: Any, args: list[str]) -> int:
+    """Serve the parent launcher until the launch ends.
 
     Args:
-        values: values of the options.
-        words: the other words on the command line.
+        values: the parsed options.
+        args: the positional arguments.
 
     Returns:
         The exit code: 1 if the parent cannot be served.
@@ -26,23 +26,23 @@ def run_child(values: Any, words: list[str]) -> int:
     for option in ("server_uri", "run_id"):
         if not getattr(values, option):
             raise UsageError(f"--child option requires --{option} to be set as well")
-    if words:
+    if args:
         raise UsageError("Input files are not allowed when run in child mode")
-    screen = False if values.force_log else True if values.force_screen else None
+    to_screen = False if values.force_log else True if values.force_screen else None
     options = Options(
-        screen=screen,
+        screen=to_screen,
         required=values.force_required,
         sigint_timeout=values.sigint_timeout,
         sigterm_timeout=values.sigterm_timeout,
     )
     try:
         child = Child(values.child_name, values.server_uri, values.run_id, options, make_resources())
-        restore = install_signals(child.stop, child.stop_waiting)
+        restore_signals = install_signals(child.stop, child.stop_waiting)
         end_with_stdin(child.stop)
         try:
             child.run()
         finally:
-            restore()
+            restore_signals()
     except Error as error:
         print(f"RLException: {error}", file=sys.stderr)
         return 1

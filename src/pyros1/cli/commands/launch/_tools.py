@@ -11,7 +11,7 @@ from typing import Any
 
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import MASTER_TIMEOUT, Invocation, called_as
-from pyros1.cli.parsing import leave_words, parse_all_words, parse_these
+from pyros1.cli.parsing import leave_unparsed, parse_all_args, parse_arg_list
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.running import run_verb
 from pyros1.cli.shared.launching import print_exception
@@ -35,8 +35,8 @@ def run_tool(argv: list[str]) -> int:
     Returns:
         The exit code.
     """
-    name, *words = argv
-    return run_verb(TOOLS[name], Invocation(f"launch {name}", f"roslaunch-{name[2:]}", words, with_verb=False))
+    name, *args = argv
+    return run_verb(TOOLS[name], Invocation(f"launch {name}", f"roslaunch-{name[2:]}", args, with_verb=False))
 
 
 def _deps(invocation: Invocation, options: Any, files: list[str]) -> int:
@@ -51,12 +51,12 @@ def _deps(invocation: Invocation, options: Any, files: list[str]) -> int:
     if missing:
         raise UsageError(f"cannot locate {','.join(missing)}")
     try:
-        _one_package(files)
-        resources = replace(make_resources(), run_command=lambda words: "", read_bytes=_read_if_there)
+        _check_same_package(files)
+        resources = replace(make_resources(), run_command=lambda args: "", read_bytes=_read_if_exists)
         needs: dict[str, FileNeeds] = {}
         for file in files:
             plan = load_plan([file], parse_arguments(invocation.argv), resources)
-            needs.update({each.file: each for each in file_needs(plan)})
+            needs.update({needed.file: needed for needed in file_needs(plan)})
             if options.verbose:
                 for loaded in plan.files:
                     print(f"processing {'' if loaded == file else 'included '}launch {loaded}")
@@ -64,7 +64,7 @@ def _deps(invocation: Invocation, options: Any, files: list[str]) -> int:
             print("Dependencies:")
         if options.verbose:
             _print_needs([*needs.values()])
-        print(" ".join(sorted({package for each in needs.values() for package in each.packages})))
+        print(" ".join(sorted({package for needed in needs.values() for package in needed.packages})))
         if options.warn:
             print("\nMissing declarations:")
             for package, names in undeclared(needs.values()).items():
@@ -76,15 +76,15 @@ def _deps(invocation: Invocation, options: Any, files: list[str]) -> int:
     return 0
 
 
-def _read_if_there(path: str) -> bytes:
-    """Read a file. Parameters from files that do not exist, or from commands, do not matter here."""
+def _read_if_exists(path: str) -> bytes:
+    """Read a file, or return nothing if it does not exist. The values of parameters do not matter here."""
     try:
         return Path(path).read_bytes()
     except FileNotFoundError:
         return b""
 
 
-def _one_package(files: list[str]) -> None:
+def _check_same_package(files: list[str]) -> None:
     packages = {package_containing(file): file for file in files}
     if len(packages) > 1:
         names = " vs. ".join(map(str, packages))
@@ -92,29 +92,29 @@ def _one_package(files: list[str]) -> None:
 
 
 def _print_needs(needs: list[FileNeeds]) -> None:
-    for each in needs:
-        for package, kind in each.nodes:
-            print(f"{package} [{package}/{kind}]")
-        if each.package is None:
-            print(f"ERROR: cannot determine package for [{each.file}]", file=sys.stderr)
+    for needed in needs:
+        for package, executable in needed.nodes:
+            print(f"{package} [{package}/{executable}]")
+        if needed.package is None:
+            print(f"ERROR: cannot determine package for [{needed.file}]", file=sys.stderr)
         else:
-            print(f"{each.package} [{each.file}]")
+            print(f"{needed.package} [{needed.file}]")
     print("-" * 80)
 
 
 def _parse_files(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    return parse_these(invocation, verb, [word for word in invocation.argv if ":=" not in word])
+    return parse_arg_list(invocation, verb, [arg for arg in invocation.argv if ":=" not in arg])
 
 
 def _logs(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Print the log folder of the running master: ``pyros1 launch --logs``, ``roslaunch-logs``.
 
     Returns:
-        The exit code: 2 if no master is running. Then the folder of all runs is printed.
+        The exit code: 2 if no master is running. In that case, the parent folder of all runs is printed.
     """
     if args:
         raise UsageError(f"{invocation.program} takes no arguments")
-    from pyros1.launch.running.logs import log_folder  # noqa: PLC0415 - only this tool asks a master
+    from pyros1.launch.running.logs import log_folder  # noqa: PLC0415 - only this tool needs a master
     from pyros1.net.hosts import master_uri  # noqa: PLC0415
     from pyros1.net.master_client import MasterClient  # noqa: PLC0415
 
@@ -133,15 +133,15 @@ def _logs(invocation: Invocation, options: Any, args: list[str]) -> int:
 def _complete(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Print the names of a file's arguments on one line: ``pyros1 launch --complete``, ``roslaunch-complete``.
 
-    The words are those typed so far: a file, or a package and a file, and possibly more.
+    The arguments are those typed so far: a file, or a package and a file, possibly followed by others.
 
     Returns:
-        The exit code: 1 if the file does not exist. Then nothing is printed.
+        The exit code: 1 if the file cannot be read. In that case, nothing is printed.
     """
     resources = make_resources()
-    words = [word for word in invocation.argv if ":=" not in word]
+    args = [arg for arg in invocation.argv if ":=" not in arg]
     try:
-        files = find_files(words, resources)[:1] if words else []
+        files = find_files(args, resources)[:1] if args else []
         plan = load_plan(files, {}, resources, only_args=True)
     except Error:
         return 1
@@ -149,10 +149,10 @@ def _complete(invocation: Invocation, options: Any, args: list[str]) -> int:
     return 0
 
 
-def _check(invocation: Invocation, options: Any, words: list[str]) -> int:
-    """Run ``roslaunch-check``, which has other options than ``pyros1 launch --check``."""
+def _check(invocation: Invocation, options: Any, args: list[str]) -> int:
+    """Run ``roslaunch-check``, whose options differ from those of ``pyros1 launch --check``."""
     try:
-        return check_package_files(words, parse_arguments(invocation.argv), options)
+        return check_package_files(args, parse_arguments(invocation.argv), options)
     except UsageError:
         raise
     except Error as error:
@@ -176,55 +176,58 @@ TOOLS = {
         "",
         Option("-o", "--output-file", metavar="FILE", help="write JUnit results to FILE"),
         Flag(
-            "-t", "--use-test-depends", dest="test_depends", help="accept <test_depend> as declaration of a dependency"
+            "-t",
+            "--use-test-depends",
+            dest="test_depends",
+            help="accept <test_depend> as the declaration of a dependency",
         ),
         Flag("-i", "--ignore-unset-args", help="accept <arg>s without a value"),
         usage="[options] <file|folder> [NAME=VALUE...]",
         parse=_parse_files,
         run=_check,
     ),
-    "--logs": Verb("", "", parse=parse_all_words, run=_logs),
-    "--complete": Verb("", "", parse=leave_words, run=_complete),
+    "--logs": Verb("", "", parse=parse_all_args, run=_logs),
+    "--complete": Verb("", "", parse=leave_unparsed, run=_complete),
 }
-"""First word that selects another tool -> the tool's record."""
+"""The tools by the first argument that selects them."""
 
 
-def check_package_files(words: list[str], arguments: dict[str, str], options: Any) -> int:
-    """Check a file or all of a folder, and write JUnit results: ``pyros1 launch --check -o``, ``roslaunch-check``.
+def check_package_files(args: list[str], arguments: dict[str, str], options: Any) -> int:
+    """Check a launch file or all in a folder. Write JUnit results: ``pyros1 launch --check -o``, ``roslaunch-check``.
 
     Args:
-        words: the file or folder, and ``NAME=VALUE`` for the environment.
-        arguments: values from ``name:=value`` on the command line.
-        options: ``output_file``, ``test_depends`` and ``ignore_unset_args`` are used.
+        args: the file or folder, followed by environment variables as ``NAME=VALUE``.
+        arguments: values of launch arguments, given as ``name:=value`` on the command line.
+        options: the parsed options; ``output_file``, ``test_depends`` and ``ignore_unset_args`` are used.
 
     Returns:
         The exit code: 1 if there are problems.
     """
-    from pyros1.launch.testing.junit import Case, Results, write_results  # noqa: PLC0415 - each tool imports what it needs
+    from pyros1.launch.testing.junit import Case, Results, write_results  # noqa: PLC0415 - only this tool needs it
 
-    if not words:
+    if not args:
         raise UsageError("please specify a file or directory for roslaunch files to test")
-    place, *settings = words
-    invalid = [word for word in settings if "=" not in word]
+    target, *variables = args
+    invalid = [arg for arg in variables if "=" not in arg]
     if invalid:
         raise UsageError(f"{invalid[0]} is not of the form NAME=VALUE")
-    if not os.path.exists(place):
-        raise UsageError(f"cannot locate {place}")
+    if not os.path.exists(target):
+        raise UsageError(f"cannot locate {target}")
     resources = make_resources()
-    resources.environ = {**resources.environ, **dict(word.split("=", 1) for word in settings)}
+    resources.environ = {**resources.environ, **dict(arg.split("=", 1) for arg in variables)}
     texts: list[str] = []
-    for file in _launch_files(place):
+    for file in _launch_files(target):
         print(f"checking {file}")
-        problems = _problems(file, arguments, resources, options)
+        problems = _find_problems(file, arguments, resources, options)
         if problems:
             texts.append(f"[{file}]:\n\t" + "\n\t".join(problems))
-    folder, package = package_of(Path(place, "x") if os.path.isdir(place) else Path(place))
-    inside = Path(place).resolve().relative_to(folder)
-    name = "" if inside == Path() else re.sub(r"[/.]", "_", str(inside))
+    folder, package = package_of(Path(target, "x") if os.path.isdir(target) else Path(target))
+    relative = Path(target).resolve().relative_to(folder)
+    name = "" if relative == Path() else re.sub(r"[/.]", "_", str(relative))
     if options.output_file:
         path = Path(options.output_file)
         case = Case(f"{package}_{name}", "roslaunch.RoslaunchCheck", 1.0)
-        case.failures = [("", "\n".join([f"roslaunch check [{place}] failed", *texts]))] if texts else []
+        case.failures = [("", "\n".join([f"roslaunch check [{target}] failed", *texts]))] if texts else []
         print(f"...writing test results to {path}")
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -238,18 +241,18 @@ def check_package_files(words: list[str], arguments: dict[str, str], options: An
     return 0
 
 
-def _launch_files(place: str) -> list[str]:
-    if os.path.isfile(place):
-        return [place]
-    print(f"checking *.launch in directory {place}")
-    found = []
-    for base, files in files_below(place):
-        found += [os.path.join(base, name) for name in files if name.endswith(".launch")]
-    return found
+def _launch_files(target: str) -> list[str]:
+    if os.path.isfile(target):
+        return [target]
+    print(f"checking *.launch in directory {target}")
+    paths = []
+    for base, files in files_below(target):
+        paths += [os.path.join(base, name) for name in files if name.endswith(".launch")]
+    return paths
 
 
-def _problems(file: str, arguments: dict[str, str], resources: Resources, options: Any) -> list[str]:
-    """Return the problems of a file: errors, missing parts, and dependencies that its package does not declare."""
+def _find_problems(file: str, arguments: dict[str, str], resources: Resources, options: Any) -> list[str]:
+    """Return the problems of a file: errors, missing packages and executables, and undeclared dependencies."""
     errors: list[LaunchError] = []
     plan = load_plan([file], arguments, resources, problems=errors)
     if options.ignore_unset_args:

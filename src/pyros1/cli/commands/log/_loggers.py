@@ -1,4 +1,4 @@
-"""Log levels, and the two logging services of each node."""
+"""Log levels and the two logging services of each node."""
 
 from __future__ import annotations
 
@@ -19,39 +19,41 @@ LEVELS = ("debug", "info", "warn", "error", "fatal")
 
 def get_loggers(invocation: Invocation, node: Node, name: str) -> dict[str, str]:
     """Return the levels of a node's loggers by name."""
-    response = call(invocation, node, name, "get_loggers", {})
+    response = call_logger_service(invocation, node, name, "get_loggers", {})
     return {logger.name: logger.level for logger in response.loggers}
 
 
-def no_logger(invocation: Invocation, node: str, logger: str, loggers: dict[str, str]) -> CommandError:
+def unknown_logger_error(invocation: Invocation, node: str, logger: str, loggers: dict[str, str]) -> CommandError:
     """Return the error for an unknown logger of a node."""
-    what = f"node {node} does not contain logger {one_line(logger)}{did_you_mean(logger, loggers)}"
-    return CommandError(f"{invocation.program}: error: {what}", 2, plain=True)
+    message = f"node {node} does not contain logger {one_line(logger)}{did_you_mean(logger, loggers)}"
+    return CommandError(f"{invocation.program}: error: {message}", 2, plain=True)
 
 
-def call(invocation: Invocation, node: Node, name: str, what: str, request: dict[str, str]) -> Any:
+def call_logger_service(
+    invocation: Invocation, node: Node, name: str, service_name: str, request: dict[str, str]
+) -> Any:
     """Call one of the two services.
 
     Args:
-        invocation: the command.
+        invocation: the command's invocation.
         node: the command's node.
-        name: the name of the node to ask.
-        what: ``get_loggers`` or ``set_logger_level``.
+        name: the name of the node to call.
+        service_name: ``get_loggers`` or ``set_logger_level``.
         request: the fields of the request.
 
     Returns:
         The response.
     """
-    service = f"{name}/{what}"
-    service_type = "roscpp/GetLoggers" if what == "get_loggers" else "roscpp/SetLoggerLevel"
+    service = f"{name}/{service_name}"
+    service_type = "roscpp/GetLoggers" if service_name == "get_loggers" else "roscpp/SetLoggerLevel"
     try:
         client = node.service(service, service_type)
         return client.call(client.type._request_class(**request), NODE_TIMEOUT)
     except WaitTimeoutError:
-        text = f"node '{name}' did not answer within {NODE_TIMEOUT:g} s"
+        message = f"node '{name}' did not answer within {NODE_TIMEOUT:g} s"
     except ServiceUnavailableError:
         hint = did_you_mean(name, invocation.graph.state().nodes())
-        text = f"node '{name}' doesn't exist or doesn't support query: Service [{service}] is not available.{hint}"
+        message = f"node '{name}' doesn't exist or doesn't support query: Service [{service}] is not available.{hint}"
     except ServiceError as error:
-        text = f"node '{name}' logger request failed: {error}"
-    raise CommandError(f"{invocation.program}: error: {text}", 1, plain=True)
+        message = f"node '{name}' logger request failed: {error}"
+    raise CommandError(f"{invocation.program}: error: {message}", 1, plain=True)

@@ -1,4 +1,4 @@
-"""Messages of the log as they arrive."""
+"""Log messages as they arrive."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ def messages(invocation: Invocation, topic: str | None = None) -> Iterator[Any]:
     """Yield the rosgraph_msgs/Log messages of all nodes as they arrive, until the command ends.
 
     Args:
-        invocation: the command.
-        topic: full name of the topic to read; None: the aggregator's, if it exists, else that of the nodes.
+        invocation: the command's invocation.
+        topic: the full name of the topic to read; None for ``/rosout_agg`` if it is published, otherwise ``/rosout``.
     """
     if topic is None:
-        # An aggregator provides all messages over one connection. Without one, each node needs a connection.
+        # The aggregator provides all messages over one connection. Without it, each node needs a connection.
         topic = "/rosout_agg" if invocation.graph.state().publishers.get("/rosout_agg") else "/rosout"
-    arrived: queue.SimpleQueue[Message] = queue.SimpleQueue()
-    with invocation.open_node() as node, node.subscribe(topic, "rosgraph_msgs/Log", arrived.put):
+    inbox: queue.SimpleQueue[Message] = queue.SimpleQueue()
+    with invocation.open_node() as node, node.subscribe(topic, "rosgraph_msgs/Log", inbox.put):
         while node.ok():
             try:
-                yield arrived.get(timeout=_POLL_PERIOD)
+                yield inbox.get(timeout=_POLL_PERIOD)
             except queue.Empty:
                 continue
 
@@ -42,7 +42,7 @@ def level_name(number: int) -> str:
 
 
 def as_json(message: Any) -> dict[str, Any]:
-    """Return a message's level, node, text, time in seconds and place, for JSON."""
+    """Return a message as JSON values: level, node, text, time in seconds and source location."""
     return {
         "level": level_name(message.level),
         "node": message.name,

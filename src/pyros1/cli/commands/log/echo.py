@@ -15,7 +15,7 @@ from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.printing import print_json, use_colour
 from pyros1.ground.terminal_text import lines, one_line
 
-_LOWEST = "warn"
+_DEFAULT_LEVEL = "warn"
 """The default lowest level to print."""
 
 
@@ -25,43 +25,44 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         pattern = re.compile(args[0])
     except re.error as error:
         raise CommandError(f"{args[0]!r} is not a regular expression: {error}", 2) from None
-    lowest = 1 << LEVELS.index(options.level or _LOWEST)
-    warned = False
+    lowest = 1 << LEVELS.index(options.level or _DEFAULT_LEVEL)
+    has_warned = False
     colour = not options.nocolor and use_colour(sys.stdout)
     for message in messages(invocation, options.topic and invocation.resolve(options.topic)):
         if not pattern.search(message.name):
             continue
         if message.level < lowest:
-            if options.level is None and not warned:
-                warned = True
-                wanted = level_name(message.level)
+            if options.level is None and not has_warned:
+                has_warned = True
+                level = level_name(message.level)
                 print(
-                    f"{invocation.program} echo: messages below {_LOWEST} are hidden: use -l {wanted} to see them",
+                    f"{invocation.program} echo: messages below {_DEFAULT_LEVEL} are hidden: "
+                    f"use -l {level} to see them",
                     file=sys.stderr,
                 )
             continue
         if options.json:
             print_json(as_json(message))
         else:
-            print(line(message, colour=colour, verbose=options.verbose))
+            print(format_message(message, colour=colour, verbose=options.verbose))
         sys.stdout.flush()
         if options.once:
             return
 
 
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    from pyros1.cli.shared.argparsing import add_parts, make_parser  # noqa: PLC0415 - not needed for completion
+    from pyros1.cli.shared.argparsing import add_options_and_arguments, make_parser  # noqa: PLC0415 - not needed for completion
 
     parser = make_parser(invocation, verb)
-    add_parts(parser, invocation, *verb.options)
+    add_options_and_arguments(parser, invocation, *verb.options)
     about = "regular expression to filter the node's name (default: %(default)s)"
     parser.add_argument("filter", metavar="FILTER", nargs="?", default=".*", help=about)
     options = parser.parse_args(invocation.args)
     if options.level is not None and not invocation.as_stock:
         options.level = options.level.lower()
     if options.level not in (None, *LEVELS):
-        known = ", ".join(map(repr, LEVELS))
-        parser.error(f"argument -l/--level: invalid choice: {options.level!r} (choose from {known})")
+        choices = ", ".join(map(repr, LEVELS))
+        parser.error(f"argument -l/--level: invalid choice: {options.level!r} (choose from {choices})")
     return options, [options.filter]
 
 
@@ -72,44 +73,44 @@ VERB = Verb(
         "-l",
         "--level",
         metavar="LEVEL",
-        help=f"lowest level to print, one of {', '.join(LEVELS)} (default: {_LOWEST})",
+        help=f"lowest level to print, one of {', '.join(LEVELS)} (default: {_DEFAULT_LEVEL})",
     ),
     Flag("-1", "--once", help="print one message and exit"),
     Option("--topic", help="topic to read (default: /rosout_agg if it is published, else /rosout)"),
     Flag("--nocolor", help="no color, even on a terminal"),
-    Flag("-v", "--verbose", help="also print the time and place of each message"),
-    Flag("--json", help="print lines of JSON", own=True),
+    Flag("-v", "--verbose", help="also print the time and source location of each message"),
+    Flag("--json", help="print lines of JSON", pyros1_only=True),
     Argument("FILTER", "node", optional=True),
     description="Print logger messages",
     examples=[
-        ("", "warnings and errors of all nodes"),
-        ("-l info talker", "more messages, from nodes with talker in their names"),
-        ("-v -l error", "errors with their time and place"),
+        ("", "print warnings and errors of all nodes"),
+        ("-l info talker", "print more messages, of nodes with talker in their names"),
+        ("-v -l error", "print errors with their time and source location"),
     ],
     parse=_parse,
     run=run,
 )
 
 
-def line(message: Any, *, colour: bool = False, verbose: bool = False) -> str:
-    """Return a message as text.
+def format_message(message: Any, *, colour: bool = False, verbose: bool = False) -> str:
+    """Format a message as one or more lines.
 
     Args:
-        message: a rosgraph_msgs/Log.
-        colour: use escape sequences.
-        verbose: add a second line with the time and place.
+        message: a rosgraph_msgs/Log message.
+        colour: whether to use escape sequences for colours.
+        verbose: whether to add a line with the time and source location.
     """
     level, name = level_name(message.level).upper(), one_line(message.name)
-    shown = f"{level:5}"
+    label = f"{level:5}"
     if colour:
-        shown, name = f"{COLOURS.get(message.level, '')}{shown}{RESET}", f"{BOLD}{name}{RESET}"
-    text = f"[ {shown} ] [{name}]: " + lines(message.msg).replace(
+        label, name = f"{COLOURS.get(message.level, '')}{label}{RESET}", f"{BOLD}{name}{RESET}"
+    text = f"[ {label} ] [{name}]: " + lines(message.msg).replace(
         "\n", "\n  "
     )  # so that no line looks like another message
     if not verbose:
         return text
     stamp = message.header.stamp
     seconds = stamp.secs + stamp.nsecs / 1e9
-    moment = datetime.fromtimestamp(seconds, timezone.utc)
-    place = f"[{one_line(message.function)}]: {one_line(message.file)}:{message.line}"
-    return f"{text}\n          [{moment} ({seconds:.6f})] {place}"
+    time = datetime.fromtimestamp(seconds, timezone.utc)
+    location = f"[{one_line(message.function)}]: {one_line(message.file)}:{message.line}"
+    return f"{text}\n          [{time} ({seconds:.6f})] {location}"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.cli.commands.log._loggers import LEVELS, call, get_loggers, no_logger
+from pyros1.cli.commands.log._loggers import LEVELS, call_logger_service, get_loggers, unknown_logger_error
 from pyros1.cli.failures import UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON, Argument, Verb
@@ -34,7 +34,7 @@ def _get(invocation: Invocation, options: Any, args: list[str]) -> None:
     with invocation.open_node() as node:
         loggers = get_loggers(invocation, node, name)
         if logger not in loggers:
-            raise no_logger(invocation, name, logger, loggers)
+            raise unknown_logger_error(invocation, name, logger, loggers)
         if options.json:
             print_json(loggers[logger])
         else:
@@ -51,8 +51,8 @@ def _set(invocation: Invocation, options: Any, args: list[str]) -> None:
     with invocation.open_node() as node:
         loggers = get_loggers(invocation, node, name)
         if logger not in loggers:
-            raise no_logger(invocation, name, logger, loggers)
-        call(invocation, node, name, "set_logger_level", {"logger": logger, "level": level})
+            raise unknown_logger_error(invocation, name, logger, loggers)
+        call_logger_service(invocation, node, name, "set_logger_level", {"logger": logger, "level": level})
 
 
 VERBS = [
@@ -62,7 +62,7 @@ VERBS = [
         JSON,
         Argument("node", "node"),
         usage="<node>",
-        examples=[("/talker", "the loggers of a node")],
+        examples=[("/talker", "print the loggers of a node")],
         run=_list,
     ),
     Verb(
@@ -72,7 +72,7 @@ VERBS = [
         Argument("node", "node"),
         Argument("logger"),
         usage="<node> <logger>",
-        examples=[("/talker rosout", "the level of one logger")],
+        examples=[("/talker rosout", "print the level of one logger")],
         run=_get,
     ),
     Verb(
@@ -83,7 +83,7 @@ VERBS = [
         Argument("logger"),
         Argument("level"),
         usage=f"<node> <logger> <level>\n\n <level> must be one of [{', '.join(LEVELS)}]",
-        examples=[("/talker rosout debug", "more messages from a node, until it exits")],
+        examples=[("/talker rosout debug", "log more messages of a node until it exits")],
         run=_set,
     ),
 ]

@@ -9,7 +9,7 @@ from typing import Any
 from pyros1.cli.failures import EX_USAGE, UsageError, did_you_mean, fail
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Verb
-from pyros1.cli.shared.definitions import JSON_LIST, MESSAGES, Kind, from_stdin, library
+from pyros1.cli.shared.definitions import JSON_LIST, MESSAGES, Kind, library, read_name_from_stdin
 from pyros1.cli.shared.printing import print_json
 
 
@@ -26,37 +26,42 @@ def _package(kind: Kind, invocation: Invocation, options: Any, args: list[str]) 
     """Print the types of a package."""
     if len(args) > 1:
         raise UsageError(f"you may only specify one {kind.word} type")  # like stock, although it is a package
-    name = args[0] if args else from_stdin()
+    name = args[0] if args else read_name_from_stdin()
     if not library().has_package(name):
         from pyros1.finding.packages import PackageIndex  # noqa: PLC0415 - only needed after a failure
 
-        known = PackageIndex(os.environ).paths()
-        if name not in known:
-            fail(f"Invalid package: {name}{did_you_mean(name, {*known, *library().packages()})}", EX_USAGE)
-    _print(kind.names(library(), name), options)
+        packages = PackageIndex(os.environ).paths()
+        if name not in packages:
+            fail(f"Invalid package: {name}{did_you_mean(name, {*packages, *library().packages()})}", EX_USAGE)
+    _print_names(kind.names(library(), name), options)
 
 
 def _packages(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print packages that have message or service types."""
-    _print([name for name in library().packages() if kind.names(library(), name)], options)
+    """Print the packages that contain message or service types."""
+    _print_names([name for name in library().packages() if kind.names(library(), name)], options)
 
 
-def _print(names: list[str], options: Any) -> None:
+def _print_names(names: list[str], options: Any) -> None:
     if options.json:
         print_json(names)
     else:
         print(*names, sep=" " if options.single_line else "\n")
 
 
-def make_verbs(kind: Kind, package: str) -> list[Verb]:
-    """Return the verbs for messages or services; ``package`` is an example of one that has them."""
+def make_verbs(kind: Kind, example_package: str) -> list[Verb]:
+    """Return the verbs for messages or services.
+
+    Args:
+        kind: messages or services.
+        example_package: a package that contains them, for the examples.
+    """
     return [
         Verb(
             "list",
             f"List all {kind.word}s",
             JSON_LIST,
             usage="",
-            examples=[("", "all types"), ("--json", "for programs")],
+            examples=[("", "list all types"), ("--json", "print JSON for programs")],
             run=partial(_list, kind),
         ),
         Verb(
@@ -66,7 +71,7 @@ def make_verbs(kind: Kind, package: str) -> list[Verb]:
             JSON_LIST,
             Argument("package", "package"),
             usage="<package>",
-            examples=[(package, "the types of a package")],
+            examples=[(example_package, "list the types of a package")],
             run=partial(_package, kind),
         ),
         Verb(
@@ -75,7 +80,7 @@ def make_verbs(kind: Kind, package: str) -> list[Verb]:
             Flag("-s", dest="single_line", help="list all packages on a single line"),
             JSON_LIST,
             usage="",
-            examples=[("", f"packages that have {kind.word}s")],
+            examples=[("", f"list packages that contain {kind.word}s")],
             run=partial(_packages, kind),
         ),
     ]

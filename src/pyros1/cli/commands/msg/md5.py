@@ -13,18 +13,18 @@ from pyros1.ground.errors import UnknownTypeError
 
 
 def _run(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print a type's checksum. For an unknown type, print an error to stderr; the exit code is 0, like stock's."""
+    """Print a type's checksum. For an unknown type, print an error to stderr and return 0, like stock."""
     name = type_argument(kind, args)
-    names, bare = find(kind, name)
-    if bare and not names:
+    names, lacks_package = find(kind, name)
+    if lacks_package and not names:
         print(f"No {kind.word}s matching the name [{name}]", file=sys.stderr)
     for full_name in names:
         try:
-            total = library().digests.md5(kind.spec(library(), full_name))
+            checksum = library().digests.md5(kind.spec(library(), full_name))
         except UnknownTypeError:
             print(f"Cannot locate [{full_name}]{similar_names(kind, full_name)}", file=sys.stderr)
             continue
-        print(f"[{full_name}]: {total}" if bare else total)
+        print(f"[{full_name}]: {checksum}" if lacks_package else checksum)
 
 
 def make_verb(kind: Kind, *examples: tuple[str, str]) -> Verb:
@@ -32,11 +32,13 @@ def make_verb(kind: Kind, *examples: tuple[str, str]) -> Verb:
     return Verb(
         "md5",
         f"Display {kind.word} md5sum",
-        Argument("type", kind.completes),
+        Argument("type", kind.completion_kinds),
         usage=f"<{kind.word} type>",
         examples=examples,
         run=partial(_run, kind),
     )
 
 
-VERB = make_verb(MESSAGES, ("std_msgs/String", "the checksum that publisher and subscriber must share"))
+VERB = make_verb(
+    MESSAGES, ("std_msgs/String", "print the checksum, which must be the same for publisher and subscriber")
+)

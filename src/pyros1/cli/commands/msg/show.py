@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from pyros1.msgs.spec import MessageSpec, ServiceSpec
 
 MAX_LINES = 100_000
-"""Maximum number of lines for one type: each level can contain the next one many times."""
+"""Maximum number of lines for one type. Nested types can multiply the number of lines at each level."""
 
 
 def _run(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -29,7 +29,7 @@ def _run(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> N
         for text in _from_bag(options.bag, name, options.raw):
             print(text)
         return
-    names, bare = find(kind, name)
+    names, lacks_package = find(kind, name)
     if not names:
         fail(f"Could not find msg '{name}'{similar_names(kind, name)}")
     for full_name in names:
@@ -37,9 +37,9 @@ def _run(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> N
             spec = kind.spec(library(), full_name)
             text = spec.text if options.raw else _describe(spec, library().message)
         except (DefinitionError, UnknownTypeError) as error:
-            said = "Unable to load msg" if kind is MESSAGES else "Unknown srv type"
-            fail(f"{said} [{full_name}]: {error}")
-        print((f"[{full_name}]:\n" if bare else "") + text)
+            message = "Unable to load msg" if kind is MESSAGES else "Unknown srv type"
+            fail(f"{message} [{full_name}]: {error}")
+        print((f"[{full_name}]:\n" if lacks_package else "") + text)
 
 
 def make_verbs(kind: Kind, *examples: tuple[str, str]) -> Sequence[Verb]:
@@ -48,7 +48,7 @@ def make_verbs(kind: Kind, *examples: tuple[str, str]) -> Sequence[Verb]:
         Flag("-r", "--raw", help="show raw message text, including comments"),
         Option("-b", "--bag", metavar="BAGFILE", help=f"show {kind.word} from .bag file"),
         CHUNK_LIMIT_OPTION,
-        Argument("type", kind.completes),
+        Argument("type", kind.completion_kinds),
     )
     usage = f"[options] <{kind.word} type>"
     show = Verb(
@@ -59,7 +59,7 @@ def make_verbs(kind: Kind, *examples: tuple[str, str]) -> Sequence[Verb]:
         f"Alias for pyros1 {kind.extension} show",
         *parts,
         usage=usage,
-        examples=[(examples[0][0], "the same as show")],
+        examples=[(examples[0][0], "do the same as show")],
         stock_about=f"Alias for ros{kind.extension} show",
         run=partial(_run, kind),
     )
@@ -68,27 +68,29 @@ def make_verbs(kind: Kind, *examples: tuple[str, str]) -> Sequence[Verb]:
 
 VERBS = make_verbs(
     MESSAGES,
-    ("geometry_msgs/PoseStamped", "its fields, with those of nested types"),
-    ("-r Imu", "the original text, with comments; the package may be left out"),
-    ("-b run.bag my_robot/State", "as stored in a bag"),
+    ("geometry_msgs/PoseStamped", "print its fields, with those of nested types"),
+    ("-r Imu", "print the original text with comments; the package may be left out"),
+    ("-b run.bag my_robot/State", "print the definition stored in a bag"),
 )
 
 
 def _describe(spec: MessageSpec | ServiceSpec, resolve: Callable[[str], MessageSpec]) -> str:
-    """Return a definition, with nested types expanded below each field.
+    """Return a definition with nested types expanded below each field.
 
     Args:
-        resolve: returns the spec of a full type name.
+        resolve: returns the spec for a full type name.
 
     Raises:
-        DefinitionError: a type contains itself, or the text has more than MAX_LINES lines.
+        DefinitionError: a type contains itself, or the result has more than `MAX_LINES` lines.
     """
     from pyros1.msgs.digest import Digests  # noqa: PLC0415
     from pyros1.msgs.spec import MessageSpec  # noqa: PLC0415
 
     Digests(resolve).dependencies(spec)  # raises an error if a type contains itself
     parts = (spec,) if isinstance(spec, MessageSpec) else (spec.request, spec.response)
-    texts = ["".join(line + "\n" for line in islice(_lines(part, resolve, ""), MAX_LINES + 1)) for part in parts]
+    texts = [
+        "".join(line + "\n" for line in islice(_describe_lines(part, resolve, ""), MAX_LINES + 1)) for part in parts
+    ]
     if any(text.count("\n") > MAX_LINES for text in texts):
         raise DefinitionError(
             f"more than {MAX_LINES} lines with all nested types; use --raw to show the text of this type", spec.name
@@ -96,17 +98,17 @@ def _describe(spec: MessageSpec | ServiceSpec, resolve: Callable[[str], MessageS
     return "---\n".join(texts)
 
 
-def _lines(spec: MessageSpec, resolve: Callable[[str], MessageSpec], indent: str) -> Iterator[str]:
+def _describe_lines(spec: MessageSpec, resolve: Callable[[str], MessageSpec], indent: str) -> Iterator[str]:
     for constant in spec.constants:
         yield f"{indent}{constant.type} {constant.name}={constant.text}"
     for field in spec.fields:
         yield f"{indent}{field.type} {field.name}"
         if not field.is_builtin:
-            yield from _lines(resolve(field.base), resolve, indent + "  ")
+            yield from _describe_lines(resolve(field.base), resolve, indent + "  ")
 
 
 def _from_bag(path: str, name: str, raw: bool) -> Iterator[str]:
-    """Return the different definitions of a type in a bag."""
+    """Yield the different definitions of a type in a bag."""
     if not os.path.isfile(path):
         raise CommandError(f"bag file [{path}] does not exist")
     from pyros1 import bag as bags  # noqa: PLC0415 - only needed for bags
@@ -115,19 +117,19 @@ def _from_bag(path: str, name: str, raw: bool) -> Iterator[str]:
 
     with bags.open(path) as bag:
         texts = {bag.definition(connection): connection.type for connection in bag.connections}
-    shown = set()
+    printed = set()
     for text, type_name in texts.items():
         parts = split_full_text(type_name, text)
-        if name not in parts or (parts[name] in shown):
+        if name not in parts or (parts[name] in printed):
             continue
-        shown.add(parts[name])
+        printed.add(parts[name])
         if raw:
             yield (text if type_name == name else parts[name]).removesuffix("\n")
         else:
-            yield _describe(parse_message(name, parts[name], path), partial(_part, parts, path))
+            yield _describe(parse_message(name, parts[name], path), partial(_parse_part, parts, path))
 
 
-def _part(texts: Mapping[str, str], path: str, name: str) -> MessageSpec:
+def _parse_part(texts: Mapping[str, str], path: str, name: str) -> MessageSpec:
     from pyros1.msgs.spec import parse_message  # noqa: PLC0415
 
     if name not in texts:

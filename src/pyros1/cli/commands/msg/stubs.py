@@ -12,29 +12,31 @@ from pyros1.ground.errors import MessageError
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Write stubs of packages next to those of pyros1, where editors and type checkers find them."""
+    """Write stubs of packages next to those that pyros1 provides, where editors and type checkers find them."""
     from pyros1.finding import stubs  # noqa: PLC0415 - not needed for help
 
     packages = list(dict.fromkeys(args or library().packages()))
-    own = stubs.shipped()
+    provided = stubs.shipped()
     written, errors = [], []
     try:
-        for package in packages:  # grows in the loop: types of a package without stubs would be unknown
+        for package in packages:  # packages that these use are appended in the loop
             try:
                 written += stubs.write(stubs.stubs(library(), [package]), stubs.HOME)
                 used = sorted(stubs.needed(library(), package))
-                packages += [name for name in used if name not in packages and not own.has_package(name)]
+                packages += [name for name in used if name not in packages and not provided.has_package(name)]
             except MessageError as error:
                 errors.append(str(error))
     except OSError as error:
         raise CommandError(
-            f"cannot write {error.filename}: {error.strerror}. Stubs are written into the installed pyros1: install it "
+            f"cannot write {error.filename}: {error.strerror}. Stubs are written to the installed pyros1: install it "
             "where you have write permission, for example in a virtual environment"
         ) from None
-    done = {path.parent.name for path in written}
+    written_packages = {path.parent.name for path in written}
     count = len(packages) - len(errors)
     if count or not errors:
-        print(f"{count} package{'s' * (count != 1)}, {len(done)} new or changed, in {stubs.HOME}", flush=True)
+        print(
+            f"{count} package{'s' * (count != 1)}, {len(written_packages)} new or changed, in {stubs.HOME}", flush=True
+        )
     if errors:
         raise CommandError("\nERROR: ".join(errors))
 
@@ -43,12 +45,12 @@ VERB = Verb(
     "stubs",
     "write type stubs of messages and services for editors and type checkers",
     Argument("package", "package", many=True, optional=True),
-    description="Write stubs (.pyi) into the installed pyros1, where editors and type checkers find them; also for "
-    "packages whose messages are used in these. The packages that come with pyros1 already have stubs. Without a "
-    "package: all packages that are found.",
+    description="Write stubs (.pyi) to the installed pyros1, where editors and type checkers find them, for the given "
+    "packages and those whose messages they use. The packages that come with pyros1 already have stubs. Without a "
+    "package: write stubs for all packages.",
     examples=[
-        ("my_robot", "for mypy, pyright and editors: from pyros1.msgs.my_robot.msg import State"),
-        ("", "for all packages, for example after a change"),
+        ("my_robot", "let mypy, pyright and editors check: from pyros1.msgs.my_robot.msg import State"),
+        ("", "write stubs for all packages, for example after a change"),
     ],
     stock="",
     run=run,

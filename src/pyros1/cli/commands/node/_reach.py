@@ -1,4 +1,4 @@
-"""Shared code of ``ping`` and ``cleanup``: the timeout for a node, and why it did not answer."""
+"""Shared code of ``ping`` and ``cleanup``: the timeout for a node, and error messages."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from pyros1.ground.errors import DeadlineError, Error, UnknownHostError
 from pyros1.net.hosts import parse_uri
 
 PING_TIMEOUT = 3.0
-"""Timeout for the answer of a node in seconds."""
+"""Timeout for a node's response in seconds."""
 
 
-def failure(error: Error, name: str, uri: str) -> str:
-    """Return why a node did not answer, in stock's words."""
+def failure_reason(error: Error, name: str, uri: str) -> str:
+    """Return the reason why a node did not respond, in stock's wording."""
     cause = error.__cause__
     if isinstance(error, UnknownHostError):
         return f"Unknown host [{parse_uri(uri)[0]}] for node [{name}]"

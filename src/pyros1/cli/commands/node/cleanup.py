@@ -6,7 +6,7 @@ import sys
 from functools import partial
 from typing import Any
 
-from pyros1.cli.commands.node._reach import PING_TIMEOUT, failure
+from pyros1.cli.commands.node._reach import PING_TIMEOUT, failure_reason
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import MASTER_TIMEOUT, Invocation
 from pyros1.cli.records import Verb
@@ -15,18 +15,18 @@ from pyros1.ground.errors import Error, MasterError
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Unregister nodes that do not answer, after asking."""
+    """Ask for confirmation, then unregister nodes that do not respond."""
     if args:
         raise UsageError("too many arguments")
     graph = invocation.graph
-    from pyros1.doctor.concurrent import run_concurrently  # noqa: PLC0415 - the other verbs ask one node
+    from pyros1.doctor.concurrent import run_concurrently  # noqa: PLC0415 - not needed for help
 
     names = graph.state().nodes()
-    answers = run_concurrently({name: partial(_answers, graph, name) for name in names}, PING_TIMEOUT + 1.0)
-    for found in answers.values():
-        if isinstance(found, MasterError):
-            raise found  # not necessarily dead
-    dead = [name for name, answers_us in answers.items() if answers_us is not True]
+    results = run_concurrently({name: partial(_is_responding, graph, name) for name in names}, PING_TIMEOUT + 1.0)
+    for result in results.values():
+        if isinstance(result, MasterError):
+            raise result  # the nodes are not necessarily dead
+    dead = [name for name, result in results.items() if result is not True]
     if not dead:
         return
     print("Unable to contact the following nodes:\n" + "\n".join(f" * {name}" for name in dead))
@@ -51,22 +51,22 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 VERB = Verb(
     "cleanup",
     "purge registration information of unreachable nodes",
-    examples=[("", "unregister nodes that do not answer, after asking")],
+    examples=[("", "unregister nodes that do not respond, after asking for confirmation")],
     run=run,
 )
 
 
-def _answers(graph: Graph, name: str) -> bool:
+def _is_responding(graph: Graph, name: str) -> bool:
     uri = graph.node_uri(name)
     if uri is None:
-        return True  # it has ended in the meantime
+        return True  # it has unregistered in the meantime
     node = graph.node(uri, PING_TIMEOUT)
     try:
         node.pid()
     except Error as error:
         sys.stderr.write(
-            f"ERROR: {failure(error, name, uri)}\n"
-        )  # in one write, since other nodes are pinged at the same time
+            f"ERROR: {failure_reason(error, name, uri)}\n"
+        )  # one write, since other nodes are pinged concurrently
         return False
     finally:
         node.close()
@@ -74,7 +74,7 @@ def _answers(graph: Graph, name: str) -> bool:
 
 
 def _unregister(invocation: Invocation, graph: Graph, name: str) -> None:
-    """Remove all registrations of a node from the master, in its name."""
+    """Remove all registrations of a node from the master, on the node's behalf."""
     from pyros1.net.master_client import MasterClient  # noqa: PLC0415
 
     uri = graph.node_uri(name)

@@ -1,4 +1,4 @@
-"""``node stop``, ``node start`` and ``node restart``: the nodes of running launches."""
+"""``node stop``, ``node start`` and ``node restart``: control of nodes in running launches."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ _POLL_PERIOD = 0.05
 _TIMEOUT = 30.0
 
 
-def _run(verb: str, done: str, invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Tell launches to stop or start nodes, and print what was done."""
+def _run(verb: str, past_participle: str, invocation: Invocation, options: Any, args: list[str]) -> None:
+    """Make launches stop or start nodes, and print the results."""
     if not args:
         raise UsageError("You must specify at least one node name")
     names = [invocation.resolve(arg) for arg in args]
@@ -28,9 +28,9 @@ def _run(verb: str, done: str, invocation: Invocation, options: Any, args: list[
         for launch, entry in targets:
             launch.request(verb, entry.node)
         for launch, before in targets:
-            after = _wait(launch, before, verb)
+            after = _wait_until_done(launch, before, verb)
             pid = f" with pid [{after.pid}]" if after.state == "running" else ""
-            print(f"{before.node} {done}{pid}", flush=True)
+            print(f"{before.node} {past_participle}{pid}", flush=True)
     finally:
         for launch, _ in launches:
             launch.close()
@@ -39,7 +39,7 @@ def _run(verb: str, done: str, invocation: Invocation, options: Any, args: list[
         raise CommandError("no running launch has the node " + ", ".join(sorted(unknown)))
 
 
-def _verb(name: str, done: str, about: str, example: str) -> Verb:
+def _make_verb(name: str, past_participle: str, about: str, example: str) -> Verb:
     return Verb(
         name,
         about,
@@ -47,14 +47,14 @@ def _verb(name: str, done: str, about: str, example: str) -> Verb:
         usage="node1 [node2...]",
         examples=[("/driver", example)],
         stock="",
-        run=partial(_run, name, done),
+        run=partial(_run, name, past_participle),
     )
 
 
 VERBS = [
-    _verb("stop", "stopped", "stop a node of a launch", "stop a node; the launch does not start it again"),
-    _verb("start", "started", "start a stopped node of a launch", "start a node that was stopped or has exited"),
-    _verb(
+    _make_verb("stop", "stopped", "stop a node of a launch", "stop a node; the launch does not start it again"),
+    _make_verb("start", "started", "start a stopped node of a launch", "start a node that was stopped or has exited"),
+    _make_verb(
         "restart",
         "restarted",
         "stop a node of a launch and start it again",
@@ -63,8 +63,8 @@ VERBS = [
 ]
 
 
-def _wait(launch: Launch, before: Status, verb: str) -> Status:
-    """Return the node's status as soon as the launch has carried out the request."""
+def _wait_until_done(launch: Launch, before: Status, verb: str) -> Status:
+    """Wait until the launch has carried out the request. Return the node's new status."""
     deadline = time.monotonic() + _TIMEOUT
     while time.monotonic() < deadline:
         try:

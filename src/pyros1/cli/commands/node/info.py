@@ -14,7 +14,7 @@ from pyros1.ground.errors import DeadlineError, UnreachableError
 from pyros1.net.connectivity import connectivity_hint
 from pyros1.net.hosts import parse_uri
 
-_RULE = "-" * 80
+_SEPARATOR = "-" * 80
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -24,10 +24,12 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     graph = invocation.graph
     if options.json:
         state = graph.state()
-        print_json([_facts(graph, state, name, contact=not options.quiet) for name in map(invocation.resolve, args)])
+        print_json(
+            [_node_info(graph, state, name, contact=not options.quiet) for name in map(invocation.resolve, args)]
+        )
         return
     for name in map(invocation.resolve, args):
-        print(_RULE)
+        print(_SEPARATOR)
         state = graph.state()
         print(_description(name, state, graph.published_types()))
         uri = graph.node_uri(name)
@@ -36,7 +38,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
             hint = did_you_mean(name, state.nodes())
             print(f"cannot contact [{name}]: unknown node{hint}", file=sys.stderr)
         elif not options.quiet:
-            _contact(graph, state, uri)
+            _print_connections(graph, state, uri)
 
 
 VERB = Verb(
@@ -47,64 +49,64 @@ VERB = Verb(
         "--quiet",
         help="Prints only basic information such as pubs/subs and does not contact nodes for more information",
     ),
-    Flag("--json", help="print a JSON list of objects, one for each node", own=True),
+    Flag("--json", help="print a JSON list of objects, one for each node", pyros1_only=True),
     Argument("node", "node", many=True),
     usage="[options] node1 [node2...]",
-    examples=[("/talker", "topics, services and connections of a node")],
+    examples=[("/talker", "print topics, services and connections of a node")],
     run=run,
 )
 
 
-def _facts(graph: Graph, state: SystemState, name: str, *, contact: bool) -> dict[str, Any]:
+def _node_info(graph: Graph, state: SystemState, name: str, *, contact: bool) -> dict[str, Any]:
     registered = state.of_node(name)
-    facts: dict[str, Any] = {
+    info: dict[str, Any] = {
         "node": name,
         "uri": graph.node_uri(name),
         "publishes": registered.publications,
         "subscribes": registered.subscriptions,
         "services": registered.services,
     }
-    if facts["uri"] is None:
+    if info["uri"] is None:
         raise CommandError(f"unknown node {name}{did_you_mean(name, state.nodes())}")
     if contact:
-        node = graph.node(facts["uri"])
+        node = graph.node(info["uri"])
         try:
-            facts["pid"] = node.pid()
-            facts["connections"] = [connection._asdict() for connection in node.connections()]
+            info["pid"] = node.pid()
+            info["connections"] = [connection._asdict() for connection in node.connections()]
         except (UnreachableError, DeadlineError) as error:
-            facts["error"] = str(error)
+            info["error"] = str(error)
         finally:
             node.close()
-    return facts
+    return info
 
 
 def _description(name: str, state: SystemState, types: dict[str, str]) -> str:
-    """Return what the master knows about a node, as ``node info`` prints it."""
+    """Return the description of a node that ``node info`` prints from the master's data."""
     node = state.of_node(name)
 
     def block(title: str, entries: list[str]) -> str:
         return f"{title}: None\n" if not entries else f"{title}: \n" + "".join(f" * {entry}\n" for entry in entries)
 
-    def typed(topics: list[str]) -> list[str]:
+    def with_types(topics: list[str]) -> list[str]:
         return [f"{topic} [{types.get(topic, UNKNOWN_TYPE)}]" for topic in topics]
 
     return "\n".join(
         [
-            f"Node [{name}]\n" + block("Publications", typed(node.publications)),
-            block("Subscriptions", typed(node.subscriptions)),
+            f"Node [{name}]\n" + block("Publications", with_types(node.publications)),
+            block("Subscriptions", with_types(node.subscriptions)),
             block("Services", node.services),
         ]
     )
 
 
-def _contact(graph: Graph, state: SystemState, uri: str) -> None:
+def _print_connections(graph: Graph, state: SystemState, uri: str) -> None:
     print(f"\ncontacting node {uri} ...")
     node = graph.node(uri)
     try:
         pid, connections = node.pid(), node.connections()
     except (UnreachableError, DeadlineError) as error:
-        cure = connectivity_hint(parse_uri(uri)[0], error)
-        raise CommandError(f"Communication with node[{uri}] failed!\n{error}. {cure}") from None
+        hint = connectivity_hint(parse_uri(uri)[0], error)
+        raise CommandError(f"Communication with node[{uri}] failed!\n{error}. {hint}") from None
     finally:
         node.close()
     print(f"Pid: {pid}")

@@ -13,22 +13,22 @@ from pyros1.ground.errors import DeadlineError, Error, ProtocolError
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Tell nodes to end."""
+    """Make nodes shut down."""
     if options.all and args:
         raise UsageError("invalid arguments with kill all (-a) option")
     graph = invocation.graph
-    known = graph.state().nodes()
+    running = graph.state().nodes()
     if options.all:
-        names = known
+        names = running
     elif args:
         names = [invocation.resolve(arg) for arg in args]
-        unknown = [name for name in names if name not in known]
+        unknown = [name for name in names if name not in running]
         if unknown:
             raise CommandError(
-                "Unknown node(s):\n" + "\n".join(f" * {name}{did_you_mean(name, known)}" for name in unknown)
+                "Unknown node(s):\n" + "\n".join(f" * {name}{did_you_mean(name, running)}" for name in unknown)
             )
     else:
-        chosen = _choose(sorted(known))
+        chosen = _choose(sorted(running))
         if chosen is None:
             return 0
         names = [chosen]
@@ -57,7 +57,7 @@ VERB = Verb(
 
 
 def _choose(names: list[str]) -> str | None:
-    """Ask the user for the number of a node. Return the node, None if there are no nodes or no answer."""
+    """Ask the user for the number of a node. Return its name, or None if there are no nodes or the input ends."""
     if not names:
         print("No nodes running")
         return None
@@ -78,7 +78,7 @@ def _kill(graph: Graph, name: str) -> bool:
         return False
     try:
         node = graph.node(uri)
-    except ProtocolError as error:  # a wrong address: the other nodes are still told to end
+    except ProtocolError as error:  # an invalid address; the other nodes are still shut down
         print(f"[{name}]: {error}", file=sys.stderr)
         return False
     try:
@@ -87,7 +87,7 @@ def _kill(graph: Graph, name: str) -> bool:
         print(f"[{name}]: {error}; if its process hangs, use kill -9", file=sys.stderr)
         return False
     except Error:
-        # A node may end before it answers, or may already be dead: stock prints killed in both cases.
+        # The node exited before it responded, or was dead already: stock prints killed in both cases.
         return True
     finally:
         node.close()

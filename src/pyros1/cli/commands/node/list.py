@@ -14,7 +14,7 @@ from pyros1.ground.terminal_text import one_line
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Print the nodes that the master knows. Return 1 if they were to be checked and one is not alive, else 0."""
+    """Print the registered nodes. Return 1 if ``--check`` is given and a node is not alive, otherwise 0."""
     if len(args) > 1:
         raise UsageError("invalid args: you may only specify one namespace")
     namespace = invocation.resolve(args[0]) if args else None
@@ -22,7 +22,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     names = sorted(in_namespace(graph.state().nodes(), namespace))
     if options.json or options.check:
         uris = {name: graph.node_uri(name) for name in names}
-        states = _states(invocation, uris) if options.check else {}
+        states = _check_nodes(invocation, uris) if options.check else {}
         if options.json:
             print_json([{"node": name, "uri": uris[name], **states.get(name, {})} for name in names])
         else:
@@ -42,29 +42,29 @@ def _print_states(states: dict[str, dict[str, str]]) -> None:
         print(f"{name:{width}}  {state['state']}" + (f": {state['reason']}" if state["reason"] else ""))
 
 
-def _states(invocation: Invocation, uris: dict[str, str | None]) -> dict[str, dict[str, str]]:
-    """Return the state of each node and the reason for it. All nodes are asked at the same time."""
+def _check_nodes(invocation: Invocation, uris: dict[str, str | None]) -> dict[str, dict[str, str]]:
+    """Return the state of each node and the reason for it. All nodes are contacted concurrently."""
     from pyros1.doctor.concurrent import run_concurrently  # noqa: PLC0415
     from pyros1.doctor.facts import HANGS, REFUSED, Failure  # noqa: PLC0415
-    from pyros1.doctor.probe import NODE_TIMEOUT, ask_whether_alive  # noqa: PLC0415 - only for --check
+    from pyros1.doctor.probe import NODE_TIMEOUT, probe_node  # noqa: PLC0415 - only for --check
 
     caller = invocation.master.caller_id
-    answers = run_concurrently(
-        {name: partial(ask_whether_alive, caller, uri) for name, uri in uris.items() if uri}, NODE_TIMEOUT + 0.5
+    results = run_concurrently(
+        {name: partial(probe_node, caller, uri) for name, uri in uris.items() if uri}, NODE_TIMEOUT + 0.5
     )
     states = {}
-    for name, answer in answers.items():
-        if answer is None:
+    for name, result in results.items():
+        if result is None:
             states[name] = {"state": "alive", "reason": ""}
-        elif isinstance(answer, Failure) and answer.kind == REFUSED:
+        elif isinstance(result, Failure) and result.kind == REFUSED:
             states[name] = {"state": "dead", "reason": "its port is closed"}
-        elif isinstance(answer, Failure) and answer.kind == HANGS:
+        elif isinstance(result, Failure) and result.kind == HANGS:
             states[name] = {
                 "state": "hangs",
                 "reason": f"it accepts connections, but did not answer within {NODE_TIMEOUT:g} s",
             }
         else:
-            text = answer.text if isinstance(answer, Failure) else str(answer)
+            text = result.text if isinstance(result, Failure) else str(result)
             states[name] = {"state": "unreachable", "reason": one_line(text)}
     return states
 
@@ -77,11 +77,15 @@ VERB = Verb(
     Flag(
         "--check",
         help="ask each node whether it is alive; exit with 1 if one is dead, hangs or is unreachable",
-        own=True,
+        pyros1_only=True,
     ),
-    Flag("--json", help="print a JSON list of objects: node, uri; with --check: state, reason", own=True),
+    Flag("--json", help="print a JSON list of objects: node, uri; with --check: state, reason", pyros1_only=True),
     Argument("/namespace", "namespace", optional=True),
     usage="",
-    examples=[("", "all nodes"), ("-a", "with their addresses"), ("--check", "which nodes are alive, hanging or dead")],
+    examples=[
+        ("", "list all nodes"),
+        ("-a", "list all nodes with their addresses"),
+        ("--check", "print which nodes are alive, hanging or dead"),
+    ],
     run=run,
 )

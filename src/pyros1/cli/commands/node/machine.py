@@ -31,20 +31,20 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     if not args:
         _print(set(hosts.values()), json=options.json)
         return
-    wanted = _addresses(args[0])
-    if not wanted:
+    addresses = _resolve(args[0])
+    if not addresses:
         raise CommandError(f"cannot resolve machine name [{args[0]}] to address")
-    here = {host for host in set(hosts.values()) if host == args[0] or _addresses(host) & wanted}
-    _print((name for name, host in hosts.items() if host in here), json=options.json)
+    machine_hosts = {host for host in set(hosts.values()) if host == args[0] or _resolve(host) & addresses}
+    _print((name for name, host in hosts.items() if host in machine_hosts), json=options.json)
 
 
 VERB = Verb(
     "machine",
     "list nodes running on a particular machine or list machines",
-    Flag("--json", help="print a JSON list: machines, or the nodes on one machine", own=True),
+    Flag("--json", help="print a JSON list: machines, or the nodes on one machine", pyros1_only=True),
     Argument("machine-name", "machine", optional=True),
     usage="[machine-name]",
-    examples=[("", "the machines that nodes run on"), ("robot1", "the nodes on one machine")],
+    examples=[("", "list the machines that nodes run on"), ("robot1", "list the nodes on one machine")],
     run=run,
 )
 
@@ -56,7 +56,7 @@ def _print(names: Iterable[str], *, json: bool) -> None:
         print(*sorted(names), sep="\n")
 
 
-def _addresses(host: str) -> set[str]:
+def _resolve(host: str) -> set[str]:
     try:
         return {str(entry[4][0]) for entry in socket.getaddrinfo(host, 0, proto=socket.IPPROTO_TCP)}
     except OSError:

@@ -7,7 +7,7 @@ import sys
 import time
 from typing import Any
 
-from pyros1.cli.commands.node._reach import PING_TIMEOUT, failure
+from pyros1.cli.commands.node._reach import PING_TIMEOUT, failure_reason
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
@@ -16,7 +16,7 @@ from pyros1.ground.errors import Error, ProtocolError
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print whether nodes answer, and how fast."""
+    """Print whether and how fast nodes respond."""
     graph = invocation.graph
     if options.all:
         names = graph.state().nodes()
@@ -41,13 +41,13 @@ VERB = Verb(
     Option("-c", type="int", dest="count", metavar="COUNT", help="number of pings to send. Not available with --all"),
     Argument("node", "node"),
     usage="[options] <node>",
-    examples=[("-c 3 /talker", "whether it answers, and how fast"), ("-a", "all nodes")],
+    examples=[("-c 3 /talker", "print whether and how fast a node responds"), ("-a", "ping all nodes")],
     run=run,
 )
 
 
 def _print_known_nodes(invocation: Invocation, graph: Graph) -> None:
-    """Print usage and the available nodes. Stock prints its error again after them."""
+    """Print the usage and the available nodes. The caller prints the error after them, as stock does."""
     from pyros1.cli.help import Parser  # noqa: PLC0415 - only needed after a failure
 
     try:
@@ -61,7 +61,7 @@ def _print_known_nodes(invocation: Invocation, graph: Graph) -> None:
 
 
 def _ping(graph: Graph, name: str, count: int | None, forever: bool = False) -> bool:
-    """Ping a node until an error. ``forever``: like the command for one node, with pauses and an average."""
+    """Ping a node until an error or the given count. If `forever`, print an average at the end."""
     uri = graph.node_uri(name)
     if uri is None:
         sys.stdout.flush()
@@ -69,17 +69,17 @@ def _ping(graph: Graph, name: str, count: int | None, forever: bool = False) -> 
         return False
     try:
         node = graph.node(uri, PING_TIMEOUT)
-    except ProtocolError as error:  # a wrong address
+    except ProtocolError as error:  # an invalid address
         sys.stdout.flush()
         print(f"cannot ping [{name}]: {error}", file=sys.stderr)
         return False
     print(f"pinging {name} with a timeout of {PING_TIMEOUT}s")
-    total, done = 0.0, 0
+    total, pings = 0.0, 0
     try:
         for number in itertools.count(1):
             milliseconds = node.ping() * 1000.0
             print(f"xmlrpc reply from {uri}\ttime={milliseconds:f}ms", flush=True)
-            total, done = total + milliseconds, number
+            total, pings = total + milliseconds, number
             if count is not None and number >= count:
                 break
             time.sleep(1.0)
@@ -87,10 +87,10 @@ def _ping(graph: Graph, name: str, count: int | None, forever: bool = False) -> 
         pass
     except Error as error:
         sys.stdout.flush()
-        print(f"ERROR: {failure(error, name, uri)}", file=sys.stderr)
+        print(f"ERROR: {failure_reason(error, name, uri)}", file=sys.stderr)
         return False
     finally:
         node.close()
-    if forever and done > 1:
-        print(f"ping average: {total / done:f}ms")
+    if forever and pings > 1:
+        print(f"ping average: {total / pings:f}ms")
     return True

@@ -1,4 +1,4 @@
-"""``node tree``: nodes by namespace, each with its publications, subscriptions and services."""
+"""``node tree``: prints nodes by namespace with their publications, subscriptions and services."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from pyros1.cli.shared.printing import print_json
 from pyros1.graph import UNKNOWN_TYPE, SystemState, in_namespace
 from pyros1.ground.terminal_text import one_line
 
-_QUIET_TOPICS = ("/rosout", "/rosout_agg", "/clock")
-_QUIET_SERVICES = ("/get_loggers", "/set_logger_level")
+_COMMON_TOPICS = ("/rosout", "/rosout_agg", "/clock")
+_COMMON_SERVICES = ("/get_loggers", "/set_logger_level")
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -23,7 +23,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     graph = invocation.graph
     state = graph.state()
     names = in_namespace(sorted(state.nodes()), invocation.resolve(args[0]) if args else None)
-    table = {name: _facts(state, name, everything=options.all) for name in names}
+    table = {name: _registrations(state, name, include_common=options.all) for name in names}
     if options.json:
         print_json([{"node": name, **table[name]} for name in names])
         return
@@ -32,40 +32,40 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 VERB = Verb(
     "tree",
-    "nodes by namespace, with their topics and services",
-    Flag("-a", "--all", help="also show what every node has, such as /rosout"),
-    Flag("--json", help="print a JSON list of objects: node, publishes, subscribes, services", own=True),
+    "print nodes by namespace, with their topics and services",
+    Flag("-a", "--all", help="also print what every node has, such as /rosout"),
+    Flag("--json", help="print a JSON list of objects: node, publishes, subscribes, services", pyros1_only=True),
     Argument("/namespace", "namespace", optional=True),
-    examples=[("", "nodes by namespace, with the topics they publish and subscribe to")],
+    examples=[("", "print nodes with the topics they publish and subscribe to")],
     stock="",
     run=run,
 )
 
 
-def _facts(state: SystemState, name: str, *, everything: bool) -> dict[str, list[str]]:
-    """Return a node's publications, subscriptions and services; without those of every node, unless ``everything``."""
-    own = state.of_node(name)
-    quiet_services = () if everything else tuple(name + service for service in _QUIET_SERVICES)
-    quiet_topics = () if everything else _QUIET_TOPICS
+def _registrations(state: SystemState, name: str, *, include_common: bool) -> dict[str, list[str]]:
+    """Return a node's publications, subscriptions and services, by default without those that all nodes have."""
+    registered = state.of_node(name)
+    hidden_services = () if include_common else tuple(name + service for service in _COMMON_SERVICES)
+    hidden_topics = () if include_common else _COMMON_TOPICS
     return {
-        "publishes": [topic for topic in sorted(own.publications) if topic not in quiet_topics],
-        "subscribes": [topic for topic in sorted(own.subscriptions) if topic not in quiet_topics],
-        "services": [service for service in sorted(own.services) if service not in quiet_services],
+        "publishes": [topic for topic in sorted(registered.publications) if topic not in hidden_topics],
+        "subscribes": [topic for topic in sorted(registered.subscriptions) if topic not in hidden_topics],
+        "services": [service for service in sorted(registered.services) if service not in hidden_services],
     }
 
 
 def _render(table: dict[str, dict[str, list[str]]], types: dict[str, str], state: SystemState) -> Iterator[str]:
-    """Return the lines of the tree."""
+    """Yield the lines of the tree."""
     root: dict[str, Any] = {}
     for name in table:
         branch = root
         for part in name.strip("/").split("/"):
             branch = branch.setdefault(part, {})
     yield "/"
-    yield from _branch(root, "", "", table, types, state)
+    yield from _render_branch(root, "", "", table, types, state)
 
 
-def _branch(
+def _render_branch(
     branch: dict[str, Any],
     path: str,
     indent: str,
@@ -74,19 +74,19 @@ def _branch(
     state: SystemState,
 ) -> Iterator[str]:
     for number, (part, children) in enumerate(branch.items(), 1):
-        name, last = f"{path}/{part}", number == len(branch)
-        inner = indent + ("   " if last else "│  ")
-        own = table.get(name)
-        yield f"{indent}{'└─' if last else '├─'} {one_line(part)}{'/' if own is None else ''}"
-        if own is not None:
-            edge = inner + ("│ " if children else "  ")
-            for topic in own["publishes"]:
-                yield f"{edge}─> {topic} [{types.get(topic, UNKNOWN_TYPE)}]{_peers(state.subscribers, topic, name)}"
-            for topic in own["subscribes"]:
-                yield f"{edge}<─ {topic} [{types.get(topic, UNKNOWN_TYPE)}]{_peers(state.publishers, topic, name)}"
-            for service in own["services"]:
-                yield f"{edge}() {service}"
-        yield from _branch(children, name, inner, table, types, state)
+        name, is_last = f"{path}/{part}", number == len(branch)
+        inner = indent + ("   " if is_last else "│  ")
+        registered = table.get(name)
+        yield f"{indent}{'└─' if is_last else '├─'} {one_line(part)}{'/' if registered is None else ''}"
+        if registered is not None:
+            prefix = inner + ("│ " if children else "  ")
+            for topic in registered["publishes"]:
+                yield f"{prefix}─> {topic} [{types.get(topic, UNKNOWN_TYPE)}]{_peers(state.subscribers, topic, name)}"
+            for topic in registered["subscribes"]:
+                yield f"{prefix}<─ {topic} [{types.get(topic, UNKNOWN_TYPE)}]{_peers(state.publishers, topic, name)}"
+            for service in registered["services"]:
+                yield f"{prefix}() {service}"
+        yield from _render_branch(children, name, inner, table, types, state)
 
 
 def _peers(table: dict[str, list[str]], topic: str, name: str) -> str:

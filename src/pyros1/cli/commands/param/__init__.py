@@ -14,5 +14,5 @@ COMMAND = Command(
     order=("set", "get", "load", "dump", "delete", "list"),
     row="\t{program} {name}\t{about}",
     footing="",
-    usage_code=0,
+    usage_exit_code=0,
 )

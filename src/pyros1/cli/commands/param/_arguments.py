@@ -1,4 +1,4 @@
-"""Shared code of the verbs: the option ``-v``, and the check of the number of arguments."""
+"""Shared code of the verbs: the option ``-v`` and argument checks."""
 
 from __future__ import annotations
 
@@ -8,15 +8,18 @@ from pyros1.cli.records import Flag
 VERBOSE = Flag("-v", dest="verbose", help="turn on verbose output")
 
 
-def check(args: list[str], max_arguments: int, missing: str = "") -> None:
-    """Raise an error for too many arguments, or for none if one is required.
+def check_arguments(args: list[str], max_arguments: int, required: str = "") -> None:
+    """Check the number of arguments.
 
     Args:
         args: the arguments.
         max_arguments: the maximum number of arguments.
-        missing: name of the first argument, if it is required.
+        required: the name of the first argument if it is required.
+
+    Raises:
+        UsageError: a required argument is missing, or there are too many.
     """
-    if missing and not args:
-        raise UsageError(f"invalid arguments. Please specify a {missing}")
+    if required and not args:
+        raise UsageError(f"invalid arguments. Please specify a {required}")
     if len(args) > max_arguments:
         raise UsageError("too many arguments")

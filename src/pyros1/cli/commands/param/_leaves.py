@@ -1,4 +1,4 @@
-"""Setting values leaf by leaf, so that a dictionary is merged into existing parameters (L80)."""
+"""Setting of values leaf by leaf, which merges a dictionary into existing parameters (L80)."""
 
 from __future__ import annotations
 
@@ -10,33 +10,34 @@ from pyros1.cli.shared.integers import INT_RANGE
 from pyros1.ground.errors import MasterError, MasterUnreachableError, ParameterNotSetError
 
 
-def set_leaves(invocation: Invocation, name: str, value: Any, form: str = "") -> None:
-    """Set a value. Empty dictionaries are also set where no namespace exists yet; the stock tool drops them.
+def set_leaves(invocation: Invocation, name: str, value: Any, message_format: str = "") -> None:
+    """Set a value. An empty dictionary is set if no namespace exists yet; the stock tool drops it.
 
     Args:
-        invocation: the command.
-        name: full name of the parameter.
+        invocation: the command's invocation.
+        name: the full name of the parameter.
         value: any value that parameters can have.
-        form: printed after each leaf, formatted with its name and value; empty prints nothing.
+        message_format: a format string for the message printed after each leaf, given its name and value; empty to
+            print nothing.
     """
-    _check(value)
+    _check_value(value)
     for leaf, item in leaves(name, value):
         if item is None:
             raise CommandError(f"Parameter [{leaf}] cannot be set to null")
         try:
             if item == {} and _is_namespace(invocation, leaf):
-                continue  # its parameters stay
+                continue  # its parameters are kept
             invocation.master.set_param(leaf, item)
         except MasterUnreachableError:
             raise
         except MasterError as error:
             raise CommandError(str(error)) from None
-        if form:
-            print(form.format(leaf, item))
+        if message_format:
+            print(message_format.format(leaf, item))
 
 
 def leaves(name: str, value: Any) -> list[tuple[str, Any]]:
-    """Return the leaves of a value with their full names; an empty dictionary is one."""
+    """Return the leaves of a value with their full names. An empty dictionary is a leaf."""
     if not isinstance(value, dict) or not value:
         return [(name, value)]
     prefix = name.rstrip("/")
@@ -50,15 +51,15 @@ def _is_namespace(invocation: Invocation, name: str) -> bool:
         return False
 
 
-def _check(value: Any) -> None:
-    """Raise an error for values that parameters cannot have, before anything is set."""
+def _check_value(value: Any) -> None:
+    """Raise an error for values that parameters cannot have."""
     if isinstance(value, dict):
         if any(not isinstance(key, str) for key in value):
             raise CommandError(f"YAML dictionaries must have string keys. Invalid dictionary is:\n{value}")
         for item in value.values():
-            _check(item)
+            _check_value(item)
     elif isinstance(value, (list, tuple)):
         for item in value:
-            _check(item)
+            _check_value(item)
     elif isinstance(value, int) and value not in INT_RANGE:
         raise CommandError(f"the integer {value} does not fit into the 32 bits of an integer parameter")

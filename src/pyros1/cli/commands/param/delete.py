@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.cli.commands.param._arguments import VERBOSE, check
+from pyros1.cli.commands.param._arguments import VERBOSE, check_arguments
 from pyros1.cli.failures import CommandError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
@@ -13,7 +13,7 @@ from pyros1.ground.errors import ParameterNotSetError
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Delete a parameter, or all parameters below a name."""
-    check(args, 1, "parameter name")
+    check_arguments(args, 1, "parameter name")
     name = invocation.resolve(args[0])
     try:
         if name == "/":
@@ -32,6 +32,6 @@ VERB = Verb(
     "delete parameter",
     VERBOSE,
     Argument("parameter", "param"),
-    examples=[("/gain", "one"), ("/robot1", "a parameter, or everything below a name")],
+    examples=[("/gain", "delete one parameter"), ("/robot1", "delete all parameters below a name")],
     run=run,
 )

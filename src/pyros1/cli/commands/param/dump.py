@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import Any
 
-from pyros1.cli.commands.param._arguments import VERBOSE, check
+from pyros1.cli.commands.param._arguments import VERBOSE, check_arguments
 from pyros1.cli.commands.param._leaves import leaves
 from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
@@ -16,7 +16,7 @@ from pyros1.ground.errors import ParameterNotSetError
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Write parameters as YAML to a file or stdout."""
-    check(args, 2)
+    check_arguments(args, 2)
     path = args[0] if args else None
     namespace = args[1] if len(args) > 1 else ""
     name = invocation.resolve(namespace)
@@ -46,6 +46,6 @@ VERB = Verb(
     Argument("file", "file"),
     Argument("namespace", "param", optional=True),
     usage="[options] file [namespace]",
-    examples=[("all.yaml", "all parameters, to a file")],
+    examples=[("all.yaml", "write all parameters to a file")],
     run=run,
 )

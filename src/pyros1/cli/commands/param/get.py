@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.cli.commands.param._arguments import VERBOSE, check
+from pyros1.cli.commands.param._arguments import VERBOSE, check_arguments
 from pyros1.cli.failures import CommandError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON, Argument, Flag, Verb
@@ -16,7 +16,7 @@ from pyros1.ground.terminal_text import one_line
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print a parameter, or all parameters below a name."""
-    check(args, 1, "parameter name")
+    check_arguments(args, 1, "parameter name")
     name = invocation.resolve(args[0])
     if options.verbose:
         print(f"getting parameter [{name}]")
@@ -26,7 +26,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         hint = did_you_mean(name, invocation.master.get_param_names())
         raise CommandError(f"Parameter [{name}] is not set{hint}") from None
     if options.json:
-        print_json(_plain(value))
+        print_json(_as_json(value))
     elif options.pretty and isinstance(value, dict):
         for line in _pretty_lines(value, ""):
             print(line)
@@ -43,17 +43,17 @@ VERB = Verb(
     VERBOSE,
     JSON,
     Argument("parameter", "param"),
-    examples=[("/gain", "a value"), ("/robot1", "everything below a name, as YAML")],
+    examples=[("/gain", "print a value"), ("/robot1", "print everything below a name as YAML")],
     run=run,
 )
 
 
-def _plain(value: Any) -> Any:
-    """Return the value for JSON: binary data as base64, times as strings."""
+def _as_json(value: Any) -> Any:
+    """Return the value as a JSON value: binary data as base64, times as strings."""
     if isinstance(value, dict):
-        return {key: _plain(item) for key, item in value.items()}
+        return {key: _as_json(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(item) for item in value]
+        return [_as_json(item) for item in value]
     if isinstance(value, bytes):
         import base64  # noqa: PLC0415
 
@@ -62,14 +62,14 @@ def _plain(value: Any) -> Any:
 
 
 def _scalar_or_block(value: Any) -> str:
-    from pyros1.values import dump_yaml  # noqa: PLC0415 - listing names needs no YAML
+    from pyros1.values import dump_yaml  # noqa: PLC0415 - not needed for help
 
     text = dump_yaml(value)
     return text[: -len("\n...\n")] if text.endswith("\n...\n") else text
 
 
 def _pretty_lines(value: dict[str, Any], indent: str) -> list[str]:
-    """Return a dictionary in readable form: strings without quotes, long ones as blocks."""
+    """Format a dictionary readably: strings without quotes, and multi-line strings as blocks."""
     lines = []
     for name in sorted(value):
         item, key = value[name], one_line(name)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.cli.commands.param._arguments import check
+from pyros1.cli.commands.param._arguments import check_arguments
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON, Argument, Verb
 from pyros1.cli.shared.printing import print_json
@@ -13,7 +13,7 @@ from pyros1.ground.terminal_text import untrusted
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print the names of parameters."""
-    check(args, 1)
+    check_arguments(args, 1)
     names = [*map(untrusted, invocation.master.get_param_names())]
     if args:
         prefix = invocation.resolve(args[0]).rstrip("/") + "/"
@@ -30,6 +30,6 @@ VERB = Verb(
     JSON,
     Argument("namespace", "param", optional=True),
     usage="[namespace]",
-    examples=[("", "all names"), ("/robot1", "those below /robot1")],
+    examples=[("", "list all names"), ("/robot1", "list the names below /robot1")],
     run=run,
 )

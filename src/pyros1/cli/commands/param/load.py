@@ -6,7 +6,7 @@ import os
 import sys
 from typing import Any
 
-from pyros1.cli.commands.param._arguments import VERBOSE, check
+from pyros1.cli.commands.param._arguments import VERBOSE, check_arguments
 from pyros1.cli.commands.param._leaves import set_leaves
 from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
@@ -16,20 +16,20 @@ from pyros1.ground.terminal_text import one_line
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Set parameters from a file."""
-    check(args, 2, "file name or - for stdin")
+    check_arguments(args, 2, "file name or - for stdin")
     path = args[0]
     base = invocation.resolve(args[1]) if len(args) > 1 else invocation.namespace
     if path == "-":
         text, where = sys.stdin.read(), "stdin"
-        source = "reading parameters from stdin"
+        message = "reading parameters from stdin"
     else:
         if not os.path.isfile(path):
             raise CommandError(f"file [{path}] does not exist")
         with open(path, encoding="utf-8") as file:
             text, where = file.read(), path
-        source = f"reading parameters from [{path}]"
+        message = f"reading parameters from [{path}]"
     if options.verbose:
-        print(source)
+        print(message)
     from pyros1.values import load_all_yaml  # noqa: PLC0415
 
     pending = []
@@ -54,7 +54,7 @@ VERB = Verb(
     VERBOSE,
     Argument("file", "file"),
     Argument("namespace", "param", optional=True),
-    examples=[("robot.yaml /robot1", "a file into a namespace")],
+    examples=[("robot.yaml /robot1", "load a file into a namespace")],
     run=run,
 )
 

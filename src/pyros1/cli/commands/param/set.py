@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import Any
 
-from pyros1.cli.commands.param._arguments import VERBOSE, check
+from pyros1.cli.commands.param._arguments import VERBOSE, check_arguments
 from pyros1.cli.commands.param._leaves import set_leaves
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
@@ -14,17 +14,17 @@ from pyros1.cli.records import Argument, Option, Verb
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Set a parameter to a value, or to the content of a file."""
-    check(args, 2, "parameter name")
+    """Set a parameter to a value or to the contents of a file."""
+    check_arguments(args, 2, "parameter name")
     name = invocation.resolve(args[0])
-    form = "set parameter [{}] to [{}]" if options.verbose else ""
+    message_format = "set parameter [{}] to [{}]" if options.verbose else ""
     if options.text_file and options.bin_file:
         raise UsageError("you may only specify one of --textfile or --binfile")
     if options.text_file:
         if not os.path.isfile(options.text_file):
             raise UsageError(f"file '{options.text_file}' does not exist")
         with open(options.text_file, encoding="utf-8") as text:
-            set_leaves(invocation, name, text.read(), form)
+            set_leaves(invocation, name, text.read(), message_format)
         return
     if options.bin_file:
         try:
@@ -40,7 +40,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         raise UsageError("invalid arguments. Please specify a parameter value")
     from pyros1.values import load_yaml  # noqa: PLC0415
 
-    set_leaves(invocation, name, "" if args[1] == "" else load_yaml(args[1]), form)
+    set_leaves(invocation, name, "" if args[1] == "" else load_yaml(args[1]), message_format)
 
 
 VERB = Verb(
@@ -64,9 +64,9 @@ VERB = Verb(
     Argument("parameter", "param"),
     Argument("value"),
     examples=[
-        ("/gain 2.5", "a number"),
-        ("/name \"'42'\"", "a string, quoted for YAML"),
-        ("/limits '{low: 0, high: deg(90)}'", "several"),
+        ("/gain 2.5", "set a number"),
+        ("/name \"'42'\"", "set a string, quoted for YAML"),
+        ("/limits '{low: 0, high: deg(90)}'", "set several parameters"),
     ],
     parse=parse_with_negative_numbers,
     run=run,

@@ -1,4 +1,4 @@
-"""``pyros1 pkg``: rospack (L182), files of packages as rosbash finds them (L184), and creation of packages."""
+"""``pyros1 pkg``: rospack (L182), access to files of packages like rosbash's (L184), and creation of packages."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from pyros1.cli.running import run_verb
 
 
 def _dispatch(invocation: Invocation) -> int:
-    """Run a verb. rospack's options may come before it."""
-    words = invocation.argv
-    if words[:1] == ["--rosstack"]:
-        return _stack(words[1:])
-    entry = registry.verbs("pkg").get(words[0]) if words else None
-    if entry is not None and not entry.of_tool:
-        return run_verb(registry.load_verb("pkg", words[0]), invocation)
+    """Run a verb. rospack accepts options before the verb."""
+    args = invocation.argv
+    if args[:1] == ["--rosstack"]:
+        return _run_rosstack(args[1:])
+    entry = registry.verbs("pkg").get(args[0]) if args else None
+    if entry is not None and not entry.in_stock_tool:
+        return run_verb(registry.load_verb("pkg", args[0]), invocation)
     return run_tool(invocation)
 
 
-def _stack(words: list[str]) -> int:
-    """Run rosstack (L183). Its `profile` is no error: READMEs contain ``rospack profile && rosstack profile``."""
-    print("rosstack: stacks were rosbuild's; for packages use rospack, which is pyros1 pkg", file=sys.stderr)
-    return 0 if words[:1] == ["profile"] else 1
+def _run_rosstack(args: list[str]) -> int:
+    """Run rosstack (L183). Its `profile` succeeds, since READMEs contain ``rospack profile && rosstack profile``."""
+    print("rosstack: stacks belong to rosbuild; for packages, use rospack, which is pyros1 pkg", file=sys.stderr)
+    return 0 if args[:1] == ["profile"] else 1
 
 
 COMMAND = Command(
@@ -33,7 +33,7 @@ COMMAND = Command(
     "find and create packages",
     group="develop",
     stock="rospack",
-    also={"roscreate-pkg": ["create"], "rosstack": ["--rosstack"]},
+    other_programs={"roscreate-pkg": ["create"], "rosstack": ["--rosstack"]},
     heading="USAGE: {program} <command> [options] [package]\n  Allowed commands:",
     order=["help"],
     row="    {about}",

@@ -1,8 +1,8 @@
-"""Packages and their manifests, for the verbs of ``pkg`` that need them (L182)."""
+"""Packages and their manifests, for verbs of ``pkg`` that inspect dependencies (L182)."""
 
 from __future__ import annotations
 
-from pyros1.cli.commands.pkg._rospack import PkgError, Request, packages
+from pyros1.cli.commands.pkg._rospack import PkgError, Request, load_packages
 from pyros1.cli.records import Flag
 from pyros1.finding.dependencies import Packages
 from pyros1.finding.manifest import Manifest
@@ -10,21 +10,21 @@ from pyros1.finding.manifest import Manifest
 DEPS_ONLY = Flag("--deps-only", help="leave out the package itself")
 
 
-def graph(request: Request) -> tuple[Packages, str]:
-    """Return all packages, and the name of the package that was given."""
+def packages_and_name(request: Request) -> tuple[Packages, str]:
+    """Return all packages and the name of the requested package."""
     name = request.package()
-    return packages(), name
+    return load_packages(), name
 
 
 def check_known(known: Packages, name: str) -> None:
-    """Raise an error if a package is unknown."""
+    """Raise `PkgError` if a package is unknown."""
     if name not in known.by_name:
         raise PkgError(f"package '{name}' not found")
 
 
-def chosen(request: Request, known: Packages, name: str) -> list[Manifest]:
-    """Return the manifests of a package and its dependencies, or of the latter only, depending on the options."""
+def selected_manifests(request: Request, known: Packages, name: str) -> list[Manifest]:
+    """Return the manifests of a package and its dependencies; with ``--deps-only``, only of the dependencies."""
     names = [*known.needs_first(name)]
     if "deps-only" not in request.options:
         names.insert(0, name)
-    return [known.manifest(each) for each in names]
+    return [known.manifest(package) for package in names]

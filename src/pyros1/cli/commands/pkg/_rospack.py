@@ -1,4 +1,4 @@
-"""How ``pkg`` parses and runs a command line, like rospack (L182)."""
+"""Parses and runs command lines like rospack (L182)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from pyros1.cli import registry
 from pyros1.cli.failures import did_you_mean
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.parsing import leave_words
+from pyros1.cli.parsing import leave_unparsed
 from pyros1.cli.records import Argument, Flag, Option, Run, Verb
 from pyros1.cli.shared.printing import print_json
 from pyros1.finding.crawl import FoundPackage, all_packages
@@ -20,64 +20,64 @@ if TYPE_CHECKING:
     from pyros1.finding.dependencies import Packages
 
 _QUIET = Flag("-q", help="Quiets error reports.")
-_FLAGS = ("deps-only", "zombie-only", "json")
-_VALUES = ("target", "lang", "attrib", "top", "length")
+_FLAG_NAMES = ("deps-only", "zombie-only", "json")
+_VALUE_OPTION_NAMES = ("target", "lang", "attrib", "top", "length")
 
 
 class PkgError(Error):
-    """Ends the command.
+    """Ends the command with an error message.
 
     Args:
-        text: printed.
-        code: exit code.
+        message: the message.
+        code: the exit code.
     """
 
-    def __init__(self, text: str, code: int = 1) -> None:
+    def __init__(self, message: str, code: int = 1) -> None:
         self.code = code
-        super().__init__(text)
+        super().__init__(message)
 
 
 class Request:
-    """One command line.
+    """A parsed command line.
 
     Attributes:
         verb: the verb.
-        words: the words after it; the package, if one was given.
-        options: ``--name=value`` by name; flags have an empty value.
-        quiet: whether to print no errors.
+        args: the arguments after the verb: the package if one is given.
+        options: the values of options by name, from ``--name=value``; the values of flags are empty.
+        quiet: whether to suppress errors.
         help: whether to print help.
     """
 
     def __init__(self) -> None:
         self.verb = ""
-        self.words: list[str] = []
+        self.args: list[str] = []
         self.options: dict[str, str] = {}
         self.quiet = False
         self.help = False
 
     def package(self) -> str:
-        """Return the named package, or the one that contains the current folder."""
-        name = self.words[0] if self.words else _package_here()
+        """Return the requested package, or the one that contains the current folder."""
+        name = self.args[0] if self.args else _current_package()
         if not name:
             raise PkgError("no package given")
         return name
 
-    def option(self, *names: str) -> list[str]:
+    def required_options(self, *names: str) -> list[str]:
         """Return the values of required options. A package is required as well."""
         values = [self.options.get(name, "") for name in names]
-        if not all(values) or not (self.words or _package_here()):
+        if not all(values) or not (self.args or _current_package()):
             raise PkgError(f"no {' / '.join(['package', *names])} given")
         return values
 
     def print_names(self, names: Iterable[str]) -> None:
-        """Print names, as lines or as JSON."""
+        """Print names as lines or JSON."""
         if "json" in self.options:
             print_json([*names])
         else:
             print("".join(f"{name}\n" for name in names), end="")
 
 
-def pack_verb(
+def make_verb(
     name: str,
     about: str,
     *parts: Option | Argument,
@@ -86,7 +86,7 @@ def pack_verb(
     aliases: Sequence[str] = (),
     stock_about: str | None = None,
 ) -> Verb:
-    """Return the record of a verb. `run_tool` parses its words, and it gets a `Request` as its options."""
+    """Return the `Verb` for a command of rospack. `run_tool` parses its arguments and passes a `Request` as options."""
     return Verb(
         name,
         about,
@@ -96,70 +96,70 @@ def pack_verb(
         examples=examples,
         aliases=aliases,
         stock_about=stock_about,
-        parse=leave_words,
+        parse=leave_unparsed,
     )
 
 
 def run_tool(invocation: Invocation) -> int:
-    """Run rospack, whose options may be at any position. Return the exit code: 0, or 1 after an error."""
+    """Run rospack, which accepts options at any position. Return the exit code."""
     request = Request()
     try:
         _parse(request, invocation.argv)
-        _act(request, invocation)
+        _run_verb(request, invocation)
     except Error as error:
         sys.stdout.flush()
         if not request.quiet:
-            text = f"no such package {error}" if isinstance(error, PackageNotFoundError) else str(error)
-            print(f"[rospack] Error: {text}", file=sys.stderr)
+            message = f"no such package {error}" if isinstance(error, PackageNotFoundError) else str(error)
+            print(f"[rospack] Error: {message}", file=sys.stderr)
         return error.code if isinstance(error, PkgError) else 1
     return 0
 
 
 def _parse(request: Request, argv: Sequence[str]) -> None:
-    words = []
-    waiting = iter(argv)
-    for word in waiting:
-        name, equals, value = word.lstrip("-").partition("=")
-        if not word.startswith("-"):
-            words.append(word)
-        elif word == "-q":
+    positional = []
+    remaining = iter(argv)
+    for arg in remaining:
+        name, equals, value = arg.lstrip("-").partition("=")
+        if not arg.startswith("-"):
+            positional.append(arg)
+        elif arg == "-q":
             request.quiet = True
-        elif word in ("-h", "--help"):
+        elif arg in ("-h", "--help"):
             request.help = True
-        elif word.startswith("--") and name in _VALUES:
-            request.options[name] = value if equals else next(waiting, "")
-        elif word.startswith("--") and name in _FLAGS and not equals:
+        elif arg.startswith("--") and name in _VALUE_OPTION_NAMES:
+            request.options[name] = value if equals else next(remaining, "")
+        elif arg.startswith("--") and name in _FLAG_NAMES and not equals:
             request.options[name] = ""
         else:
-            raise PkgError(f"failed to parse command-line options: unrecognised option '{word}'")
-    if words[:1] == ["help"]:
-        words = words[:1]
-    if len(words) > 2 and not request.help:
+            raise PkgError(f"failed to parse command-line options: unrecognised option '{arg}'")
+    if positional[:1] == ["help"]:
+        positional = positional[:1]
+    if len(positional) > 2 and not request.help:
         raise PkgError("failed to parse command-line options: too many positional options have been specified")
-    if words:
-        request.verb = words[0]
-        request.words = [word for word in words[1:] if word]
+    if positional:
+        request.verb = positional[0]
+        request.args = [arg for arg in positional[1:] if arg]
 
 
-def _act(request: Request, invocation: Invocation) -> None:
+def _run_verb(request: Request, invocation: Invocation) -> None:
     if not request.verb and not request.help:
         raise PkgError(f"no command given.  Try '{invocation.program} help'", 0)
-    known = {each: entry for each, entry in registry.verbs("pkg").items() if entry.of_tool}
+    known = {verb_name: entry for verb_name, entry in registry.verbs("pkg").items() if entry.in_stock_tool}
     name = registry.find_verb("pkg", request.verb)
     if request.help:
         if name in known and not invocation.as_stock:
             _print_help(registry.load_verb("pkg", name), invocation)
             return
-        request.words, name = [], "help"  # rospack prints its list, whatever the other words are
+        request.args, name = [], "help"  # rospack prints its list regardless of the other arguments
     if name is None or name not in known:
-        others = known if invocation.as_stock else registry.verbs("pkg")
-        hint = did_you_mean(request.verb, [each for each in others if each != "help"])
+        verbs = known if invocation.as_stock else registry.verbs("pkg")
+        hint = did_you_mean(request.verb, [verb_name for verb_name in verbs if verb_name != "help"])
         raise PkgError(f"command {request.verb} not implemented{hint}")
     verb = registry.load_verb("pkg", name)
-    if request.words and not verb.arguments:
+    if request.args and not verb.arguments:
         raise PkgError("invalid option(s) given")
     request.verb = verb.name
-    verb.run(invocation, request, request.words)
+    verb.run(invocation, request, request.args)
 
 
 def _print_help(verb: Verb, invocation: Invocation) -> None:
@@ -168,13 +168,13 @@ def _print_help(verb: Verb, invocation: Invocation) -> None:
     print(Parser(verb, invocation).format_help(), end="")
 
 
-def _package_here() -> str:
+def _current_package() -> str:
     from pathlib import Path  # noqa: PLC0415
 
     from pyros1.finding.manifest import ManifestError, read_manifest  # noqa: PLC0415
 
-    here = Path.cwd()
-    for folder in (here, *here.parents):
+    current_folder = Path.cwd()
+    for folder in (current_folder, *current_folder.parents):
         for name in ("package.xml", "manifest.xml"):
             if (folder / name).is_file():
                 try:
@@ -185,11 +185,11 @@ def _package_here() -> str:
 
 
 def known_packages() -> list[FoundPackage]:
-    """Return all packages that rospack knows: those that are not metapackages."""
+    """Return all packages that rospack lists, which excludes metapackages."""
     return [found for found in all_packages(os.environ) if not found.meta and found.manifest != "stack.xml"]
 
 
-def packages() -> Packages:
+def load_packages() -> Packages:
     """Return all packages with their dependencies."""
     from pyros1.finding.dependencies import Packages  # noqa: PLC0415
 

@@ -1,43 +1,45 @@
-"""``pkg export`` and ``plugins``: what manifests export (L182)."""
+"""``pkg export`` and ``plugins``: exports of manifests (L182)."""
 
 from __future__ import annotations
 
-from pyros1.cli.commands.pkg._graph import DEPS_ONLY, check_known, chosen, graph
-from pyros1.cli.commands.pkg._rospack import Request, pack_verb
+from pyros1.cli.commands.pkg._graph import DEPS_ONLY, check_known, packages_and_name, selected_manifests
+from pyros1.cli.commands.pkg._rospack import Request, make_verb
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Option
 
 
 def _export(invocation: Invocation, request: Request, args: list[str]) -> None:
-    """Print what a package and its dependencies export to a language."""
-    language, attribute = request.option("lang", "attrib")
-    known, name = graph(request)
+    """Print the values that a package and its dependencies export for a language."""
+    language, attribute = request.required_options("lang", "attrib")
+    known, name = packages_and_name(request)
     if name not in known.by_name:
         print()
         check_known(known, name)
-    print(" ".join(v for m in chosen(request, known, name) for v in m.exported(language, attribute)))
+    print(
+        " ".join(value for m in selected_manifests(request, known, name) for value in m.exported(language, attribute))
+    )
 
 
 def _plugins(invocation: Invocation, request: Request, args: list[str]) -> None:
     """Print the plugins that packages export for a package."""
-    (attribute,) = request.option("attrib")
-    known, name = graph(request)
+    (attribute,) = request.required_options("attrib")
+    known, name = packages_and_name(request)
     top = request.options.get("top", "")
     if top:
         check_known(known, top)
     check_known(known, name)
     allowed = {top, *known.needs(top)} if top else known.by_name.keys()
-    for each in [name, *known.needed_by(name)]:
-        if each in allowed:
-            values = known.manifest(each).exported(name, attribute)
+    for package in [name, *known.needed_by(name)]:
+        if package in allowed:
+            values = known.manifest(package).exported(name, attribute)
             if values:
-                print(f"{each} {values[0]}")
+                print(f"{package} {values[0]}")
 
 
 _ATTRIBUTE = Option("--attrib", metavar="ATTRIB", help="name of the exported attribute")
 _PACKAGE = Argument("package", "package", optional=True)
 VERBS = [
-    pack_verb(
+    make_verb(
         "export",
         "export [--deps-only] --lang=<lang> --attrib=<attrib> [package]",
         DEPS_ONLY,
@@ -45,15 +47,15 @@ VERBS = [
         _ATTRIBUTE,
         _PACKAGE,
         run=_export,
-        examples=[("--lang=cpp --attrib=cflags roscpp", "compiler flags for its users")],
+        examples=[("--lang=cpp --attrib=cflags roscpp", "print compiler flags for packages that depend on it")],
     ),
-    pack_verb(
+    make_verb(
         "plugins",
         "plugins --attrib=<attrib> [--top=<toppkg>] [package]",
         _ATTRIBUTE,
-        Option("--top", metavar="TOPPKG", help="only this package and its dependencies"),
+        Option("--top", metavar="TOPPKG", help="print only plugins of this package and its dependencies"),
         _PACKAGE,
         run=_plugins,
-        examples=[("--attrib=plugin nodelet", "plugin description files for nodelet")],
+        examples=[("--attrib=plugin nodelet", "print plugin description files for nodelet")],
     ),
 ]

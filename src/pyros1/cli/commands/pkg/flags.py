@@ -1,4 +1,4 @@
-"""``pkg cflags-only-...`` and ``libs-only-...``: flags of compiler and linker (L182)."""
+"""``pkg cflags-only-...`` and ``libs-only-...``: compiler and linker flags (L182)."""
 
 from __future__ import annotations
 
@@ -6,36 +6,35 @@ import os
 import shlex
 import subprocess
 
-from pyros1.cli.commands.pkg._graph import DEPS_ONLY, check_known, chosen, graph
-from pyros1.cli.commands.pkg._rospack import PkgError, Request, pack_verb
+from pyros1.cli.commands.pkg._graph import DEPS_ONLY, check_known, packages_and_name, selected_manifests
+from pyros1.cli.commands.pkg._rospack import PkgError, Request, make_verb
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
 
 
 def _flags(invocation: Invocation, request: Request, args: list[str]) -> None:
-    """Print compiler and linker flags: of catkin packages from pkg-config, of rosbuild packages from their exports."""
-    known, name = graph(request)
+    """Print compiler or linker flags, from pkg-config for catkin packages and from exports for rosbuild packages."""
+    known, name = packages_and_name(request)
     check_known(known, name)
-    include = request.verb.startswith("cflags")
+    is_compiler = request.verb.startswith("cflags")
     kind = request.verb.rsplit("-", 1)[1]  # I, L, l or other
-    words: list[str] = []
-    done = False
-    for manifest in chosen(request, known, name):
+    flags: list[str] = []
+    has_pkg_config_flags = False
+    for manifest in selected_manifests(request, known, name):
         if not manifest.catkin:
-            for value in manifest.exported("cpp", "cflags" if include else "lflags"):
-                words += _of_kind(shlex.split(value), kind)
-        elif not done:
-            done = manifest.name == name  # pkg-config's answer includes all dependencies
-            words += _of_kind(_pkg_config(request.verb, manifest.name), kind)
-    unique = dict.fromkeys(words) if kind != "l" else dict.fromkeys(reversed(words))
-    result = [*unique] if kind != "l" else [*reversed(unique)]
-    print(" ".join(result))
+            for value in manifest.exported("cpp", "cflags" if is_compiler else "lflags"):
+                flags += _select_flags(shlex.split(value), kind)
+        elif not has_pkg_config_flags:
+            has_pkg_config_flags = manifest.name == name  # pkg-config's output includes all dependencies
+            flags += _select_flags(_pkg_config(request.verb, manifest.name), kind)
+    unique = dict.fromkeys(flags) if kind != "l" else dict.fromkeys(reversed(flags))
+    print(" ".join(unique if kind != "l" else reversed(unique)))
 
 
-def _of_kind(words: list[str], kind: str) -> list[str]:
+def _select_flags(flags: list[str], kind: str) -> list[str]:
     if kind == "other":
-        return [word for word in words if word[:2] not in ("-I", "-L", "-l")]
-    return [word[2:] for word in words if word.startswith(f"-{kind}")]
+        return [flag for flag in flags if flag[:2] not in ("-I", "-L", "-l")]
+    return [flag[2:] for flag in flags if flag.startswith(f"-{kind}")]
 
 
 def _pkg_config(verb: str, name: str) -> list[str]:
@@ -44,25 +43,25 @@ def _pkg_config(verb: str, name: str) -> list[str]:
     environ["PKG_CONFIG_PATH"] = os.pathsep.join([*paths, *filter(None, [environ.get("PKG_CONFIG_PATH")])])
     command = ["pkg-config", f"--{verb}", name]
     try:
-        done = subprocess.run(command, env=environ, capture_output=True, text=True, check=False)
+        result = subprocess.run(command, env=environ, capture_output=True, text=True, check=False)
     except OSError as error:
         raise PkgError(f"cannot run pkg-config: {error.strerror}") from error
-    if done.returncode:
-        raise PkgError(f"'{' '.join(command)}' failed: {done.stderr.strip()}")
-    return shlex.split(done.stdout)
+    if result.returncode:
+        raise PkgError(f"'{' '.join(command)}' failed: {result.stderr.strip()}")
+    return shlex.split(result.stdout)
 
 
-def _verb(name: str, width: int, about: str) -> Verb:
+def _make_verb(name: str, width: int, about: str) -> Verb:
     package = Argument("package", "package", optional=True)
-    return pack_verb(
+    return make_verb(
         name, f"{name:{width}} [--deps-only] [package]", DEPS_ONLY, package, run=_flags, examples=[("roscpp", about)]
     )
 
 
 VERBS = [
-    _verb("cflags-only-I", 17, "include folders"),
-    _verb("cflags-only-other", 17, "other compiler flags"),
-    _verb("libs-only-L", 15, "library folders"),
-    _verb("libs-only-l", 15, "libraries"),
-    _verb("libs-only-other", 15, "other linker flags"),
+    _make_verb("cflags-only-I", 17, "print include folders"),
+    _make_verb("cflags-only-other", 17, "print other compiler flags"),
+    _make_verb("libs-only-L", 15, "print library folders"),
+    _make_verb("libs-only-l", 15, "print libraries"),
+    _make_verb("libs-only-other", 15, "print other linker flags"),
 ]

@@ -5,33 +5,33 @@ from __future__ import annotations
 from typing import Any
 
 from pyros1.cli.commands.pkg import COMMAND
-from pyros1.cli.commands.pkg._rospack import pack_verb
+from pyros1.cli.commands.pkg._rospack import make_verb
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.running import verb_list
 
-_MORE = """
+_ADDITIONAL_VERBS = """
   Also:
     create NAME [packages]         create a package
-    cd|ls|edit|cat [package[/folder]] ...   its folder and files
+    cd|ls|edit|cat [package[/folder]] ...   work with its folder and files
     --json                         with list, list-names, depends and depends-on: print JSON
 """
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the list of verbs: stock's verbs, and after them, under our name, those that stock lacks."""
+    """Print the list of stock's verbs and, for ``pyros1``, those that stock lacks."""
     text = verb_list(COMMAND, invocation.program, as_stock=True)
     if not invocation.as_stock:
-        text += _MORE + VERB.examples_text(invocation.program, as_stock=False)
+        text += _ADDITIONAL_VERBS + VERB.examples_text(invocation.program, as_stock=False)
     print(text)
 
 
-VERB = pack_verb(
+VERB = make_verb(
     "help",
     "help",
     run=run,
     examples=[
         ("pyros1 pkg create my_robot std_msgs", "create a package with nodes, a message and a launch file"),
-        ("pyros1 pkg find my_robot", "where it is"),
-        ("pyros1 pkg depends-why --target=std_msgs roscpp", "why one package needs another"),
+        ("pyros1 pkg find my_robot", "print its folder"),
+        ("pyros1 pkg depends-why --target=std_msgs roscpp", "print why one package needs another"),
     ],
 )

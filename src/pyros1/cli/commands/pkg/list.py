@@ -1,10 +1,10 @@
-"""``pkg find``, ``list``, ``list-names`` and ``list-duplicates``, which need only names and folders (L182)."""
+"""``pkg find``, ``list``, ``list-names`` and ``list-duplicates``, which only need names and folders (L182)."""
 
 from __future__ import annotations
 
 import os
 
-from pyros1.cli.commands.pkg._rospack import PkgError, Request, known_packages, pack_verb
+from pyros1.cli.commands.pkg._rospack import PkgError, Request, known_packages, make_verb
 from pyros1.cli.failures import did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON, Argument
@@ -13,20 +13,20 @@ from pyros1.finding.crawl import FoundPackage, find_cached
 from pyros1.finding.packages import OWN_PACKAGES
 
 
-def _listed() -> dict[str, FoundPackage]:
-    """Return the first location of each package, sorted."""
-    first = {found.name: found for found in reversed(known_packages())}
+def _first_locations() -> dict[str, FoundPackage]:
+    """Return the first location of each package, sorted by name."""
+    first = {package.name: package for package in reversed(known_packages())}
     return {name: first[name] for name in sorted(first)}
 
 
 def _find(invocation: Invocation, request: Request, args: list[str]) -> None:
     """Print a package's folder."""
     name = request.package()
-    quick = find_cached(os.environ, name)
-    if quick is not None and not quick.meta:
-        print(quick.folder)
+    cached = find_cached(os.environ, name)
+    if cached is not None and not cached.meta:
+        print(cached.folder)
         return
-    known = _listed()
+    known = _first_locations()
     if name not in known:
         raise PkgError(f"package '{name}' not found{did_you_mean(name, known)}")
     print(known[name].folder)
@@ -34,43 +34,49 @@ def _find(invocation: Invocation, request: Request, args: list[str]) -> None:
 
 def _list_all(invocation: Invocation, request: Request, args: list[str]) -> None:
     """Print names and folders."""
-    known = _listed()
+    known = _first_locations()
     if "json" in request.options:
-        print_json({name: found.folder for name, found in known.items()})
+        print_json({name: package.folder for name, package in known.items()})
         return
-    print("".join(f"{name} {found.folder}\n" for name, found in known.items()), end="")
+    print("".join(f"{name} {package.folder}\n" for name, package in known.items()), end="")
 
 
 def _list_names(invocation: Invocation, request: Request, args: list[str]) -> None:
     """Print names."""
-    request.print_names(_listed())
+    request.print_names(_first_locations())
 
 
 def _list_duplicates(invocation: Invocation, request: Request, args: list[str]) -> None:
-    """Print names that several packages have, each with their folders. The first folder is the one in use."""
+    """Print names that several packages share, with their folders. The first folder is the one in use."""
     folders: dict[str, list[str]] = {}
-    for found in known_packages():
-        if not found.folder.startswith(OWN_PACKAGES):  # these are only defaults for missing packages
-            folders.setdefault(found.name, []).append(found.folder)
-    for name, places in sorted(folders.items()):
-        if len(places) > 1:
-            print(name, *(f"- {place}" for place in places), sep="\n")
+    for package in known_packages():
+        if not package.folder.startswith(OWN_PACKAGES):  # pyros1's own packages are only defaults for missing ones
+            folders.setdefault(package.name, []).append(package.folder)
+    for name, locations in sorted(folders.items()):
+        if len(locations) > 1:
+            print(name, *(f"- {location}" for location in locations), sep="\n")
 
 
 VERBS = [
-    pack_verb(
+    make_verb(
         "find",
         "find [package]",
         Argument("package", "package", optional=True),
         run=_find,
-        examples=[("roscpp", "its folder")],
+        examples=[("roscpp", "print its folder")],
     ),
-    pack_verb("list", "list", JSON, run=_list_all, examples=[("", "names and folders"), ("--json", "for programs")]),
-    pack_verb("list-names", "list-names", JSON, run=_list_names, examples=[("", "names")]),
-    pack_verb(
+    make_verb(
+        "list",
+        "list",
+        JSON,
+        run=_list_all,
+        examples=[("", "list names and folders"), ("--json", "print JSON for programs")],
+    ),
+    make_verb("list-names", "list-names", JSON, run=_list_names, examples=[("", "list names")]),
+    make_verb(
         "list-duplicates",
         "list-duplicates",
         run=_list_duplicates,
-        examples=[("", "names of several packages, with the folders")],
+        examples=[("", "list names that several packages share, with their folders")],
     ),
 ]

@@ -1,4 +1,4 @@
-"""``rospy enable``, ``disable`` and ``status``: our modules in this Python environment."""
+"""``rospy enable``, ``disable`` and ``status``: availability of the ROS modules in this Python environment."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pyros1.cli.records import Verb
 
 
 def _enable(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Write the file that offers the modules."""
+    """Write the file that makes the modules available."""
     if args:
         raise UsageError("enable takes no arguments")
     from pyros1.drop_in.environment import enable, installed_rospy  # noqa: PLC0415
@@ -22,19 +22,19 @@ def _enable(invocation: Invocation, options: Any, args: list[str]) -> None:
     for error in errors:
         print(f"WARNING: no stubs: {error}", file=sys.stderr)
     print(f"wrote {file}")
-    found = installed_rospy()
-    if found is None and os.environ.get(VARIABLE):
+    rospy_file = installed_rospy()
+    if rospy_file is None and os.environ.get(VARIABLE):
         print(f"programs still do not import rospy: {VARIABLE}={os.environ[VARIABLE]} is in the environment")
-    elif found is None:
-        print("programs of this environment still cannot import rospy: does its Python start?")
-    elif not found.startswith(MODULES):
-        print(f"a real rospy is installed and takes precedence: {found}. Set {VARIABLE}=pyros1 to use ours.")
+    elif rospy_file is None:
+        print("programs of this environment still cannot import rospy: can its Python start?")
+    elif not rospy_file.startswith(MODULES):
+        print(f"a real rospy is installed and takes precedence: {rospy_file}. Set {VARIABLE}=pyros1 to use ours.")
     else:
         print("programs of this environment can now import rospy, std_msgs.msg and the other modules of ROS 1")
 
 
 def _disable(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Remove the file that offers the modules."""
+    """Remove the file that makes the modules available."""
     if args:
         raise UsageError("disable takes no arguments")
     from pyros1.drop_in.environment import disable, pth_file  # noqa: PLC0415
@@ -49,16 +49,19 @@ def _status(invocation: Invocation, options: Any, args: list[str]) -> None:
     from pyros1.drop_in.environment import installed_rospy, is_enabled, pth_file  # noqa: PLC0415
     from pyros1.drop_in.finder import MODULES, VARIABLE  # noqa: PLC0415
 
-    found = installed_rospy()
+    rospy_file = installed_rospy()
     print(f"Python:  {sys.executable}")
-    if found is None:
+    if rospy_file is None:
         print(
             "rospy:   none; only programs that pyros1 starts find it. `pyros1 rospy enable` makes it available to all."
         )
-    elif found.startswith(MODULES):
-        print(f"rospy:   pyros1's, {os.path.dirname(found)}")
+    elif rospy_file.startswith(MODULES):
+        print(f"rospy:   pyros1's, {os.path.dirname(rospy_file)}")
     else:
-        print(f"rospy:   a real one, {os.path.dirname(found)}, which takes precedence. {VARIABLE}=pyros1 selects ours.")
+        print(
+            f"rospy:   a real one, {os.path.dirname(rospy_file)}, which takes precedence. "
+            f"{VARIABLE}=pyros1 selects ours."
+        )
     print(f"enabled: {f'yes, by {pth_file()}' if is_enabled() else 'no'}")
     for name in (VARIABLE, "PYTHONPATH"):
         if os.environ.get(name):
@@ -69,19 +72,25 @@ VERBS = [
     Verb(
         "enable",
         "let all programs of this Python environment import rospy, std_msgs.msg, ...",
-        description="Writes a .pth file into the environment's site-packages, and stubs for type checkers and the "
-        "completion of editors (for new message packages, do it again). Without it, only programs that pyros1 starts "
-        "find the modules, and those of a shell after `source <(pyros1 setup)`.",
-        examples=[("", "then `python my_node.py`, pytest, notebooks and editors find rospy")],
+        description="Writes a .pth file to the environment's site-packages, and stubs for type checkers and the "
+        "completion of editors (run it again for new message packages). Without it, only programs that pyros1 starts, "
+        "and those of a shell after `source <(pyros1 setup)`, find the modules.",
+        examples=[("", "let `python my_node.py`, pytest, notebooks and editors find rospy")],
         stock="",
         run=_enable,
     ),
     Verb(
         "disable",
         "undo rospy enable",
-        examples=[("", "only programs that pyros1 starts find rospy")],
+        examples=[("", "let only programs that pyros1 starts find rospy")],
         stock="",
         run=_disable,
     ),
-    Verb("status", "show which rospy is used here", examples=[("", "this environment")], stock="", run=_status),
+    Verb(
+        "status",
+        "show which rospy is used here",
+        examples=[("", "show it for this environment")],
+        stock="",
+        run=_status,
+    ),
 ]

@@ -12,5 +12,5 @@ COMMAND = Command(
     heading="Commands:",
     row="\t{program} {name}\t{about}",
     footing="\nType {program} <command> -h for more detailed usage, e.g. '{program} call -h'\n",
-    error_code=2,
+    error_exit_code=2,
 )

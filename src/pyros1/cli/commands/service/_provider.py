@@ -1,4 +1,4 @@
-"""Shared code of the verbs about one service: its name, and the answer of its provider."""
+"""Shared code of the verbs for one service: its name, and queries to its provider."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from pyros1.ground.errors import DefinitionError, ServiceUnavailableError, Unkno
 if TYPE_CHECKING:
     from pyros1.msgs import Service
 
-ERROR = 2
-"""Exit code of errors. It differs from most tools'."""
+ERROR_CODE = 2
+"""The exit code for errors, which differs from that of most tools."""
 
 
-def one_service(invocation: Invocation, args: list[str]) -> str:
-    """Return the full name of the service that the arguments name."""
+def service_name(invocation: Invocation, args: list[str]) -> str:
+    """Return the full name of the service given by the arguments."""
     if not args:
         raise UsageError("service must be specified")
     if len(args) > 1:
@@ -25,36 +25,36 @@ def one_service(invocation: Invocation, args: list[str]) -> str:
     return invocation.resolve(args[0])
 
 
-def hint(graph: Graph, name: str) -> str:
-    """Return a hint at the service that was probably meant."""
+def similar_service_hint(graph: Graph, name: str) -> str:
+    """Return a hint with the name of a similar service."""
     return did_you_mean(name, graph.state().services)
 
 
-def header(invocation: Invocation, graph: Graph, name: str) -> dict[str, str] | None:
-    """Return the connection header of the service's provider, None if no node provides the service."""
+def provider_header(invocation: Invocation, graph: Graph, name: str) -> dict[str, str] | None:
+    """Return the connection header of the service's provider; None if no node provides the service."""
     uri = graph.service_uri(name)
     if uri is None:
         return None
     try:
         return probe_service(name, uri, invocation.caller_id)
     except ServiceUnavailableError as error:
-        text = f"Unable to communicate with service [{name}], address [{uri}]"
+        message = f"Unable to communicate with service [{name}], address [{uri}]"
         if isinstance(error.__cause__, TimeoutError):
-            who = ", ".join(graph.state().services.get(name, ["its node"]))
-            text += f"\n{who} accepts connections but did not answer within 5 s: is it suspended or hanging?"
-        raise CommandError(text, ERROR) from None
+            providers = ", ".join(graph.state().services.get(name, ["its node"]))
+            message += f"\n{providers} accepts connections but did not answer within 5 s: is it suspended or hanging?"
+        raise CommandError(message, ERROR_CODE) from None
 
 
-def not_available(graph: Graph, name: str) -> CommandError:
+def unavailable_error(graph: Graph, name: str) -> CommandError:
     """Return the error for a service that no node provides."""
-    return CommandError(f"Service [{name}] is not available.{hint(graph, name)}", ERROR)
+    return CommandError(f"Service [{name}] is not available.{similar_service_hint(graph, name)}", ERROR_CODE)
 
 
-def load(type_name: str) -> type[Service]:
-    """Return the class of a service's type."""
+def load_type(type_name: str) -> type[Service]:
+    """Return the class for a service type."""
     from pyros1.msgs import load_service  # noqa: PLC0415 - not all verbs need it
 
     try:
         return load_service(type_name)
     except (UnknownTypeError, DefinitionError) as error:
-        raise CommandError(f"Unable to load type [{type_name}]: {error}", ERROR) from None
+        raise CommandError(f"Unable to load type [{type_name}]: {error}", ERROR_CODE) from None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import TYPE_CHECKING, Any
 
-from pyros1.cli.commands.service._provider import ERROR, header, load, not_available
+from pyros1.cli.commands.service._provider import ERROR_CODE, load_type, provider_header, unavailable_error
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_with_negative_numbers
@@ -18,33 +18,33 @@ if TYPE_CHECKING:
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Call a service with a request from the arguments, or from each document on stdin, and print the response."""
+    """Call a service with the request in the arguments, or with each document on stdin, and print the responses."""
     if not args:
         raise UsageError("service must be specified")
-    name, *words = args
+    name, *values = args
     name = invocation.resolve(name)
     from pyros1.values import load_yaml  # noqa: PLC0415 - not needed for help
 
-    arguments: list[Any] = [load_yaml(word) if word else word for word in words]
+    arguments: list[Any] = [load_yaml(value) if value else value for value in values]
     graph = invocation.graph
-    graph.service_uri(name)  # fail early, before slow imports, if no master answers
+    graph.service_uri(name)  # fail before slow imports if no master is running
     with invocation.open_node() as node:
         if options.wait:
             node.wait_for_service(name)
-        found = header(invocation, graph, name)
-        if found is None:
-            raise not_available(graph, name)
-        service_class = load(found.get("type", ""))
+        header = provider_header(invocation, graph, name)
+        if header is None:
+            raise unavailable_error(graph, name)
+        service_class = load_type(header.get("type", ""))
         client = node.service(name, service_class)
         if arguments or not service_class._request_class.__slots__ or sys.stdin.isatty():
-            print(_response(options, _call(client, service_class, name, arguments, node.now(), options.verbose)))
+            print(_format_response(options, _call(client, service_class, name, arguments, node.now(), options.verbose)))
             return
         from pyros1.cli.shared.documents import documents  # noqa: PLC0415 - as above
 
         for document in documents(sys.stdin):
             arguments = document if isinstance(document, list) else [document]
             response = _call(client, service_class, name, arguments, node.now(), options.verbose)
-            print(_response(options, response), flush=True)
+            print(_format_response(options, response), flush=True)
 
 
 VERB = Verb(
@@ -52,19 +52,19 @@ VERB = Verb(
     "call the service with the provided args",
     Flag("-v", dest="verbose", help="print verbose output"),
     Flag("--wait", help="wait for service to be advertised"),
-    Flag("--nostr", help="exclude strings", own=True),
-    Flag("--noarr", help="exclude arrays", own=True),
-    Flag("--json", help="print the response as a line of JSON", own=True),
+    Flag("--nostr", help="exclude strings", pyros1_only=True),
+    Flag("--noarr", help="exclude arrays", pyros1_only=True),
+    Flag("--json", help="print the response as a line of JSON", pyros1_only=True),
     Argument("/service", "service"),
     Argument("args", "request_text", optional=True),
     usage="/service [args...]",
-    examples=[("/flip true", "values in field order"), ("/flip 'data: true'", "values by name")],
+    examples=[("/flip true", "give values in field order"), ("/flip 'data: true'", "give values by name")],
     parse=parse_with_negative_numbers,
     run=run,
 )
 
 
-def _response(options: Any, response: Message) -> str:
+def _format_response(options: Any, response: Message) -> str:
     if options.json:
         import json  # noqa: PLC0415
 
@@ -91,7 +91,7 @@ def _call(
         raise CommandError(
             f"Incompatible arguments to call service:\n{error}\nProvided arguments are:\n{provided}\n\n"
             f"Service arguments are: [{expected}]",
-            ERROR,
+            ERROR_CODE,
         ) from None
     if verbose:
         print(f"{request}\n---")
@@ -102,16 +102,16 @@ def _call(
         raise CommandError(
             "Unable to send request. One of the fields has an incorrect type:\n"
             f"  {error}\n\nsrv file:\n{_without_comments(service_class._full_text)}\n",
-            ERROR,
+            ERROR_CODE,
         ) from None
     except ServiceUnavailableError:
-        raise CommandError(f"Service [{name}] is not available.", ERROR) from None
+        raise CommandError(f"Service [{name}] is not available.", ERROR_CODE) from None
     except ServiceError as error:
         reason = str(error)
         prefix = f"service [{name}] responded with an error: "
         if reason.startswith(prefix):
             reason = f"{prefix}{reason[len(prefix) :].encode()!r}"
-        raise CommandError(reason, ERROR) from None
+        raise CommandError(reason, ERROR_CODE) from None
     return response
 
 

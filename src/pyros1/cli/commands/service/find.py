@@ -6,7 +6,7 @@ import sys
 from functools import partial
 from typing import Any
 
-from pyros1.cli.commands.service._provider import header
+from pyros1.cli.commands.service._provider import provider_header
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON, Argument, Verb
@@ -16,7 +16,7 @@ from pyros1.ground.errors import MasterError
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the services of a type. This asks the provider of every service."""
+    """Print the services of a type. This queries the provider of every service."""
     if not args:
         raise UsageError("please specify a message type")
     if len(args) > 1:
@@ -25,19 +25,21 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     from pyros1.doctor.concurrent import run_concurrently  # noqa: PLC0415 - not needed for help
 
     names = list(graph.state().services)
-    answers = run_concurrently({name: partial(header, invocation, graph, name) for name in names}, PROBE_TIMEOUT + 1.0)
+    results = run_concurrently(
+        {name: partial(provider_header, invocation, graph, name) for name in names}, PROBE_TIMEOUT + 1.0
+    )
     matching = []
     printed: set[str] = set()
-    for name, answer in answers.items():
-        if isinstance(answer, dict):
-            if answer.get("type") == args[0]:
+    for name, result in results.items():
+        if isinstance(result, dict):
+            if result.get("type") == args[0]:
                 matching.append(name)
-        elif isinstance(answer, MasterError):
-            raise answer
-        elif answer is not None:  # it did not answer the query for its type
-            what, _, why = str(answer).partition("\n")  # print a reason only once for all services of a node
-            print(f"WARNING: {what}" + (f"\n{why}" if why and why not in printed else ""), file=sys.stderr)
-            printed.add(why)
+        elif isinstance(result, MasterError):
+            raise result
+        elif result is not None:  # the provider did not respond
+            problem, _, reason = str(result).partition("\n")  # print a reason only once for all services of a node
+            print(f"WARNING: {problem}" + (f"\n{reason}" if reason and reason not in printed else ""), file=sys.stderr)
+            printed.add(reason)
     if options.json:
         print_json(matching)
     else:
@@ -50,6 +52,6 @@ VERB = Verb(
     JSON,
     Argument("msg-type", "service_type"),
     usage="msg-type",
-    examples=[("std_srvs/Trigger", "services of that type")],
+    examples=[("std_srvs/Trigger", "list services of that type")],
     run=run,
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.cli.commands.service._provider import header, hint, load
+from pyros1.cli.commands.service._provider import load_type, provider_header, similar_service_hint
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON, Argument, Verb
@@ -21,19 +21,19 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     graph = invocation.graph
     nodes = graph.state().services.get(name)
     if not nodes:
-        raise CommandError(f"unknown service{hint(graph, name)}", 1)
-    if not options.json:  # line by line, so that known facts are printed even if the provider does not answer
+        raise CommandError(f"unknown service{similar_service_hint(graph, name)}", 1)
+    if not options.json:  # print what is known before the query, in case the provider does not respond
         print(f"Node: {nodes[0]}")
         print(f"URI: {graph.service_uri(name)}")
-    type_name = (header(invocation, graph, name) or {}).get("type", "")
+    type_name = (provider_header(invocation, graph, name) or {}).get("type", "")
     if options.json:
-        arguments = list(load(type_name)._request_class.__slots__)
+        arguments = list(load_type(type_name)._request_class.__slots__)
         print_json(
             {"service": name, "node": nodes[0], "uri": graph.service_uri(name), "type": type_name, "args": arguments}
         )
         return
     print(f"Type: {type_name}")
-    print(f"Args: {' '.join(load(type_name)._request_class.__slots__)}")
+    print(f"Args: {' '.join(load_type(type_name)._request_class.__slots__)}")
 
 
 VERB = Verb(
@@ -42,6 +42,6 @@ VERB = Verb(
     JSON,
     Argument("/service", "service"),
     usage="/service",
-    examples=[("/flip", "its node, address, type and arguments")],
+    examples=[("/flip", "print its node, address, type and arguments")],
     run=run,
 )

@@ -12,7 +12,7 @@ from pyros1.graph import in_namespace
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the services that the master knows."""
+    """Print the registered services."""
     if len(args) > 1:
         raise UsageError("you may only specify one input namespace")
     namespace = invocation.resolve(args[0]) if args else None
@@ -32,6 +32,6 @@ VERB = Verb(
     JSON,
     Argument("/namespace", "namespace", optional=True),
     usage="[/namespace]",
-    examples=[("", "all services"), ("-n", "with the nodes that provide them")],
+    examples=[("", "list all services"), ("-n", "list them with the nodes that provide them")],
     run=run,
 )

@@ -1,10 +1,16 @@
-"""``service type``, ``node``, ``uri`` and ``args``: one fact of a service (L77)."""
+"""``service type``, ``node``, ``uri`` and ``args``: one property of a service (L77)."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from pyros1.cli.commands.service._provider import header, hint, load, not_available, one_service
+from pyros1.cli.commands.service._provider import (
+    load_type,
+    provider_header,
+    service_name,
+    similar_service_hint,
+    unavailable_error,
+)
 from pyros1.cli.failures import did_you_mean, fail
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
@@ -12,16 +18,16 @@ from pyros1.cli.records import Argument, Verb
 
 def _type(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print a service's type."""
-    name = one_service(invocation, args)
-    found = header(invocation, invocation.graph, name)
-    if found is None:
-        fail(f"Unknown service [{name}]{hint(invocation.graph, name)}")
-    print(found.get("type", ""))
+    name = service_name(invocation, args)
+    header = provider_header(invocation, invocation.graph, name)
+    if header is None:
+        fail(f"Unknown service [{name}]{similar_service_hint(invocation.graph, name)}")
+    print(header.get("type", ""))
 
 
 def _node(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print the node that provides a service."""
-    name = one_service(invocation, args)
+    name = service_name(invocation, args)
     services = invocation.graph.state().services
     nodes = services.get(name)
     if not nodes:
@@ -31,29 +37,31 @@ def _node(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 def _uri(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print a service's address."""
-    name = one_service(invocation, args)
-    found = invocation.graph.service_uri(name)
-    if found is None:
-        fail(f"Unknown service: {name}{hint(invocation.graph, name)}")
-    print(found)
+    name = service_name(invocation, args)
+    uri = invocation.graph.service_uri(name)
+    if uri is None:
+        fail(f"Unknown service: {name}{similar_service_hint(invocation.graph, name)}")
+    print(uri)
 
 
 def _args(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print the names of a service's arguments."""
-    name = one_service(invocation, args)
-    found = header(invocation, invocation.graph, name)
-    if found is None:
-        raise not_available(invocation.graph, name)
-    print(" ".join(load(found.get("type", ""))._request_class.__slots__))
+    name = service_name(invocation, args)
+    header = provider_header(invocation, invocation.graph, name)
+    if header is None:
+        raise unavailable_error(invocation.graph, name)
+    print(" ".join(load_type(header.get("type", ""))._request_class.__slots__))
 
 
 VERBS = [
-    Verb("type", "print service type", Argument("/service", "service"), examples=[("/flip", "its type")], run=_type),
+    Verb(
+        "type", "print service type", Argument("/service", "service"), examples=[("/flip", "print its type")], run=_type
+    ),
     Verb(
         "node",
         "print name of node providing the service",
         Argument("/service", "service"),
-        examples=[("/flip", "the node that provides it")],
+        examples=[("/flip", "print the node that provides it")],
         stock_about="",
         run=_node,
     ),
@@ -61,14 +69,14 @@ VERBS = [
         "uri",
         "print service ROSRPC uri",
         Argument("/service", "service"),
-        examples=[("/flip", "its address")],
+        examples=[("/flip", "print its address")],
         run=_uri,
     ),
     Verb(
         "args",
         "print service arguments",
         Argument("/service", "service"),
-        examples=[("/flip", "the names of its arguments")],
+        examples=[("/flip", "print the names of its arguments")],
         run=_args,
     ),
 ]

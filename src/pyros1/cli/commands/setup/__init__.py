@@ -1,4 +1,4 @@
-"""``pyros1 setup``: the stock command names, for this shell only.
+"""``pyros1 setup``: makes the stock command names available in one shell.
 
 ``source <(pyros1 setup)`` puts a folder of small programs on the shell's PATH, one per stock name, and adds functions
 and completion. Each installation of pyros1 has its own folder.
@@ -13,12 +13,12 @@ from pyros1.cli import registry
 from pyros1.cli.commands.setup._programs import make_programs
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Command, Verb
-from pyros1.cli.shared.shells import SHELL, Names, chosen_shell, how_to_use, parse_shell
+from pyros1.cli.shared.shells import SHELL, Names, parse_shell, select_shell, usage_examples
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the shell code that sets a shell up."""
-    shell = chosen_shell(invocation, options)
+    """Print the shell code that sets up a shell."""
+    shell = select_shell(invocation, options)
     if shell is not None:
         names = registry.stock_names()
         folder = make_programs(names, os.environ)
@@ -33,7 +33,7 @@ COMMAND = Command(
         "",
         SHELL,
         description="Prints shell code that adds the stock names (rostopic, roscd, ...) and completion.",
-        examples=how_to_use("setup"),
+        examples=usage_examples("setup"),
         parse=parse_shell,
         run=run,
     ),

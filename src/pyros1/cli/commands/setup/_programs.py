@@ -19,29 +19,31 @@ class SetupError(Error):
 
 
 def make_programs(names: Mapping[str, tuple[str, ...]], environ: Mapping[str, str]) -> Path:
-    """Create the folder of programs, or update it.
+    """Create or update the folder of programs.
 
     Args:
-        names: program -> words after ``pyros1``.
+        names: the arguments of ``pyros1`` for each program.
         environ: environment variables, which determine the folder.
 
     Returns:
         The folder.
 
     Raises:
-        SetupError: no possible folder can be written, or the system has no Unix shells.
+        SetupError: no candidate folder is writable, or the system has no Unix shells.
     """
     if not hasattr(os, "getuid"):
-        raise SetupError("this is for shells of Unix: here, type pyros1 before each command, as in pyros1 topic list")
+        raise SetupError(
+            "this works only in Unix shells: type pyros1 before each command instead, as in pyros1 topic list"
+        )
     package = str(Path(__file__).resolve().parents[4])
-    number = crc32(f"{sys.executable}\n{package}".encode())
+    installation_id = crc32(f"{sys.executable}\n{package}".encode())
     home = environ.get("XDG_DATA_HOME") or os.path.join(os.path.expanduser("~"), ".local", "share")
     problems = []
     for base in (Path(home, "pyros1"), Path(tempfile.gettempdir(), f"pyros1-{os.getuid()}")):
-        folder = base / f"bin-{number:08x}"
+        folder = base / f"bin-{installation_id:08x}"
         try:
             base.mkdir(parents=True, exist_ok=True, mode=0o700)
-            _must_be_ours(base)
+            _check_not_writable_by_others(base)
             folder.mkdir(exist_ok=True, mode=0o700)
             _write_programs(folder, {"pyros1": (), **names}, package)
         except OSError as error:
@@ -55,20 +57,20 @@ def make_programs(names: Mapping[str, tuple[str, ...]], environ: Mapping[str, st
     raise SetupError("cannot write the programs: " + "; ".join(problems))
 
 
-def _must_be_ours(folder: Path) -> None:
-    """Raise OSError if other users could put programs there."""
+def _check_not_writable_by_others(folder: Path) -> None:
+    """Raise OSError if other users could write programs to the folder."""
     status = folder.stat()
     if status.st_uid != os.getuid() or status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
         raise OSError(f"other users can write to {folder}")
 
 
 def _write_programs(folder: Path, names: Mapping[str, tuple[str, ...]], package: str) -> None:
-    for old in {path.name for path in folder.iterdir()} - names.keys():
-        if not old.startswith("."):  # another process is writing it
-            (folder / old).unlink(missing_ok=True)
-    for name, words in names.items():
+    for obsolete in {path.name for path in folder.iterdir()} - names.keys():
+        if not obsolete.startswith("."):  # another process is writing it
+            (folder / obsolete).unlink(missing_ok=True)
+    for name, args in names.items():
         file = folder / name
-        text = _program(words, package)
+        text = _program_text(args, package)
         if not file.is_file() or file.read_text(encoding="utf-8") != text:
             temporary = folder / f".{name}.{os.getpid()}"
             temporary.write_text(text, encoding="utf-8")
@@ -76,13 +78,13 @@ def _write_programs(folder: Path, names: Mapping[str, tuple[str, ...]], package:
             os.replace(temporary, file)
 
 
-def _program(words: tuple[str, ...], package: str) -> str:
-    """Return a Python program with a first line for sh: the interpreter's path may be long and contain spaces."""
-    call = f'["pyros1", *{list(words)!r}, *sys.argv[1:]]'
+def _program_text(args: tuple[str, ...], package: str) -> str:
+    """Return a Python program started by sh, since the interpreter's path may be too long or contain spaces."""
+    argv = f'["pyros1", *{list(args)!r}, *sys.argv[1:]]'
     return (
         f"#!/bin/sh\n'''exec' {shlex.quote(sys.executable)} \"$0\" \"$@\"\n' '''\n"
         "import _signal\n\nif callable(_signal.getsignal(_signal.SIGINT)):  # no traceback of imports\n"
         "    _signal.signal(_signal.SIGINT, _signal.SIG_DFL)\n"
         f"import sys\n\ndel sys.path[0]\nif {package!r} not in sys.path:\n    sys.path.append({package!r})\n"
-        f"from pyros1.cli.main import entry\n\nsys.exit(entry({call}, alone=True))\n"
+        f"from pyros1.cli.main import entry\n\nsys.exit(entry({argv}, alone=True))\n"
     )

@@ -1,4 +1,4 @@
-"""``pyros1 srv``: rossrv. Its verbs are those of ``pyros1 msg``, for services (L86-L89)."""
+"""``pyros1 srv``: rossrv. It has the verbs of ``pyros1 msg``, but for services (L86-L89)."""
 
 from __future__ import annotations
 

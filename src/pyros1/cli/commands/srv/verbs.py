@@ -1,4 +1,4 @@
-"""The verbs of ``srv`` (L86-L89): those of ``msg``, for services."""
+"""The verbs of ``srv`` (L86-L89): those of ``msg``, but for services."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from pyros1.cli.shared.definitions import SERVICES
 
 VERBS = [
     *lists.make_verbs(SERVICES, "std_srvs"),
-    md5.make_verb(SERVICES, ("std_srvs/SetBool", "the checksum that client and server must share")),
-    *show.make_verbs(SERVICES, ("std_srvs/SetBool", "request and response"), ("-r SetBool", "the original text")),
+    md5.make_verb(SERVICES, ("std_srvs/SetBool", "print the checksum, which must be the same for client and server")),
+    *show.make_verbs(
+        SERVICES, ("std_srvs/SetBool", "print request and response"), ("-r SetBool", "print the original text")
+    ),
 ]

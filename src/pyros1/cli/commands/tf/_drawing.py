@@ -1,4 +1,4 @@
-"""A tree of frames as text, as a graph for Graphviz, and as an SVG picture."""
+"""A tree of frames as text, as a Graphviz graph, and as an SVG image."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 from pyros1.ground.terminal_text import one_line
 
-LETTER = 7.0  # average width of a letter in pixels
-LINE = 15.0  # height of a line of text in pixels
+LETTER_WIDTH = 7.0  # average width of a letter in pixels
+LINE_HEIGHT = 15.0  # height of a line of text in pixels
 MARGIN = 14.0
 GAP_X, GAP_Y = 18.0, 44.0
 
@@ -18,10 +18,11 @@ class Frame(NamedTuple):
     """The information that is drawn for a frame.
 
     Attributes:
-        parent: None for the root of a tree.
-        static: whether the transform to its parent is static; None if unknown.
-        rate: rate of its transforms in Hz; 0 for a single one.
-        latest, oldest: times of the newest and the oldest transform, in seconds.
+        parent: the name of the parent; None for the root of a tree.
+        authority: the node that publishes the transform.
+        static: whether the transform to the parent is static; None if unknown.
+        rate: the rate of the transforms in Hz; 0 for a single one.
+        latest, oldest: times of the newest and the oldest transform in seconds.
     """
 
     name: str
@@ -32,8 +33,8 @@ class Frame(NamedTuple):
     latest: float
     oldest: float
 
-    def facts(self, now: float) -> list[str]:
-        """Return short texts about its transform: sender, rate, age."""
+    def description(self, now: float) -> list[str]:
+        """Return a description of its transform: publisher, rate and age."""
         if self.parent is None:
             return []
         if self.static or (self.static is None and not self.latest):
@@ -43,14 +44,14 @@ class Frame(NamedTuple):
 
 
 def children_of(frames: Sequence[Frame]) -> tuple[list[Frame], dict[str, list[Frame]]]:
-    """Return the roots, and the children of each frame by its name, both sorted by name.
+    """Return the roots and the children of each frame, both sorted by name.
 
-    Frames in a loop have no root: the first frame of each loop becomes one.
+    Frames in a loop have no root, so the first frame of each loop is used as one.
     """
-    frames_below: dict[str, list[Frame]] = {}
+    children_by_parent: dict[str, list[Frame]] = {}
     for frame in sorted(frames):
         if frame.parent is not None:
-            frames_below.setdefault(frame.parent, []).append(frame)
+            children_by_parent.setdefault(frame.parent, []).append(frame)
     known = {frame.name for frame in frames}
     roots = [frame for frame in sorted(frames) if frame.parent is None or frame.parent not in known]
     reached: set[str] = set()
@@ -59,40 +60,42 @@ def children_of(frames: Sequence[Frame]) -> tuple[list[Frame], dict[str, list[Fr
             continue
         if frame not in roots:  # a loop
             roots.append(frame)
-            frames_below[str(frame.parent)] = [other for other in frames_below[str(frame.parent)] if other is not frame]
+            children_by_parent[str(frame.parent)] = [
+                child for child in children_by_parent[str(frame.parent)] if child is not frame
+            ]
         stack = [frame.name]
         while stack:
             name = stack.pop()
             reached.add(name)
-            stack += [child.name for child in frames_below.get(name, [])]
-    return roots, frames_below
+            stack += [child.name for child in children_by_parent.get(name, [])]
+    return roots, children_by_parent
 
 
-def text(frames: Sequence[Frame], now: float) -> str:
-    """Return the lines of the trees, with the facts about each frame after its name.
+def format_tree(frames: Sequence[Frame], now: float) -> str:
+    """Format the trees as text, with the description of each frame after its name.
 
     Args:
         now: the time in seconds, for ages.
     """
-    roots, frames_below = children_of(frames)
+    roots, children_by_parent = children_of(frames)
     rows: list[tuple[str, list[str]]] = []
 
-    def add(frame: Frame, lead: str, deeper: str) -> None:
-        rows.append((lead + one_line(frame.name), [*map(one_line, frame.facts(now))]))
-        last = len(frames_below.get(frame.name, ())) - 1
-        for number, child in enumerate(frames_below.get(frame.name, ())):
-            ends = number == last
-            add(child, deeper + ("└── " if ends else "├── "), deeper + ("    " if ends else "│   "))
+    def add(frame: Frame, prefix: str, child_prefix: str) -> None:
+        rows.append((prefix + one_line(frame.name), [*map(one_line, frame.description(now))]))
+        last = len(children_by_parent.get(frame.name, ())) - 1
+        for number, child in enumerate(children_by_parent.get(frame.name, ())):
+            is_last = number == last
+            add(child, child_prefix + ("└── " if is_last else "├── "), child_prefix + ("    " if is_last else "│   "))
 
     for root in roots:
         add(root, "", "")
     width = max((len(name) for name, _ in rows), default=0)
-    senders = max((len(facts[0]) for _, facts in rows if facts), default=0)
+    authority_width = max((len(facts[0]) for _, facts in rows if facts), default=0)
     lines = []
     for name, facts in rows:
         line = f"{name:{width}}"
         if facts:
-            line += f"  {facts[0]:{senders}}  {facts[1]:>9}  {' '.join(facts[2:])}"
+            line += f"  {facts[0]:{authority_width}}  {facts[1]:>9}  {' '.join(facts[2:])}"
         lines.append(line.rstrip())
     return "\n".join(lines)
 
@@ -104,27 +107,27 @@ def dot(frames: Sequence[Frame], now: float) -> str:
         if frame.parent is None:
             continue
         label = (
-            f" Broadcaster: {_quoted(frame.authority)}\\nAverage rate: {round(frame.rate, 3) or 10000.0}\\n"
+            f" Broadcaster: {_quote(frame.authority)}\\nAverage rate: {round(frame.rate, 3) or 10000.0}\\n"
             f"Buffer length: {round(frame.latest - frame.oldest, 3)}\\n"
             f"Most recent transform: {round(frame.latest, 3)}\\nOldest transform: {round(frame.oldest, 3)}\\n"
         )
-        lines.append(f'"{_quoted(frame.parent)}" -> "{_quoted(frame.name)}"[label="{label}"];')
+        lines.append(f'"{_quote(frame.parent)}" -> "{_quote(frame.name)}"[label="{label}"];')
     for root in children_of(frames)[0]:
         lines += [
             "edge [style=invis];",
             ' subgraph cluster_legend { style=bold; color=black; label ="view_frames Result";',
             f'"Recorded at time: {now}"[ shape=plaintext ] ;',
-            f'}}->"{_quoted(root.name)}";',
+            f'}}->"{_quote(root.name)}";',
         ]
     return "\n".join([*lines, "}"])
 
 
-def _quoted(name: str) -> str:
+def _quote(name: str) -> str:
     return name.replace("\\", "\\\\").replace('"', '\\"')
 
 
 class _Box(NamedTuple):
-    """A frame with its position: the middle of its upper edge, in pixels."""
+    """The box of a frame. Its position is the middle of its upper edge in pixels."""
 
     frame: Frame
     lines: list[str]
@@ -135,52 +138,52 @@ class _Box(NamedTuple):
 
 
 def svg(frames: Sequence[Frame], now: float, title: str) -> str:
-    """Return the trees as an SVG picture: parents above their children, the facts below each name.
+    """Return the trees as an SVG image. Parents are above their children, and descriptions are below each name.
 
     Args:
         now: the time in seconds, for ages.
-        title: a line at the top.
+        title: the title at the top.
     """
-    roots, frames_below = children_of(frames)
+    roots, children_by_parent = children_of(frames)
     boxes: dict[str, _Box] = {}
-    top = 2 * MARGIN + LINE
+    top = 2 * MARGIN + LINE_HEIGHT
 
     def place(frame: Frame, left: float, y: float) -> float:
-        """Place a frame and the frames below it. Return the width they need in pixels."""
-        lines = [frame.name, *frame.facts(now)]
-        width = max(map(len, lines)) * LETTER + 2 * MARGIN
-        height = len(lines) * LINE + MARGIN
-        children = frames_below.get(frame.name, [])
-        spans = []
+        """Place a frame and its descendants. Return the width they need in pixels."""
+        lines = [frame.name, *frame.description(now)]
+        width = max(map(len, lines)) * LETTER_WIDTH + 2 * MARGIN
+        height = len(lines) * LINE_HEIGHT + MARGIN
+        children = children_by_parent.get(frame.name, [])
+        child_widths = []
         inner = left
         for child in children:
-            span = place(child, inner, y + height + GAP_Y)
-            spans.append(span)
-            inner += span + GAP_X
+            child_width = place(child, inner, y + height + GAP_Y)
+            child_widths.append(child_width)
+            inner += child_width + GAP_X
         required_width = max(width, inner - GAP_X - left) if children else width
         extra_width = (required_width - (inner - GAP_X - left)) / 2 if children else 0.0
-        if extra_width > 0:  # the frame is wider than those below it, which are centred
+        if extra_width > 0:  # centre the children below a wider frame
             for child in children:
                 _shift(child, extra_width)
         boxes[frame.name] = _Box(frame, lines, left + required_width / 2, y, width, height)
         return required_width
 
-    def _shift(frame: Frame, by: float) -> None:
+    def _shift(frame: Frame, offset: float) -> None:
         box = boxes[frame.name]
-        boxes[frame.name] = box._replace(x=box.x + by)
-        for child in frames_below.get(frame.name, []):
-            _shift(child, by)
+        boxes[frame.name] = box._replace(x=box.x + offset)
+        for child in children_by_parent.get(frame.name, []):
+            _shift(child, offset)
 
     right = MARGIN
     for root in roots:
         right += place(root, right, top) + 2 * GAP_X
-    width = max(right, len(title) * LETTER + 2 * MARGIN)
+    width = max(right, len(title) * LETTER_WIDTH + 2 * MARGIN)
     height = max((box.y + box.height for box in boxes.values()), default=top) + MARGIN
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
         f'viewBox="0 0 {width:.0f} {height:.0f}" font-family="sans-serif" font-size="12">',
         '<rect width="100%" height="100%" fill="white"/>',
-        f'<text x="{MARGIN:g}" y="{MARGIN + LINE / 2:g}" fill="#666">{escape(title)}</text>',
+        f'<text x="{MARGIN:g}" y="{MARGIN + LINE_HEIGHT / 2:g}" fill="#666">{escape(title)}</text>',
     ]
     for box in boxes.values():
         parent_box = boxes.get(box.frame.parent or "")
@@ -197,12 +200,12 @@ def svg(frames: Sequence[Frame], now: float, title: str) -> str:
 
 def _box_svg(box: _Box) -> str:
     fill = "#e8eef7" if box.frame.parent is None else "#f7f7f2"
-    out = [
+    elements = [
         f'<rect x="{box.x - box.width / 2:.1f}" y="{box.y:.1f}" width="{box.width:.1f}" height="{box.height:.1f}" '
         f'rx="9" fill="{fill}" stroke="#333"/>'
     ]
     for number, line in enumerate(box.lines):
         style = ' font-weight="bold"' if not number else ' fill="#444"'
-        y = box.y + MARGIN / 2 + (number + 0.75) * LINE
-        out.append(f'<text x="{box.x:.1f}" y="{y:.1f}" text-anchor="middle"{style}>{escape(line)}</text>')
-    return "\n".join(out)
+        y = box.y + MARGIN / 2 + (number + 0.75) * LINE_HEIGHT
+        elements.append(f'<text x="{box.x:.1f}" y="{y:.1f}" text-anchor="middle"{style}>{escape(line)}</text>')
+    return "\n".join(elements)

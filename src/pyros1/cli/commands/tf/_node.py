@@ -21,18 +21,19 @@ _MAX_FRAMES_SHOWN = 30
 
 
 def open_node(invocation: Invocation, name: str, *, tool: bool = True, anonymous: bool = True) -> Node:
-    """Return a node.
+    """Create the node of a tf command.
 
     Args:
-        name: its name.
-        anonymous: append a number, so that several can run.
-        tool: the node belongs to an interactive tool: fail immediately without a master, and log little.
+        invocation: the command's invocation.
+        name: the node's name.
+        tool: whether the node belongs to an interactive tool, which fails immediately without a master and logs little.
+        anonymous: whether to append a number to the name, so that several can run.
 
     Raises:
-        MasterUnreachableError: no master answers, and `tool` is set.
+        MasterUnreachableError: no master is running, and `tool` is True.
     """
     if tool:
-        invocation.master.ping()  # fails early, before slow imports, if no master answers
+        invocation.master.ping()  # fail before slow imports if no master is running
     from pyros1.node import Node  # noqa: PLC0415 - not needed for help
 
     return Node(
@@ -47,33 +48,35 @@ def open_node(invocation: Invocation, name: str, *, tool: bool = True, anonymous
 
 
 def make_pause(node: Node) -> Callable[[float], bool]:
-    """Return a function that waits a number of seconds of wall time, and returns whether the node is still running."""
-    ended = Event()
-    node.on_shutdown(ended.set)
-    return lambda seconds: not ended.wait(seconds)
+    """Return a function that waits for a time in seconds of wall time and returns whether the node is still running."""
+    has_shut_down = Event()
+    node.on_shutdown(has_shut_down.set)
+    return lambda seconds: not has_shut_down.wait(seconds)
 
 
 def wait_for_clock(node: Node) -> None:
-    """If the node uses simulated time, wait a moment for it to start. Print a warning if it does not."""
+    """If the node uses simulated time, wait up to two seconds for it to start. Print a warning if it does not."""
     pause = make_pause(node)
     for _ in range(20):
         if not node.now().is_zero() or not pause(0.1):
             return
     print(
-        "Simulated time is active (/use_sim_time), but no /clock messages arrive: nothing will be shown until they do",
+        "Simulated time is active (/use_sim_time), but no /clock messages arrive: nothing is printed until they do",
         file=sys.stderr,
         flush=True,
     )
 
 
-def number(text: str, what: str, *, positive: bool = False) -> float:
-    """Return a word as a number.
+def parse_number(text: str, what: str, *, positive: bool = False) -> float:
+    """Parse an argument as a number.
 
     Args:
-        what: its name, for the error.
+        text: the argument.
+        what: the name of the value, for the error message.
+        positive: whether it must be positive.
 
     Raises:
-        UsageError: it is not a number, or not in the range.
+        UsageError: the argument is not a number or not in the allowed range.
     """
     try:
         value = float(text)
@@ -85,11 +88,11 @@ def number(text: str, what: str, *, positive: bool = False) -> float:
 
 
 class LookupHints:
-    """Prints to stderr what to do about a failed lookup, once for each reason.
+    """Prints hints about failed lookups to stderr, unless the last one was the same.
 
     Args:
-        invocation: gives access to the master.
-        node: the node that listens.
+        invocation: used to query the master.
+        node: the node that listens to transforms.
         buffer: the node's buffer.
     """
 
@@ -100,17 +103,17 @@ class LookupHints:
         self._last_hint = ""
 
     def print_hint(self, error: TransformException | None, *frames: str) -> None:
-        """Print a hint, unless it is the same as the last one.
+        """Print a hint unless it is the same as the last one.
 
         Args:
-            error: why the lookup failed.
+            error: the lookup's error.
             frames: the frames of the lookup.
         """
-        text = self._hint(error, frames)
-        if text and text != self._last_hint:
-            self._last_hint = text
+        hint = self._hint(error, frames)
+        if hint and hint != self._last_hint:
+            self._last_hint = hint
             sys.stdout.flush()
-            print(text, file=sys.stderr, flush=True)
+            print(hint, file=sys.stderr, flush=True)
 
     def _hint(self, error: TransformException | None, frames: tuple[str, ...]) -> str:
         known = sorted(self._buffer.frames())
@@ -125,20 +128,23 @@ class LookupHints:
         if isinstance(error, ConnectivityException):
             roots = " and ".join(repr(self._root(frame)) for frame in frames)
             return (
-                f"They are in separate trees, with the roots {roots}: no node publishes a transform between the trees"
+                f"The frames are in separate trees with the roots {roots}: "
+                "no node publishes a transform between the trees"
             )
         return ""
 
     def _no_transforms_hint(self, topics: list[str]) -> str:
-        """Return why no transform has been received."""
+        """Return the probable reason why no transform has been received."""
         try:
             publishers = self._invocation.graph.state().publishers
         except MasterError:
             return ""
-        senders = sorted({name for topic in topics for name in publishers.get(topic, [])})
-        if not senders:
-            return f"No node publishes {' or '.join(topics)}: is the node running that should? (pyros1 node list)"
-        return f"No transform received yet from {', '.join(senders)}: is it running? (pyros1 node ping {senders[0]})"
+        names = sorted({name for topic in topics for name in publishers.get(topic, [])})
+        if not names:
+            return (
+                f"No node publishes {' or '.join(topics)}: is the node that should publish running? (pyros1 node list)"
+            )
+        return f"No transform received yet from {', '.join(names)}: is it running? (pyros1 node ping {names[0]})"
 
     def _root(self, frame: str) -> str:
         parents = {state.name: state.parent for state in self._buffer.states()}

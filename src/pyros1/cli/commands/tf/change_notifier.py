@@ -16,10 +16,10 @@ from pyros1.ground.errors import TimeMovedBackwardsError
 if TYPE_CHECKING:
     from pyros1.node import Node
 
-_TYPE = "tf/tfMessage"
-_DISTANCE = 0.1
-_ANGLE = 0.1
-_FREQUENCY = 10.0
+_MESSAGE_TYPE = "tf/tfMessage"
+_DEFAULT_DISTANCE = 0.1
+_DEFAULT_ANGLE = 0.1
+_DEFAULT_FREQUENCY = 10.0
 _USAGE = """[_polling_frequency:=HZ] [_translational_update_distance:=METRES]
        [_angular_update_distance:=RADIANS]
 
@@ -30,7 +30,7 @@ parameter ~frame_pairs is a list of {source_frame: NAME, target_frame: NAME}; ea
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Run the node until it is told to end."""
+    """Run the node until it is shut down."""
     if args:
         raise UsageError(f"unexpected argument {args[0]!r}: set the parameter ~frame_pairs to the frames")
     from pyros1.node import Node  # noqa: PLC0415 - not needed for help
@@ -38,13 +38,13 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
     name = f"change_notifier_{time.time_ns()}"
     with Node(name, argv=invocation.remapping_args, environ=invocation.environ) as node:
-        frequency = _number(node.params.get("~polling_frequency", _FREQUENCY), "~polling_frequency")
+        frequency = _check_number(node.params.get("~polling_frequency", _DEFAULT_FREQUENCY), "~polling_frequency")
         if frequency == 0:
             raise CommandError("the parameter ~polling_frequency must be greater than 0")
-        pairs = _pairs(node)
+        pairs = _read_pairs(node)
         buffer = Buffer()
         TransformListener(node, buffer)
-        publisher: Any = node.advertise("tf_changes", _TYPE, queue_size=1, latch=True)
+        publisher: Any = node.advertise("tf_changes", _MESSAGE_TYPE, queue_size=1, latch=True)
         while node.ok():
             changes = []
             for pair in pairs:
@@ -54,7 +54,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
                     node.log.debug("%s", error)
                     continue
                 if pair.has_moved(transform.transform):
-                    # As in tf, names begin with a slash here.
+                    # As in tf, these names begin with a slash.
                     transform.header.frame_id, transform.child_frame_id = f"/{pair.target}", f"/{pair.source}"
                     changes.append(transform)
             if changes:
@@ -78,63 +78,65 @@ VERB = Verb(
 
 
 @dataclass
-class Pair:
-    """A frame that is watched relative to another.
+class FramePair:
+    """A frame whose pose relative to another is watched.
 
     Args:
-        source: name of the frame.
-        target: name of the other frame.
-        distance: in metres; larger moves are published.
-        angle: in radians; turns of more than twice this angle are published, as tf measures them.
+        source: the name of the frame.
+        target: the name of the other frame.
+        distance: a distance in metres. Larger moves are published.
+        angle: an angle in radians. Rotations of more than twice this angle are published, as in tf.
     """
 
     source: str
     target: str
-    distance: float = _DISTANCE
-    angle: float = _ANGLE
+    distance: float = _DEFAULT_DISTANCE
+    angle: float = _DEFAULT_ANGLE
     _last: Any = None
 
     def has_moved(self, transform: Any) -> bool:
-        """Return whether the frame has moved since the last call that returned True. The first call does.
+        """Return whether the frame has moved since the last call that returned True. The first call returns True.
 
         Args:
             transform: a geometry_msgs/Transform.
         """
-        if self._last is None or self._difference(transform, self._last):
+        if self._last is None or self._differs(transform, self._last):
             self._last = transform
             return True
         return False
 
-    def _difference(self, one: Any, two: Any) -> bool:
-        a, b, p, q = one.translation, two.translation, one.rotation, two.rotation
+    def _differs(self, first: Any, second: Any) -> bool:
+        a, b, p, q = first.translation, second.translation, first.rotation, second.rotation
         # A quaternion and its negative are the same rotation.
         dot = min(1.0, abs(p.x * q.x + p.y * q.y + p.z * q.z + p.w * q.w))
         return math.dist((a.x, a.y, a.z), (b.x, b.y, b.z)) > self.distance or math.acos(dot) > self.angle
 
 
-def _pairs(node: Node) -> list[Pair]:
-    distance = _number(node.params.get("~translational_update_distance", _DISTANCE), "~translational_update_distance")
-    angle = _number(node.params.get("~angular_update_distance", _ANGLE), "~angular_update_distance")
+def _read_pairs(node: Node) -> list[FramePair]:
+    distance = _check_number(
+        node.params.get("~translational_update_distance", _DEFAULT_DISTANCE), "~translational_update_distance"
+    )
+    angle = _check_number(node.params.get("~angular_update_distance", _DEFAULT_ANGLE), "~angular_update_distance")
     value = node.params.get("~frame_pairs")
     if value is None:
-        return [Pair("base_link", "map", distance, angle)]
+        return [FramePair("base_link", "map", distance, angle)]
     if not isinstance(value, list) or not all(isinstance(entry, dict) for entry in value):
         raise CommandError(
             f"the parameter ~frame_pairs must be a list like [{{source_frame: NAME, target_frame: NAME}}], "
             f"not {value!r}"
         )
     pairs = [
-        Pair(
-            _frame(entry, "source_frame"),
-            _frame(entry, "target_frame"),
-            _number(entry.get("translational_update_distance", distance), "translational_update_distance"),
-            _number(entry.get("angular_update_distance", angle), "angular_update_distance"),
+        FramePair(
+            _read_frame(entry, "source_frame"),
+            _read_frame(entry, "target_frame"),
+            _check_number(entry.get("translational_update_distance", distance), "translational_update_distance"),
+            _check_number(entry.get("angular_update_distance", angle), "angular_update_distance"),
         )
         for entry in value
     ]
     for pair in pairs:
         node.log.info(
-            "Watching %s in %s: moves of more than %g m, turns of more than twice %g rad",
+            "Watching %s in %s: moves of more than %g m, rotations of more than twice %g rad",
             pair.source,
             pair.target,
             pair.distance,
@@ -143,14 +145,14 @@ def _pairs(node: Node) -> list[Pair]:
     return pairs
 
 
-def _frame(entry: dict[str, Any], key: str) -> str:
+def _read_frame(entry: dict[str, Any], key: str) -> str:
     name = entry.get(key)
     if not isinstance(name, str) or not name.strip("/"):
         raise CommandError(f"in ~frame_pairs, {key} must be a frame name, not {name!r}")
     return name.lstrip("/")
 
 
-def _number(value: Any, name: str) -> float:
+def _check_number(value: Any, name: str) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 <= value < float("inf"):
-        raise CommandError(f"the parameter {name} must be a number that is not negative, not {value!r}")
+        raise CommandError(f"the parameter {name} must be a non-negative number, not {value!r}")
     return float(value)

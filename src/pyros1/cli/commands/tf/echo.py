@@ -1,4 +1,4 @@
-"""``tf echo``: the transform between two frames, repeatedly (L195, L198)."""
+"""``tf echo``: prints the transform between two frames repeatedly (L195, L198)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import sys
 from math import degrees
 from typing import TYPE_CHECKING, Any
 
-from pyros1.cli.commands.tf._node import LookupHints, number, open_node, wait_for_clock
+from pyros1.cli.commands.tf._node import LookupHints, open_node, parse_number, wait_for_clock
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation, called_as
 from pyros1.cli.records import Argument, Flag, Option, Verb
@@ -20,16 +20,16 @@ _USAGE = """Usage: {} source_frame target_frame [echo_rate]
 
 Prints where target_frame is in source_frame: the transform that takes data from target_frame into source_frame.
 echo_rate is in Hz (default 1)."""
-FIRST_WAIT = 1.0
-"""Maximum time to wait for transforms before the first line is printed, in seconds."""
+INITIAL_TIMEOUT = 1.0
+"""Maximum time in seconds to wait for transforms before the first line is printed."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Print the transform repeatedly. Return 255 for wrong arguments, 1 if ``-l`` ended without a transform."""
+    """Print the transform repeatedly. Return 255 for invalid arguments, 1 if ``-l`` is given and all lookups failed."""
     if not 2 <= len(args) <= 3:
         print(_USAGE.format("tf_echo" if called_as("tf_echo") else "pyros1 tf echo"))
         return 255
-    _check(options, args[2] if len(args) == 3 else options.rate)
+    _parse_options(options, args[2] if len(args) == 3 else options.rate)
     with open_node(invocation, "tf_echo") as node:
         return _echo(invocation, node, options, *(name.removeprefix("/") for name in args[:2]))
     return 0
@@ -51,11 +51,11 @@ VERB = Verb(
     Argument("rate", optional=True),
     usage="source_frame target_frame [rate] [options]",
     examples=[
-        ("map base_link", "where is base_link in map? once a second"),
-        ("map base_link 10", "ten times a second"),
-        ("map base_link -l 1 -p 6", "once, with six digits"),
-        ("map base_link -o -0.5", "the transform half a second ago"),
-        ("map base_link --json", "one JSON object per line"),
+        ("map base_link", "print the pose of base_link in map once per second"),
+        ("map base_link 10", "print it ten times per second"),
+        ("map base_link -l 1 -p 6", "print it once, with six digits"),
+        ("map base_link -o -0.5", "print the transform of half a second ago"),
+        ("map base_link --json", "print one JSON object per line"),
     ],
     aliases=["tf_echo"],
     stock="rosrun tf tf_echo",
@@ -63,17 +63,17 @@ VERB = Verb(
 )
 
 
-def _check(options: Any, rate: str | None) -> None:
-    """Convert the options' values to numbers.
+def _parse_options(options: Any, rate: str | None) -> None:
+    """Convert the values of the options to numbers.
 
     Raises:
         UsageError: a value is not a number.
     """
-    options.rate = 1.0 if rate is None else number(rate, "the rate", positive=True)
-    options.cache_time = number(options.cache_time, "the cache time", positive=True)
+    options.rate = 1.0 if rate is None else parse_number(rate, "the rate", positive=True)
+    options.cache_time = parse_number(options.cache_time, "the cache time", positive=True)
     for name in ("offset", "time"):
         text = getattr(options, name)
-        setattr(options, name, None if text is None else number(text, f"the {name}"))
+        setattr(options, name, None if text is None else parse_number(text, f"the {name}"))
     for name, what in (("limit", "the limit"), ("precision", "the precision")):
         text = getattr(options, name)
         if text is not None and not text.isdigit():
@@ -82,7 +82,7 @@ def _check(options: Any, rate: str | None) -> None:
 
 
 def _echo(invocation: Invocation, node: Node, options: Any, source: str, target: str) -> int:
-    from pyros1.tf.buffer import Buffer  # noqa: PLC0415 - not needed for wrong arguments
+    from pyros1.tf.buffer import Buffer  # noqa: PLC0415 - not needed for invalid arguments
     from pyros1.tf.errors import TransformException  # noqa: PLC0415
     from pyros1.tf.listener import TransformListener  # noqa: PLC0415
 
@@ -92,31 +92,35 @@ def _echo(invocation: Invocation, node: Node, options: Any, source: str, target:
     TransformListener(node, buffer)
     hints = LookupHints(invocation, node, buffer)
     wait_for_clock(node)
-    if buffer.can_transform(source, target, timeout=FIRST_WAIT) and options.offset is not None and options.time is None:
-        node.sleep(min(-options.offset, options.cache_time))  # data that old has not been received yet
+    if (
+        buffer.can_transform(source, target, timeout=INITIAL_TIMEOUT)
+        and options.offset is not None
+        and options.time is None
+    ):
+        node.sleep(min(-options.offset, options.cache_time))  # wait until the buffer contains data that old
     rate = node.rate(options.rate)
-    done = found = 0
-    while node.ok() and (options.limit is None or done < options.limit):
+    lookups = successes = 0
+    while node.ok() and (options.limit is None or lookups < options.limit):
         now = node.now().to_sec()
-        when = options.time if options.time is not None else 0.0
+        lookup_time = options.time if options.time is not None else 0.0
         if options.offset is not None and options.time is None:
-            when = max(0.0, now + options.offset)
+            lookup_time = max(0.0, now + options.offset)
         try:
-            transform = buffer.lookup_transform(source, target, when)
+            transform = buffer.lookup_transform(source, target, lookup_time)
         except TransformException as error:
-            _show_failure(error, options, now, when, buffer)
+            _print_failure(error, options, now, lookup_time, buffer)
             hints.print_hint(error, source, target)
         else:
-            found += 1
-            _show(transform, options, now)
-        done += 1
-        if done != options.limit:
+            successes += 1
+            _print_transform(transform, options, now)
+        lookups += 1
+        if lookups != options.limit:
             rate.sleep()
-    return 0 if found or options.limit is None else 1
+    return 0 if successes or options.limit is None else 1
 
 
 def _precision(node: Node, options: Any) -> int:
-    """Return the parameter ~precision. If it is set, print what stock prints."""
+    """Return the value of the parameter ~precision. If it is set, print stock's message."""
     value = node.params.get("~precision", None)
     if not isinstance(value, int) or value < 0:
         return 3
@@ -125,7 +129,7 @@ def _precision(node: Node, options: Any) -> int:
     return value
 
 
-def _show(transform: Any, options: Any, now: float) -> None:
+def _print_transform(transform: Any, options: Any, now: float) -> None:
     from pyros1.tf.rotation import to_angles  # noqa: PLC0415
 
     v, q = transform.transform.translation, transform.transform.rotation
@@ -145,27 +149,27 @@ def _show(transform: Any, options: Any, now: float) -> None:
         sys.stdout.flush()
         return
 
-    def row(*numbers: float) -> str:
+    def format_vector(*numbers: float) -> str:
         return f"[{', '.join(f'{value:.{options.precision}f}' for value in numbers)}]"
 
-    head = f"At time {stamp}, (current time {now})" if options.tf2 else f"At time {stamp:.{options.precision}f}"
+    heading = f"At time {stamp}, (current time {now})" if options.tf2 else f"At time {stamp:.{options.precision}f}"
     print(
-        head,
-        f"- Translation: {row(v.x, v.y, v.z)}",
-        f"- Rotation: in Quaternion {row(q.x, q.y, q.z, q.w)}",
-        f"            in RPY (radian) {row(*angles)}",
-        f"            in RPY (degree) {row(*map(degrees, angles))}",
+        heading,
+        f"- Translation: {format_vector(v.x, v.y, v.z)}",
+        f"- Rotation: in Quaternion {format_vector(q.x, q.y, q.z, q.w)}",
+        f"            in RPY (radian) {format_vector(*angles)}",
+        f"            in RPY (degree) {format_vector(*map(degrees, angles))}",
         sep="\n",
         flush=True,
     )
 
 
-def _show_failure(error: Exception, options: Any, now: float, when: float, buffer: Buffer) -> None:
+def _print_failure(error: Exception, options: Any, now: float, lookup_time: float, buffer: Buffer) -> None:
     if options.json:
-        print_json({"error": type(error).__name__, "text": str(error), "time": when})
+        print_json({"error": type(error).__name__, "text": str(error), "time": lookup_time})
         sys.stdout.flush()
     elif options.tf2:
-        print(f"[ERROR] [{now:.6f}]: At time {when}, (current time {now}) {error}", file=sys.stderr, flush=True)
+        print(f"[ERROR] [{now:.6f}]: At time {lookup_time}, (current time {now}) {error}", file=sys.stderr, flush=True)
     else:
         print(
             f"Failure at {now:.9f}\nException thrown:{error}\nThe current list of frames is:\n"

@@ -1,4 +1,4 @@
-"""``tf monitor``: the delays and rates of transforms (L196)."""
+"""``tf monitor``: prints the delays and rates of transforms (L196)."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ if TYPE_CHECKING:
     from pyros1.node import Node
     from pyros1.tf.buffer import Buffer
 
-_WINDOW = 1000
-"""Number of transforms per frame, and of messages per node, that averages include."""
+_WINDOW_SIZE = 1000
+"""Number of transforms per frame, and of messages per node, over which averages are computed."""
 
-_STEP = 0.01
-_STEPS = 21
-"""Number of checks of the chain between two reports."""
+_CHECK_PERIOD = 0.01
+_CHECKS_PER_REPORT = 21
+"""Number of checks of the chain from one report to the next."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -39,8 +39,8 @@ VERB = Verb(
     Argument("frame_b", "frame", optional=True),
     usage="[frame_a frame_b]",
     examples=[
-        ("", "all frames and the nodes that publish them"),
-        ("map base_link", "the frames between two frames, and the age of the transform"),
+        ("", "print all frames and the nodes that publish them"),
+        ("map base_link", "print the frames between two frames and the age of the transform"),
     ],
     aliases=["tf_monitor"],
     stock="rosrun tf tf_monitor",
@@ -59,37 +59,43 @@ class Delays:
         self._senders: dict[str, str] = {}
 
     def add_transforms(self, frames: list[tuple[str, float]], sender: str, now: float) -> None:
-        """Record a message: each frame with its stamp in seconds, 0 for a static transform."""
-        lag = [(name, now - stamp if stamp else 0.0) for name, stamp in frames]
+        """Record a message.
+
+        Args:
+            frames: the child frame and the stamp in seconds of each transform, with stamp 0 for static transforms.
+            sender: the node that published the message.
+            now: the current time in seconds.
+        """
+        delays = [(name, now - stamp if stamp else 0.0) for name, stamp in frames]
         with self._lock:
-            for name, delay in lag:
+            for name, delay in delays:
                 self._senders[name] = sender
-                self._frames.setdefault(name, deque(maxlen=_WINDOW)).append(delay)
-            average = sum(delay for _, delay in lag) / max(1, len(lag))
-            self._nodes.setdefault(sender, deque(maxlen=_WINDOW)).append(average)
-            self._times.setdefault(sender, deque(maxlen=_WINDOW)).append(now)
+                self._frames.setdefault(name, deque(maxlen=_WINDOW_SIZE)).append(delay)
+            average = sum(delay for _, delay in delays) / max(1, len(delays))
+            self._nodes.setdefault(sender, deque(maxlen=_WINDOW_SIZE)).append(average)
+            self._times.setdefault(sender, deque(maxlen=_WINDOW_SIZE)).append(now)
 
     def lines(self, chain: list[str] | None) -> list[str]:
-        """Return the report about the frames of a chain (None means all frames) and about all nodes."""
+        """Return the report on the frames of a chain (None for all frames) and on all nodes."""
         with self._lock:
             rows = ["", "Frames:"]
             for name, delays in sorted(self._frames.items()):
                 if chain is None or name in chain:
-                    rows.append(f"Frame: {name} published by {self._senders[name]} {_delays(delays)}")
+                    rows.append(f"Frame: {name} published by {self._senders[name]} {_delay_summary(delays)}")
             rows += ["", "All Broadcasters:"]
             for name, delays in sorted(self._nodes.items()):
                 times = self._times[name]
                 rate = len(times) / max(1e-8, times[-1] - times[0])
-                rows.append(f"Node: {name} {rate:g} Hz, {_delays(delays)}")
+                rows.append(f"Node: {name} {rate:g} Hz, {_delay_summary(delays)}")
             return rows
 
 
-def _delays(delays: deque[float]) -> str:
+def _delay_summary(delays: deque[float]) -> str:
     return f"Average Delay: {sum(delays) / len(delays):g} Max Delay: {max(0.0, *delays):g}"
 
 
 def _monitor(invocation: Invocation, node: Node, frames: list[str]) -> None:
-    from pyros1.tf.buffer import Buffer  # noqa: PLC0415 - not needed for wrong arguments
+    from pyros1.tf.buffer import Buffer  # noqa: PLC0415 - not needed for invalid arguments
     from pyros1.tf.listener import TransformListener  # noqa: PLC0415
 
     delays = Delays()
@@ -112,15 +118,15 @@ def _monitor(invocation: Invocation, node: Node, frames: list[str]) -> None:
     ):
         average = longest_delay = 0.0
         pause = make_pause(node)
-        step = 0
-        while pause(_STEP):
-            step += 1
+        checks = 0
+        while pause(_CHECK_PERIOD):
+            checks += 1
             if chain and buffer.can_transform(*frames):
                 stamp = buffer.get_latest_common_time(*frames).to_sec()
-                lag = node.now().to_sec() - stamp if stamp else 0.0
-                average = 0.01 * lag + 0.99 * average
-                longest_delay = max(longest_delay, lag)
-            if step % _STEPS:
+                delay = node.now().to_sec() - stamp if stamp else 0.0
+                average = 0.01 * delay + 0.99 * average
+                longest_delay = max(longest_delay, delay)
+            if checks % _CHECKS_PER_REPORT:
                 continue
             if not buffer.frames():
                 hints.print_hint(None)

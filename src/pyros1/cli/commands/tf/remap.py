@@ -1,4 +1,4 @@
-"""``tf remap``: renames the frames of transforms on their way from /tf_old to /tf (L199)."""
+"""``tf remap``: republishes transforms from /tf_old on /tf with renamed frames (L199)."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Verb
 
-_TYPE = "tf2_msgs/TFMessage"
+_MESSAGE_TYPE = "tf2_msgs/TFMessage"
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Run the node until it is told to end."""
+    """Run the node until it is shut down."""
     if args:
         raise UsageError(f"unexpected argument {args[0]!r}: set the parameter ~mappings to the mappings")
     with open_node(invocation, "tf_remapper", tool=False, anonymous=False) as node:
-        mappings = _mappings(node.params.get("~mappings", []))
+        mappings = _parse_mappings(node.params.get("~mappings", []))
         print(f"Applying the following mappings to incoming tf frame ids {mappings}", flush=True)
-        publisher: Any = node.advertise("/tf", _TYPE, queue_size=100)
+        publisher: Any = node.advertise("/tf", _MESSAGE_TYPE, queue_size=100)
 
-        def renamed(message: Any) -> None:
+        def republish(message: Any) -> None:
             if not publisher.num_connections:
                 return
             for item in message.transforms:
@@ -30,17 +30,17 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
                 item.child_frame_id = mappings.get(item.child_frame_id, item.child_frame_id)
             publisher.publish(message)
 
-        node.subscribe("/tf_old", _TYPE, renamed, queue_size=100)
+        node.subscribe("/tf_old", _MESSAGE_TYPE, republish, queue_size=100)
         node.spin()
 
 
 VERB = Verb(
     "remap",
-    "rename frames: from /tf_old to /tf",
+    "republish /tf_old on /tf with renamed frames",
     usage="[_mappings:='[{old: NAME, new: NAME}, ...]']",
     examples=[
         ("_mappings:='[{old: base, new: robot1/base}]'", "rename one frame"),
-        ("pyros1 bag play a.bag /tf:=/tf_old", "play a bag with the old names into it"),
+        ("pyros1 bag play a.bag /tf:=/tf_old", "play a bag with the old names to it"),
     ],
     aliases=["tf_remap"],
     stock="tf_remap",
@@ -48,7 +48,7 @@ VERB = Verb(
 )
 
 
-def _mappings(value: Any) -> dict[str, str]:
+def _parse_mappings(value: Any) -> dict[str, str]:
     if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
         raise CommandError(f"the parameter ~mappings must be a list like [{{old: NAME, new: NAME}}], not {value!r}")
     return {str(item["old"]): str(item["new"]) for item in value if "old" in item and "new" in item}

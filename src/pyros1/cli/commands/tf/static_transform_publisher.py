@@ -1,7 +1,7 @@
-"""``tf static_transform_publisher``: a transform that does not change (L197).
+"""``tf static_transform_publisher``: publishes a transform that does not change (L197).
 
-With a period, as in the program of tf, it is published repeatedly on /tf. Without, as in the program of tf2_ros, it is
-published once on /tf_static, which costs less.
+With a period, as in tf's program, it is published repeatedly on /tf. Without one, as in tf2_ros's program, it is
+published once on /tf_static, which is more efficient.
 """
 
 from __future__ import annotations
@@ -10,52 +10,54 @@ import math
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from pyros1.cli.commands.tf._node import open_node
-from pyros1.cli.failures import CommandError, UsageError, report
+from pyros1.cli.failures import CommandError, UsageError, report_error
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.parsing import leave_words
+from pyros1.cli.parsing import leave_unparsed
 from pyros1.cli.records import Argument, Flag, Verb
 
 if TYPE_CHECKING:
     from pyros1.node import Node
 
-_NAME = "static_transform_publisher"
+_PROGRAM = "static_transform_publisher"
 _TF_USAGE = """Usage: static_transform_publisher x y z yaw pitch roll frame_id child_frame_id period(milliseconds)
    or: static_transform_publisher x y z qx qy qz qw frame_id child_frame_id period(milliseconds)
 Publishes the pose of child_frame_id in frame_id on /tf, once per period."""
 _TF2_USAGE = """Usage: static_transform_publisher x y z yaw pitch roll frame_id child_frame_id
    or: static_transform_publisher x y z qx qy qz qw frame_id child_frame_id
    or: static_transform_publisher /param_name
-Publishes the pose of child_frame_id in frame_id on /tf_static, once; later subscribers receive it, too."""
-_ABOUT = "\nUnits are metres and radians. Without a period it publishes on /tf_static (recommended), with one on /tf."
+Publishes the pose of child_frame_id in frame_id on /tf_static, once; later subscribers receive it as well."""
+_ABOUT = "\nUnits are metres and radians. Without a period, it publishes on /tf_static (recommended), with one on /tf."
 
-_WRONG = 255
-_UNIT = 1e-6
+_USAGE_CODE = 255
+_LENGTH_TOLERANCE = 1e-6
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Run the node until it is told to end. Return 255 for a wrong number of arguments, 1 for wrong values.
+    """Run the node until it is shut down. Return 255 for a wrong number of arguments, 1 for invalid values.
 
-    The flags ``--tf`` and ``--tf2``, as the first argument, allow only the forms of that package's program.
+    The flags ``--tf`` and ``--tf2``, as the first argument, accept only the arguments of that package's program.
     """
-    words = list(args)
-    forms = words.pop(0) if words[:1] in (["--tf"], ["--tf2"]) else ""
-    if words[:1] in (["-h"], ["--help"]):
+    args = list(args)
+    package_flag = args.pop(0) if args[:1] in (["--tf"], ["--tf2"]) else ""
+    if args[:1] in (["-h"], ["--help"]):
         examples = VERB.examples_text(invocation.program, as_stock=False)
-        print(*_usages(forms), _ABOUT, examples, sep="\n", end="")
+        print(*_usages(package_flag), _ABOUT, examples, sep="\n", end="")
         return 0
-    if words and words[0].startswith("--"):  # not the name of a parameter to wait for
-        raise UsageError(f"no such option: {words[0]}")
-    if not _form_fits(len(words), forms):
-        report(f"{_NAME} exited due to not having the right number of arguments", _WRONG)
-        print(*_usages(forms), sep="\n\n")
-        return _WRONG
-    if len(words) == 1:
-        return _publish_parameter(invocation, words[0])
-    with_period = forms == "--tf" or (not forms and len(words) > 8 and (len(words) == 10 or not _is_number(words[6])))
-    period = _number(words.pop(), "period") / 1000.0 if with_period else None
-    *numbers, parent, child = words
-    kinds = ["x", "y", "z", *(["yaw", "pitch", "roll"] if len(numbers) == 6 else ["qx", "qy", "qz", "qw"])]
-    values = [_number(text, kind) for text, kind in zip(numbers, kinds, strict=True)]
+    if args and args[0].startswith("--"):  # it is not the name of a parameter
+        raise UsageError(f"no such option: {args[0]}")
+    if not _is_valid_count(len(args), package_flag):
+        report_error(f"{_PROGRAM} exited due to not having the right number of arguments", _USAGE_CODE)
+        print(*_usages(package_flag), sep="\n\n")
+        return _USAGE_CODE
+    if len(args) == 1:
+        return _publish_parameter(invocation, args[0])
+    has_period = package_flag == "--tf" or (
+        not package_flag and len(args) > 8 and (len(args) == 10 or not _is_number(args[6]))
+    )
+    period = _parse_number(args.pop(), "period") / 1000.0 if has_period else None
+    *numbers, parent, child = args
+    names = ["x", "y", "z", *(["yaw", "pitch", "roll"] if len(numbers) == 6 else ["qx", "qy", "qz", "qw"])]
+    values = [_parse_number(text, name) for text, name in zip(numbers, names, strict=True)]
     _check_frames(parent, child)
     if period is not None and period < 0:
         raise CommandError(f"the period must not be negative: {period * 1000:g} ms")
@@ -64,7 +66,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 
 VERB = Verb(
-    _NAME,
+    _PROGRAM,
     "publish a transform that does not change",
     Flag("--tf", hidden=True),
     Flag("--tf2", hidden=True),
@@ -74,25 +76,25 @@ VERB = Verb(
     Argument("period", optional=True),
     usage="x y z yaw pitch roll frame_id child_frame_id [period]",
     examples=[
-        ("1 0 0.5 0 0 0 base_link lidar", "1 m in front and 0.5 m above, not turned"),
-        ("0 0 0 1.5708 0 0 base_link camera", "turned to the left by 90 degrees (yaw pitch roll)"),
-        ("0 0 0 0 0 0.7071 0.7071 base_link camera", "the same as a quaternion (x y z w)"),
-        ("1 0 0.5 0 0 0 base_link lidar 100", "on /tf, every 100 ms"),
-        ("/lidar_pose", "the transform in a parameter, as geometry_msgs/TransformStamped"),
+        ("1 0 0.5 0 0 0 base_link lidar", "1 m in front and 0.5 m above, without rotation"),
+        ("0 0 0 1.5708 0 0 base_link camera", "rotated to the left by 90 degrees (yaw pitch roll)"),
+        ("0 0 0 0 0 0.7071 0.7071 base_link camera", "the same rotation as a quaternion (x y z w)"),
+        ("1 0 0.5 0 0 0 base_link lidar 100", "publish on /tf every 100 ms"),
+        ("/lidar_pose", "publish the geometry_msgs/TransformStamped in a parameter"),
     ],
     aliases=["static"],
     stock="rosrun tf static_transform_publisher",
-    parse=leave_words,
+    parse=leave_unparsed,
     run=run,
 )
 
 
-def _usages(forms: str) -> list[str]:
-    return {"--tf": [_TF_USAGE], "--tf2": [_TF2_USAGE]}.get(forms, [_TF2_USAGE, _TF_USAGE])
+def _usages(package_flag: str) -> list[str]:
+    return {"--tf": [_TF_USAGE], "--tf2": [_TF2_USAGE]}.get(package_flag, [_TF2_USAGE, _TF_USAGE])
 
 
-def _form_fits(count: int, forms: str) -> bool:
-    return count in {"--tf": (9, 10), "--tf2": (1, 8, 9)}.get(forms, (1, 8, 9, 10))
+def _is_valid_count(count: int, package_flag: str) -> bool:
+    return count in {"--tf": (9, 10), "--tf2": (1, 8, 9)}.get(package_flag, (1, 8, 9, 10))
 
 
 def _is_number(text: str) -> bool:
@@ -103,11 +105,11 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _number(text: str, what: str) -> float:
+def _parse_number(text: str, name: str) -> float:
     if _is_number(text) and math.isfinite(float(text)):
         return float(text)
     raise CommandError(
-        f"{what} must be a number, not {text!r}; in this order: x y z yaw pitch roll (or qx qy qz qw) frame_id "
+        f"{name} must be a number, not {text!r}; the order is x y z yaw pitch roll (or qx qy qz qw) frame_id "
         f"child_frame_id [period in ms]"
     )
 
@@ -120,7 +122,7 @@ def _check_frames(parent: str, child: str) -> None:
 
 
 def _from_angles(yaw: float, pitch: float, roll: float) -> list[float]:
-    from pyros1.tf.rotation import from_angles  # noqa: PLC0415 - quaternions need no calculation
+    from pyros1.tf.rotation import from_angles  # noqa: PLC0415 - not needed for quaternions
 
     return list(from_angles(roll, pitch, yaw))
 
@@ -128,11 +130,11 @@ def _from_angles(yaw: float, pitch: float, roll: float) -> list[float]:
 def _publish(
     invocation: Invocation, parent: str, child: str, position: list[float], rotation: list[float], period: float | None
 ) -> int:
-    rotation, warning = _normalized(rotation)
-    with open_node(invocation, _NAME, tool=False) as node:
+    rotation, warning = _normalize(rotation)
+    with open_node(invocation, _PROGRAM, tool=False) as node:
         if warning:
             node.log.warn("%s", warning)
-        transform = _stamped(parent, child, position, rotation)
+        transform = _make_transform(parent, child, position, rotation)
         if period is None:
             _publish_static(node, transform)
         else:
@@ -140,39 +142,41 @@ def _publish(
     return 0
 
 
-def _normalized(rotation: list[float]) -> tuple[list[float], str]:
-    """Return the quaternion normalized to length 1, and a warning if it was not."""
+def _normalize(rotation: list[float]) -> tuple[list[float], str]:
+    """Return the quaternion normalized to length 1, and a warning if its length was different."""
     length = math.hypot(*rotation)
-    if length < _UNIT:
+    if length < _LENGTH_TOLERANCE:
         raise CommandError("0 0 0 0 is not a valid quaternion; use 0 0 0 1 for no rotation (the order is qx qy qz qw)")
-    if abs(length - 1.0) < _UNIT:
+    if abs(length - 1.0) < _LENGTH_TOLERANCE:
         return rotation, ""
-    # Listeners would ignore it.
-    return [part / length for part in rotation], f"the quaternion's length is {length:g}, not 1: it is normalized"
+    # Listeners ignore quaternions that are not normalized.
+    return [
+        component / length for component in rotation
+    ], f"the quaternion's length is {length:g}, not 1: it is normalized"
 
 
 def _publish_parameter(invocation: Invocation, name: str) -> int:
-    with open_node(invocation, _NAME, tool=False) as node:
+    with open_node(invocation, _PROGRAM, tool=False) as node:
         node.log.info("Looking for TF in parameter: %s", name)
         value = node.params.get(name, None)
         if value is None:
             node.log.fatal("Could not read TF from parameter server: %s", name)
-            return _WRONG
+            return _USAGE_CODE
         try:
             frame, child = str(value["header"]["frame_id"]), str(value["child_frame_id"])
             position = [float(value["transform"]["translation"][axis]) for axis in "xyz"]
             rotation = [float(value["transform"]["rotation"][axis]) for axis in "xyzw"]
         except (KeyError, TypeError, ValueError) as error:
-            _refuse_parameter(name, error)
+            _raise_parameter_error(name, error)
         _check_frames(frame, child)
-        rotation, warning = _normalized(rotation)
+        rotation, warning = _normalize(rotation)
         if warning:
             node.log.warn("%s", warning)
-        _publish_static(node, _stamped(frame, child, position, rotation))
+        _publish_static(node, _make_transform(frame, child, position, rotation))
     return 0
 
 
-def _refuse_parameter(name: str, error: Exception) -> NoReturn:
+def _raise_parameter_error(name: str, error: Exception) -> NoReturn:
     raise CommandError(
         f"the parameter {name} must be a transform like {{header: {{frame_id: base}}, child_frame_id: lidar, "
         f"transform: {{translation: {{x: 0.0, y: 0.0, z: 0.0}}, rotation: {{x: 0.0, y: 0.0, z: 0.0, w: 1.0}}}}}}; "
@@ -180,8 +184,8 @@ def _refuse_parameter(name: str, error: Exception) -> NoReturn:
     )
 
 
-def _stamped(parent: str, child: str, position: list[float], rotation: list[float]) -> Any:
-    from pyros1.msgs import load_message  # noqa: PLC0415 - not needed for wrong arguments
+def _make_transform(parent: str, child: str, position: list[float], rotation: list[float]) -> Any:
+    from pyros1.msgs import load_message  # noqa: PLC0415 - not needed for invalid arguments
 
     message: Any = load_message("geometry_msgs/TransformStamped")()
     message.header.frame_id = parent
@@ -202,14 +206,14 @@ def _publish_static(node: Node, transform: Any) -> None:
 
 
 def _publish_repeatedly(node: Node, transform: Any, period: float) -> None:
-    """Publish once. The stamp is one period ahead, so that the transform is valid until the next one."""
+    """Publish the transform once per period. Its stamp is one period ahead, so that it is valid until the next one."""
     from pyros1.ground.timing import Duration  # noqa: PLC0415
     from pyros1.tf.broadcaster import TransformBroadcaster  # noqa: PLC0415
 
     broadcaster = TransformBroadcaster(node)
-    ahead = Duration.from_sec(period)
+    stamp_offset = Duration.from_sec(period)
     rate = node.rate(1.0 / max(period, 0.001))
     while node.ok():
-        transform.header.stamp = node.now() + ahead
+        transform.header.stamp = node.now() + stamp_offset
         broadcaster.send_transform(transform)
         rate.sleep()

@@ -1,4 +1,4 @@
-"""``tf tree``: the tree of frames in the terminal, with rates and ages, live."""
+"""``tf tree``: displays the tree of frames in the terminal, with rates and ages, and updates it."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from pyros1.cli.commands.tf._drawing import Frame, text
-from pyros1.cli.commands.tf._node import LookupHints, make_pause, number, open_node
+from pyros1.cli.commands.tf._drawing import Frame, format_tree
+from pyros1.cli.commands.tf._node import LookupHints, make_pause, open_node, parse_number
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Flag, Option, Verb
@@ -23,10 +23,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Print the tree. Return 1 if no transform was received."""
     if args:
         raise UsageError(f"unexpected argument {args[0]!r}")
-    seconds = number(options.time, "the time", positive=True)
-    live = sys.stdout.isatty() and not options.once and not options.json
+    seconds = parse_number(options.time, "the time", positive=True)
+    is_live = sys.stdout.isatty() and not options.once and not options.json
     with open_node(invocation, "tf_tree") as node:
-        from pyros1.tf.buffer import Buffer  # noqa: PLC0415 - not needed for wrong arguments
+        from pyros1.tf.buffer import Buffer  # noqa: PLC0415 - not needed for invalid arguments
         from pyros1.tf.listener import TransformListener  # noqa: PLC0415
 
         buffer = Buffer(max(10.0, 2 * seconds))
@@ -38,10 +38,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
                 if not frames:
                     hints.print_hint(None)
                 elif options.json:
-                    print_json(_rows(buffer, node.now().to_sec()))
+                    print_json(_as_json(buffer, node.now().to_sec()))
                 else:
-                    _show(buffer, lambda: node.now().to_sec(), live)
-                if not live:
+                    _print_tree(buffer, lambda: node.now().to_sec(), is_live)
+                if not is_live:
                     return 0 if frames or options.json else 1
     return 0
 
@@ -53,21 +53,21 @@ VERB = Verb(
     Flag("--once", help="print the tree once"),
     Flag("--json", help="print a JSON list of frames, once"),
     examples=[
-        ("", "until Ctrl-C on a terminal, otherwise once"),
-        ("--once -t 3", "once, after 3 s of listening"),
-        ("--json", "once, as JSON"),
+        ("", "update the tree until Ctrl-C on a terminal, otherwise print it once"),
+        ("--once -t 3", "print the tree once, after listening for 3 s"),
+        ("--json", "print the tree once as JSON"),
     ],
     stock="",
     run=run,
 )
 
 
-def _show(buffer: Buffer, now: Callable[[], float], live: bool) -> None:
-    lines = text([Frame(*state[:7]) for state in buffer.states()], now())
-    print(f"{_CLEAR}{lines}" if live else lines, flush=True)
+def _print_tree(buffer: Buffer, now: Callable[[], float], clear_screen: bool) -> None:
+    lines = format_tree([Frame(*state[:7]) for state in buffer.states()], now())
+    print(f"{_CLEAR}{lines}" if clear_screen else lines, flush=True)
 
 
-def _rows(buffer: Buffer, now: float) -> list[dict[str, object]]:
+def _as_json(buffer: Buffer, now: float) -> list[dict[str, object]]:
     return [
         {
             "frame_id": state.name,

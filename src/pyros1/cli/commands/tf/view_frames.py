@@ -1,4 +1,4 @@
-"""``tf view_frames``: the tree of frames in a file (L198)."""
+"""``tf view_frames``: draws the tree of frames to a file (L198)."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import subprocess
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pyros1.cli.commands.tf._drawing import Frame, dot, svg, text
-from pyros1.cli.commands.tf._node import LookupHints, make_pause, number, open_node
+from pyros1.cli.commands.tf._drawing import Frame, dot, format_tree, svg
+from pyros1.cli.commands.tf._node import LookupHints, make_pause, open_node, parse_number
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Option, Verb
@@ -17,37 +17,37 @@ from pyros1.ground.errors import ServiceError
 if TYPE_CHECKING:
     from pyros1.node import Node
 
-_OWN = (".svg", ".gv", ".dot")
+_NATIVE_SUFFIXES = (".svg", ".gv", ".dot")
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Draw the tree of frames."""
     if args:
         raise UsageError(f"unexpected argument {args[0]!r}: use -o to name the file")
-    seconds = number(options.time, "the time", positive=True)
+    seconds = parse_number(options.time, "the time", positive=True)
     output = Path(options.output) if options.output else None
-    _check(output)
+    _check_output(output)
     with open_node(invocation, "view_frames") as node:
         frames = _request_frames(node, options.node) if options.node else _listen(invocation, node, seconds)
         now = node.now().to_sec()
         source = f"from {options.node}" if options.node else f"{seconds:g} s of /tf and /tf_static"
-        print(text(frames, now))
-        for path in [output] if output else _default_path():
+        print(format_tree(frames, now))
+        for path in [output] if output else _default_paths():
             _write(path, frames, now, f"Frames at {now:.3f}, {source}")
             print(f"{path} written", flush=True)
 
 
 VERB = Verb(
     "view_frames",
-    "draw the tree of frames into a file",
-    Option("--node", metavar="NODE", help="get the frames from this node, instead of listening"),
-    Option("-o", "--output", metavar="FILE", help="a file to write: .svg, .gv, .dot, or with Graphviz .pdf .."),
+    "draw the tree of frames to a file",
+    Option("--node", metavar="NODE", help="get the frames from this node instead of listening"),
+    Option("-o", "--output", metavar="FILE", help="file to write: .svg, .gv, .dot, or with Graphviz .pdf and others"),
     Option("-t", "--time", metavar="SECONDS", default="5", help="seconds to listen (5)"),
     examples=[
-        ("", "listen for 5 s, write frames.gv, and frames.pdf or frames.svg"),
-        ("-t 1 -o robot.svg", "listen for 1 s, write an SVG"),
-        ("--node /move_base", "the frames that this node knows"),
-        ("-o frames.png", "a PNG; needs Graphviz"),
+        ("", "listen for 5 s, then write frames.gv and frames.pdf or frames.svg"),
+        ("-t 1 -o robot.svg", "listen for 1 s, then write an SVG"),
+        ("--node /move_base", "draw the frames that this node knows"),
+        ("-o frames.png", "write a PNG; needs Graphviz"),
     ],
     aliases=["view"],
     stock="view_frames",
@@ -55,13 +55,13 @@ VERB = Verb(
 )
 
 
-def _default_path() -> list[Path]:
+def _default_paths() -> list[Path]:
     return [Path("frames.gv"), Path("frames.pdf" if shutil.which("dot") else "frames.svg")]
 
 
-def _check(output: Path | None) -> None:
-    """Raise an error for an unusable file name, before the command listens."""
-    if output is None or output.suffix in _OWN:
+def _check_output(output: Path | None) -> None:
+    """Raise an error if the output file's name is unusable."""
+    if output is None or output.suffix in _NATIVE_SUFFIXES:
         return
     if not output.suffix:
         raise CommandError(
@@ -72,7 +72,7 @@ def _check(output: Path | None) -> None:
 
 
 def _listen(invocation: Invocation, node: Node, seconds: float) -> list[Frame]:
-    from pyros1.tf.buffer import Buffer  # noqa: PLC0415 - not needed for wrong arguments
+    from pyros1.tf.buffer import Buffer  # noqa: PLC0415 - not needed for invalid arguments
     from pyros1.tf.listener import TransformListener  # noqa: PLC0415
 
     buffer = Buffer(max(10.0, 2 * seconds))
@@ -91,13 +91,13 @@ def _request_frames(node: Node, name: str) -> list[Frame]:
 
     service = f"{node.resolve(name)}/tf2_frames"
     try:
-        answer = node.service(service, "tf2_msgs/FrameGraph")().frame_yaml
+        frame_yaml = node.service(service, "tf2_msgs/FrameGraph")().frame_yaml
     except ServiceError as error:
         raise CommandError(
-            f"cannot get the frames of {name}: {error}. Nodes with a tf2 listener have the service {service} (those in "
-            f"C++ only if they enable it)"
+            f"cannot get the frames of {name}: {error}. Nodes with a tf2 listener provide the service {service} (C++ "
+            f"nodes only if they enable it)"
         ) from None
-    table: dict[str, dict[str, Any]] = load_yaml(answer) or {}
+    table: dict[str, dict[str, Any]] = load_yaml(frame_yaml) or {}
     frames = [
         Frame(
             str(child),
@@ -121,12 +121,12 @@ def _write(path: Path, frames: list[Frame], now: float, title: str) -> None:
     try:
         if path.suffix == ".svg":
             path.write_text(svg(frames, now, title), encoding="utf-8")
-        elif path.suffix in _OWN:
+        elif path.suffix in _NATIVE_SUFFIXES:
             path.write_text(dot(frames, now), encoding="utf-8")
         else:
             command = ["dot", f"-T{path.suffix[1:]}", "-o", str(path)]
-            done = subprocess.run(command, input=dot(frames, now).encode(), capture_output=True, check=False)
-            if done.returncode:
-                raise CommandError(f"dot cannot write {path}: {done.stderr.decode(errors='replace').strip()}")
+            result = subprocess.run(command, input=dot(frames, now).encode(), capture_output=True, check=False)
+            if result.returncode:
+                raise CommandError(f"dot cannot write {path}: {result.stderr.decode(errors='replace').strip()}")
     except OSError as error:
         raise CommandError(f"cannot write {path}: {error.strerror}") from error

@@ -17,11 +17,11 @@ from pyros1.ground.timing import Time
 from pyros1.msgs import AnyMsg
 
 Resolve = Callable[[str], str]
-"""Return the full name of a topic. Relative names in bags are resolved like those on the command line."""
+"""Returns the full name of a topic. Relative names in bags are resolved like those on the command line."""
 
 
 def list_topics(path: str, namespace: str | None, resolve: Resolve, *, json: bool) -> None:
-    """Print the topics of a bag as recorded, or the number and times of the messages below a namespace."""
+    """Print the recorded topics of a bag, or the number and times of the messages below a namespace."""
     with _open(path) as bag:
         if namespace is None:
             names = list(dict.fromkeys(connection.topic for connection in bag.connections))
@@ -33,8 +33,8 @@ def list_topics(path: str, namespace: str | None, resolve: Resolve, *, json: boo
         topics = [name for name in bag.topics if in_namespace([resolve(name)], namespace)]
         times = [message.time.to_sec() for message in bag.messages(topics, raw=True)] if topics else []
         if json:
-            span = {"start": min(times), "end": max(times)} if times else {"start": None, "end": None}
-            print_json({"namespace": namespace, "topics": topics, "messages": len(times), **span})
+            time_range = {"start": min(times), "end": max(times)} if times else {"start": None, "end": None}
+            print_json({"namespace": namespace, "topics": topics, "messages": len(times), **time_range})
             return
         if not times:
             hint = did_you_mean(namespace, map(resolve, bag.topics))
@@ -47,8 +47,8 @@ def find_topic(path: str, name: str, resolve: Resolve) -> tuple[list[str], str] 
     """Split a full name into topics of the bag and a field path.
 
     Returns:
-        The topics as recorded (several if the bag has both ``/a`` and ``a``), and the path; None, after a warning, if
-        there are none.
+        The recorded topics (several if the bag has both ``/a`` and ``a``) and the path. If there are none, print a
+        warning and return None.
     """
     with _open(path) as bag:
         recorded: dict[str, list[str]] = {}
@@ -62,10 +62,12 @@ def find_topic(path: str, name: str, resolve: Resolve) -> tuple[list[str], str] 
 
 
 def replay(path: str, topics: list[str] | None, on_message: Callable[[str, AnyMsg, Time], bool]) -> None:
-    """Pass messages of a bag, undecoded and in the order of time, to a function until it returns False.
+    """Pass raw messages of a bag in chronological order to a function until it returns False.
 
     Args:
-        topics: None means all.
+        path: the path of the bag.
+        topics: the topics; None for all.
+        on_message: called with the topic, the message and its time.
     """
     with _open(path) as bag:
         definitions = {connection.id: bag.definition(connection) for connection in bag.connections}

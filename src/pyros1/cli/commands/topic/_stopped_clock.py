@@ -1,4 +1,4 @@
-"""A warning when simulated time stands still, for verbs that use it for measurements."""
+"""A warning for verbs that measure simulated time: the time does not advance."""
 
 from __future__ import annotations
 
@@ -12,33 +12,33 @@ if TYPE_CHECKING:
 
 
 class StoppedClock:
-    """Checks from time to time whether simulated time advances.
+    """Checks periodically whether simulated time advances.
 
     Args:
         node: the command's node.
-        hint: what the user may do about it.
+        hint: a hint for the user, appended to the warning.
     """
 
     def __init__(self, node: Node, hint: str = "") -> None:
         self._node = node
         self._hint = hint
-        self._simulated = node.params.get("/use_sim_time", False) is True
+        self._uses_simulated_time = node.params.get("/use_sim_time", False) is True
         self._last: Time | None = None
-        self._warned = False
+        self._has_warned = False
 
     def has_stopped(self) -> bool:
-        """Return whether time has not moved since the last call; warn, once until it moves."""
-        if not self._simulated:
+        """Return whether time has not advanced since the last call. Warn once each time it stops."""
+        if not self._uses_simulated_time:
             return False
         now = self._node.now()
-        before, self._last = self._last, now
-        if now != before:
-            self._warned = False
+        previous, self._last = self._last, now
+        if now != previous:
+            self._has_warned = False
             return False
-        if not self._warned:
-            self._warned = True
-            text = (
-                f"WARNING: simulated time stands still at {now.to_sec():.3f} s. Is /clock being published?{self._hint}"
+        if not self._has_warned:
+            self._has_warned = True
+            message = (
+                f"WARNING: simulated time has stopped at {now.to_sec():.3f} s. Is /clock being published?{self._hint}"
             )
-            print(text, file=sys.stderr, flush=True)
+            print(message, file=sys.stderr, flush=True)
         return True

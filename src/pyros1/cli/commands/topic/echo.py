@@ -12,7 +12,7 @@ from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.filters import Clock, filter_expression
-from pyros1.cli.shared.forms import Json, Plot, Show, Text
+from pyros1.cli.shared.forms import Json, Plot, Text, ValueWriter
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.cli.shared.subscribing import find_topic, subscribe
 from pyros1.ground.errors import DeserializationError, MessageError
@@ -29,8 +29,8 @@ _MAX_WARNINGS = 100
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the messages of a topic, or a field of them."""
-    _check(options, args)
+    """Print the messages of a topic or one of their fields."""
+    _check_options(options, args)
     name = invocation.resolve(args[0]) if args else ""
     clock = Clock()
     expression = filter_expression(options.filter_expr, clock) if options.filter_expr else None
@@ -43,10 +43,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         if found is None:
             return
         topic, path, kind = found
-        show = _show(options, node.now)
-        printer = Printer(topic, FieldPath(path), show, expression, options.msg_count, kind)
-        with subscribe(node, topic, printer.arrived):
-            _wait(invocation, node, printer)
+        print_value = _make_writer(options, node.now)
+        printer = Printer(topic, FieldPath(path), print_value, expression, options.msg_count, kind)
+        with subscribe(node, topic, printer.on_message):
+            _wait_until_done(invocation, node, printer)
     if printer.error is not None:
         raise printer.error
 
@@ -71,15 +71,15 @@ VERB = Verb(
     Flag("-a", "--all", help="display all messages in bag, only valid with -b option"),
     Option("-n", dest="msg_count", metavar="COUNT", help="number of messages to echo"),
     Flag("--offset", help="display time as offsets from current time (in seconds)"),
-    Flag("--json", help="print each message as one line of JSON, which `topic pub` reads", own=True),
+    Flag("--json", help="print each message as one line of JSON, which `topic pub` reads", pyros1_only=True),
     Argument("/topic", "topic"),
     usage="[options] /topic",
     examples=[
         ("/pose", "print all messages"),
-        ("-n 1 /pose/pose/position", "a field of one message"),
-        ("-p /odom > odom.csv", "as CSV, for a spreadsheet"),
-        ("--filter 'm.ranges[0] < 1' /scan", "only messages that match an expression"),
-        ("--json /odom > odom.jsonl", "as lines that `topic pub -f` can publish"),
+        ("-n 1 /pose/pose/position", "print a field of one message"),
+        ("-p /odom > odom.csv", "print CSV for a spreadsheet"),
+        ("--filter 'm.ranges[0] < 1' /scan", "print only messages that match an expression"),
+        ("--json /odom > odom.jsonl", "print lines that `topic pub -f` can publish"),
     ],
     run=run,
 )
@@ -95,24 +95,24 @@ def _echo_bag(invocation: Invocation, options: Any, name: str, expression: Expre
         if found is None:
             return
         topics, path = found
-    moment = Time()
-    show = _show(options, lambda: moment)
+    message_time = Time()
+    print_value = _make_writer(options, lambda: message_time)
     printers: dict[str, Printer] = {}
     remaining = options.msg_count
 
-    def on_message(topic: str, raw: AnyMsg, when: Time) -> bool:
-        nonlocal moment, remaining
-        moment = when
+    def on_message(topic: str, raw: AnyMsg, time: Time) -> bool:
+        nonlocal message_time, remaining
+        message_time = time
         if remaining is not None and remaining <= 0:
             return False
         printer = printers.get(topic)
         if printer is None:
-            full = invocation.resolve(topic)
-            printer = printers[topic] = Printer(full, FieldPath(path), show, expression, None)
+            full_name = invocation.resolve(topic)
+            printer = printers[topic] = Printer(full_name, FieldPath(path), print_value, expression, None)
         count_before = printer.count
-        printer.arrived(raw)
+        printer.on_message(raw)
         if isinstance(printer.error, CommandError):
-            raise CommandError(f"{options.bag}: at {when.to_sec():.6f}: {printer.error}") from printer.error
+            raise CommandError(f"{options.bag}: at {time.to_sec():.6f}: {printer.error}") from printer.error
         if printer.error is not None:
             raise printer.error
         if remaining is not None:
@@ -122,13 +122,13 @@ def _echo_bag(invocation: Invocation, options: Any, name: str, expression: Expre
     _bag.replay(options.bag, topics, on_message)
 
 
-def _show(options: Any, now: Callable[[], Time]) -> Show:
+def _make_writer(options: Any, now: Callable[[], Time]) -> ValueWriter:
     if options.json:
         return Json(options)
     return Plot(options, now) if options.plot else Text(options, now)
 
 
-def _check(options: Any, args: list[str]) -> None:
+def _check_options(options: Any, args: list[str]) -> None:
     if options.all and not options.bag:
         raise UsageError("Display all option is only valid when echoing from bag files")
     if options.offset and options.bag:
@@ -137,25 +137,25 @@ def _check(options: Any, args: list[str]) -> None:
         raise UsageError("topic must be specified")
     if len(args) > 1:
         raise UsageError("you may only specify one input topic")
-    for field, what in (("msg_count", "COUNT"), ("width", "NUM_WIDTH")):
+    for field, name in (("msg_count", "COUNT"), ("width", "NUM_WIDTH")):
         value = getattr(options, field)
         if value is not None:
             try:
                 setattr(options, field, int(value))
             except ValueError:
-                raise UsageError(f"{what} must be an integer") from None
+                raise UsageError(f"{name} must be an integer") from None
     if options.width is not None and options.width < _MIN_WIDTH:
         raise UsageError(f"Fixed width for numeric values must be at least {_MIN_WIDTH}")
 
 
-def _wait(invocation: Invocation, node: Any, printer: Printer) -> None:
-    """Wait until the count is reached or the node ends. Warn once if simulated time does not run (L63)."""
-    warned = False
+def _wait_until_done(invocation: Invocation, node: Any, printer: Printer) -> None:
+    """Wait until the count is reached or the node shuts down. Warn once if simulated time has not started (L63)."""
+    has_warned = False
     waited = 0.0
     while node.ok() and not printer.done.wait(0.25):
         waited += 0.25
-        if waited >= _CLOCK_TIMEOUT and not warned and not printer.count and node.now().is_zero():
-            warned = True
+        if waited >= _CLOCK_TIMEOUT and not has_warned and not printer.count and node.now().is_zero():
+            has_warned = True
             print(
                 "WARNING: no messages received and simulated time is active.\nIs /clock being published?",
                 file=sys.stderr,
@@ -164,19 +164,19 @@ def _wait(invocation: Invocation, node: Any, printer: Printer) -> None:
 
 
 class Printer:
-    """Prints messages that pass the filter, until the count is reached.
+    """Prints messages that pass the filter until the count is reached.
 
     Attributes:
-        count: messages printed.
-        done: set when the count is reached.
-        error: the error that ended it early.
+        count: the number of messages printed.
+        done: set when the count is reached or an error occurred.
+        error: the error that stopped the output.
     """
 
     def __init__(
         self,
         topic: str,
         path: FieldPath,
-        show: Show,
+        print_value: ValueWriter,
         expression: Expression | None,
         limit: int | None,
         kind: str | None = None,
@@ -186,16 +186,16 @@ class Printer:
         self.error: Exception | None = None
         self._topic = topic
         self._path = path
-        self._show = show
+        self._print_value = print_value
         self._expression = expression
         self._limit = limit
         self._decoder = Decoder(kind or "", by_name=kind is not None)
-        self._skips_bad_messages = kind is not None
+        self._skips_invalid_messages = kind is not None
         self._printed_warnings: set[str] = set()
-        self._out = data_stream()  # messages' text is already clean, and --clear works for files as well, like stock's
+        self._out = data_stream()  # messages are already escaped, and --clear works for files as well, like stock's
 
-    def arrived(self, raw: AnyMsg) -> None:
-        """Handle one message. Called by the subscription's thread."""
+    def on_message(self, raw: AnyMsg) -> None:
+        """Handle a message. Called by the subscription's thread."""
         if self.done.is_set():
             return
         if self._limit is not None and self.count >= self._limit:
@@ -205,7 +205,7 @@ class Printer:
             printed = self._value_to_print(raw)
             if printed is None:
                 return
-            self._show(*printed, self._out.write)
+            self._print_value(*printed, self._out.write)
             del printed
             self._out.flush()
         except (OSError, CommandError) as error:
@@ -217,23 +217,25 @@ class Printer:
             self.done.set()
 
     def _value_to_print(self, raw: AnyMsg) -> tuple[Message, Any, str | None] | None:
-        """Return the message, the value and its type, None if it is not to be printed."""
+        """Return the message, the value and its type; None if nothing is to be printed."""
         try:
             message = self._decoder.decode(raw)
         except MessageError as error:
-            if self._skips_bad_messages and isinstance(error, DeserializationError):  # others may be right
-                self._warn(f"a message on {self._topic} cannot be shown: {error}")
+            if self._skips_invalid_messages and isinstance(
+                error, DeserializationError
+            ):  # other publishers' messages may be valid
+                self._warn(f"a message on {self._topic} cannot be printed: {error}")
                 return None
             type_name = (raw._connection_header or {}).get("type", "unknown type")
             raise CommandError(
-                f"a message of type [{one_line(type_name)}] on {self._topic} cannot be shown: {error}"
+                f"a message of type [{one_line(type_name)}] on {self._topic} cannot be printed: {error}"
             ) from None
         try:
             if self._expression is not None and not self._expression({"m": message, "topic": self._topic}):
                 return None
             value, kind = self._path.get(message)
         except (ExpressionError, FieldPathError) as error:
-            self._warn(str(error))  # only this message may be wrong, for example with a short array
+            self._warn(str(error))  # only this message may be affected, for example if its array is too short
             return None
         return message, value, kind
 

@@ -51,6 +51,6 @@ VERB = Verb(
     JSON,
     Argument("/topic", "topic"),
     usage="/topic",
-    examples=[("/chatter", "its type, publishers and subscribers")],
+    examples=[("/chatter", "print its type, publishers and subscribers")],
     run=run,
 )

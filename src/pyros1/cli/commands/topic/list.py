@@ -16,12 +16,12 @@ from pyros1.net.hosts import parse_uri
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print the topics that the master knows or a bag contains."""
+    """Print the registered topics or those that a bag contains."""
     if len(args) > 1:
         raise UsageError("you may only specify one input topic")
     if options.bag:
-        for given, option in ((options.subscribers, "-s"), (options.publishers, "-p"), (options.host, "--host")):
-            if given:
+        for is_given, option in ((options.subscribers, "-s"), (options.publishers, "-p"), (options.host, "--host")):
+            if is_given:
                 raise UsageError(f"{option} option is not valid with bags")
         from pyros1.cli.commands.topic import _bag  # noqa: PLC0415 - slow to import
 
@@ -30,18 +30,18 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         return
     if options.publishers and options.subscribers:
         raise UsageError("you may only specify one of -p, -s")
-    namespace = invocation.resolve(args[0]) if args else None  # like stock: only a given argument narrows the list
+    namespace = invocation.resolve(args[0]) if args else None  # like stock, list all namespaces by default
     only = "p" if options.publishers else "s" if options.subscribers else ""
     graph = invocation.graph
     state = graph.state()
-    publishers = {} if only == "s" else _below(state.publishers, namespace)
-    subscribers = {} if only == "p" else _below(state.subscribers, namespace)
+    publishers = {} if only == "s" else _select_namespace(state.publishers, namespace)
+    subscribers = {} if only == "p" else _select_namespace(state.subscribers, namespace)
     if options.json:
         print_json(_as_json(publishers, subscribers, graph.topic_types()))
     elif options.host:
         _list_by_host(graph, state, publishers, subscribers, bool(options.verbose), only)
     elif options.verbose:
-        print(_verbose(publishers, subscribers, graph.topic_types(), only, ""))
+        print(_verbose_text(publishers, subscribers, graph.topic_types(), only, ""))
     else:
         print(*sorted({*publishers, *subscribers}), sep="\n")
 
@@ -55,13 +55,13 @@ VERB = Verb(
     Flag("-p", dest="publishers", help="list only publishers"),
     Flag("-s", dest="subscribers", help="list only subscribers"),
     Flag("--host", help="group by host name"),
-    Flag("--json", help="print a JSON list of objects: topic, type, publishers, subscribers", own=True),
+    Flag("--json", help="print a JSON list of objects: topic, type, publishers, subscribers", pyros1_only=True),
     Argument("/namespace", "namespace", optional=True),
     usage="[/namespace]",
     examples=[
-        ("", "all topics"),
-        ("-v /robot1", "topics below /robot1, with types and numbers of publishers"),
-        ("--json", "for programs"),
+        ("", "list all topics"),
+        ("-v /robot1", "list topics below /robot1 with their types and numbers of publishers"),
+        ("--json", "print JSON for programs"),
     ],
     run=run,
 )
@@ -81,15 +81,15 @@ def _as_json(
     ]
 
 
-def _below(table: dict[str, list[str]], namespace: str | None) -> dict[str, list[str]]:
+def _select_namespace(table: dict[str, list[str]], namespace: str | None) -> dict[str, list[str]]:
     return {name: table[name] for name in in_namespace(table, namespace)}
 
 
-def _verbose(
+def _verbose_text(
     publishers: dict[str, list[str]], subscribers: dict[str, list[str]], types: dict[str, str], only: str, indent: str
 ) -> str:
     lines = [""]
-    for title, what, table, skip in (
+    for title, role, table, skip in (
         ("Published", "publisher", publishers, "s"),
         ("Subscribed", "subscriber", subscribers, "p"),
     ):
@@ -98,7 +98,7 @@ def _verbose(
         lines.append(f"{indent}{title} topics:")
         for topic, nodes in table.items():
             plural = "s" if len(nodes) > 1 else ""
-            lines.append(f"{indent} * {topic} [{types.get(topic, UNKNOWN_TYPE)}] {len(nodes)} {what}{plural}")
+            lines.append(f"{indent} * {topic} [{types.get(topic, UNKNOWN_TYPE)}] {len(nodes)} {role}{plural}")
         lines.append(indent)
     if indent:
         lines[-1] = ""
@@ -122,16 +122,16 @@ def _list_by_host(
             print(f"WARNING: {node} is left out: {error}", file=sys.stderr)
     types = graph.topic_types() if verbose else {}
 
-    def on(host: str, table: dict[str, list[str]]) -> dict[str, list[str]]:
-        here = {topic: [node for node in nodes if hosts.get(node) == host] for topic, nodes in table.items()}
-        return {topic: nodes for topic, nodes in here.items() if nodes}
+    def on_host(host: str, table: dict[str, list[str]]) -> dict[str, list[str]]:
+        nodes_here = {topic: [node for node in nodes if hosts.get(node) == host] for topic, nodes in table.items()}
+        return {topic: nodes for topic, nodes in nodes_here.items() if nodes}
 
     for host in sorted({host for host in hosts.values() if host}):
-        published, subscribed = on(host, publishers), on(host, subscribers)
+        published, subscribed = on_host(host, publishers), on_host(host, subscribers)
         if not published and not subscribed:
             continue
         print(f"Host [{host}]:")
         if verbose:
-            print(_verbose(published, subscribed, types, only, "  "))
+            print(_verbose_text(published, subscribed, types, only, "  "))
         else:
             print("\n".join(f"  {topic}" for topic in sorted({*published, *subscribed})))

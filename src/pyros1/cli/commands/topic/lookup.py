@@ -21,19 +21,19 @@ def _type(invocation: Invocation, options: Any, args: list[str]) -> None:
     found = graph.find_topic(name)
     if found is None:
         fail(f"unknown topic type [{name}]{did_you_mean(name, graph.topic_types())}")
-    _, topic_type, rest = found
-    if not rest:
+    _, topic_type, path = found
+    if not path:
         print(topic_type)
         return
     from pyros1.ground.errors import MessageError  # noqa: PLC0415
     from pyros1.msgs import load_message  # noqa: PLC0415
-    from pyros1.observe.fields import FieldPath, FieldPathError  # noqa: PLC0415 - needs the message classes
+    from pyros1.observe.fields import FieldPath, FieldPathError  # noqa: PLC0415 - only needed for fields
 
     try:
-        field_type = FieldPath(rest).type_in(load_message(topic_type))
+        field_type = FieldPath(path).type_in(load_message(topic_type))
     except (FieldPathError, MessageError):
         fail(f"unknown topic type [{name}]")
-    print(topic_type, rest.lstrip("/"), field_type)
+    print(topic_type, path.lstrip("/"), field_type)
 
 
 def _find(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -45,26 +45,26 @@ def _find(invocation: Invocation, options: Any, args: list[str]) -> None:
     types = invocation.graph.topic_types()
     names = [topic for topic, topic_type in types.items() if args and topic_type == args[0]]
     if options.like is not None:
-        names += [name for name in _like(options.like, types) if name not in names]
+        names += [name for name in _find_similar(options.like, types) if name not in names]
     if options.json:
         print_json([{"topic": topic, "type": types[topic]} for topic in names])
     else:
         print(*names, sep="\n")
 
 
-def _like(word: str, types: dict[str, str]) -> list[str]:
-    """Return topics that a word may mean, best first: it is in the name or type, or similar to a part of either."""
+def _find_similar(word: str, types: dict[str, str]) -> list[str]:
+    """Return topics whose name or type contains a word or has a similar part, best matches first."""
     from difflib import get_close_matches  # noqa: PLC0415
 
-    low = word.lower().strip("/")
+    lowercase = word.lower().strip("/")
     names = sorted(types)
-    found = [name for name in names if low in name.lower()]
-    found += [name for name in names if low in types[name].lower()]
+    matches = [name for name in names if lowercase in name.lower()]
+    matches += [name for name in names if lowercase in types[name].lower()]
     for name in names:
         parts = [part.lower() for part in (*name.split("/"), *types[name].split("/")) if part]
-        if get_close_matches(low, parts, 1, 0.7):
-            found.append(name)
-    return list(dict.fromkeys(found))
+        if get_close_matches(lowercase, parts, 1, 0.7):
+            matches.append(name)
+    return list(dict.fromkeys(matches))
 
 
 VERBS = [
@@ -72,7 +72,7 @@ VERBS = [
         "type",
         "print topic or field type",
         Argument("topic_or_field", "topic"),
-        examples=[("/pose/header/stamp", "the type of a topic or field")],
+        examples=[("/pose/header/stamp", "print the type of a topic or field")],
         run=_type,
     ),
     Verb(
@@ -82,14 +82,14 @@ VERBS = [
         Option(
             "--like",
             metavar="WORD",
-            own=True,
-            help="also topics whose name or type contains the word or is similar to it",
+            pyros1_only=True,
+            help="also list topics whose name or type contains the word or is similar to it",
         ),
         Argument("msg-type", "message"),
         usage="msg-type",
         examples=[
-            ("std_msgs/String", "topics of that type"),
-            ("--like scan", "topics with a similar name or type"),
+            ("std_msgs/String", "list topics of that type"),
+            ("--like scan", "list topics with a similar name or type"),
         ],
         run=_find,
     ),

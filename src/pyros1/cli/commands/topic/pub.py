@@ -12,7 +12,7 @@ from typing import Any
 
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.parsing import guard, parse_guarded, unguard
+from pyros1.cli.parsing import mark_negative_number, parse_marked, unmark
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.argument_names import argument_names
 from pyros1.cli.shared.documents import Record, documents
@@ -23,58 +23,58 @@ from pyros1.msgs.fill import fill_message
 from pyros1.values import load_yaml
 
 HOLD_SECONDS = 3.0
-"""Seconds that -1 keeps running, so that subscribers can receive the message."""
+"""How long -1 keeps running in seconds, so that subscribers can receive the message."""
 
 _SUBSCRIBER_TIMEOUT = 5.0
-"""Seconds that messages from a file or stdin wait for the first subscriber."""
+"""Maximum time in seconds to wait for the first subscriber before messages from a file or stdin are published."""
 
 _DEFAULT_RATE = 10.0
 
-_EXPORTED = {"topic", "type", "time", "message"}
-"""Fields of a line that ``bag export --format jsonl`` wrote."""
-_NUMBERS = frozenset(f"{kind}{bits}" for kind in ("int", "uint", "float") for bits in (8, 16, 32, 64))
+_EXPORT_FIELDS = {"topic", "type", "time", "message"}
+"""Fields of a line from ``bag export --format jsonl``."""
+_NUMERIC_TYPES = frozenset(f"{kind}{bits}" for kind in ("int", "uint", "float") for bits in (8, 16, 32, 64))
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Publish messages given as arguments or as YAML documents."""
     name, type_name = invocation.resolve(args[0]), args[1]
-    arguments = _values(args[2:])
+    arguments = _parse_values(args[2:])
     message_class = _load(type_name)
-    has_fields = bool(message_class.__slots__)  # without fields there is nothing to read, like in stock
+    has_fields = bool(message_class.__slots__)  # like in stock, nothing is read for types without fields
     from_arguments = not has_fields or (not options.file and (bool(arguments) or sys.stdin.isatty()))
-    if from_arguments:  # wrong arguments are reported without a master
+    if from_arguments:  # report invalid arguments before contacting the master
         fill(message_class(), arguments, Time())
     rate = options.rate
     with invocation.open_node() as node:
         latch = bool(options.latch) or rate is None
         publisher = node.advertise(name, message_class, queue_size=100, latch=latch)
-        run = _Publishing(invocation, node, publisher, message_class, options)
+        session = _PublishingSession(invocation, node, publisher, message_class, options)
         if not from_arguments:
             source = _documents_for_topic(_documents(options.file), name, invocation)
             keep_first = bool(options.latch) and rate is None
             if options.file and not (options.once or keep_first):
                 first = list(islice(source, 2))
                 if len(first) == 1:
-                    run.repeat_from_file(first[0], rate or _DEFAULT_RATE, bool(options.substitute_keywords))
+                    session.repeat_from_file(first[0], rate or _DEFAULT_RATE, bool(options.substitute_keywords))
                     return
                 source = chain(first, source)
-            run.stream(source, rate or _DEFAULT_RATE, keep_first=keep_first)
+            session.stream(source, rate or _DEFAULT_RATE, keep_first=keep_first)
         elif rate is not None:
-            run.repeat(arguments, rate, bool(options.substitute_keywords))
+            session.repeat(arguments, rate, bool(options.substitute_keywords))
         else:
-            run.latched(arguments, bool(options.once))
+            session.publish_latched(arguments, bool(options.once))
 
 
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Parse the words. ``-1`` may be the option or a value."""
-    options, args = parse_guarded(invocation, verb, _guarded(invocation.args, once=True))
+    """Parse the arguments. ``-1`` is either the option or a value."""
+    options, args = parse_marked(invocation, verb, _guard_numbers(invocation.args, is_once_anywhere=True))
     if "-1" in invocation.args and not options.file and len(args) > 1 and _needs_more_values(args[1], args[2:]):
-        options, args = parse_guarded(invocation, verb, _guarded(invocation.args, once=False))
+        options, args = parse_marked(invocation, verb, _guard_numbers(invocation.args, is_once_anywhere=False))
     if options.rate is not None:
         if options.once:
             raise UsageError("You cannot select both -r and -1 (--once)")
         try:
-            options.rate = float(unguard(options.rate))
+            options.rate = float(unmark(options.rate))
         except ValueError:
             raise UsageError("rate must be a number") from None
         if options.rate <= 0:
@@ -114,9 +114,9 @@ VERB = Verb(
     Argument("args", "message_text", many=True, optional=True),
     usage="/topic type [args...]",
     examples=[
-        ("/vel_cmd std_msgs/Float64 1.0", "publish once, and keep it latched for later subscribers"),
-        ("-r 10 /cmd_vel geometry_msgs/Twist '{linear: {x: 0.1}}'", "ten times a second"),
-        ("-1 /goal geometry_msgs/PoseStamped '{header: auto}'", "once, and exit"),
+        ("/vel_cmd std_msgs/Float64 1.0", "publish a message and keep it latched for later subscribers"),
+        ("-r 10 /cmd_vel geometry_msgs/Twist '{linear: {x: 0.1}}'", "publish ten times per second"),
+        ("-1 /goal geometry_msgs/PoseStamped '{header: auto}'", "publish once and exit"),
         ("-f odom.jsonl /odom nav_msgs/Odometry", "publish the output of `topic echo --json`"),
     ],
     parse=_parse,
@@ -124,47 +124,48 @@ VERB = Verb(
 )
 
 
-def _guarded(words: list[str], *, once: bool) -> list[str]:
-    """Return the words with negative numbers marked as values.
+def _guard_numbers(args: list[str], *, is_once_anywhere: bool) -> list[str]:
+    """Return the arguments with negative numbers marked as values.
 
     Args:
-        once: ``-1`` is the option at any position, as in stock; otherwise only before the values.
+        args: the arguments.
+        is_once_anywhere: whether ``-1`` is the option at any position, as in stock, or only before the values.
     """
     guarded: list[str] = []
     positional = 0
-    for number, word in enumerate(words):
-        if word == "--":
-            return guarded + words[number:]
-        option = word == "-1" and (once or positional < 2)
-        guarded.append(word if option else guard(word))
-        positional += not word.startswith("-")
+    for number, arg in enumerate(args):
+        if arg == "--":
+            return guarded + args[number:]
+        is_option = arg == "-1" and (is_once_anywhere or positional < 2)
+        guarded.append(arg if is_option else mark_negative_number(arg))
+        positional += not arg.startswith("-")
     return guarded
 
 
-def _needs_more_values(type_name: str, words: list[str]) -> bool:
-    """Return whether a message needs more values than these, so that a ``-1`` after its type must be one."""
+def _needs_more_values(type_name: str, values: list[str]) -> bool:
+    """Return whether a message needs more values than are given, which means that ``-1`` must be a value."""
     try:
-        kinds = load_message(type_name)._slot_types
-        value = load_yaml(words[0]) if words else None
+        field_types = load_message(type_name)._slot_types
+        value = load_yaml(values[0]) if values else None
     except (Error, ValueError):
-        return False  # which is reported in a moment
-    if not words:  # values may also come from stdin, but rarely numbers
-        return all(kind in _NUMBERS for kind in kinds) and bool(kinds)
-    return len(words) < len(kinds) and not isinstance(value, dict)
+        return False  # the error is reported later
+    if not values:  # stdin may provide values, but rarely numbers
+        return all(field_type in _NUMERIC_TYPES for field_type in field_types) and bool(field_types)
+    return len(values) < len(field_types) and not isinstance(value, dict)
 
 
-def _values(words: list[str]) -> list[Any]:
+def _parse_values(args: list[str]) -> list[Any]:
     values = []
-    for word in words:
+    for arg in args:
         try:
-            values.append(load_yaml(word) if word else word)
+            values.append(load_yaml(arg) if arg else arg)
         except Error as error:
             raise UsageError(f"Argument error: {error}") from None
     return values
 
 
-def _suggested_type(type_name: str) -> str:
-    """Return a hint at the type that may be meant by a misspelt name or a name without package."""
+def _similar_type_hint(type_name: str) -> str:
+    """Return a hint with the type that a misspelt name or one without a package probably means."""
     try:
         load_message(type_name)
     except UnknownTypeError as error:
@@ -176,23 +177,23 @@ def _suggested_type(type_name: str) -> str:
 def _load(type_name: str) -> type[Message]:
     package, _, name = type_name.partition("/")
     if not package or not name or "/" in name:
-        raise CommandError(f"invalid topic type: {type_name}{_suggested_type(type_name)}")
+        raise CommandError(f"invalid topic type: {type_name}{_similar_type_hint(type_name)}")
     try:
         return load_message(type_name)
     except DefinitionError:
         raise
     except UnknownTypeError:
         raise CommandError(
-            f"invalid message type: {type_name}{_suggested_type(type_name)}.\n"
+            f"invalid message type: {type_name}{_similar_type_hint(type_name)}.\n"
             f"If this is a valid message type, perhaps you need to type 'rosmake {package}'"
         ) from None
 
 
 def fill(message: Message, arguments: Any, now: Time | None) -> None:
-    """Fill a message from the values of the arguments, and check that they fit.
+    """Fill a message with the values of the arguments, and check that they fit.
 
     Raises:
-        CommandError: they do not fit; the text says what is expected (L68).
+        CommandError: the values do not fit; the message contains the expected fields (L68).
     """
     try:
         fill_message(message, arguments, now)
@@ -226,31 +227,32 @@ def _documents(path: str | None) -> Iterator[Any]:
 
 
 def _documents_for_topic(source: Iterator[Any], name: str, invocation: Invocation) -> Iterator[Any]:
-    """Yield documents unchanged; of lines that `bag export` wrote, yield the messages of one topic.
+    """Yield the documents to publish. From lines of `bag export`, yield the messages of one topic.
 
     Raises:
-        CommandError: there are such lines, but none for the topic.
+        CommandError: there are lines of `bag export`, but none for the topic.
     """
     skipped: set[str] = set()
-    found = False
+    has_documents = False
     for document in source:
-        exported = isinstance(document, Record) and document.keys() == _EXPORTED
-        if exported and invocation.resolve(str(document["topic"])) != name:
+        is_exported = isinstance(document, Record) and document.keys() == _EXPORT_FIELDS
+        if is_exported and invocation.resolve(str(document["topic"])) != name:
             skipped.add(str(document["topic"]))
             continue
-        found = True
-        yield Record(document["message"]) if exported else document
-    if skipped and not found:
+        has_documents = True
+        yield Record(document["message"]) if is_exported else document
+    if skipped and not has_documents:
         raise CommandError(
-            f"no line is for {name}; the lines are for: {', '.join(sorted(skipped))}. Use a remapping to rename a topic"
+            f"no line contains a message of {name}, only of: {', '.join(sorted(skipped))}. "
+            "Use a remapping to rename a topic"
         )
 
 
-def _arguments(document: Any) -> Any:
+def _as_arguments(document: Any) -> Any:
     return document if isinstance(document, (list, dict)) else [document]
 
 
-class _Publishing:
+class _PublishingSession:
     def __init__(
         self, invocation: Invocation, node: Any, publisher: Any, message_class: type[Message], options: Any
     ) -> None:
@@ -260,10 +262,10 @@ class _Publishing:
         self._class = message_class
         self._verbose = bool(options.verbose)
         self._once = bool(options.once)
-        self._rostime = bool(options.use_rostime)
+        self._use_ros_time = bool(options.use_rostime)
 
-    def _message(self, arguments: Any) -> Message:
-        now = self._node.now() if self._rostime else Time.from_sec(time())
+    def _make_message(self, arguments: Any) -> Message:
+        now = self._node.now() if self._use_ros_time else Time.from_sec(time())
         if isinstance(arguments, Record):
             return _from_record(self._class, arguments, now)
         message = self._class()
@@ -273,9 +275,9 @@ class _Publishing:
     def _description(self, message: Message) -> str:
         return f"[{message}]" if self._verbose else "message"
 
-    def latched(self, arguments: Any, once: bool) -> None:
+    def publish_latched(self, arguments: Any, once: bool) -> None:
         """Publish one message, latched for later subscribers."""
-        message = self._message(arguments)
+        message = self._make_message(arguments)
         until = f" for {HOLD_SECONDS} seconds" if once else ". Press ctrl-C to terminate"
         print(f"publishing and latching {self._description(message)}{until}", flush=True)
         self._publisher.publish(message)
@@ -286,43 +288,43 @@ class _Publishing:
 
     def repeat_from_file(self, document: Any, rate: float, substitute: bool) -> None:
         """Publish the only message of a file repeatedly, like stock."""
-        self._message(_arguments(document))  # a wrong one is reported immediately
+        self._make_message(_as_arguments(document))  # report an invalid document immediately
         self._publisher.wait_for_subscribers(timeout=_SUBSCRIBER_TIMEOUT)
         print("Got one message and a rate, publishing repeatedly", flush=True)
-        self.repeat(_arguments(document), rate, substitute)
+        self.repeat(_as_arguments(document), rate, substitute)
 
     def repeat(self, arguments: Any, rate: float, substitute: bool) -> None:
         """Publish one message repeatedly."""
-        message = self._message(arguments)
-        pace = self._node.rate(rate)
+        message = self._make_message(arguments)
+        publishing_rate = self._node.rate(rate)
         while self._node.ok():
             if substitute:
-                message = self._message(arguments)
+                message = self._make_message(arguments)
             if self._verbose:
                 print(f"publishing {message}", flush=True)
             self._publisher.publish(message)
-            pace.sleep()
+            publishing_rate.sleep()
 
     def stream(self, source: Iterator[Any], rate: float, *, keep_first: bool) -> None:
-        """Publish one message for each document. ``keep_first``: only the first, latched for later subscribers."""
-        pace = self._node.rate(rate)
-        waited = False
+        """Publish a message for each document; if `keep_first`, only the first, latched for later subscribers."""
+        publishing_rate = self._node.rate(rate)
+        has_waited = False
         for document in source:
             if not self._node.ok():
                 return
-            arguments = _arguments(document)
+            arguments = _as_arguments(document)
             if keep_first:
-                self.latched(arguments, self._once)
+                self.publish_latched(arguments, self._once)
                 return
-            message = self._message(arguments)
-            if not waited:
-                waited = True
+            message = self._make_message(arguments)
+            if not has_waited:
+                has_waited = True
                 self._publisher.wait_for_subscribers(timeout=_SUBSCRIBER_TIMEOUT)
-            # Stock's text, even if the next message follows immediately.
+            # This is stock's message, even if the next message follows immediately.
             print(f"publishing and latching {self._description(message)} for {HOLD_SECONDS} seconds", flush=True)
             self._publisher.publish(message)
             if self._once:
                 break
-            pace.sleep()
-        if waited:
+            publishing_rate.sleep()
+        if has_waited:
             self._invocation.pause(HOLD_SECONDS if self._once or self._publisher.num_connections == 0 else 0.2)

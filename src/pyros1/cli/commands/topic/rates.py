@@ -20,20 +20,20 @@ from pyros1.observe.decoder import Decoder
 from pyros1.observe.expression import Expression, ExpressionError
 from pyros1.observe.statistics import BandwidthMeter, DelayMeter, RateMeter, rate_lines, rate_table
 
-_PERIOD = 1.0
-"""Seconds between two lines of output."""
-_WINDOW = Option(
+_OUTPUT_PERIOD = 1.0
+"""Interval of the output in seconds."""
+_WINDOW_OPTION = Option(
     "-w",
     "--window",
     dest="window_size",
     metavar="WINDOW",
     help="window size, in # of messages, for calculating rate",
 )
-_TCPNODELAY = Flag("--tcpnodelay", help="use the TCP_NODELAY transport hint when subscribing to topics")
+_TCPNODELAY_OPTION = Flag("--tcpnodelay", help="use the TCP_NODELAY transport hint when subscribing to topics")
 
 
-def _window(options: Any) -> int:
-    """Return the window size in messages, -1 if none was given."""
+def _window_size(options: Any) -> int:
+    """Return the window size in messages; -1 if none is given."""
     if options.window_size is None:
         return -1
     try:
@@ -47,56 +47,58 @@ def _hz(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print the rate of messages every second."""
     if not args:
         raise UsageError("topic must be specified")
-    size = _window(options)
+    size = _window_size(options)
     clock = Clock()
     expression = filter_expression(options.filter_expr, clock) if options.filter_expr else None
     with invocation.open_node() as node, ExitStack() as subscriptions:
         clock.node = node
-        simulated = not options.wall_time and node.params.get("/use_sim_time", False) is True
-        now: Callable[[], float] = (lambda: node.now().to_sec()) if simulated else time
-        stopped_clock = StoppedClock(node, " --wall-time measures without it.") if simulated else None
+        uses_simulated_time = not options.wall_time and node.params.get("/use_sim_time", False) is True
+        now: Callable[[], float] = (lambda: node.now().to_sec()) if uses_simulated_time else time
+        stopped_clock = (
+            StoppedClock(node, " With --wall-time, wall time is used instead.") if uses_simulated_time else None
+        )
         meters: dict[str, RateMeter] = {}
         for name in map(invocation.resolve, args):
             found = find_topic(invocation, node, name)
             if found is None:
                 return
             meter = meters[name] = RateMeter(size)
-            callback = _counting(meter, now, expression, found[0], found[2])
+            callback = _make_counter(meter, now, expression, found[0], found[2])
             subscriptions.enter_context(subscribe(node, found[0], callback))
             print(f"subscribed to [{name}]", flush=True)
-        while invocation.pause(_PERIOD):
-            figures = {name: meter.figures() for name, meter in meters.items()}
-            fresh = {name: figure for name, figure in figures.items() if figure is not None}
+        while invocation.pause(_OUTPUT_PERIOD):
+            rates = {name: meter.measurement() for name, meter in meters.items()}
+            new_rates = {name: rate for name, rate in rates.items() if rate is not None}
             if stopped_clock and stopped_clock.has_stopped():
-                fresh = {}  # no time has passed, so there is no rate
-            if not fresh:
+                new_rates = {}  # rates cannot be computed, since no time has passed
+            if not new_rates:
                 print("no new messages", flush=True)
             elif len(meters) == 1:
-                print(rate_lines(*next(iter(fresh.values()))), flush=True)
+                print(rate_lines(*next(iter(new_rates.values()))), flush=True)
             else:
-                print(rate_table(fresh), flush=True)
+                print(rate_table(new_rates), flush=True)
 
 
-def _counting(
+def _make_counter(
     meter: RateMeter, now: Callable[[], float], expression: Expression | None, topic: str, kind: str
 ) -> Callable[[AnyMsg], None]:
     if expression is None:
-        arrived = meter.arrived
-        return lambda raw: arrived(now())
+        add = meter.add
+        return lambda raw: add(now())
     decoder = Decoder(kind)
-    said: set[str] = set()
+    printed_errors: set[str] = set()
 
-    def filtered(raw: AnyMsg) -> None:
-        moment = now()
+    def count_matching(raw: AnyMsg) -> None:
+        arrival_time = now()
         try:
             if expression({"m": decoder.decode(raw), "topic": topic}):
-                meter.arrived(moment)
+                meter.add(arrival_time)
         except (ExpressionError, MessageError) as error:
-            if str(error) not in said:
-                said.add(str(error))
+            if str(error) not in printed_errors:
+                printed_errors.add(str(error))
                 print(error, file=sys.stderr, flush=True)
 
-    return filtered
+    return count_matching
 
 
 def _bw(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -105,27 +107,27 @@ def _bw(invocation: Invocation, options: Any, args: list[str]) -> None:
         raise UsageError("topic must be specified")
     if len(args) > 1:
         raise UsageError("you may only specify one input topic")
-    meter = BandwidthMeter(_window(options))
+    meter = BandwidthMeter(_window_size(options))
     name = invocation.resolve(args[0])
     with invocation.open_node() as node:
         found = find_topic(invocation, node, name)
         if found is None:
             return
-        with subscribe(node, found[0], lambda raw: meter.arrived(time(), len(raw._buff))):
+        with subscribe(node, found[0], lambda raw: meter.add(time(), len(raw._buff))):
             print(f"subscribed to [{name}]", flush=True)
-            while invocation.pause(_PERIOD):
+            while invocation.pause(_OUTPUT_PERIOD):
                 lines = meter.lines(time())
                 if lines is not None:
                     print(lines, flush=True)
 
 
 def _delay(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Print every second the age of messages at their arrival, by the stamps of their headers."""
+    """Print every second how old messages are on arrival, according to their header stamps."""
     if not args:
         raise UsageError("the following arguments are required: topic")
     if len(args) > 1:
         raise UsageError(f"unrecognized arguments: {' '.join(args[1:])}")
-    meter = DelayMeter(_window(options))
+    meter = DelayMeter(_window_size(options))
     name = invocation.resolve(args[0])
     failures: list[str] = []
     with invocation.open_node() as node:
@@ -133,9 +135,9 @@ def _delay(invocation: Invocation, options: Any, args: list[str]) -> None:
         if found is None:
             return
         decoder = Decoder(found[2])
-        said: set[str] = set()
+        printed_errors: set[str] = set()
 
-        def arrived(raw: AnyMsg) -> None:
+        def on_message(raw: AnyMsg) -> None:
             now = node.now()
             try:
                 if not decoder.message_class(raw)._has_header:
@@ -143,16 +145,16 @@ def _delay(invocation: Invocation, options: Any, args: list[str]) -> None:
                     return
                 message: Any = decoder.decode(raw)
             except MessageError as error:
-                if str(error) not in said:
-                    said.add(str(error))
+                if str(error) not in printed_errors:
+                    printed_errors.add(str(error))
                     print(error, file=sys.stderr, flush=True)
                 return
-            meter.arrived((now - message.header.stamp).to_sec())
+            meter.add((now - message.header.stamp).to_sec())
 
         stopped_clock = StoppedClock(node)
-        with subscribe(node, found[0], arrived):
+        with subscribe(node, found[0], on_message):
             print(f"subscribed to [{name}]", flush=True)
-            while invocation.pause(_PERIOD):
+            while invocation.pause(_OUTPUT_PERIOD):
                 if failures:
                     raise CommandError(failures[0])
                 lines = meter.lines()
@@ -165,7 +167,7 @@ VERBS = [
     Verb(
         "hz",
         "display publishing rate of topic",
-        _WINDOW,
+        _WINDOW_OPTION,
         Option(
             "--filter",
             dest="filter_expr",
@@ -176,30 +178,30 @@ VERBS = [
             "--wall-time",
             help="calculates rate using wall time which can be helpful when clock isn't published during simulation",
         ),
-        _TCPNODELAY,
+        _TCPNODELAY_OPTION,
         Argument("/topic", "topic", many=True),
         usage="[options] /topic_0 [/topic_1 [topic_2 [..]]]",
-        examples=[("/scan", "the rate of messages"), ("/a /b", "a table of several topics")],
+        examples=[("/scan", "print the rate of messages"), ("/a /b", "print a table of several topics")],
         stock_about="display publishing rate of topic    ",
         run=_hz,
     ),
     Verb(
         "bw",
         "display bandwidth used by topic",
-        _WINDOW,
+        _WINDOW_OPTION,
         Argument("/topic", "topic"),
         usage="/topic",
-        examples=[("/image", "bytes per second")],
+        examples=[("/image", "print bytes per second")],
         run=_bw,
     ),
     Verb(
         "delay",
         "display delay of topic from timestamp in header",
-        _WINDOW,
-        _TCPNODELAY,
+        _WINDOW_OPTION,
+        _TCPNODELAY_OPTION,
         Argument("/topic", "topic"),
         usage="[options] /topic",
-        examples=[("/image", "the age of messages at their arrival")],
+        examples=[("/image", "print how old messages are on arrival")],
         run=_delay,
     ),
 ]

@@ -1,4 +1,4 @@
-"""What expressions of transform and relay_field may use of numpy: no files, no code, and no unbounded results."""
+"""The part of numpy that expressions of transform and relay_field can use: no files, no code, no unbounded results."""
 
 from __future__ import annotations
 
@@ -7,11 +7,17 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
-from pyros1.cli.commands.topic_tools._estimates import MADE, RANDOM, WORK, broadcast, no_work
+from pyros1.cli.commands.topic_tools._estimates import (
+    CALL_COSTS,
+    RANDOM_RESULT_SIZES,
+    RESULT_SIZES,
+    broadcast_size,
+    no_cost,
+)
 from pyros1.cli.commands.topic_tools._sizes import extent, require_size, type_width
 from pyros1.observe.modules import Module
 
-_NUMPY = """
+_NUMPY_NAMES = """
 abs absolute add all allclose amax amin angle any append arccos arccosh arcsin arcsinh arctan arctan2 arctanh argmax
 argmin argsort argwhere around array array_equal asarray atleast_1d atleast_2d average bool_ cbrt ceil clip
 column_stack concatenate copysign cos cosh count_nonzero cross cumprod cumsum deg2rad degrees diag diagonal diff
@@ -26,48 +32,58 @@ unwrap var vstack where zeros_like
 bitwise_and bitwise_or bitwise_xor delete digitize double expand_dims flatnonzero fliplr flipud isin matmul single uint
 vdot
 """
-_LINALG = ["det", "eigvals", "eigvalsh", "inv", "lstsq", "matrix_rank", "norm", "pinv", "solve"]
-_ARRAY = """
+_LINALG_NAMES = ["det", "eigvals", "eigvalsh", "inv", "lstsq", "matrix_rank", "norm", "pinv", "solve"]
+_ARRAY_NAMES = """
 T all any argmax argmin argsort astype clip conj copy cumprod cumsum diagonal dot dtype flatten imag item max mean min
 ndim nonzero prod ptp ravel real reshape round searchsorted shape size squeeze std sum swapaxes tolist tobytes trace
 transpose var
 """
-ARRAY = frozenset(_ARRAY.split())
-"""Members of arrays."""
+ARRAY_MEMBERS = frozenset(_ARRAY_NAMES.split())
+"""Members of arrays that expressions can use."""
 
 
-_TEXTLESS = 16
-"""Size of the widest number, in bytes."""
-_CALL = 100
-"""Work of estimating and calling a function, even with small arguments."""
+_MAX_NUMBER_WIDTH = 16
+"""Size of the widest number in bytes."""
+_CALL_COST = 100
+"""Cost of estimating and calling a function with small arguments."""
 
 
 def numpy_module() -> Module:
-    """Return numpy, as far as expressions may use it."""
+    """Return the part of numpy that expressions can use."""
     numpy: Any = import_module("numpy")
-    members = {name: getattr(numpy, name) for name in (*_NUMPY.split(), *MADE) if hasattr(numpy, name)}
+    members = {name: getattr(numpy, name) for name in (*_NUMPY_NAMES.split(), *RESULT_SIZES) if hasattr(numpy, name)}
     for name, value in members.items():
         if callable(value) and not isinstance(value, type):
-            members[name] = Checked(value, name)
-    linalg = Module("numpy.linalg", {name: Checked(getattr(numpy.linalg, name), name) for name in _LINALG})
-    of_random = {name: Checked(getattr(numpy.random, name), name, count=count) for name, count in RANDOM.items()}
-    return Module("numpy", {**members, "linalg": linalg, "random": Module("numpy.random", of_random)})
+            members[name] = CheckedFunction(value, name)
+    linalg = Module(
+        "numpy.linalg", {name: CheckedFunction(getattr(numpy.linalg, name), name) for name in _LINALG_NAMES}
+    )
+    random_members = {
+        name: CheckedFunction(getattr(numpy.random, name), name, count=count)
+        for name, count in RANDOM_RESULT_SIZES.items()
+    }
+    return Module("numpy", {**members, "linalg": linalg, "random": Module("numpy.random", random_members)})
 
 
 def member(array: Any, name: str) -> Any:
-    """Return a member of an array, one of `ARRAY`."""
+    """Return a member of an array.
+
+    Args:
+        array: the array.
+        name: the member's name, one of `ARRAY_MEMBERS`.
+    """
     value = getattr(array, name)
-    return Checked(value, name, array) if callable(value) else value
+    return CheckedFunction(value, name, array) if callable(value) else value
 
 
-class Checked:
-    """A function of numpy whose result and work are estimated before it is called.
+class CheckedFunction:
+    """A numpy function whose result size and cost are estimated before it is called.
 
     Args:
         function: the function.
-        name: its name.
-        array: the array, if the function is a method of one.
-        count: returns the number of items of the result, from the same arguments; default: as in `MADE`.
+        name: the function's name.
+        array: the array if the function is a method of an array.
+        count: returns the number of items of the result for the same arguments; default: the entry in `RESULT_SIZES`.
     """
 
     def __init__(
@@ -76,22 +92,22 @@ class Checked:
         self._function = function
         self._array = array
         self._name = name
-        self._count = functools.partial(count or MADE.get(name, broadcast), *array)
-        self._work = functools.partial(WORK.get(name, no_work), *array)
+        self._count = functools.partial(count or RESULT_SIZES.get(name, broadcast_size), *array)
+        self._cost = functools.partial(CALL_COSTS.get(name, no_cost), *array)
 
-    def work(self, *args: Any, **keywords: Any) -> int:
-        """Return the work of a call, in addition to that of its arguments and its result.
+    def cost(self, *args: Any, **keywords: Any) -> int:
+        """Return the cost of a call, in addition to that of its arguments and result.
 
         Raises:
             ExpressionError: the result would be too large, or an argument is not allowed.
         """
-        names = args[1:] if self._name == "frombuffer" else args  # its data may be long
-        widths = [extent(value)[1] for value in (*self._array, *names, *keywords.values())]
-        types = [type_width(value) for value in (*names, *keywords.values())]
-        width = max(sum(width for width in widths if width > _TEXTLESS), *types, _TEXTLESS)
+        sized_args = args[1:] if self._name == "frombuffer" else args  # its first argument is data, which may be long
+        widths = [extent(value)[1] for value in (*self._array, *sized_args, *keywords.values())]
+        types = [type_width(value) for value in (*sized_args, *keywords.values())]
+        width = max(sum(width for width in widths if width > _MAX_NUMBER_WIDTH), *types, _MAX_NUMBER_WIDTH)
         require_size(self._count(*args, **keywords), width)
-        more = sum(int(array.nbytes) >> 3 for array in self._array)
-        return _CALL + int(self._work(*args, **keywords)) + more
+        method_cost = sum(int(array.nbytes) >> 3 for array in self._array)
+        return _CALL_COST + int(self._cost(*args, **keywords)) + method_cost
 
     def __call__(self, *args: Any, **keywords: Any) -> Any:
         """Call the function.
@@ -101,5 +117,5 @@ class Checked:
         """
         try:
             return self._function(*args, **keywords)
-        except SyntaxError as error:  # in a type's name
+        except SyntaxError as error:  # raised for malformed type names
             raise TypeError(str(error)) from None

@@ -1,6 +1,6 @@
-"""What expressions of transform and relay_field may use: the language of filters, and a few modules.
+"""The expressions of transform and relay_field, which can use the language of filters and a few modules.
 
-A module is a list of allowed members. Nothing else can be reached, and nothing is imported by a name that a user gives.
+A module is a list of allowed members. Nothing else can be accessed, and no module is imported by a name from a user.
 """
 
 from __future__ import annotations
@@ -12,15 +12,15 @@ from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
 from typing import Any
 
-from pyros1.cli.commands.topic_tools._arrays import ARRAY, Checked, member, numpy_module
-from pyros1.cli.commands.topic_tools._estimates import product_work, squared
+from pyros1.cli.commands.topic_tools._arrays import ARRAY_MEMBERS, CheckedFunction, member, numpy_module
+from pyros1.cli.commands.topic_tools._estimates import product_cost, squared_size
 from pyros1.cli.commands.topic_tools._sizes import (
     check_array,
     has_array,
     is_numpy,
+    require_broadcast,
     require_index,
-    require_together,
-    text_work,
+    string_cost,
 )
 from pyros1.ground.errors import Error, UnknownTypeError
 from pyros1.ground.expressions import ExpressionError
@@ -29,9 +29,9 @@ from pyros1.ground.expressions.lambdas import Lambda
 from pyros1.ground.timing import Time
 from pyros1.msgs import load_message
 from pyros1.observe.expression import FUNCTIONS, MessageLanguage
-from pyros1.observe.modules import Module, times
+from pyros1.observe.modules import Module, time_module
 
-_RANDOM = ("choice", "gauss", "normalvariate", "randint", "random", "uniform")
+_RANDOM_NAMES = ("choice", "gauss", "normalvariate", "randint", "random", "uniform")
 
 
 class _MessageModule(Module):
@@ -45,8 +45,8 @@ class _MessageModule(Module):
             raise ExpressionError(str(error)) from None
 
 
-_TEXTS = frozenset({"format", "repr", "str"})
-_APART = _TEXTS | {
+_STRING_FUNCTIONS = frozenset({"format", "repr", "str"})
+_SEPARATE_FUNCTIONS = _STRING_FUNCTIONS | {
     *(
         "any",
         "all",
@@ -89,8 +89,8 @@ def load_modules(names: Iterable[str], now: Callable[[], Time]) -> dict[str, Any
     """Return modules by name, always including math and numpy.
 
     Args:
-        names: requested modules: rospy and genpy (times), tf (transformations), time, random, or a package of messages.
-        now: the function for rospy.Time.now.
+        names: the requested modules: rospy and genpy (times), tf (transformations), time, random, or message packages.
+        now: the implementation of rospy.Time.now.
 
     Raises:
         ModuleError: a module is not available.
@@ -98,34 +98,36 @@ def load_modules(names: Iterable[str], now: Callable[[], Time]) -> dict[str, Any
     modules: dict[str, Any] = {"math": Module("math", MATH), "numpy": numpy_module()}
     for name in {name.partition(".")[0] for name in names} - modules.keys():
         if name in ("rospy", "genpy"):
-            modules[name] = times(now, name)
+            modules[name] = time_module(now, name)
         elif name == "time":
             modules[name] = Module("time", {"time": time.time})
         elif name == "random":
-            modules[name] = Module("random", {each: getattr(random, each) for each in _RANDOM})
+            modules[name] = Module(
+                "random", {member_name: getattr(random, member_name) for member_name in _RANDOM_NAMES}
+            )
         elif name == "tf":
-            modules[name] = _tf()
+            modules[name] = _tf_module()
         else:
-            modules[name] = _messages(name)
+            modules[name] = _message_module(name)
     return modules
 
 
-def _messages(package: str) -> Module:
+def _message_module(package: str) -> Module:
     try:
         import_module(f"pyros1.msgs.{package}.msg")
     except (ImportError, ValueError):
         raise ModuleError(
             f"expressions cannot import {package!r}: they can import math, numpy, random, time, rospy, genpy, tf "
-            "(its transformations), and packages of messages"
+            "(its transformations), and message packages"
         ) from None
     return _MessageModule(package)
 
 
-def _tf() -> Module:
+def _tf_module() -> Module:
     from pyros1.tf import transformations  # noqa: PLC0415 - rarely needed
 
     members = {
-        name: Checked(getattr(transformations, name), name, count=squared)
+        name: CheckedFunction(getattr(transformations, name), name, count=squared_size)
         for name in transformations.__all__
         if name != "random_vector"
     }
@@ -133,12 +135,16 @@ def _tf() -> Module:
 
 
 class MessageExpression(MessageLanguage):
-    """A checked expression on a message ``m``; see `Interpreter` for arguments and errors."""
+    """A checked expression that uses a message ``m``. See `Interpreter` for arguments and errors."""
 
     def evaluate(self, names: Mapping[str, Any]) -> Any:
-        """Return the expression's value, with numpy's numbers as Python's; see `Interpreter`."""
+        """Return the expression's value, with numpy numbers converted to Python's. See `Interpreter`."""
         result = super().evaluate(names)
-        return type(result)(map(_plain, result)) if type(result) in (list, tuple) else _plain(result)
+        return (
+            type(result)(map(_without_numpy_scalar, result))
+            if type(result) in (list, tuple)
+            else _without_numpy_scalar(result)
+        )
 
     def _checked(self, value: Any) -> Any:
         if is_numpy(value):
@@ -146,64 +152,64 @@ class MessageExpression(MessageLanguage):
         return super()._checked(value)
 
     def combine(self, *values: Any) -> None:
-        """Check values that an operator combines, for arrays; see `Interpreter`."""
-        require_together(*values)
+        """Check the size of the result of an operator on arrays. See `Interpreter`."""
+        require_broadcast(*values)
 
     def multiply(self, left: Any, right: Any) -> None:
-        """Count the work of a product of matrices; see `Interpreter`."""
-        self._charge(int(product_work(left, right)))
+        """Add the cost of a matrix product. See `Interpreter`."""
+        self._charge(int(product_cost(left, right)))
 
     def write(self, *values: Any) -> None:
-        """Count the work of writing values as text; see `Interpreter`."""
-        self._charge(text_work(*values))
+        """Add the cost of converting values to strings. See `Interpreter`."""
+        self._charge(string_cost(*values))
 
     def choose(self, owner: Any, key: Any) -> None:
-        """Check an array's index; see `Interpreter`."""
+        """Check an array's index. See `Interpreter`."""
         if is_numpy(owner):
             require_index(owner, key)
 
     def _called(self, function: Callable[..., Any], *arguments: Any, **keywords: Any) -> Any:
-        if isinstance(function, Checked):
-            self._charge(function.work(*arguments, **keywords))
-        elif name_of(function) in _TEXTS:
+        if isinstance(function, CheckedFunction):
+            self._charge(function.cost(*arguments, **keywords))
+        elif name_of(function) in _STRING_FUNCTIONS:
             self.write(*arguments, *keywords.values())
-        elif not isinstance(function, Lambda | type) and name_of(function) not in _APART:
+        elif not isinstance(function, Lambda | type) and name_of(function) not in _SEPARATE_FUNCTIONS:
             self.combine(owner_of(function), *arguments, *keywords.values())
         return super()._called(function, *arguments, **keywords)
 
     def _key(self, function: Callable[..., Any]) -> Callable[[Any], Any]:
         key = super()._key(function)
 
-        def checked(item: Any) -> Any:
+        def checked_key(item: Any) -> Any:
             value = key(item)
             if has_array(value):
                 raise ExpressionError("items cannot be sorted by arrays")
             return value
 
-        return checked
+        return checked_key
 
     def known(self, names: Mapping[str, Any]) -> str:
-        """Return the known names, for an error's text."""
+        """Return the known names for an error message."""
         return ", ".join(sorted([*names, *FUNCTIONS]))
 
     def attribute(self, owner: Any, name: str) -> Any:
-        """Return a field, a method, or a member of an array or module; see `Interpreter`."""
-        if type(owner).__module__ == "numpy" and name in ARRAY:
+        """Return a field, a method, or a member of an array or module. See `Interpreter`."""
+        if type(owner).__module__ == "numpy" and name in ARRAY_MEMBERS:
             return member(owner, name)
         return super().attribute(owner, name)
 
 
-def _plain(value: Any) -> Any:
+def _without_numpy_scalar(value: Any) -> Any:
     return value.item() if type(value).__module__ == "numpy" and value.ndim == 0 else value
 
 
 def names_used(text: str) -> set[str]:
-    """Return the names in an expression, without those that its comprehensions and lambdas define.
+    """Return the names that an expression uses, except those that its comprehensions and lambdas define.
 
     Raises:
-        SyntaxError, ValueError: it is not a Python expression.
+        SyntaxError, ValueError: the string is not a Python expression.
     """
     nodes = list(ast.walk(ast.parse(text.strip(), mode="eval")))
-    found = [node for node in nodes if isinstance(node, ast.Name)]
-    defined = {node.id for node in found if isinstance(node.ctx, ast.Store)}
-    return {node.id for node in found} - defined - {node.arg for node in nodes if isinstance(node, ast.arg)}
+    name_nodes = [node for node in nodes if isinstance(node, ast.Name)]
+    defined = {node.id for node in name_nodes if isinstance(node.ctx, ast.Store)}
+    return {node.id for node in name_nodes} - defined - {node.arg for node in nodes if isinstance(node, ast.arg)}

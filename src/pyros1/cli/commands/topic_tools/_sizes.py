@@ -1,4 +1,4 @@
-"""Sizes of arrays and of the results of operators, and checks of these sizes."""
+"""Sizes of arrays and of results of operators, and checks of these sizes."""
 
 from __future__ import annotations
 
@@ -15,58 +15,58 @@ from pyros1.observe.expression import MAX_ITEMS
 Shape = tuple[int, ...]
 
 MAX_BYTES = 16 * MAX_ITEMS
-"""Maximum size of an array, in bytes."""
+"""Maximum size of an array in bytes."""
 MAX_WIDTH = 8192
-"""Maximum size of an item of an array, in bytes: numpy's buffers for conversions contain thousands of items."""
+"""Maximum size of an array item in bytes. numpy's conversion buffers contain thousands of items."""
 _MAX_DIMENSIONS = 8
-_MAX_NAME = 32
-"""Maximum number of characters in the name of a type."""
-_TEXT_BYTES = 256
-"""Maximum size of a number as text, in bytes."""
-_TEXT_WORK = 100
-_TEXT_ITEMS = 1000
-_NUMBERS = frozenset({bool, float, int, complex})
-_SINGLE = _NUMBERS | {str, bytes, type(None)}
+_MAX_TYPE_NAME_LENGTH = 32
+"""Maximum length of a type name."""
+_MAX_NUMBER_STRING_WIDTH = 256
+"""Maximum size of a number converted to a string, in bytes."""
+_STRING_COST = 100
+_MAX_PRINTED_ITEMS = 1000
+_NUMBER_TYPES = frozenset({bool, float, int, complex})
+_SCALAR_TYPES = _NUMBER_TYPES | {str, bytes, type(None)}
 
 
 def is_numpy(value: Any) -> bool:
-    """Return whether a value is an array or scalar of numpy."""
+    """Return whether a value is a numpy array or scalar."""
     return type(value).__module__ == "numpy" and hasattr(value, "itemsize")
 
 
 def extent(value: Any) -> tuple[Shape, int]:
-    """Return the shape that a value has as an array, and the number of bytes of an item.
+    """Return the shape that a value has as an array and the size of an item in bytes.
 
-    If lists in a list have different lengths, the longest counts.
+    If nested lists have different lengths, the longest is used.
 
     Raises:
-        ExpressionError: the array would have Python objects as items, whose operations cannot be bounded.
+        ExpressionError: the array would contain Python objects, whose operations cannot be bounded.
     """
     kind = type(value)
     if kind is list or kind is tuple:
-        return _of_items(value)
+        return _extent_of_items(value)
     if is_numpy(value):
         if value.dtype.hasobject:
-            raise _not_a_number()
+            raise _item_type_error()
         return value.shape, value.itemsize
     if kind is int and not -(1 << 63) <= value < 1 << 64:
-        raise _not_a_number()
+        raise _item_type_error()
     if kind in (str, bytes, bytearray, memoryview):
         return (), 4 * len(value) if kind is str else len(value)
-    if kind in _NUMBERS or kind in (type(None), slice, type(...), type) or kind.__module__ == "numpy.dtypes":
+    if kind in _NUMBER_TYPES or kind in (type(None), slice, type(...), type) or kind.__module__ == "numpy.dtypes":
         return (), 16
-    raise _not_a_number()
+    raise _item_type_error()
 
 
-def _of_items(items: Any) -> tuple[Shape, int]:
+def _extent_of_items(items: Any) -> tuple[Shape, int]:
     kinds = set(map(type, items))
-    if kinds <= _NUMBERS:
+    if kinds <= _NUMBER_TYPES:
         if int in kinds:
-            for number in (min(items, key=_whole), max(items, key=_whole)):
-                extent(_whole(number))
+            for number in (min(items, key=_int_or_zero), max(items, key=_int_or_zero)):
+                extent(_int_or_zero(number))
         return (len(items),), 16
     if type(None) in kinds or type in kinds:
-        raise _not_a_number()
+        raise _item_type_error()
     shapes: set[Shape] = set()
     width = 1
     for item in items:
@@ -76,47 +76,47 @@ def _of_items(items: Any) -> tuple[Shape, int]:
     return (len(items), *map(max, zip_longest(*shapes, fillvalue=0))), width
 
 
-def _whole(number: Any) -> int:
+def _int_or_zero(number: Any) -> int:
     return number if type(number) is int else 0
 
 
-def _not_a_number() -> ExpressionError:
-    return ExpressionError("arrays can only have numbers, truth values and texts here")
+def _item_type_error() -> ExpressionError:
+    return ExpressionError("arrays can only contain numbers, booleans and strings here")
 
 
 def shape_of(value: Any) -> Shape:
-    """Return the shape of a value; see `extent`."""
+    """Return the shape of a value. See `extent`."""
     return extent(value)[0]
 
 
 def items(value: Any) -> int:
-    """Return the number of items of a value as an array."""
+    """Return the number of items that a value has as an array."""
     return math.prod(shape_of(value))
 
 
-def together(shapes: Iterable[Shape]) -> int:
-    """Return the number of items of arrays broadcast together: at most each item of one with each of the others."""
+def broadcast_count(shapes: Iterable[Shape]) -> int:
+    """Return the number of items when arrays of these shapes are broadcast."""
     return math.prod(map(max, zip_longest(*(reversed(shape) for shape in shapes), fillvalue=1)))
 
 
-def require_together(*values: Any) -> None:
-    """Check the result of an operator, or of a Python function that compares or adds items, if it involves arrays.
+def require_broadcast(*values: Any) -> None:
+    """Check the result size of an operator or of a Python function that compares or adds items, if arrays are involved.
 
     Raises:
-        ExpressionError: it would be too large, or a value cannot be an item of an array.
+        ExpressionError: the result would be too large, or a value cannot be an array item.
     """
     shapes: set[Shape] = set()
-    pending = [value for value in values if type(value) not in _SINGLE and getattr(value, "shape", None) != ()]
+    pending = [value for value in values if type(value) not in _SCALAR_TYPES and getattr(value, "shape", None) != ()]
     if not pending:
         return
-    texts = 0
-    arrays = False
+    string_width = 0
+    has_arrays = False
     while pending:
         value = pending.pop()
         kind = type(value)
         if kind in (list, tuple):
             shapes.add((len(value),))
-            if not set(map(type, value)) <= _NUMBERS:
+            if not set(map(type, value)) <= _NUMBER_TYPES:
                 pending.extend(value)
         elif kind is dict:
             pending.extend(value.values())
@@ -125,32 +125,32 @@ def require_together(*values: Any) -> None:
         elif isinstance(value, Message):
             pending.extend(getattr(value, name) for name in value.__slots__)
         elif is_numpy(value) and value.shape:
-            arrays = True
+            has_arrays = True
             shapes.add(value.shape)
-            texts += value.itemsize if value.dtype.kind in "SU" else 0
-    if not arrays:
-        if any(map(is_numpy, values)):  # a number of numpy turns a list into an array
+            string_width += value.itemsize if value.dtype.kind in "SU" else 0
+    if not has_arrays:
+        if any(map(is_numpy, values)):  # a numpy number turns a list into an array
             for value in values:
                 if type(value) in (list, tuple):
                     extent(value)
         return
     extents = [extent(value) for value in values]
     shapes.update(shape for shape, _ in extents)
-    require_size(together(shapes), texts)
+    require_size(broadcast_count(shapes), string_width)
 
 
 def has_array(value: Any) -> bool:
-    """Return whether a value is an array, not a number of numpy, or a list or tuple with one."""
+    """Return whether a value is an array (not a numpy number) or a list or tuple that contains one."""
     if type(value) in (list, tuple):
         return any(map(has_array, value))
     return is_numpy(value) and bool(value.shape)
 
 
 def require_size(count: float, width: int = 8) -> None:
-    """Check the size of an array before it is made.
+    """Check the size of an array before it is created.
 
     Raises:
-        ExpressionError: it would have more than `MAX_ITEMS` items, more than `MAX_BYTES`, or items of more than
+        ExpressionError: the array would have more than `MAX_ITEMS` items, more than `MAX_BYTES`, or items wider than
             `MAX_WIDTH`.
     """
     if not (count <= MAX_ITEMS and count * width <= MAX_BYTES and width <= MAX_WIDTH):  # NaN fails as well
@@ -158,10 +158,10 @@ def require_size(count: float, width: int = 8) -> None:
 
 
 def check_array(value: Any) -> None:
-    """Check a result of numpy.
+    """Check an array returned by numpy.
 
     Raises:
-        ExpressionError: it is too large, contains Python objects, or has more dimensions than are useful.
+        ExpressionError: the array is too large, contains Python objects, or has too many dimensions.
     """
     extent(value)
     require_size(value.size, value.itemsize)
@@ -170,52 +170,54 @@ def check_array(value: Any) -> None:
 
 
 def type_width(value: Any) -> int:
-    """Return the number of bytes of an item, if an argument is the type of an array; otherwise 0.
+    """Return the item size in bytes if an argument is an array type, otherwise 0.
 
     Raises:
-        ExpressionError: it is a text that is too long for the name of a type, or a type of Python objects.
+        ExpressionError: the argument is a string that is too long for a type name, or a type of Python objects.
     """
-    if isinstance(value, (str, bytes)) and len(value) > _MAX_NAME:
-        raise ExpressionError(f"arguments of numpy's functions can be texts of at most {_MAX_NAME} characters here")
+    if isinstance(value, (str, bytes)) and len(value) > _MAX_TYPE_NAME_LENGTH:
+        raise ExpressionError(
+            f"string arguments of numpy functions can have at most {_MAX_TYPE_NAME_LENGTH} characters here"
+        )
     if value is None or not isinstance(value, (str, bytes, list, tuple, type)):
         return 0
-    import numpy as np  # noqa: PLC0415 - only for expressions with arrays
+    import numpy as np  # noqa: PLC0415 - only needed for expressions with arrays
 
     try:
-        found: np.dtype[Any] = np.dtype(value)  # type: ignore[arg-type]  # most are not types
+        dtype: np.dtype[Any] = np.dtype(value)  # type: ignore[arg-type]  # most arguments are not types
     except (TypeError, ValueError, SyntaxError):
         return 0
-    if found.hasobject:
-        raise _not_a_number()
-    return max(found.itemsize, _TEXT_BYTES) if found.kind in "SU" else found.itemsize
+    if dtype.hasobject:
+        raise _item_type_error()
+    return max(dtype.itemsize, _MAX_NUMBER_STRING_WIDTH) if dtype.kind in "SU" else dtype.itemsize
 
 
 def require_index(array: Any, key: Any) -> None:
-    """Check the size of ``array[key]`` before it is made.
+    """Check the size of ``array[key]`` before it is created.
 
     Raises:
-        ExpressionError: it would be too large.
+        ExpressionError: the result would be too large.
     """
     keys = key if type(key) is tuple else (key,)
-    shapes = [None if type(each) is slice or each is None or each is ... else shape_of(each) for each in keys]
+    shapes = [None if type(part) is slice or part is None or part is ... else shape_of(part) for part in keys]
     if not any(shapes):
-        return  # a view
+        return  # the result is a view
     lengths = list(array.shape)
-    masks = [is_numpy(each) and each.dtype.kind == "b" for each in keys]
-    used = [0 if each is None or each is ... else (len(shape or ()) if mask else 1)
-            for each, shape, mask in zip(keys, shapes, masks, strict=True)]  # fmt: skip
+    masks = [is_numpy(part) and part.dtype.kind == "b" for part in keys]
+    dimensions = [0 if part is None or part is ... else (len(shape or ()) if mask else 1)
+            for part, shape, mask in zip(keys, shapes, masks, strict=True)]  # fmt: skip
     count = 1
-    for number, (each, shape) in enumerate(zip(keys, shapes, strict=True)):
-        taken = len(lengths) - sum(used[number:]) if each is ... else used[number]
-        here, lengths = lengths[:taken], lengths[taken:]
+    for number, (part, shape) in enumerate(zip(keys, shapes, strict=True)):
+        indexed = len(lengths) - sum(dimensions[number:]) if part is ... else dimensions[number]
+        indexed_lengths, lengths = lengths[:indexed], lengths[indexed:]
         if not shape and shape != ():
-            count *= math.prod(here)  # a slice
-    chosen = [(math.prod(shape),) if mask else shape for shape, mask in zip(shapes, masks, strict=True) if shape]
-    require_size(count * math.prod(lengths) * together(chosen), array.itemsize)
+            count *= math.prod(indexed_lengths)  # a slice
+    index_shapes = [(math.prod(shape),) if mask else shape for shape, mask in zip(shapes, masks, strict=True) if shape]
+    require_size(count * math.prod(lengths) * broadcast_count(index_shapes), array.itemsize)
 
 
-def text_work(*values: Any) -> int:
-    """Return the work of writing arrays in values as text, which is slow; numpy writes a few items of large ones."""
+def string_cost(*values: Any) -> int:
+    """Return the cost of converting arrays in values to strings. numpy abbreviates large arrays."""
     total = 0
     pending = list(values)
     while pending:
@@ -223,5 +225,5 @@ def text_work(*values: Any) -> int:
         if type(value) in (list, tuple):
             pending.extend(value)
         elif is_numpy(value):
-            total += _TEXT_WORK * min(value.size, _TEXT_ITEMS)
+            total += _STRING_COST * min(value.size, _MAX_PRINTED_ITEMS)
     return total

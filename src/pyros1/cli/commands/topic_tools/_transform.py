@@ -1,4 +1,4 @@
-"""Shared code of ``transform`` and ``relay_field``: making messages from messages with expressions (L193)."""
+"""Shared code of ``transform`` and ``relay_field``, which create messages from others with expressions (L193)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pyros1.cli.commands.topic_tools._tool import open_node
 from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Verb
-from pyros1.cli.shared.argparsing import add_parts, make_parser
+from pyros1.cli.shared.argparsing import add_options_and_arguments, make_parser
 from pyros1.graph import Graph
 from pyros1.ground import names
 from pyros1.ground.errors import Error
@@ -22,39 +22,39 @@ if TYPE_CHECKING:
     from pyros1.node import Node
 
 ARGUMENTS = (
-    Argument("input", "topic", help="input topic, or a field of it: /topic/field"),
+    Argument("input", "topic", help="input topic, or a field of its messages: /topic/field"),
     Argument("output_topic", "topic", help="output topic"),
-    Argument("output_type", "message", help="its type"),
+    Argument("output_type", "message", help="type of the output topic"),
 )
 OPTIONS = (
     Flag("--wait-for-start", help="wait for the input topic"),
     Flag("--tcpnodelay", help="accepted for compatibility; no effect"),
 )
 Evaluator = Callable[[Any], list[Any]]
-"""Makes the values to publish from a message or field."""
+"""Returns the values to publish for a message or field."""
 EvaluatorFactory = Callable[[Mapping[str, Any], type[Message], "Node"], Evaluator]
-"""Takes modules by name, the type of the output, and the node."""
+"""Creates an evaluator from the modules by name, the output's type, and the node."""
 
 _POLL_PERIOD = 0.2
 
 
 def parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Parse the words of a verb like stock, which accepts several words after an option.
+    """Parse the arguments of a verb like stock, which accepts several values for an option.
 
     Returns:
         The values of options and arguments by name, and an empty list.
 
     Raises:
-        SystemExit: with code 0 after help, 2 after a usage error. The text has been printed.
+        SystemExit: help (code 0) or a usage error (code 2) was printed.
     """
     parser = make_parser(invocation, verb)
     parser.prog = verb.name
-    add_parts(parser, invocation, *verb.arguments, *verb.options)
+    add_options_and_arguments(parser, invocation, *verb.arguments, *verb.options)
     return parser.parse_args(invocation.args), []
 
 
 def publish(invocation: Invocation, tool: str, options: Any, make_evaluator: EvaluatorFactory) -> None:
-    """Publish messages made from messages, until the node ends."""
+    """Publish a message for each received one until the node shuts down."""
     try:
         output_class = load_message(options.output_type)
         with open_node(invocation, tool) as node:
@@ -65,7 +65,7 @@ def publish(invocation: Invocation, tool: str, options: Any, make_evaluator: Eva
 
 
 class _Transform:
-    """The node: decodes messages, picks the field, makes values with ``evaluate``, and publishes them."""
+    """Decodes messages, evaluates the expression on the selected field, and publishes the values."""
 
     def __init__(self, node: Node, options: Any, output_class: type[Message], evaluate: Evaluator) -> None:
         from pyros1.topic_tools.output import QUEUE_SIZE  # noqa: PLC0415 - not needed for help
@@ -73,7 +73,7 @@ class _Transform:
         self._node = node
         self._evaluate = evaluate
         self._decoder = Decoder()
-        topic, self._path = _find(node, options.input, bool(options.wait_for_start))
+        topic, self._path = _find_input(node, options.input, bool(options.wait_for_start))
         latch = bool(getattr(options, "latch", False))
         self._publisher: Any = node.advertise(options.output_topic, output_class, queue_size=QUEUE_SIZE, latch=latch)
         node.log.info("from %s to %s", options.input, options.output_topic)
@@ -90,20 +90,20 @@ class _Transform:
             self._node.log.error("%s", error, throttle=1.0)
 
 
-def _find(node: Node, name: str, wait: bool) -> tuple[str, FieldPath]:
-    """Split the input into topic and field.
+def _find_input(node: Node, name: str, wait: bool) -> tuple[str, FieldPath]:
+    """Split the input into a topic and a field path.
 
     Raises:
         CommandError: the topic does not exist, and ``--wait-for-start`` is not given.
     """
-    full = names.ns_join(node.namespace, name)
+    full_name = names.ns_join(node.namespace, name)
     graph = Graph(node.master)
-    found = graph.find_topic(full)
-    while found is None and wait and node.sleep(_POLL_PERIOD):
-        found = graph.find_topic(full)
-    if found is None:
-        raise CommandError(f"Wrong input topic (or topic field): {full}")
+    topic = graph.find_topic(full_name)
+    while topic is None and wait and node.sleep(_POLL_PERIOD):
+        topic = graph.find_topic(full_name)
+    if topic is None:
+        raise CommandError(f"Wrong input topic (or topic field): {full_name}")
     try:
-        return found[0], FieldPath(found[2])
+        return topic[0], FieldPath(topic[2])
     except FieldPathError as error:
-        raise CommandError(f"Wrong input topic (or topic field): {full}: {error}") from None
+        raise CommandError(f"Wrong input topic (or topic field): {full_name}: {error}") from None

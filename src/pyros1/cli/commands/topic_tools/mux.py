@@ -4,29 +4,29 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.cli.commands.topic_tools._tool import LAZY, Tool, flag, number, open_node_for
+from pyros1.cli.commands.topic_tools._tool import LAZY, Tool, bool_param, open_node_for, positive_param
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument
 
 
 def _mux(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Republish one of several topics, until the node ends."""
+    """Republish one of several topics until the node shuts down."""
     from pyros1.topic_tools.mux import Mux  # noqa: PLC0415
 
     if len(args) < 2:
         raise UsageError("")
     target, *sources = args
     with open_node_for(invocation, target, "mux") as node:
-        lazy, latch, wait = (flag(node, name) for name in ("lazy", "latch", "wait_publisher_initialization"))
-        connect_timeout = number(node, "wait_publisher_second", 0.1) if wait else 0.0
+        lazy, latch, wait = (bool_param(node, name) for name in ("lazy", "latch", "wait_publisher_initialization"))
+        connect_timeout = positive_param(node, "wait_publisher_second", 0.1) if wait else 0.0
         initial = str(node.params.get("~initial_topic", ""))
         node.log.info("mux from %s to %s", ", ".join(sources), target)
         Mux(node, target, sources, initial, lazy, latch, connect_timeout).run()
 
 
 def _demux(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Republish a topic on one of several topics, until the node ends."""
+    """Republish a topic on one of several topics until the node shuts down."""
     from pyros1.topic_tools.demux import Demux  # noqa: PLC0415
 
     if len(args) < 2:
@@ -47,10 +47,12 @@ VERBS = [
         parameters=[
             LAZY,
             "_latch:=true       latch the output",
-            "_initial_topic:=/topic (or __none) select it at the start",
-            "_wait_publisher_initialization:=true the first message waits _wait_publisher_second:=0.1 for subscribers",
+            "_initial_topic:=/topic (or __none) topic to select at the start",
+            "_wait_publisher_initialization:=true wait _wait_publisher_second:=0.1 for subscribers at the start",
         ],
-        examples=[("/cmd_vel /joystick /planner mux:=mux_vel", "with the services mux_vel/select, mux_vel/add, ...")],
+        examples=[
+            ("/cmd_vel /joystick /planner mux:=mux_vel", "provide the services mux_vel/select, mux_vel/add, ...")
+        ],
         run=_mux,
     ),
     Tool(
@@ -59,7 +61,7 @@ VERBS = [
         Argument("IN_TOPIC", "topic"),
         Argument("OUT_TOPIC", "topic", many=True),
         usage="IN_TOPIC OUT_TOPIC1 [OUT_TOPIC2 [...]]",
-        examples=[("/cmd /left/cmd /right/cmd", "with the services demux/select, demux/add, ...")],
+        examples=[("/cmd /left/cmd /right/cmd", "provide the services demux/select, demux/add, ...")],
         run=_demux,
     ),
 ]

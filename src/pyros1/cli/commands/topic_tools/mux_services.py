@@ -12,7 +12,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument
 from pyros1.ground.errors import ServiceError
 
-_ACTION_TEXTS = {
+_ACTION_MESSAGES = {
     "select": 'Selecting "{topic}" at {kind} "{name}"',
     "add": 'Adding "{topic}" to {kind} "{name}"',
     "delete": 'Deleting "{topic}" from {kind} "{name}"',
@@ -20,25 +20,25 @@ _ACTION_TEXTS = {
 }
 
 
-def _run(kind: str, verb: str) -> Callable[[Invocation, Any, list[str]], int]:
-    """Return a function that calls a service.
+def _make_run(kind: str, verb: str) -> Callable[[Invocation, Any, list[str]], int]:
+    """Return a `run` function that calls a service of a mux or demux.
 
     Args:
         kind: ``mux`` or ``demux``.
-        verb: one of `_ACTION_TEXTS`.
+        verb: the action, a key of `_ACTION_MESSAGES`.
     """
 
     def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         if len(args) != (1 if verb == "list" else 2):
             raise UsageError("")
-        name, *topic = args
+        name, *topics = args
         service = f"{name}/{verb}"
         print(f'Waiting for service "{service}"', flush=True)
         response = None
         with open_node(invocation, f"{kind}_{verb}") as node:
             node.wait_for_service(service)
-            print(_ACTION_TEXTS[verb].format(kind=kind, name=name, topic="".join(topic)), flush=True)
-            response = _call(node, service, f"topic_tools/{kind.capitalize()}{verb.capitalize()}", topic)
+            print(_ACTION_MESSAGES[verb].format(kind=kind, name=name, topic="".join(topics)), flush=True)
+            response = _call(node, service, f"topic_tools/{kind.capitalize()}{verb.capitalize()}", topics)
             if response is not None and verb == "list":
                 print(response.topics)
         return 1 if response is None else 0
@@ -77,34 +77,48 @@ VERBS = [
         _MUX,
         _TOPIC,
         examples=[("mux_vel /planner", "")],
-        run=_run("mux", "select"),
+        run=_make_run("mux", "select"),
     ),
-    Tool("mux_add", "add an input", _MUX, _TOPIC, examples=[("mux_vel /by_hand", "one more")], run=_run("mux", "add")),
-    Tool("mux_delete", "delete an input", _MUX, _TOPIC, examples=[("mux_vel /planner", "")], run=_run("mux", "delete")),
+    Tool(
+        "mux_add",
+        "add an input",
+        _MUX,
+        _TOPIC,
+        examples=[("mux_vel /by_hand", "add one more input")],
+        run=_make_run("mux", "add"),
+    ),
+    Tool(
+        "mux_delete",
+        "delete an input",
+        _MUX,
+        _TOPIC,
+        examples=[("mux_vel /planner", "")],
+        run=_make_run("mux", "delete"),
+    ),
     Tool(
         "mux_list",
         "list the inputs",
         _MUX,
-        examples=[("mux_vel", "the topics that can be selected")],
-        run=_run("mux", "list"),
+        examples=[("mux_vel", "list the topics that can be selected")],
+        run=_make_run("mux", "list"),
     ),
     Tool(
         "demux_select",
         "select the demux's output; __none selects no output",
         _DEMUX,
         _TOPIC,
-        examples=[("demux /right/cmd", "one of the outputs of `demux /cmd /left/cmd /right/cmd`")],
-        own=True,
-        run=_run("demux", "select"),
+        examples=[("demux /right/cmd", "select an output of `demux /cmd /left/cmd /right/cmd`")],
+        pyros1_only=True,
+        run=_make_run("demux", "select"),
     ),
     Tool(
         "demux_add",
         "add an output",
         _DEMUX,
         _TOPIC,
-        examples=[("demux /arm/cmd", "one more")],
-        own=True,
-        run=_run("demux", "add"),
+        examples=[("demux /arm/cmd", "add one more output")],
+        pyros1_only=True,
+        run=_make_run("demux", "add"),
     ),
     Tool(
         "demux_delete",
@@ -112,23 +126,23 @@ VERBS = [
         _DEMUX,
         _TOPIC,
         examples=[("demux /left/cmd", "")],
-        own=True,
-        run=_run("demux", "delete"),
+        pyros1_only=True,
+        run=_make_run("demux", "delete"),
     ),
     Tool(
         "demux_list",
         "list the outputs",
         _DEMUX,
-        examples=[("demux", "the topics that can be selected")],
-        own=True,
-        run=_run("demux", "list"),
+        examples=[("demux", "list the topics that can be selected")],
+        pyros1_only=True,
+        run=_make_run("demux", "list"),
     ),
     Tool(
         "switch_mux",
-        "deprecated form of mux_select, which takes the name of the mux's output",
+        "deprecated form of mux_select that takes the name of the mux's output",
         Argument("MUXED_TOPIC", "topic"),
         Argument("SELECT_TOPIC", "topic"),
-        examples=[("/cmd_vel /planner", "with the service /cmd_vel_select")],
+        examples=[("/cmd_vel /planner", "call the service /cmd_vel_select")],
         run=_switch,
     ),
 ]

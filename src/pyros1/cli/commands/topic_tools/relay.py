@@ -4,19 +4,27 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.cli.commands.topic_tools._tool import LAZY, Tool, flag, make_relay, number, open_node_for, topics
+from pyros1.cli.commands.topic_tools._tool import (
+    LAZY,
+    Tool,
+    bool_param,
+    input_and_output,
+    make_relay,
+    open_node_for,
+    positive_param,
+)
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument
 
 
 def _relay(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Republish a topic, until the node ends."""
-    source, target = topics(args, "relay")
+    """Republish a topic until the node shuts down."""
+    source, target = input_and_output(args, "relay")
     with open_node_for(invocation, source, "relay") as node:
-        lazy, stealth = (flag(node, name) for name in ("lazy", "stealth"))
+        lazy, stealth = (bool_param(node, name) for name in ("lazy", "stealth"))
         monitor = str(node.params.get("~monitor_topic", target))
-        rate = number(node, "monitor_rate", 1.0)
+        rate = positive_param(node, "monitor_rate", 1.0)
         relay, _output = make_relay(node, source, target)
         node.log.info("relay from %s to %s%s", source, target, ", stealthy" if stealth else ", lazy" if lazy else "")
         if stealth:
@@ -28,26 +36,26 @@ def _relay(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 
 def _drop(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Republish a topic without some of its messages, until the node ends."""
+    """Republish a topic without some of its messages until the node shuts down."""
     from pyros1.topic_tools.gates import Drop  # noqa: PLC0415
 
     if len(args) not in (3, 4):
         raise UsageError("")
-    dropped, among = _integer(args[1], "X", 0), _integer(args[2], "Y", 1)
-    source, target = topics([args[0], *args[3:]], "drop")
+    dropped, group_size = _parse_integer(args[1], "X", 0), _parse_integer(args[2], "Y", 1)
+    source, target = input_and_output([args[0], *args[3:]], "drop")
     with open_node_for(invocation, source, "drop") as node:
-        relay, _output = make_relay(node, source, target, Drop(dropped, among), latch=False)
-        node.log.info("drop %d of every %d messages from %s to %s", dropped, among, source, target)
+        relay, _output = make_relay(node, source, target, Drop(dropped, group_size), latch=False)
+        node.log.info("drop %d of every %d messages from %s to %s", dropped, group_size, source, target)
         relay.run()
 
 
-def _integer(text: str, name: str, least: int) -> int:
+def _parse_integer(text: str, name: str, minimum: int) -> int:
     try:
         value = int(text)
     except ValueError:
         raise UsageError(f"{name} must be a whole number, not {text!r}") from None
-    if value < least:
-        raise UsageError(f"{name} must be at least {least}, not {value}")
+    if value < minimum:
+        raise UsageError(f"{name} must be at least {minimum}, not {value}")
     return value
 
 
@@ -60,7 +68,7 @@ VERBS = [
         parameters=[
             LAZY,
             "_stealth:=true     subscribe only while another node subscribes to _monitor_topic:=/topic (the output),",
-            "                   checked _monitor_rate:=1.0 times per second",
+            "                   which is checked _monitor_rate:=1.0 times per second",
         ],
         examples=[("/base_scan /scan", "publish a topic under a second name")],
         run=_relay,
@@ -72,7 +80,7 @@ VERBS = [
         Argument("X"),
         Argument("Y"),
         Argument("OUT_TOPIC", "topic", optional=True),
-        examples=[("/scan 4 5 /few", "every fifth message")],
+        examples=[("/scan 4 5 /few", "publish every fifth message")],
         run=_drop,
     ),
 ]

@@ -18,12 +18,12 @@ from pyros1.values import load_yaml
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Publish messages whose fields are values of expressions, until the node ends."""
+    """Publish messages whose fields are values of expressions until the node shuts down."""
     publish(
         invocation,
         "relay_field",
         options,
-        lambda modules, output_class, node: filler(options.expression, modules, output_class, node.now),
+        lambda modules, output_class, node: make_filler(options.expression, modules, output_class, node.now),
     )
 
 
@@ -31,11 +31,11 @@ VERB = Verb(
     "relay_field",
     "publish messages whose fields are expressions of the message m",
     *ARGUMENTS,
-    Argument("expression", help="the output's fields, as YAML"),
+    Argument("expression", help="the output's fields as YAML"),
     *OPTIONS,
     usage="IN_TOPIC[/FIELD] OUT_TOPIC OUT_TYPE YAML",
     description="Publishes a message whose fields are given as YAML. Strings that are\n"
-    "expressions with known names are evaluated with m, a message of a topic, or a field of it.",
+    "expressions with known names are evaluated with m, which is the message or the selected field.",
     examples=[("/chatter /header std_msgs/Header 'stamp: now\nframe_id: m.data'", "")],
     stock="rosrun topic_tools relay_field",
     parse=parse,
@@ -43,28 +43,30 @@ VERB = Verb(
 )
 
 
-def filler(text: str, modules: Mapping[str, Any], output_class: type[Message], now: Callable[[], Time]) -> Evaluator:
-    """Return a function that makes the output from a message.
+def make_filler(
+    text: str, modules: Mapping[str, Any], output_class: type[Message], now: Callable[[], Time]
+) -> Evaluator:
+    """Return a function that creates the output message from an input message.
 
     Raises:
-        CommandError: the text is not YAML of fields.
+        CommandError: the fields are not valid YAML.
         ExpressionError: an expression uses something that is not allowed.
     """
-    fields = _fields(text, modules)
+    fields = _parse_fields(text, modules)
 
     def evaluate(message: Any) -> list[Any]:
         result = output_class()
-        fill_message(result, _evaluated(fields, {**modules, "m": message}), now())
+        fill_message(result, _evaluate_fields(fields, {**modules, "m": message}), now())
         return [result]
 
     return evaluate
 
 
-def _fields(text: str, modules: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the output's fields, with strings that are expressions replaced by expression objects.
+def _parse_fields(text: str, modules: Mapping[str, Any]) -> dict[str, Any]:
+    """Parse the output's fields. Strings that are expressions become expression objects.
 
     Raises:
-        CommandError: it is not YAML of fields.
+        CommandError: the string is not a YAML dictionary.
         ExpressionError: an expression uses something that is not allowed.
     """
     fields = load_yaml(text)
@@ -85,19 +87,21 @@ def _with_expressions(fields: Mapping[str, Any], modules: Mapping[str, Any]) -> 
 
 
 def _is_expression(text: str, modules: Mapping[str, Any]) -> bool:
-    """Return whether a text is Python with known names only: m.data is, but base_link is the name of a frame."""
+    """Return whether a string is Python with known names only. For example, m.data is, but base_link is not."""
     try:
-        used = names_used(text)
+        names = names_used(text)
     except (SyntaxError, ValueError):
         return False
-    return used != {text.strip()} - {"m"} and all(name == "m" or name in modules or is_function(name) for name in used)
+    return names != {text.strip()} - {"m"} and all(
+        name == "m" or name in modules or is_function(name) for name in names
+    )
 
 
-def _evaluated(fields: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
+def _evaluate_fields(fields: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
     result: dict[str, Any] = {}
     for name, value in fields.items():
         if isinstance(value, MessageExpression):
             result[name] = value.evaluate(values)
         else:
-            result[name] = _evaluated(value, values) if isinstance(value, dict) else value
+            result[name] = _evaluate_fields(value, values) if isinstance(value, dict) else value
     return result

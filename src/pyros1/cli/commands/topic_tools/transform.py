@@ -12,9 +12,9 @@ from pyros1.cli.records import Argument, Flag, Option, Verb
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Publish the values of the expression, until the node ends."""
+    """Publish the values of the expression until the node shuts down."""
     text = "m" if options.expression is None else options.expression
-    publish(invocation, "transform", options, lambda modules, *_: transformer(text, modules))
+    publish(invocation, "transform", options, lambda modules, *_: make_transformer(text, modules))
 
 
 VERB = Verb(
@@ -28,13 +28,13 @@ VERB = Verb(
         dest="modules",
         nargs="+",
         default=[],
-        help="rospy, tf or packages of messages; math and numpy are always imported",
+        help="rospy, tf or message packages; math and numpy are always imported",
     ),
     Flag("--latch", help="latch the output"),
     *OPTIONS,
     usage="IN_TOPIC[/FIELD] OUT_TOPIC OUT_TYPE [EXPRESSION]",
-    description="Publishes the value of an expression of m, each message of a topic, or a field of it.\n"
-    "A list or tuple stands for the fields of the output, in order.",
+    description="Publishes the value of an expression for each message or field, m.\n"
+    "A list or tuple contains the fields of the output in order.",
     examples=[
         ("/imu/orientation/x /degrees std_msgs/Float64 -- '-numpy.rad2deg(m)'", ""),
         ("/imu/orientation /norm std_msgs/Float64 'numpy.linalg.norm([m.x, m.y, m.z, m.w])'", ""),
@@ -46,15 +46,15 @@ VERB = Verb(
 )
 
 
-def transformer(text: str, modules: Mapping[str, Any]) -> Evaluator:
-    """Return a function that makes the fields of the output from a message.
+def make_transformer(text: str, modules: Mapping[str, Any]) -> Evaluator:
+    """Return a function that computes the fields of the output from a message.
 
     Raises:
         ExpressionError: the expression is malformed or uses something that is not allowed.
     """
     expression = MessageExpression(text)
     for name in sorted(names_used(text) - {"m"}):
-        expression.name(name, {**modules, "m": None})  # raises if there is no such name
+        expression.name(name, {**modules, "m": None})  # raise an error if the name is unknown
 
     def evaluate(message: Any) -> list[Any]:
         result = expression.evaluate({**modules, "m": message})

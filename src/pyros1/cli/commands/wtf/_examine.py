@@ -1,4 +1,4 @@
-"""The work of ``pyros1 wtf``: collect facts, check them, print what is wrong."""
+"""Collects facts for ``pyros1 wtf``, checks them and prints the problems."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from pyros1 import __version__
-from pyros1.cli.packages_here import packages_around
+from pyros1.cli.nearby_packages import find_nearby_packages
 from pyros1.cli.shared.printing import use_colour
+from pyros1.doctor.connectivity_checks import check_connectivity
 from pyros1.doctor.facts import Machine, System
 from pyros1.doctor.finding import ERROR, WARNING, Finding
 from pyros1.doctor.local_facts import check_packages, collect_machine
 from pyros1.doctor.machine_checks import check_machine
-from pyros1.doctor.reach_checks import check_reach
 from pyros1.doctor.system import collect_system
 from pyros1.doctor.topic_checks import check_topics
 from pyros1.ground.errors import DeadlineError, Error, MasterUnreachableError
@@ -24,14 +24,14 @@ from pyros1.ground.terminal_text import one_line
 from pyros1.net.hosts import is_local, master_uri, parse_uri
 from pyros1.net.master_client import MasterClient
 
-_RULE = "=" * 80
+_SEPARATOR = "=" * 80
 MASTER_TIMEOUT = 3.0
-"""Timeout for the master's first answer in seconds."""
+"""Timeout for the master's first response in seconds."""
 
 
 @dataclass
-class Examined:
-    """The findings, and the facts that they are based on; see `pyros1.doctor`."""
+class Examination:
+    """The findings and the facts that they are based on. See `pyros1.doctor`."""
 
     machine: Machine
     findings: list[Finding]
@@ -39,99 +39,100 @@ class Examined:
     types: dict[str, str] = field(default_factory=dict)
 
 
-def examine(everything: bool, offline: bool, quiet: bool, files: list[str], words: list[str]) -> Examined:
-    """Collect, check and print.
+def examine(everything: bool, offline: bool, quiet: bool, files: list[str], args: list[str]) -> Examination:
+    """Collect facts, check them, and print the findings.
 
     Args:
-        everything: also check all packages.
-        offline: do not check the running system.
-        quiet: print nothing.
-        files: launch files.
-        words: the command line's words, with ``name:=value`` for the files.
+        everything: whether to check all packages as well.
+        offline: whether to skip the checks of the running system.
+        quiet: whether to print nothing.
+        files: the launch files.
+        args: the command's arguments, including ``name:=value`` for the files.
     """
 
-    def say(text: str) -> None:
+    def print_line(text: str) -> None:
         if not quiet:
             print(text, flush=True)
 
-    def summary(title: str, findings: list[Finding]) -> None:
+    def print_summary(title: str, findings: list[Finding]) -> None:
         if not quiet:
             print_findings(title, findings)
 
-    say(_introduction(everything, files))
+    print_line(_introduction(everything, files))
     machine = collect_machine(os.environ)
-    machine.launch_problems = _launch_problems(files, words)
+    machine.launch_problems = _launch_problems(files, args)
     machine.package_problems = check_packages(os.environ) if everything else []
-    static = check_machine(machine)
-    say(_RULE)
-    summary("Static checks summary:", static)
-    say(_RULE)
+    static_findings = check_machine(machine)
+    print_line(_SEPARATOR)
+    print_summary("Static checks summary:", static_findings)
+    print_line(_SEPARATOR)
     if offline:
-        say("\nOnline graph checks will not be run.")
-        return Examined(machine, static)
-    master, unreachable = _master()
+        print_line("\nOnline graph checks will not be run.")
+        return Examination(machine, static_findings)
+    master, has_timed_out = _connect_to_master()
     if master is None:
-        state = "does not answer" if unreachable else "does not appear to be running"
-        say(f"\nROS Master {state}.\nOnline graph checks will not be run.")
-        say(f"ROS_MASTER_URI is [{master_uri(os.environ, {})}]")
-        missing = _unresponsive_master() if unreachable else _no_master(machine)
+        state = "does not answer" if has_timed_out else "does not appear to be running"
+        print_line(f"\nROS Master {state}.\nOnline graph checks will not be run.")
+        print_line(f"ROS_MASTER_URI is [{master_uri(os.environ, {})}]")
+        finding = _unresponsive_master() if has_timed_out else _no_master(machine)
         if not quiet:
-            print(f"  cure: {missing.cure}")
-        return Examined(machine, [*static, missing])
+            print(f"  fix: {finding.fix}")
+        return Examination(machine, [*static_findings, finding])
     system, types = None, {}
     try:
-        say("Beginning tests of your ROS graph. These may take a while...\nanalyzing graph...")
+        print_line("Beginning tests of your ROS graph. These may take a while...\nanalyzing graph...")
         system = collect_system(master)
         types = {str(topic): str(name) for topic, name in master.get_topic_types()}
-        say("... done analyzing graph\nrunning graph rules...")
-        online = [*check_reach(system, machine), *check_topics(system)]
-        say("... done running graph rules\n")
+        print_line("... done analyzing graph\nrunning graph rules...")
+        online_findings = [*check_connectivity(system, machine), *check_topics(system)]
+        print_line("... done running graph rules\n")
     except Error as error:
-        online = [
+        online_findings = [
             Finding(
                 "master",
                 ERROR,
-                f"the master gives unexpected answers: {error}",
-                "if ROS_MASTER_URI is right, another program may be using the port: stop it and start pyros1 core",
+                f"the master sends unexpected responses: {error}",
+                "if ROS_MASTER_URI is correct, another program may be using the port: stop it and start pyros1 core",
             )
         ]
     finally:
         master.close()
-    summary("Online checks summary:", online)
-    return Examined(machine, [*static, *online], system, types)
+    print_summary("Online checks summary:", online_findings)
+    return Examination(machine, [*static_findings, *online_findings], system, types)
 
 
-def report_of(examined: Examined) -> str:
-    """Return a report for people who can help, as Markdown."""
+def make_report(examination: Examination) -> str:
+    """Return a Markdown report to include in questions and issues."""
     from pyros1.doctor.report import report, versions  # noqa: PLC0415 - only needed for reports
 
-    place = "a virtual environment" if sys.prefix != sys.base_prefix else "the system's Python"
+    environment = "a virtual environment" if sys.prefix != sys.base_prefix else "the system's Python"
     about = {
         "pyros1": f"{__version__}, in {Path(__file__).parents[3]}",
-        "Python": f"{sys.version.split()[0]} ({platform.python_implementation()}), {place}, {sys.executable}",
+        "Python": f"{sys.version.split()[0]} ({platform.python_implementation()}), {environment}, {sys.executable}",
         "system": f"{platform.platform()}, {platform.machine()}",
-        "stock ROS": ", ".join(str(each) for each in sorted(Path("/opt/ros").glob("*"))) or "not in /opt/ros",
+        "stock ROS": ", ".join(str(folder) for folder in sorted(Path("/opt/ros").glob("*"))) or "not in /opt/ros",
         "libraries": ", ".join(f"{name} {version}" for name, version in versions().items()),
     }
-    around = packages_around(os.getcwd())
-    if around:
-        about["packages around this folder"] = f"{', '.join(around)}; pyros1 itself adds them to ROS_PACKAGE_PATH"
-    return report(about, examined.machine, examined.system, examined.types, examined.findings)
+    packages = find_nearby_packages(os.getcwd())
+    if packages:
+        about["packages around this folder"] = f"{', '.join(packages)}; pyros1 itself adds them to ROS_PACKAGE_PATH"
+    return report(about, examination.machine, examination.system, examination.types, examination.findings)
 
 
 def _introduction(everything: bool, files: Iterable[str]) -> str:
     if files:
         return f"Launch files: {', '.join(files)}"
-    folder = next((each for each in (Path.cwd(), *Path.cwd().parents) if (each / "package.xml").is_file()), None)
+    candidates = (Path.cwd(), *Path.cwd().parents)
+    folder = next((folder for folder in candidates if (folder / "package.xml").is_file()), None)
     location = f"Package: {folder.name}" if folder else "No package or stack in the current directory"
     return f"{location}\nroswtf will run against all packages" if everything else location
 
 
-def _launch_problems(files: list[str], words: list[str]) -> list[str]:
-    """Return the problems that `launch --check` reports about the files."""
+def _launch_problems(files: list[str], args: list[str]) -> list[str]:
+    """Return the problems that `launch --check` reports for the files."""
     if not files:
         return []
-    from pyros1.ground.errors import LaunchError  # noqa: PLC0415 - only with launch files
+    from pyros1.ground.errors import LaunchError  # noqa: PLC0415 - only needed for launch files
     from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415
     from pyros1.launch.reading.words import find_files, parse_arguments  # noqa: PLC0415
     from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
@@ -141,19 +142,19 @@ def _launch_problems(files: list[str], words: list[str]) -> list[str]:
     problems: list[LaunchError] = []
     texts: list[str] = []
     try:
-        plan = load_plan(find_files(files, resources), parse_arguments(words), resources, problems=problems)
+        plan = load_plan(find_files(files, resources), parse_arguments(args), resources, problems=problems)
         texts = [*plan.warnings, *map(str, missing_parts(plan, resources.packages, resources.environ))]
     except Error as error:
         texts = [str(error)]
     return [*map(str, problems), *texts]
 
 
-def _master() -> tuple[MasterClient | None, bool]:
-    """Return the master, None if it does not answer; then also whether a timeout was the reason."""
+def _connect_to_master() -> tuple[MasterClient | None, bool]:
+    """Return the master, or None if it does not respond, and whether the connection timed out."""
     try:
         master = MasterClient("/roswtf", master_uri(os.environ, {}), timeout=MASTER_TIMEOUT)
     except Error:
-        return None, False  # the URI is wrong, which the static checks have reported
+        return None, False  # the URI is invalid, which the static checks have reported
     try:
         master.ping()
     except MasterUnreachableError as error:
@@ -176,38 +177,38 @@ def _no_master(machine: Machine) -> Finding:
     uri = master_uri(os.environ, {})
     try:
         host, _ = parse_uri(uri)
-        location = is_local(host)
+        is_on_this_machine = is_local(host)
     except Error:
-        location = True
-    if location:
-        others = [each for each in machine.masters if each.rstrip("/") != uri.rstrip("/")]
-        cure = f"pyros1 core{f', or export ROS_MASTER_URI={others[0]}: a master is running there' if others else ''}"
-        return Finding("no-master", WARNING, f"no master answers at {uri}", cure)
+        is_on_this_machine = True
+    if is_on_this_machine:
+        others = [other for other in machine.masters if other.rstrip("/") != uri.rstrip("/")]
+        fix = f"pyros1 core{f', or export ROS_MASTER_URI={others[0]}: a master is running there' if others else ''}"
+        return Finding("no-master", WARNING, f"no master responds at {uri}", fix)
     return Finding(
         "no-master",
         ERROR,
-        f"no master answers at {uri}",
-        f"check that ROS_MASTER_URI is right, that {host} can be reached (ping {host}), that a master is running "
+        f"no master responds at {uri}",
+        f"check that ROS_MASTER_URI is correct, that {host} can be reached (ping {host}), that a master is running "
         "there, and that no firewall blocks it",
     )
 
 
 def print_findings(title: str, findings: list[Finding]) -> None:
-    """Print a summary of findings, like the stock tool, with their fixes."""
+    """Print a summary of findings like the stock tool, but with fixes."""
     print(title)
     colour = use_colour(sys.stdout)
     for severity, about, mark in (
         (WARNING, "Warnings are things that may be just fine, but are sometimes at fault\n", "\x1b[1m"),
         (ERROR, "", "\x1b[31m\x1b[1m"),
     ):
-        some = [finding for finding in findings if finding.severity == severity]
-        if not some:
+        selected = [finding for finding in findings if finding.severity == severity]
+        if not selected:
             continue
-        print(f"\nFound {len(some)} {severity}(s).\n{about}")
-        for finding in some:
-            word = f"{mark}{severity.upper()}\x1b[0m" if colour else severity.upper()
-            print(f"{word} {one_line(finding.text)}", *(f" * {one_line(item)}" for item in finding.items), sep="\n")
-            print(f"   cure: {one_line(finding.cure)}\n")
+        print(f"\nFound {len(selected)} {severity}(s).\n{about}")
+        for finding in selected:
+            label = f"{mark}{severity.upper()}\x1b[0m" if colour else severity.upper()
+            print(f"{label} {one_line(finding.text)}", *(f" * {one_line(item)}" for item in finding.items), sep="\n")
+            print(f"   fix: {one_line(finding.fix)}\n")
     if not findings:
         print(f"\nNo errors or warnings (pyros1 {__version__}, Python {sys.version.split()[0]})\n")
     sys.stdout.flush()

@@ -1,1 +1,1 @@
-"""Parts of ``bag record`` and ``bag play`` that work while these run."""
+"""Status output and snapshots of ``bag record`` and ``bag play``."""

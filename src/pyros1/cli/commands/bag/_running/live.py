@@ -1,4 +1,4 @@
-"""What ``bag record`` and ``bag play`` print while they run."""
+"""The status that ``bag record`` and ``bag play`` print while they run."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from pyros1.bag.record.recorder import Recorder
 from pyros1.node.log.logger import Log
 
 
-class LiveLine:
+class StatusLine:
     """A status line that is updated in place on a terminal, and the messages above it.
 
     Args:
-        enabled: False prints nothing at all.
-        stream: None means stdout.
-        log: also receives all messages, even if `enabled` is False.
+        enabled: Whether anything is printed.
+        stream: The output stream; None for stdout.
+        log: A log that receives all messages too, even if `enabled` is False.
     """
 
     def __init__(self, enabled: bool = True, stream: TextIO | None = None, log: Log | None = None) -> None:
         self._log = log
         self._enabled = enabled
         self._stream = sys.stdout if stream is None else stream
-        self._terminal = enabled and self._stream.isatty()
+        self._is_terminal = enabled and self._stream.isatty()
         self._is_shown = False
         self._lock = threading.Lock()
 
     def print_message(self, text: str) -> None:
-        """Print a message in the form of the stock tool's (L113)."""
+        """Print a message in the stock tool's format (L113)."""
         if self._enabled:
             with self._lock:
                 self._clear()
@@ -40,15 +40,15 @@ class LiveLine:
             self._log.note(text)
 
     def show(self, text: str) -> None:
-        """Write the line, cut to the terminal's width. Do nothing if the output is not a terminal."""
-        if self._terminal:
+        """Display the status line, truncated to the terminal's width. Do nothing if the output is not a terminal."""
+        if self._is_terminal:
             width = shutil.get_terminal_size().columns - 1
             with self._lock:
                 self._write(f"\r{text[:width]}\x1b[K")
                 self._is_shown = True
 
     def clear(self) -> None:
-        """Remove the line."""
+        """Remove the status line."""
         with self._lock:
             self._clear()
 
@@ -62,14 +62,14 @@ class LiveLine:
             self._stream.write(text)
             self._stream.flush()
         except (OSError, ValueError):  # the reader has closed the pipe; the recording continues
-            self._enabled = self._terminal = False
+            self._enabled = self._is_terminal = False
 
 
-class RecordLine:
+class RecordingStatus:
     """Reports the progress of a recording.
 
     Args:
-        recorder: the recording.
+        recorder: The recorder to report on.
     """
 
     def __init__(self, recorder: Recorder) -> None:
@@ -78,7 +78,7 @@ class RecordLine:
         self._last_counts: dict[str, tuple[int, int]] = {}
 
     def text(self) -> str:
-        """Return the status line: time, size, and rates since the last call and drops of each topic, busiest first."""
+        """Return the status line: time, size, and each topic's drops and rates since the last call, busiest first."""
         now = time.monotonic()
         elapsed, self._last = max(1e-3, now - self._last), now
         parts = []
@@ -88,30 +88,30 @@ class RecordLine:
             parts.append(((topic.bytes - size) / elapsed, (topic.messages - messages) / elapsed, topic))
         parts.sort(key=lambda part: (part[2].dropped > 0, part[0]), reverse=True)
         total = sum(part[0] for part in parts)
-        head = f"{now - self._started_at:.0f} s  {size_text(self._recorder.size)}  {size_text(total)}/s"
+        head = f"{now - self._started_at:.0f} s  {format_size(self._recorder.size)}  {format_size(total)}/s"
         return "  ".join([head, *(_topic_text(*part) for part in parts)])
 
 
 def _topic_text(bandwidth: float, rate: float, topic: Topic) -> str:
     dropped = f" DROPPED {topic.dropped}" if topic.dropped else ""
-    return f"| {topic.name} {rate:.4g} Hz {size_text(bandwidth)}/s{dropped}"
+    return f"| {topic.name} {rate:.4g} Hz {format_size(bandwidth)}/s{dropped}"
 
 
-def record_table(recorder: Recorder) -> str:
-    """Return what was recorded, a line for each topic."""
+def recording_summary(recorder: Recorder) -> str:
+    """Return a summary of the recording with one line per topic."""
     topics = sorted(recorder.topics.values(), key=lambda topic: topic.name)
     width = max((len(topic.name) for topic in topics), default=0)
     lines = [
-        f"  {topic.name:{width}}  {topic.written:9} messages  {size_text(topic.bytes):>9}  {topic.dropped} dropped"
+        f"  {topic.name:{width}}  {topic.written:9} messages  {format_size(topic.bytes):>9}  {topic.dropped} dropped"
         for topic in topics
     ]
     report = recorder.report
     files = f"{len(report.files)} file{'s' if len(report.files) != 1 else ''}"
-    return "\n".join([f"{report.messages} messages, {size_text(report.bytes)} in {files}", *lines])
+    return "\n".join([f"{report.messages} messages, {format_size(report.bytes)} in {files}", *lines])
 
 
-def size_text(size: float) -> str:
-    """Return a number of bytes in human-readable form: ``1.5 MB``."""
+def format_size(size: float) -> str:
+    """Return a number of bytes in human-readable form, such as ``1.5 MB``."""
     for unit in ("B", "KB", "MB", "GB"):
         if size < 1000:
             return f"{size:.3g} {unit}"

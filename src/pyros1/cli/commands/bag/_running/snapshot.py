@@ -10,20 +10,20 @@ from pyros1.bag.record.model import RecordOptions
 from pyros1.bag.record.names import Selection
 from pyros1.bag.record.snapshot import Snapshots
 from pyros1.bag.record.topics import TopicSearch
-from pyros1.cli.commands.bag._running.live import LiveLine, size_text
+from pyros1.cli.commands.bag._running.live import StatusLine, format_size
 from pyros1.ground.terminal_text import one_line
 from pyros1.node import Node
 
 
-def keep_snapshots(
+def run_snapshots(
     node: Node, selection: Selection, settings: RecordOptions, options: Any, stop_signal: StopSignal
 ) -> int:
     """Keep messages and serve ``~snapshot`` (std_srvs/Trigger) and ``~enable`` (std_srvs/SetBool) until shutdown.
 
     Returns:
-        The exit code.
+        The exit status.
     """
-    line = LiveLine(not options.quiet, log=node.log)
+    line = StatusLine(not options.quiet, log=node.log)
     search = TopicSearch(node, selection)
     if not wait_for_time(node, stop_signal):
         return 0
@@ -61,7 +61,7 @@ def keep_snapshots(
         search,
         stop_signal,
         subscribe,
-        lambda: line.show(f"{len(snapshots.topics)} topics, {size_text(snapshots.bytes)} in memory"),
+        lambda: line.show(f"{len(snapshots.topics)} topics, {format_size(snapshots.bytes)} in memory"),
     )
     line.clear()
     return 0

@@ -1,4 +1,4 @@
-"""What the verbs of ``bag`` that write files share: a file is written completely or not at all."""
+"""Atomic writing for the verbs of ``bag``: a file is written completely or not at all."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ def new_file(target: str) -> Iterator[str]:
     """Yield the name of a temporary file, which becomes `target` on success and is removed otherwise.
 
     Raises:
-        CommandError: a signal ended the command.
+        CommandError: A signal interrupted the command.
     """
     temporary = f"{target}.tmp"
     if os.path.isdir(target):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), target)
-    with interruptible(f"{target} was not written"):
+    with clean_up_on_signal(f"{target} was not written"):
         try:
             yield temporary
             os.replace(temporary, target)
@@ -40,37 +40,46 @@ def new_file(target: str) -> Iterator[str]:
 
 
 @contextmanager
-def interruptible(consequence: str) -> Iterator[None]:
+def clean_up_on_signal(consequence: str) -> Iterator[None]:
     """Turn Ctrl-C, SIGTERM and SIGHUP into an error, so that incomplete files can be removed.
 
     Args:
-        consequence: what this means, for the error's text.
+        consequence: The consequence of an interruption, for the error message.
 
     Raises:
-        CommandError: one of these signals arrived.
+        CommandError: One of these signals arrived.
     """
-    interrupted = signal.SIGINT
+    received_signal = signal.SIGINT
     interrupts = InterruptCounter()
 
-    def end(number: int, _: object) -> None:
-        nonlocal interrupted
+    def interrupt(number: int, _: object) -> None:
+        nonlocal received_signal
         if interrupts.count_signal():  # a second signal must not interrupt the cleanup after the first
-            interrupted = signal.Signals(number)
+            received_signal = signal.Signals(number)
             raise KeyboardInterrupt
 
     restore = install_handler(
-        end, [number for number in TERMINATION_SIGNALS if is_default_handler(signal.getsignal(number))]
+        interrupt, [number for number in TERMINATION_SIGNALS if is_default_handler(signal.getsignal(number))]
     )
     try:
         yield
     except KeyboardInterrupt:
-        raise CommandError(f"interrupted: {consequence}", 128 + interrupted, plain=True) from None
+        raise CommandError(f"interrupted: {consequence}", 128 + received_signal, plain=True) from None
     finally:
         restore()
 
 
 def check_different(source: str, target: str, code: int = 1) -> None:
-    """End the command if both are the same file."""
+    """Fail if both paths refer to the same file.
+
+    Args:
+        source: The input file.
+        target: The output file.
+        code: The exit status.
+
+    Raises:
+        CommandError: Both are the same file.
+    """
     if os.path.realpath(source) == os.path.realpath(target):
         raise CommandError(f"Cannot use same file as input and output [{source}]", code, plain=True)
 
@@ -79,16 +88,16 @@ def check_different(source: str, target: str, code: int = 1) -> None:
 def write_atomically(target: str, *, folder: bool, force: bool) -> Iterator[str]:
     """Yield the name of a temporary file or folder, which becomes `target` on success and is removed otherwise.
 
-    If the target folder exists, the new files are moved into it: files of the same names are replaced, others stay.
+    If the target folder exists, the new files are moved into it. They replace files of the same name; other files stay.
 
     Args:
-        target: the file or folder to create.
-        folder: the target is a folder.
-        force: the target may exist already; an empty folder always may.
+        target: The file or folder to create.
+        folder: Whether the target is a folder.
+        force: Whether to replace an existing target. An existing empty folder is always accepted.
 
     Raises:
-        CommandError: the target exists or is of the wrong kind, its parent folder does not exist, or a signal ended
-            the command.
+        CommandError: The target exists or is of the wrong kind, its parent folder does not exist, or a signal
+            interrupted the command.
     """
     target = os.path.normpath(target)
     if os.path.isdir(target) and not folder:
@@ -100,23 +109,23 @@ def write_atomically(target: str, *, folder: bool, force: bool) -> Iterator[str]
     parent = os.path.dirname(target)
     if parent and not os.path.isdir(parent):
         raise CommandError(f"the folder {parent} does not exist")
-    work = f"{target}.{os.getpid()}.tmp"
-    temporary = os.path.join(work, os.path.basename(target))
-    with interruptible(f"{target} was not written"):
+    work_folder = f"{target}.{os.getpid()}.tmp"
+    temporary = os.path.join(work_folder, os.path.basename(target))
+    with clean_up_on_signal(f"{target} was not written"):
         try:
-            os.mkdir(work)
+            os.mkdir(work_folder)
             yield temporary
             _move(temporary, target)
         except BagError as error:
-            if error.path.startswith(work):
+            if error.path.startswith(work_folder):
                 raise type(error)(target, error.reason, error.offset) from error
             raise
         except OSError as error:
-            if error.filename is None or str(error.filename).startswith(work):
+            if error.filename is None or str(error.filename).startswith(work_folder):
                 error.filename = target
             raise
         finally:
-            shutil.rmtree(work, ignore_errors=True)
+            shutil.rmtree(work_folder, ignore_errors=True)
 
 
 def _move(temporary: str, target: str) -> None:

@@ -1,4 +1,4 @@
-"""Shared code of the verbs that rewrite each given bag."""
+"""Shared code of the verbs that rewrite bags."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ USAGE = "[options] BAGFILE1 [BAGFILE2 ...]"
 
 
 def rewrite_each(options: Any, paths: list[str], operation: Callable[[str, str], object]) -> int:
-    """Rewrite each bag, in place with the old one kept as ``NAME.orig.bag``, or into a folder.
+    """Rewrite each bag, either in place, keeping the old one as ``NAME.orig.bag``, or into a folder.
 
-    The old file is moved only when the new one is complete.
+    The old file is moved only after the new one is complete.
 
     Args:
-        options: values of `OPTIONS`.
-        paths: the bags.
-        operation: takes the names of the old and the new file, and writes the new one.
+        options: The parsed options, see `OPTIONS`.
+        paths: The paths of the bags.
+        operation: Reads the file named by its first argument and writes the file named by its second.
 
     Returns:
-        The exit code: 1 if a file could not be made.
+        The exit status: 1 if a file could not be written.
 
     Raises:
-        UsageError: no bag is given.
+        UsageError: No bag is given.
     """
     if not paths:
         raise UsageError("You must specify at least one bag file.")
@@ -71,7 +71,7 @@ def rewrite_each(options: Any, paths: list[str], operation: Callable[[str, str],
 
 
 def _back_up(path: str, backup: str) -> None:
-    """Give a file a second name, so that a file of the first name exists at every moment."""
+    """Link a file to a second name. The first name exists at every moment."""
     link = f"{backup}.tmp"
     try:
         os.link(path, link)

@@ -1,4 +1,4 @@
-"""``bag export``: CSV as ``topic echo -b -p`` prints it, and lines of JSON."""
+"""Text formats of ``bag export``: CSV like that of ``topic echo -b -p``, and JSON lines."""
 
 from __future__ import annotations
 
@@ -20,15 +20,15 @@ STDOUT = "-"
 
 
 class CsvWriter:
-    """Writes a file of comma-separated values per topic. The first row has the names of the columns.
+    """Writes one CSV file per topic. The first row contains the column names.
 
     Args:
-        target: the folder, which is created; a file if the name ends with ``.csv``; ``-`` for standard output.
-        topics: the topics to write. A file contains a single topic.
-        options: ``nostr`` and ``noarr`` leave out texts and arrays.
+        target: The folder to create; a file if the name ends with ``.csv``; ``-`` for standard output.
+        topics: The topics to write. A file contains a single topic.
+        options: The parsed options. ``nostr`` and ``noarr`` leave out strings and arrays.
 
     Raises:
-        CommandError: the target is a file, and there is more than one topic.
+        CommandError: The target is a file, but there is more than one topic.
     """
 
     def __init__(self, target: str, topics: list[str], options: Any) -> None:
@@ -49,11 +49,11 @@ class CsvWriter:
     def write_message(self, topic: str, message: Message, time: Time) -> None:
         """Write a row."""
         file = self._files.get(topic)
-        new = file is None
+        is_new = file is None
         if file is None:
             file = self._files[topic] = self._open(topic)
         with BufferedOutput(file.write) as out:
-            if new:
+            if is_new:
                 self._table.head(message, out.add)
             self._table.row(message, time.to_nsec(), out.add)
 
@@ -75,35 +75,36 @@ class CsvWriter:
 
 
 class JsonWriter:
-    """Writes a line of JSON per message: ``{"topic": ..., "time": {...}, "type": ..., "message": {...}}``.
+    """Writes one line of JSON per message: ``{"topic": ..., "time": {...}, "type": ..., "message": {...}}``.
 
     Args:
-        target: the file; ``-`` for standard output.
-        options: ``nostr`` and ``noarr`` leave out texts and arrays; ``bare`` writes the messages only.
+        target: The file; ``-`` for standard output.
+        options: The parsed options. ``nostr`` and ``noarr`` leave out strings and arrays; ``bare`` writes the
+            messages only.
     """
 
     def __init__(self, target: str, options: Any) -> None:
         self._bare = bool(options.bare)
         self._json = Json(options)
-        self._own = target != STDOUT
-        self._file = open(target, "w", encoding="utf-8", newline="") if self._own else data_stream()  # noqa: SIM115
-        self._heads: dict[str, str] = {}
+        self._owns_file = target != STDOUT
+        self._file = open(target, "w", encoding="utf-8", newline="") if self._owns_file else data_stream()  # noqa: SIM115
+        self._prefixes: dict[str, str] = {}
 
     def write_message(self, topic: str, message: Any, time: Time) -> None:
         """Write a line."""
         if self._bare:
             self._json(message, message, None, self._file.write)
             return
-        head = self._heads.get(topic)
-        if head is None:
-            head = self._heads[topic] = f'{{"topic": {json.dumps(topic)}, "type": {json.dumps(message._type)}'
+        prefix = self._prefixes.get(topic)
+        if prefix is None:
+            prefix = self._prefixes[topic] = f'{{"topic": {json.dumps(topic)}, "type": {json.dumps(message._type)}'
         stamp = f'"time": {{"secs": {time.secs}, "nsecs": {time.nsecs}}}'
-        self._file.write(f'{head}, {stamp}, "message": ')
+        self._file.write(f'{prefix}, {stamp}, "message": ')
         self._json(message, message, None, self._file.write, "}\n")
 
     def close(self) -> None:
         """Close the file."""
-        if self._own:
+        if self._owns_file:
             self._file.close()
 
     def abort(self) -> None:

@@ -1,0 +1,85 @@
+"""Packages near the current folder, which are found without any setting.
+
+These are the packages in the current folder; inside a package, that package and its siblings; inside a workspace, those
+in its ``src``. They are appended to ``ROS_PACKAGE_PATH``, so that the user's setting has priority and started nodes
+find them regardless of their current folder.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, MutableMapping
+from itertools import islice
+
+_MANIFESTS = ("package.xml", "manifest.xml")
+_WORKSPACE_MARKERS = (".catkin_workspace", ".catkin_tools", "devel", "src/CMakeLists.txt")
+_MAX_ENTRIES = 5000
+
+
+def add_nearby_packages(environ: MutableMapping[str, str]) -> None:
+    """Append the packages near the current folder to ``ROS_PACKAGE_PATH``.
+
+    Args:
+        environ: environment variables, which are changed.
+    """
+    try:
+        start = os.getcwd()
+    except OSError:  # the folder was removed
+        return
+    known = [part for part in environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part]
+    nearby = find_nearby_packages(start)
+    if not nearby:
+        return
+    from pyros1.finding.packages import OWN_PACKAGES  # noqa: PLC0415 - not needed by most commands
+
+    known_roots = (*known, OWN_PACKAGES)  # shipped packages stay last, even if the current folder is one of them
+    found = [folder for folder in nearby if not any(_is_in(folder, root) for root in known_roots)]
+    if found and os.pathsep not in "".join(found):
+        environ["ROS_PACKAGE_PATH"] = os.pathsep.join([*known, *found])
+
+
+def find_nearby_packages(start: str) -> list[str]:
+    """Return the folders of the packages near a folder, or the folder that contains all of them."""
+    found = list(_packages_in(start))
+    folder = start
+    while not found:
+        if _is_package(folder):
+            found = list(_packages_in(os.path.dirname(folder)))
+        else:
+            source = os.path.join(folder, "src")
+            if os.path.isdir(source):
+                is_workspace = any(os.path.exists(os.path.join(folder, marker)) for marker in _WORKSPACE_MARKERS)
+                found = [source] if is_workspace and _is_trusted(source, folder) else list(_packages_in(source))
+        parent = os.path.dirname(folder)
+        if parent == folder:
+            break
+        folder = parent
+    return found
+
+
+def _packages_in(folder: str) -> Iterator[str]:
+    try:
+        with os.scandir(folder) as entries:
+            subfolders = (entry for entry in islice(entries, _MAX_ENTRIES) if entry.name[0] != ".")
+            names = sorted(entry.name for entry in subfolders if not entry.is_file(follow_symlinks=False))
+    except OSError:
+        return
+    for name in names:
+        path = os.path.join(folder, name)
+        if _is_package(path) and _is_trusted(path, folder):
+            yield path
+
+
+def _is_package(folder: str) -> bool:
+    return any(os.path.isfile(os.path.join(folder, name)) for name in _MANIFESTS)
+
+
+def _is_trusted(folder: str, parent: str) -> bool:
+    """Return whether a folder can be used. In world-writable folders such as /tmp, only the user's own can."""
+    if not hasattr(os, "getuid"):
+        return True  # this system has no world-writable folders
+    return not os.stat(parent).st_mode & 0o002 or os.stat(folder).st_uid == os.getuid()
+
+
+def _is_in(folder: str, root: str) -> bool:
+    return folder == root or folder.startswith(root.rstrip(os.sep) + os.sep)
