@@ -199,7 +199,7 @@ def test_chunks_that_overlap_are_dropped_and_read_again(tmp_path: Path, monkeypa
         conn = writer.add_connection("/a", CONNECTION.header)
         for i in range(300):
             writer.write(conn, (i * 37 % 300) * NS, struct.pack("<I", i * 37 % 300))
-    monkeypatch.setattr("pyros1.bag.format.reader.MAX_OPEN", 2000)
+    monkeypatch.setattr("pyros1.bag.format.reader.MAX_OPEN_BYTES", 2000)
     with BagReader(tmp_path / "x.bag") as bag:
         assert len(bag.chunks) > 20
         assert [message.time // NS for message in bag.messages()] == list(range(300))
@@ -242,7 +242,7 @@ def test_messages_outside_of_chunks_have_the_same_limit(tmp_path: Path) -> None:
 def test_an_mcap_file_costs_no_more_than_the_limit_either(tmp_path: Path) -> None:
     """It is of ROS 2, so that rosbags would read it: which unpacks chunks to whatever is in them."""
     stored = b"".join(compress("lz4", [bytes(500 * MIB)]))
-    head = struct.pack("<QQQI", 0, 0, MIB, 0) + mcap.pack_text("lz4") + U64.pack(len(stored))
+    head = struct.pack("<QQQI", 0, 0, MIB, 0) + mcap.pack_string("lz4") + U64.pack(len(stored))
     parts = (mcap.MAGIC, mcap.pack_header("ros2", ""), mcap.pack_record(mcap.OP_CHUNK, head, stored))
     end = mcap.pack_record(mcap.OP_FOOTER, bytes(20)) + mcap.MAGIC
     (tmp_path / "x.mcap").write_bytes(b"".join(parts) + end)

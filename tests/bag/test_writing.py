@@ -23,7 +23,7 @@ from pyros1 import Time
 from pyros1.bag import BagError, BagWriter, UnindexedError
 from pyros1.bag.edit.reindex import reindex
 from pyros1.bag.format import writer
-from pyros1.bag.format.writer import EMPTY_SIZE
+from pyros1.bag.format.writer import EMPTY_BAG_SIZE
 from pyros1.ground.errors import SerializationError
 from pyros1.guide.text import pages
 from pyros1.msgs import AnyMsg
@@ -189,7 +189,7 @@ def test_threads(tmp_path: Path) -> None:
 
 def test_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """What was written before can be saved; a bag that could not even begin leaves no file."""
-    room = EMPTY_SIZE + 10_000
+    room = EMPTY_BAG_SIZE + 10_000
 
     class Full(FileIO):
         def write(self, data: Any) -> int:

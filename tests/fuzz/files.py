@@ -84,7 +84,7 @@ def _mcap() -> list[bytes]:
     for name in ("", "lz4"):
         stored = b"".join(compress(name, [records])) if name else records
         head = struct.pack("<QQQI", 5, 5, len(records), zlib.crc32(records))
-        found.append(put(mcap.OP_CHUNK, head, mcap.pack_text(name), struct.pack("<Q", len(stored)), stored))
+        found.append(put(mcap.OP_CHUNK, head, mcap.pack_string(name), struct.pack("<Q", len(stored)), stored))
     return [mcap.MAGIC + mcap.pack_header("ros1", "") + each + end for each in found]
 
 

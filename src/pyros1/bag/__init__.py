@@ -12,7 +12,7 @@
     with pyros1.bag.open("new.bag", "w") as bag:
         bag.write("/odom", message, stamp)
 
-Times in seconds count from the bag's beginning, negative ones from its end; a `Time` is absolute.
+Times in seconds are relative to the bag's beginning or, if negative, to its end; a `Time` is absolute.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ _EXPORTS = {
 
 
 def __getattr__(name: str) -> Any:
-    """Load a public name when it is first used, and return it: a recorder needs none of them."""
+    """Load and return a public name when it is first used, since a recorder needs none of them."""
     from pyros1.ground.lazy import load  # noqa: PLC0415 - most programs never call this
 
     return load(__name__, _EXPORTS, name)

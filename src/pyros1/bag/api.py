@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 When = Time | Duration | float | None
-"""A time in a bag: a Time is absolute; a Duration or seconds count from the bag's beginning, or, if negative, its
-end.
+"""A time in a bag: a Time is absolute; a Duration or seconds are relative to the bag's beginning or, if negative, to
+its end.
 """
 
-_OWN_TIME = "time_"
+_TIME_FIELD_COLUMN = "time_"
 """Column of a field called ``time``, since the column ``time`` holds the time at which a message was recorded."""
 
 
@@ -58,7 +58,7 @@ class Bag:
         chunk_limit: see :class:`pyros1.bag.format.reader.BagReader`.
 
     Raises:
-        BagError: the bag cannot be read; the text says why and what to do.
+        BagError: the bag cannot be read; the message says why and what to do.
         OSError: the file cannot be opened.
     """
 
@@ -74,7 +74,7 @@ class Bag:
     ) -> None:
         self.reader = self.reader_class(path, unindexed=unindexed, progress=progress, chunk_limit=chunk_limit)
         self._classes = DefinitionCache()
-        self._known: dict[int, type[Message]] = {}
+        self._class_by_id: dict[int, type[Message]] = {}
 
     @property
     def path(self) -> str:
@@ -107,10 +107,10 @@ class Bag:
 
     def count(self, topics: str | Collection[str] | None = None) -> int:
         """Return the number of messages on some topics; None means all."""
-        return self.reader.count(self._ids(topics))
+        return self.reader.count(self._connection_ids(topics))
 
     def summary(self, *, frequencies: bool = False) -> Summary:
-        """Return the facts that ``bag info`` prints."""
+        """Return the information that ``bag info`` prints."""
         return summarize(self.reader, frequencies=frequencies)
 
     def messages(
@@ -122,14 +122,14 @@ class Bag:
         raw: bool = False,
         progress: Callable[[int, int], object] | None = None,
     ) -> Iterator[BagMessage]:
-        """Yield messages in order of time. Only chunks with messages of the wanted time are read.
+        """Yield messages in order of time. Only chunks that overlap the given time range are read.
 
         Args:
             topics: one topic or several; None means all. A leading ``/`` matters only if the bag has both names. Topics
                 that are not in the bag yield nothing, as with rosbag.Bag.read_messages; `topics` lists those of the
                 bag.
-            start: only from this time on.
-            end: only until this time.
+            start: earliest time.
+            end: latest time.
             raw: whether to yield `AnyMsg` instead of decoded messages.
             progress: called after each message with the nanoseconds of bag time processed so far, and the total.
 
@@ -139,10 +139,10 @@ class Bag:
         first, last = self._nanoseconds(start), self._nanoseconds(end)
         begin = max(self.reader.start, first or 0)
         total = max(0, min(self.reader.end, self.reader.end if last is None else last) - begin)
-        for stored in self.reader.messages(self._ids(topics), first, last):
-            message = self._any(stored) if raw else self.decode(stored)
+        for stored in self.reader.messages(self._connection_ids(topics), first, last):
+            message = self._raw_message(stored) if raw else self.decode(stored)
             connection, time = stored.connection, stored.time
-            del stored  # its bytes, and below the message, may be large and must not stay while the next one is read
+            del stored  # it may be large, like the message below, and must be freed before the next one is read
             yield BagMessage(connection.topic, message, Time.from_nsec(time), connection)
             del message
             if progress is not None:
@@ -151,33 +151,34 @@ class Bag:
     __iter__ = messages
 
     def at(self, time: When, topics: str | Collection[str] | None = None) -> dict[str, BagMessage]:
-        """Return the last message of each topic at or before a time, as a late subscriber of latched topics gets it.
+        """Return the last message of each topic at or before a time, as a late subscriber to latched topics would
+        receive it.
 
         Args:
             time: as for :meth:`messages`.
             topics: one topic or several; None means all.
         """
-        topic_ids = self._ids(topics)
+        topic_ids = self._connection_ids(topics)
         missing_ids = set(self.reader.connections) if topic_ids is None else set(topic_ids)
-        limit = self._nanoseconds(time)
-        best: dict[str, RawMessage] = {}
+        end = self._nanoseconds(time)
+        latest: dict[str, RawMessage] = {}
         for chunk in sorted(self.reader.chunks, key=lambda chunk: chunk.end, reverse=True):
             names = {self.reader.connections[conn].topic for conn in chunk.counts if conn in missing_ids}
-            if (limit is not None and chunk.start > limit) or not names:
+            if (end is not None and chunk.start > end) or not names:
                 continue
-            if all(name in best and best[name].time >= chunk.end for name in names):
+            if all(name in latest and latest[name].time >= chunk.end for name in names):
                 continue
-            content, found = self.reader.content(chunk)
-            for place in found:
-                if place.conn not in missing_ids or (limit is not None and place.time > limit):
+            content, entries = self.reader.content(chunk)
+            for entry in entries:
+                if entry.conn not in missing_ids or (end is not None and entry.time > end):
                     continue
-                connection = self.reader.connections[place.conn]
-                if connection.topic not in best or best[connection.topic].time <= place.time:
-                    data = content[place.start : place.end]
-                    best[connection.topic] = RawMessage(connection, place.time, data)
+                connection = self.reader.connections[entry.conn]
+                if connection.topic not in latest or latest[connection.topic].time <= entry.time:
+                    data = content[entry.start : entry.end]
+                    latest[connection.topic] = RawMessage(connection, entry.time, data)
         return {
             topic: BagMessage(topic, self.decode(stored), Time.from_nsec(stored.time), stored.connection)
-            for topic, stored in sorted(best.items())
+            for topic, stored in sorted(latest.items())
         }
 
     def columns(
@@ -206,19 +207,19 @@ class Bag:
             BagError: there is no such topic, or as for :meth:`messages`.
             AttributeError: there is no such field.
         """
-        cls = self._class_of(topic)
+        cls = self._topic_class(topic)
         times: list[float] = []
         columns: dict[str, list[Any]] | None = None if fields is None else {path: [] for path in fields}
         for item in self.messages(topic, start, end, progress=progress):
             if columns is None:
-                columns = {path: [] for path in _leaves(item.message)}
+                columns = {path: [] for path in _leaf_paths(item.message)}
             times.append(item.time.to_sec())
             for path, values in columns.items():
-                values.append(_value(item.message, path))
+                values.append(_field_value(item.message, path))
         if columns is None:
-            columns = {path: [] for path in _leaves(cls())}
-        own = {_OWN_TIME if path == "time" else path: values for path, values in columns.items()}
-        return {"time": times, **own}
+            columns = {path: [] for path in _leaf_paths(cls())}
+        named_columns = {_TIME_FIELD_COLUMN if path == "time" else path: values for path, values in columns.items()}
+        return {"time": times, **named_columns}
 
     def arrays(
         self,
@@ -247,21 +248,21 @@ class Bag:
             AttributeError: there is no such field.
         """
         columns = self.columns(topic, fields, start, end, progress=progress)
-        cls = self._class_of(topic)
-        types = {name: _type_of(cls, "time" if name == _OWN_TIME else name) for name in columns}
+        cls = self._topic_class(topic)
+        types = {name: _field_type(cls, "time" if name == _TIME_FIELD_COLUMN else name) for name in columns}
         types["time"] = "float64"
         return {name: column(values, types.get(name, "")) for name, values in columns.items()}
 
     def decode(self, stored: RawMessage) -> Message:
-        """Return a stored message, decoded with the definition in the bag.
+        """Decode a stored message with the definition in the bag.
 
         Raises:
             BagError: the bytes cannot be decoded, or the definition is missing or wrong.
         """
         try:
-            cls = self._known.get(stored.connection.id)
+            cls = self._class_by_id.get(stored.connection.id)
             if cls is None:
-                cls = self._known[stored.connection.id] = self.message_class(stored.connection)
+                cls = self._class_by_id[stored.connection.id] = self.message_class(stored.connection)
             message: Message = cls._decode(stored.data, 0, len(stored.data))
         except MessageError as error:
             where = f"message on {stored.connection.topic} at {stored.time / 1e9:.6f}"
@@ -271,19 +272,23 @@ class Bag:
     def message_class(self, connection: Connection) -> type[Message]:
         """Return the class of a connection's messages.
 
-        If its definition is not usable, that of another connection of the bag, or of an installed type, with the same
-        name and md5 is used.
+        If its definition is unusable, use that of another connection in the bag, or of an installed type, with the same
+        name and md5 sum.
 
         Raises:
             DefinitionError: the definition is wrong.
             UnknownTypeError: the connection has no definition.
         """
-        kind = connection.type, connection.md5sum
-        others = (each.definition for each in self.reader.connections.values() if (each.type, each.md5sum) == kind)
-        return self._classes.get(*kind, connection.definition, others)
+        type_key = connection.type, connection.md5sum
+        other_definitions = (
+            each.definition for each in self.reader.connections.values() if (each.type, each.md5sum) == type_key
+        )
+        return self._classes.get(*type_key, connection.definition, other_definitions)
 
     def definition(self, connection: Connection) -> str:
-        """Return the full text of a connection's definition: that of its `message_class`, or else as recorded."""
+        """Return the full text of a connection's definition: that of its `message_class`, or as recorded if it has
+        none.
+        """
         try:
             return self.message_class(connection)._full_text
         except MessageError:
@@ -301,12 +306,12 @@ class Bag:
     ) -> None:
         self.close()
 
-    def _ids(self, topics: str | Collection[str] | None) -> set[int] | None:
+    def _connection_ids(self, topics: str | Collection[str] | None) -> set[int] | None:
         if topics is None:
             return None
         return self.reader.ids([topics] if isinstance(topics, str) else topics)
 
-    def _class_of(self, topic: str) -> type[Message]:
+    def _topic_class(self, topic: str) -> type[Message]:
         """Return the class of a topic's messages; raises BagError if the topic or its definition is missing."""
         ids = self.reader.ids([topic])
         if not ids:
@@ -328,7 +333,7 @@ class Bag:
         return (self.reader.start if offset >= 0 else self.reader.end) + offset
 
     @staticmethod
-    def _any(stored: RawMessage) -> AnyMsg:
+    def _raw_message(stored: RawMessage) -> AnyMsg:
         connection = stored.connection
         return AnyMsg(stored.data, {name: connection.text(name) for name in connection.header})
 
@@ -379,14 +384,14 @@ def open(
         path: path of the file, or an open binary file, which stays open when the bag is closed.
         mode: ``r`` reads; ``w`` writes a new bag, replacing an old one; ``a`` appends to the file.
         unindexed: when reading, whether to also read bags that were not closed.
-        progress: when reading, called with the offset in bytes while such a bag is scanned.
-        chunk_limit: when reading, largest content of a chunk, in bytes, since a small file may claim any size. None
-            means the value of the environment variable ``PYROS1_BAG_CHUNK_LIMIT``, in MiB, or else 256 MiB.
+        progress: when reading, called with the current offset in bytes while such a bag is scanned.
+        chunk_limit: when reading, maximum uncompressed size of a chunk in bytes, since a small file can claim any
+            size. None means the value of the environment variable ``PYROS1_BAG_CHUNK_LIMIT``, in MiB, or else 256 MiB.
         compression: when writing, ``none``, ``bz2`` or ``lz4``.
-        chunk_threshold: when writing, bytes, uncompressed, beyond which a chunk is closed.
+        chunk_threshold: when writing, uncompressed size in bytes above which a chunk is closed.
 
     Raises:
-        BagError: the bag cannot be read; the text says why and what to do.
+        BagError: the bag cannot be read; the message says why and what to do.
         OSError: the file cannot be opened.
         ValueError: the mode or compression is unknown.
     """
@@ -398,27 +403,29 @@ def open(
 
 
 def bag_topics(path: str | os.PathLike[str]) -> dict[str, tuple[str, int, int]]:
-    """Return topic -> (type, messages, connections) of a bag, sorted by topic; raises as :func:`open`."""
+    """Return topic -> (type, messages, connections) of a bag, sorted by topic; raises the same errors as
+    :func:`open`.
+    """
     with Bag(path) as bag:
         return {topic.name: (topic.type, topic.messages, topic.connections) for topic in bag.summary().topics}
 
 
-def _leaves(message: Message, before: str = "") -> Iterator[str]:
+def _leaf_paths(message: Message, prefix: str = "") -> Iterator[str]:
     for name in message.__slots__:
         value = getattr(message, name)
         if isinstance(value, Message):
-            yield from _leaves(value, f"{before}{name}.")
+            yield from _leaf_paths(value, f"{prefix}{name}.")
         elif isinstance(value, (bool, int, float, str, Time, Duration)):
-            yield before + name
+            yield prefix + name
 
 
-def _value(message: Any, path: str) -> Any:
+def _field_value(message: Any, path: str) -> Any:
     for name in path.split("."):
         message = getattr(message, name)
     return message.to_sec() if isinstance(message, (Time, Duration)) else message
 
 
-def _type_of(cls: type[Message], path: str) -> str:
+def _field_type(cls: type[Message], path: str) -> str:
     """Return a field's type, for example ``float32[]``; empty if the message has no such field."""
     kind = ""
     for name in path.split("."):

@@ -1,4 +1,4 @@
-"""Errors of bag files; every text names the file, the place and what to do."""
+"""Errors of bag files; every message names the file and the position, and says what to do."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ class BagError(Error):
     Args:
         path: the file.
         reason: what is wrong and what to do.
-        offset: byte offset of the faulty record; None if the error concerns the whole file.
+        offset: byte offset of the invalid record; None if the error concerns the whole file.
     """
 
     def __init__(self, path: str, reason: str, offset: int | None = None) -> None:

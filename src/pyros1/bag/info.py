@@ -1,4 +1,4 @@
-"""Facts about a bag, as the rows and the YAML of ``bag info`` (L114-L116)."""
+"""Information about a bag, as the rows and the YAML of ``bag info`` (L114-L116)."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from pyros1.bag.format.records import NS
 from pyros1.ground.terminal_text import untrusted
 
 _MAX_STAMPS = 10_000_000
-"""Number of messages at the beginning from which frequencies are computed: a small file may hold any number."""
+"""Maximum number of messages from which frequencies are computed, since even a small file can contain any number."""
 
 
 @dataclass(frozen=True)
 class Storage:
-    """The chunks of one compression.
+    """The chunks with one type of compression.
 
     Attributes:
         chunks: number of chunks.
@@ -42,7 +42,7 @@ class Topic:
         type: type of its messages.
         messages: number of messages.
         connections: number of publishers.
-        frequency: median in Hz, None if not known.
+        frequency: median frequency in Hz; None if unknown.
     """
 
     name: str
@@ -54,7 +54,7 @@ class Topic:
 
 @dataclass(frozen=True)
 class Summary:
-    """Facts about a bag.
+    """Information about a bag.
 
     Attributes:
         path: the file.
@@ -63,12 +63,12 @@ class Summary:
         start: time of the first message in seconds, from the index.
         end: time of the last message in seconds.
         messages: number of messages.
-        storage: compression -> its chunks.
+        storage: compression -> the chunks with it.
         types: type -> md5 sum.
         topics: sorted by name.
         empty: whether there are neither messages nor connections.
-        encryption: the encryptor's name; empty if the bag is plain.
-        gpg_user: the user whose key an encrypted bag needs.
+        encryption: name of the encryptor; empty if the bag is not encrypted.
+        gpg_user: the user whose key is needed to decrypt the bag.
     """
 
     path: str
@@ -96,12 +96,12 @@ class Summary:
 
     @property
     def sizes(self) -> tuple[int, int]:
-        """Size of all contents, and of their stored bytes."""
+        """Total size of the contents, and of their stored bytes."""
         return sum(s.size for s in self.storage.values()), sum(s.stored for s in self.storage.values())
 
 
 def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
-    """Return the facts about a bag. Without `frequencies` only its index and the chunks' headers are read.
+    """Return information about a bag. Without `frequencies`, only its index and the chunks' headers are read.
 
     Raises:
         BagError: the bag cannot be read.
@@ -116,35 +116,35 @@ def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
     for number, connection in connections.items():
         types.setdefault(connection.type, connection.md5sum)
         by_topic.setdefault(untrusted(connection.topic), []).append(number)
-    old = bag.file.version == 102
-    topics = summarize_topics(bag, by_topic, frequencies=frequencies or old)  # stock always prints them for old bags
-    version = "1.2" if old else "2.0"
-    indexed = bag.file.index_pos > 0 if old else not bag.scanned
-    # As in stock, the index's order of chunks counts, even if it is unsorted. Old bags have no chunks.
-    start, end = (bag.start, bag.end) if old or not chunks else (chunks[0].start, chunks[-1].end)
+    is_old = bag.file.version == 102
+    topics = summarize_topics(bag, by_topic, frequencies=frequencies or is_old)  # stock always prints them for old bags
+    version = "1.2" if is_old else "2.0"
+    is_indexed = bag.file.index_pos > 0 if is_old else not bag.scanned
+    # As in stock, the order of chunks in the index determines them, even if it is unsorted. Old bags have no chunks.
+    start, end = (bag.start, bag.end) if is_old or not chunks else (chunks[0].start, chunks[-1].end)
     return Summary(
         path=bag.path,
-        version=version if indexed else f"{version} (unindexed)",
+        version=version if is_indexed else f"{version} (unindexed)",
         size=bag.file.size,
         start=start / NS,
         end=end / NS,
         messages=bag.count(),
-        storage={} if old else _storage(bag),
+        storage={} if is_old else _storage(bag),
         types={untrusted(name): untrusted(md5sum) for name, md5sum in sorted(types.items())},
         topics=topics,
         empty=not bag.chunks and not bag.connections,
-        encryption=untrusted(bag.file.encrypted),
+        encryption=untrusted(bag.file.encryptor_name),
         gpg_user=untrusted(bag.file.header.get("gpg_user", b"").decode("utf-8", "replace")),
     )
 
 
 def summarize_topics(bag: BagReader, groups: Mapping[str, list[int]], *, frequencies: bool) -> list[Topic]:
-    """Return the facts about some topics, sorted by name.
+    """Return information about some topics, sorted by name.
 
     Args:
         bag: the bag.
-        groups: the ids of each topic's connections, at least one, by the topic's name.
-        frequencies: whether to compute them, for which the whole index is read.
+        groups: topic -> ids of its connections, at least one.
+        frequencies: whether to compute frequencies, for which the whole index is read.
     """
     counts: dict[int, int] = {}
     for chunk in bag.chunks:
@@ -164,15 +164,17 @@ def summarize_topics(bag: BagReader, groups: Mapping[str, list[int]], *, frequen
 
 
 def _storage(bag: BagReader) -> dict[str, Storage]:
-    found: dict[str, Storage] = {}
+    storage: dict[str, Storage] = {}
     for header in bag.headers():
-        old = found.get(header.compression, Storage(0, 0, 0))
-        found[header.compression] = Storage(old.chunks + 1, old.size + header.size, old.stored + header.stored)
-    return found
+        previous = storage.get(header.compression, Storage(0, 0, 0))
+        storage[header.compression] = Storage(
+            previous.chunks + 1, previous.size + header.size, previous.stored + header.stored
+        )
+    return storage
 
 
 def _frequencies(bag: BagReader, groups: Mapping[str, list[int]]) -> dict[str, float]:
-    from statistics import median  # noqa: PLC0415 - it loads much, and few users request frequencies
+    from statistics import median  # noqa: PLC0415 - slow to import, and rarely needed
 
     times: dict[int, array[float]] = {number: array("d") for ids in groups.values() for number in ids}
     for number, stamp in islice(bag.times(), _MAX_STAMPS):
@@ -192,7 +194,7 @@ def _frequencies(bag: BagReader, groups: Mapping[str, list[int]]) -> dict[str, f
 
 
 def info_text(summary: Summary) -> str:
-    """Return the rows of ``bag info``, byte for byte as stock's."""
+    """Return the rows of ``bag info``, byte for byte like those of stock."""
     rows = list(_rows(summary))
     width = max(len(name) for name, _ in rows) + 1
     return "\n".join(f"{name + ':' if name else '':{width}} {value}" for name, value in rows).rstrip()
@@ -209,26 +211,30 @@ def _rows(summary: Summary) -> Iterator[tuple[str, str]]:
     yield "end", _time_text(summary.end)
     yield "size", size_text(summary.size)
     yield "messages", str(summary.messages)
-    yield "compression", ", ".join(_storage_texts(summary.storage)) or "none"
+    yield "compression", ", ".join(_compression_texts(summary.storage)) or "none"
     if summary.compressed:
         yield from _rate_rows(summary)
     if summary.encryption:
         yield "encryption", summary.encryption
         yield "GPG key user", summary.gpg_user
-    yield from _titled("types", _type_rows(summary))
-    yield from _titled("topics", _topic_rows(summary.topics, max(map(len, summary.types), default=0)))
+    yield from _with_title("types", _type_rows(summary))
+    yield from _with_title("topics", _topic_rows(summary.topics, max(map(len, summary.types), default=0)))
 
 
-def _titled(title: str, rows: Iterable[str]) -> Iterator[tuple[str, str]]:
+def _with_title(title: str, rows: Iterable[str]) -> Iterator[tuple[str, str]]:
     for number, row in enumerate(rows):
         yield "" if number else title, row
 
 
-def _storage_texts(storage: dict[str, Storage]) -> Iterator[str]:
-    total = sum(part.chunks for part in storage.values())
-    for name, part in sorted(storage.items(), key=lambda item: (item[1].chunks, item[0]), reverse=True):
-        share = f"; {100.0 * part.stored / part.size if part.size else 0:.2f}%" if name != "none" else ""
-        yield f"{name} [{part.chunks}/{total} chunks{share}]"
+def _compression_texts(storage: dict[str, Storage]) -> Iterator[str]:
+    total = sum(storage_part.chunks for storage_part in storage.values())
+    for name, storage_part in sorted(storage.items(), key=lambda item: (item[1].chunks, item[0]), reverse=True):
+        ratio = (
+            f"; {100.0 * storage_part.stored / storage_part.size if storage_part.size else 0:.2f}%"
+            if name != "none"
+            else ""
+        )
+        yield f"{name} [{storage_part.chunks}/{total} chunks{ratio}]"
 
 
 def _rate_rows(summary: Summary) -> Iterator[tuple[str, str]]:
@@ -281,15 +287,15 @@ def _time_text(stamp: float) -> str:
 
 def size_text(size: float) -> str:
     """Return a number of bytes in readable form."""
-    return _scaled(size / 1024, 1024, ("KB", "MB", "GB", "TB", "PB", "EB", "ZB", "YB"))
+    return _with_unit(size / 1024, 1024, ("KB", "MB", "GB", "TB", "PB", "EB", "ZB", "YB"))
 
 
 def frequency_text(frequency: float) -> str:
     """Return a frequency in Hz in readable form."""
-    return _scaled(frequency, 1000, ("Hz", "kHz", "MHz", "GHz", "THz", "PHz", "EHz", "ZHz", "YHz"))
+    return _with_unit(frequency, 1000, ("Hz", "kHz", "MHz", "GHz", "THz", "PHz", "EHz", "ZHz", "YHz"))
 
 
-def _scaled(value: float, step: float, units: tuple[str, ...]) -> str:
+def _with_unit(value: float, step: float, units: tuple[str, ...]) -> str:
     for unit in units:
         if value < step:
             return f"{value:.1f} {unit}"
@@ -301,15 +307,15 @@ def _scaled(value: float, step: float, units: tuple[str, ...]) -> str:
 
 
 def info_values(summary: Summary) -> dict[str, Any]:
-    """Return what ``bag info -y`` prints, as values. Floats are strings with a fixed number of digits."""
+    """Return the values that ``bag info -y`` prints. Floats are strings with a fixed number of digits."""
     values: dict[str, Any] = {"path": summary.path, "version": summary.version}
     if summary.empty:
         return values | {"size": summary.size, "indexed": False}
     stamps = {"duration": summary.duration, "start": summary.start, "end": summary.end}
     values |= {name: f"{stamp:.6f}" for name, stamp in stamps.items()}
     values |= {"size": summary.size, "messages": summary.messages, "indexed": "unindexed" not in summary.version}
-    commonest = max(summary.storage.items(), key=lambda item: (item[1].chunks, item[0]), default=("none", None))
-    values["compression"] = commonest[0]
+    most_common = max(summary.storage.items(), key=lambda item: (item[1].chunks, item[0]), default=("none", None))
+    values["compression"] = most_common[0]
     if summary.compressed:
         values["uncompressed"], values["compressed"] = summary.sizes
     if summary.encryption:
@@ -329,7 +335,7 @@ def _topic_values(topic: Topic) -> dict[str, Any]:
 
 
 def yaml_text(values: dict[str, Any]) -> str:
-    """Return the YAML of ``bag info -y``, byte for byte as stock's."""
+    """Return the YAML of ``bag info -y``, byte for byte like that of stock."""
     lines = []
     for name, value in values.items():
         if isinstance(value, list):

@@ -1,4 +1,4 @@
-"""Runs one operation on a bag at a time, for any threads and signal handlers."""
+"""Runs operations on a bag one at a time, for any threads and signal handlers."""
 
 from __future__ import annotations
 
@@ -8,44 +8,44 @@ from collections.abc import Callable
 from typing import Any
 
 
-class Serialized:
+class SerializedOperations:
     """Serializes operations on a bag.
 
-    Operations of other threads wait. If a signal handler requests one while its own thread is in the middle of another,
-    it cannot wait for that: it is performed as soon as the interrupted operation has ended. So a program may close its
-    bag when a signal ends its node.
+    Operations of other threads wait. If a signal handler requests one while it interrupts another in its own thread, it
+    cannot wait for that one, so the operation runs as soon as the interrupted one has finished. So a program can close
+    its bag when a signal ends its node.
 
     Attributes:
-        lock: held by the thread whose turn it is.
-        busy: whether that thread is in the middle of an operation.
+        lock: held by the thread that runs an operation.
+        busy: whether an operation is running.
     """
 
     def __init__(self) -> None:
         self.lock = threading.RLock()
         self.busy = False
-        self._later: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
+        self._postponed: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
 
     def do(self, action: Callable[..., object], *args: Any) -> None:
-        """Call a function, now or when the interrupted operation has ended."""
+        """Call a function now, or when the interrupted operation has finished."""
         with self.lock:
             if self.busy:
-                self._later.append((action, args))
+                self._postponed.append((action, args))
                 return
-            self._catch_up()
+            self._run_postponed()
             try:
                 self.busy = True
                 action(*args)
             finally:
                 self.busy = False
-            self._catch_up()
+            self._run_postponed()
 
-    def _catch_up(self) -> None:
-        """Perform the postponed operations in order, even if a signal handler runs between any two of these lines."""
-        while self._later:
+    def _run_postponed(self) -> None:
+        """Run the postponed operations in order, even if a signal handler runs between any two of these lines."""
+        while self._postponed:
             try:
                 self.busy = True
-                if self._later:
-                    action, args = self._later.popleft()
+                if self._postponed:
+                    action, args = self._postponed.popleft()
                     action(*args)
             finally:
                 self.busy = False

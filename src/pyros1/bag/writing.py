@@ -1,4 +1,4 @@
-"""Writes bags in Python, new or existing ones: messages as objects, or encoded."""
+"""Writes new or existing bags from Python, with messages as objects or encoded."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pyros1.bag.errors import BagError
 from pyros1.bag.format.appending import append
 from pyros1.bag.format.records import NS
 from pyros1.bag.format.writer import CHUNK_THRESHOLD, BagWriter
-from pyros1.bag.serialized import Serialized
+from pyros1.bag.serialized import SerializedOperations
 from pyros1.ground.timing import Time
 from pyros1.msgs import AnyMsg, Message
 
@@ -23,14 +23,14 @@ Header = Mapping[str, str | bytes]
 class BagOutput:
     """A bag open for writing; use it in a ``with`` statement. Any thread or signal handler may write and close.
 
-    Until it is closed the bag has no index: after a crash `pyros1 bag reindex` recovers everything written except the
-    last chunk. An exception in the ``with`` block closes the bag as usual: it is complete up to there.
+    Until it is closed, the bag has no index: after a crash, `pyros1 bag reindex` recovers everything written except the
+        last chunk. An exception in the ``with`` block closes the bag as usual, so it is complete up to that point.
 
     Args:
         target: path of the file, or an open binary file, for reading and writing, which stays open.
         more: whether to keep the content of the file and append to it; it is created if it does not exist.
         compression: ``none``, ``bz2`` or ``lz4``.
-        chunk_threshold: bytes, uncompressed, beyond which a chunk is closed.
+        chunk_threshold: uncompressed size in bytes above which a chunk is closed.
 
     Raises:
         UnindexedError: with `more`, the bag was not closed; `pyros1 bag reindex` repairs it.
@@ -46,10 +46,10 @@ class BagOutput:
         compression: str = "none",
         chunk_threshold: int = CHUNK_THRESHOLD,
     ) -> None:
-        new = not more or (isinstance(target, (str, os.PathLike)) and not os.path.exists(target))
-        self.writer = (BagWriter if new else append)(target, compression, chunk_threshold)
-        self._conns: dict[Any, int] = {}
-        self._serialized = Serialized()
+        is_new = not more or (isinstance(target, (str, os.PathLike)) and not os.path.exists(target))
+        self.writer = (BagWriter if is_new else append)(target, compression, chunk_threshold)
+        self._conn_ids: dict[Any, int] = {}
+        self._serialized = SerializedOperations()
 
     @property
     def path(self) -> str:
@@ -71,13 +71,13 @@ class BagOutput:
 
         Args:
             topic: name of its topic.
-            message: the message; an `AnyMsg` as it was received.
-            stamp: time at which it was received, as a Time or seconds since 1970; None: now.
-            header: the publisher's connection header. None: that of the received `AnyMsg`; otherwise topic and type.
+            message: the message; an `AnyMsg` is written as it was received.
+            stamp: time at which it was received, as a Time or in seconds since 1970; None for now.
+            header: the publisher's connection header. None for that of the received `AnyMsg`, or else topic and type.
                 Messages of the same topic, type and header share one connection.
 
         Raises:
-            SerializationError: a value does not fit its field. Nothing is written then.
+            SerializationError: a value does not fit its field; nothing is written then.
             BagError: the stamp cannot be stored, or the header has no type.
             ValueError: the bag is closed.
             OSError: the disk is full, ... Earlier messages are kept.
@@ -87,7 +87,7 @@ class BagOutput:
             header = message._connection_header or {}
         data = cls._encode(message)
         if header is None:
-            self._put((topic, cls), topic, data, stamp, cls)
+            self._write_serialized((topic, cls), topic, data, stamp, cls)
         else:
             self.write_raw(topic, data, header, stamp)
 
@@ -105,19 +105,21 @@ class BagOutput:
         Raises:
             BagError, ValueError, OSError: as for :meth:`write`.
         """
-        self._put((topic, *sorted(header.items())), topic, data, stamp, header)
+        self._write_serialized((topic, *sorted(header.items())), topic, data, stamp, header)
 
-    def _put(self, key: Any, topic: str, data: bytes | memoryview, stamp: Time | float | None, source: Any) -> None:
+    def _write_serialized(
+        self, key: Any, topic: str, data: bytes | memoryview, stamp: Time | float | None, source: Any
+    ) -> None:
         self._serialized.do(self._write, key, topic, data, _nanoseconds(stamp), source)
 
     def _write(self, key: Any, topic: str, data: bytes | memoryview, nanoseconds: int, source: Any) -> None:
-        conn = self._conns.get(key)
+        conn = self._conn_ids.get(key)
         if conn is None:
-            conn = self._conns[key] = self.writer.add_connection(topic, self._fields(source))
+            conn = self._conn_ids[key] = self.writer.add_connection(topic, self._fields(source))
         self.writer.write(conn, nanoseconds, data)
 
     def _fields(self, source: Any) -> dict[str, bytes]:
-        """Return a connection header as bytes, given one as text, or a message class."""
+        """Return a connection header as bytes, given one with strings or a message class."""
         if isinstance(source, type):
             cls: Any = source
             source = {"type": cls._type, "md5sum": cls._md5sum, "message_definition": cls._full_text}
@@ -131,11 +133,11 @@ class BagOutput:
         return fields
 
     def flush(self) -> None:
-        """Hand all written data to the system: it survives a crash of this process."""
+        """Pass all written data to the system, so that it survives a crash of this process."""
         self._serialized.do(self.writer.flush)
 
     def close(self) -> None:
-        """Write the rest and the index, and close the file. A second call does nothing.
+        """Write the remaining data and the index, and close the file. A second call does nothing.
 
         Raises:
             OSError: the file cannot be written; it is closed anyway, and can be reindexed.

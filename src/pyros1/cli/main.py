@@ -1,4 +1,4 @@
-"""The ``pyros1`` program. All else is loaded once Ctrl-C ends the process quietly."""
+"""The ``pyros1`` program: everything else is loaded after Ctrl-C has been made to end the process quietly."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ import sys
 def entry(argv: list[str] | None = None, *, alone: bool | None = None) -> int:
     """Run a command.
 
-    Ctrl-C ends commands that run until Ctrl-C with 0. It ends other commands like the signal itself, so that a shell
-    loop around them ends as well.
+    Commands that run until Ctrl-C exit with code 0. Other commands die of the signal, so that a shell loop around them
+    stops as well.
 
     Args:
-        argv: the command line with the program's name; None means ``sys.argv``. Under a stock tool's name, such as
-            ``rostopic``, the program is that tool.
-        alone: whether this process only runs the command; None: it does if there is no ``argv``.
+        argv: the command line, including the program's name; None for ``sys.argv``. If the name is a stock tool's, such
+            as ``rostopic``, the program acts as that tool.
+        alone: whether this process only runs the command; None for True if `argv` is None.
 
     Returns:
         The exit code.
@@ -24,7 +24,7 @@ def entry(argv: list[str] | None = None, *, alone: bool | None = None) -> int:
         alone = argv is None
     if alone:
         exit_quietly_on_sigint()
-    from pyros1.cli.dispatch import dispatch  # noqa: PLC0415 - a traceback of imports would be useless
+    from pyros1.cli.dispatch import dispatch  # noqa: PLC0415 - a traceback from imports would be useless
 
     return dispatch(sys.argv if argv is None else argv, alone)
 

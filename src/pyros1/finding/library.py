@@ -59,7 +59,7 @@ class Library:
 
         Raises:
             UnknownTypeError: there is no such type.
-            DefinitionError: the definition is wrong; the text names file and line.
+            DefinitionError: the definition is wrong; the message names file and line.
         """
         spec = self.find_message(name)
         if spec is None:
@@ -72,7 +72,7 @@ class Library:
         For names received from peers: the search for similar names, as for an error, takes long.
 
         Raises:
-            DefinitionError: the definition is wrong; the text names file and line.
+            DefinitionError: the definition is wrong; the message names file and line.
         """
         spec = self._messages.get(name)
         if spec is None:

@@ -25,7 +25,7 @@ _DEPENDENCY_TAGS = frozenset(
 
 
 class ManifestError(Error):
-    """A package.xml or manifest.xml cannot be read; the text names it."""
+    """A package.xml or manifest.xml cannot be read; the message names it."""
 
 
 @dataclass(frozen=True)

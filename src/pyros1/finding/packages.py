@@ -114,7 +114,7 @@ class PackageIndex:
         """Return the folder of the package.
 
         Raises:
-            PackageNotFoundError: there is no such package; the text names the folders that were searched.
+            PackageNotFoundError: there is no such package; the message names the folders that were searched.
         """
         return _paths([self.find_folder(name)])[0]
 

@@ -23,7 +23,7 @@ def stubs(library: Library, packages: Iterable[str]) -> Iterator[tuple[Path, str
 
     Raises:
         UnknownTypeError: there is no such package.
-        DefinitionError: a definition is wrong; the text names file and line.
+        DefinitionError: a definition is wrong; the message names file and line.
     """
     for package in packages:
         if not library.has_package(package):
@@ -42,7 +42,7 @@ def needed(library: Library, package: str) -> set[str]:
     """Return the packages whose messages are fields in a package's definitions, as far as they exist.
 
     Raises:
-        DefinitionError: a definition is wrong; the text names file and line.
+        DefinitionError: a definition is wrong; the message names file and line.
     """
     specs = [library.message(f"{package}/{short}") for short in library.messages(package)]
     for short in library.services(package):

@@ -184,7 +184,7 @@ class MasterUnreachableError(MasterError):
 
 
 class ServiceError(Error):
-    """A service call failed; the text says where and why.
+    """A service call failed; the message says where and why.
 
     Args:
         message: the text.

@@ -33,7 +33,7 @@ def load_message(type_name: str) -> type[Message]:
 
     Raises:
         UnknownTypeError: no definition was found.
-        DefinitionError: the definition is wrong; the text names file and line.
+        DefinitionError: the definition is wrong; the message names file and line.
     """
     made: type[Message] = generated.finder().message(type_name)
     return made

@@ -10,7 +10,7 @@ are first asked for, so that making a class costs little and an unused direction
 * ``cls._decode(buffer, start, end, exact=False)``: a message from ``buffer[start:end]``, which must be bytes; if
   ``exact`` is true, bytes behind the message, or a last string that is cut off, raise LengthError: else, as in stock,
   they do not matter;
-* ``cls._read(buffer, start, end)``: a message from the beginning of ``buffer[start:end]`` and the offset behind it;
+* ``cls._read(buffer, start, end)``: a message from the beginning of ``buffer[start:end]`` and the offset after it;
 * ``cls._decode_arrays(buffer, start, end, view, exact=False)``, ``cls._read_arrays(...)``: the same, but numeric arrays
   are made by ``view(buffer, position, count, struct_code)``, see ``array_views.py``;
 * ``cls._copy(msg)``: the message that encoding and decoding would give, without either of them.
@@ -162,7 +162,7 @@ class Message(metaclass=MessageType):
         """Write the encoded body to a file-like object.
 
         Raises:
-            SerializationError: a value does not fit its field; the text names the field.
+            SerializationError: a value does not fit its field; the message names the field.
         """
         if _is_generated(type(self)):
             buff.write(message_class(type(self))._encode(self))

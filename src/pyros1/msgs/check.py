@@ -57,7 +57,7 @@ def check_value(name: str, slot_type: str, value: Any, find: Callable[[str], typ
         find: returns the class of a message type, None if there is none.
 
     Raises:
-        SerializationError: the value does not fit; the text names the field.
+        SerializationError: the value does not fit; the message names the field.
     """
     base = slot_type.partition("[")[0]
     if base not in BUILTINS:

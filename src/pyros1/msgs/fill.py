@@ -24,7 +24,7 @@ def fill_message(message: Any, args: Any, now: Time | None = None, keys: Mapping
         keys: further words that stand for times and messages, with their values.
 
     Raises:
-        MessageError: a value does not fit its field; the text names the field.
+        MessageError: a value does not fit its field; the message names the field.
     """
     if isinstance(args, dict):
         args = [args]

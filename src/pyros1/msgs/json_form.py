@@ -120,7 +120,7 @@ def from_json(cls: type[Message], value: Any, now: Time | None = None) -> Messag
         now: the time that the words ``now`` and ``auto`` stand for, as in `fill_message`.
 
     Raises:
-        MessageError: a value does not fit its field; the text names the field.
+        MessageError: a value does not fit its field; the message names the field.
     """
     message = cls()
     fill_message(message, _plain(cls, value, ""), now)

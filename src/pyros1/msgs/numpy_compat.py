@@ -25,7 +25,7 @@ def with_plain_numbers(cls: type[Message], codec: str, message: Any, error: Exce
         error: the codec's error.
 
     Raises:
-        SerializationError: the value is wrong; the text names its field.
+        SerializationError: the value is wrong; the message names its field.
     """
     plain = _plain_message(cls, message)
     if plain is message:

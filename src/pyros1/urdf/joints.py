@@ -50,7 +50,7 @@ def options(get: Callable[[str, Any], Any]) -> Options:
         get: takes a parameter's name and default; returns its value.
 
     Raises:
-        UrdfError: a value is of the wrong kind; the text names the parameter.
+        UrdfError: a value is of the wrong kind; the message names the parameter.
     """
     sources = get("source_list", [])
     if not isinstance(sources, (list, tuple)) or not all(isinstance(each, str) for each in sources):

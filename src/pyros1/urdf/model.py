@@ -16,7 +16,7 @@ MAX_WARNINGS = 50
 
 
 class UrdfError(Error):
-    """A description of a robot cannot be used; the text names the element, and suggests a fix."""
+    """A description of a robot cannot be used; the message names the element, and suggests a fix."""
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from rosbags.interfaces import Nodetype
 
 import pyros1.bag
 from pyros1.bag import BagWriter
-from pyros1.bag.export.extras import extra
+from pyros1.bag.export.extras import import_extra
 from pyros1.bag.export.legal_names import LegalNames
 from pyros1.cli.running import run_command
 from pyros1.ground.errors import Error
@@ -214,7 +214,7 @@ class FakeImage:
 
 @pytest.fixture
 def pillow(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.bag.export.image_files.extra", lambda *words: FakePillow("PIL.Image"))
+    monkeypatch.setattr("pyros1.bag.export.image_files.import_extra", lambda *words: FakePillow("PIL.Image"))
 
 
 def an_image(encoding: str, data: bytes, width: int, stamp: Time | None = None, step: int = 0) -> Message:
@@ -265,7 +265,7 @@ def test_images_that_cannot_be_written_are_named(run: Run, tmp_path: Path) -> No
     code, out, err = run("export", "x.bag", "--format", "images")
     assert (code, out) == (1, "x_images: 1 messages of 2 topics\n")
     assert err.splitlines() == [
-        "WARNING: /a: 1 message left out: images of the encoding 'jpeg2000' are not supported",
+        "WARNING: /a: 1 message left out: images with the encoding 'jpeg2000' are not supported",
         "WARNING: /b: 1 message left out: the image's step is 2, but rows of 1 pixels in rgb8 take 3 bytes",
         "WARNING: /b: 2 messages left out: PNG and TIFF files cannot store images of the encoding '16SC3'; "
         "try --format video",
@@ -311,7 +311,7 @@ def test_an_extra_that_is_missing_is_named(
     assert f"pip install 'pyros1[{package}]'" in err
     assert files(tmp_path) == ["x.bag"]
     with pytest.raises(Error, match="nope_not_there"):
-        extra("nope_not_there.x", "x")
+        import_extra("nope_not_there.x", "x")
 
 
 # MCAP and ROS 2 ---------------------------------------------------------------------------------------------------

@@ -87,7 +87,7 @@ def chunk(records: bytes, compression: str = "", size: int | None = None, crc: i
     pack = {"": bytes, "lz4": lz4.frame.compress, "zstd": lambda data: zstd().compress(data)}
     stored = pack.get(compression, bytes)(records)
     fields = CHUNK.pack(0, 0, len(records) if size is None else size, zlib.crc32(records) if crc is None else crc)
-    return mcap.pack_record(mcap.OP_CHUNK, fields, mcap.pack_text(compression), U64.pack(len(stored)), stored)
+    return mcap.pack_record(mcap.OP_CHUNK, fields, mcap.pack_string(compression), U64.pack(len(stored)), stored)
 
 
 def write(path: Path, *records: bytes, profile: str = "ros1", end: bytes | None = None) -> Path:
@@ -168,10 +168,10 @@ def test_the_index_leads_to_every_message(
     op, size, summary, offsets, crc = struct.unpack_from("<BQQQI", data, footer)
     assert (op, size, crc) == (mcap.OP_FOOTER, 20, zlib.crc32(data[summary : footer + 25]))
     groups = {}
-    for op, part in mcap.walk(data[offsets:footer]):
+    for op, part in mcap.iter_records(data[offsets:footer]):
         assert op == mcap.OP_SUMMARY_OFFSET
         kind, start, length = struct.unpack("<BQQ", part)
-        groups[kind] = list(mcap.walk(data[start : start + length]))
+        groups[kind] = list(mcap.iter_records(data[start : start + length]))
         assert {op for op, _ in groups[kind]} == {kind}
     assert [mcap.parse_schema(part).name for _, part in groups[mcap.OP_SCHEMA]] == ["std_msgs/Int32", "std_msgs/String"]
     topics = {found.id: found.topic for _, part in groups[mcap.OP_CHANNEL] if (found := mcap.parse_channel(part))}
@@ -184,25 +184,25 @@ def test_the_index_leads_to_every_message(
     found = []
     for _, part in groups[mcap.OP_CHUNK_INDEX]:
         cursor = mcap.Cursor(part)
-        first, last, start, length = (cursor.number(U64) for _ in range(4))
-        indexes = mcap.Cursor(cursor.block())
-        index_length, compression = cursor.number(U64), cursor.text()
-        size, unpacked = cursor.number(U64), cursor.number(U64)
-        ((op, whole),) = mcap.walk(data[start : start + length])
+        first, last, start, length = (cursor.read_number(U64) for _ in range(4))
+        indexes = mcap.Cursor(cursor.read_block())
+        index_length, compression = cursor.read_number(U64), cursor.read_string()
+        size, unpacked = cursor.read_number(U64), cursor.read_number(U64)
+        ((op, whole),) = mcap.iter_records(data[start : start + length])
         assert (op, compression, size) == (mcap.OP_CHUNK, "", unpacked)
         assert CHUNK.unpack_from(whole)[:3] == (first, last, unpacked)
         records = bytes(whole[-unpacked:])
         covered = 0
         while indexes:
-            number, place = indexes.number(mcap.U16), indexes.number(U64)
+            number, place = indexes.read_number(mcap.U16), indexes.read_number(U64)
             op, length = mcap.HEAD.unpack_from(data, place)
             covered += mcap.HEAD.size + length
             inner = mcap.Cursor(data[place + mcap.HEAD.size : place + mcap.HEAD.size + length])
-            assert (op, inner.number(mcap.U16)) == (mcap.OP_MESSAGE_INDEX, number)
-            entries = mcap.Cursor(inner.block())
+            assert (op, inner.read_number(mcap.U16)) == (mcap.OP_MESSAGE_INDEX, number)
+            entries = mcap.Cursor(inner.read_block())
             while entries:
-                time, offset = entries.number(U64), entries.number(U64)
-                op, body = next(mcap.walk(records[offset:]))
+                time, offset = entries.read_number(U64), entries.read_number(U64)
+                op, body = next(mcap.iter_records(records[offset:]))
                 fields = mcap.MESSAGE.unpack_from(body)
                 assert (op, fields[0], fields[2]) == (mcap.OP_MESSAGE, number, time) and first <= time <= last
                 found.append((topics[number], fields[1], time, bytes(body[mcap.MESSAGE.size :])))
@@ -239,7 +239,7 @@ def test_compressed_data_may_be_in_several_frames(tmp_path: Path) -> None:
     parts = [schema() + channel(1, "/a"), message(1, 0) + message(1, 1)]
     stored = b"".join(zstd().compress(part) for part in parts)
     fields = CHUNK.pack(0, 0, sum(map(len, parts)), 0)
-    record = mcap.pack_record(mcap.OP_CHUNK, fields, mcap.pack_text("zstd"), U64.pack(len(stored)), stored)
+    record = mcap.pack_record(mcap.OP_CHUNK, fields, mcap.pack_string("zstd"), U64.pack(len(stored)), stored)
     with McapReader(write(tmp_path / "x.mcap", record)) as reader:
         assert [time - START for _, time, _ in reader.messages()] == [0, 10**7]
 
@@ -308,7 +308,7 @@ FINE = KNOWN + message(1, 0)
         (chunk(FINE, "zstd").replace(b"\x28\xb5\x2f\xfd", b"abcd"), "the chunk's zstd data are damaged"),
         (chunk(FINE, "lz4").replace(b"\x04\x22\x4d\x18", b"abcd"), "the chunk's lz4 data are damaged"),
         (chunk(FINE[:-3]), "runs past its end"),
-        (FINE + mcap.pack_record(mcap.OP_MESSAGE, mcap.MESSAGE.pack(1, 0, 1 << 63, 0)), "bags can hold 0 to 2^32 s"),
+        (FINE + mcap.pack_record(mcap.OP_MESSAGE, mcap.MESSAGE.pack(1, 0, 1 << 63, 0)), "bags can store 0 to 2^32 s"),
     ],
 )
 def test_what_is_damaged_is_named_and_leaves_nothing(run: Run, tmp_path: Path, records: bytes, words: str) -> None:
@@ -325,7 +325,7 @@ def entry(offset: int, record: bytes, **lies: Any) -> bytes:
     facts = mcap.ChunkIndex(0, 0, offset, len(record), "", size, size)._replace(**lies)
     numbers = [U64.pack(number) for number in (*facts[:4], 0, facts.stored, facts.size)]
     return mcap.pack_record(
-        mcap.OP_CHUNK_INDEX, *numbers[:4], U32.pack(0), numbers[4], mcap.pack_text(facts.compression), *numbers[5:]
+        mcap.OP_CHUNK_INDEX, *numbers[:4], U32.pack(0), numbers[4], mcap.pack_string(facts.compression), *numbers[5:]
     )
 
 
@@ -346,7 +346,11 @@ SMALL, BIG = chunk(KNOWN), chunk(bytes(630_000))
         ([SMALL], [entry(BEGIN + 9, SMALL)], "is wrong about"),
         ([SMALL], [entry(BEGIN, SMALL)] * 2, "lists a chunk twice"),
         ([BIG, BIG], [entry(BEGIN, BIG), entry(BEGIN + len(BIG), BIG)], "hold 1260000 bytes"),
-        ([SMALL, mcap.pack_record(mcap.OP_FOOTER, U64.pack(BEGIN), bytes(12))], [], "not at the place given"),
+        (
+            [SMALL, mcap.pack_record(mcap.OP_FOOTER, U64.pack(BEGIN), bytes(12))],
+            [],
+            "not where the end of the file",
+        ),
     ],
 )
 def test_what_lies_is_refused_before_rosbags_believes_it(

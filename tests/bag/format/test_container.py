@@ -80,7 +80,7 @@ def test_chunks_that_all_overlap_are_not_all_kept(tmp_path: Path, monkeypatch: p
             for i in range(10):
                 writer.write(conn, 10 * i + topic, bytes(200))
             writer.flush()
-    monkeypatch.setattr("pyros1.bag.format.reader.MAX_OPEN", 5000)
+    monkeypatch.setattr("pyros1.bag.format.reader.MAX_OPEN_BYTES", 5000)
     with BagReader(tmp_path / "x.bag") as bag:
         assert [message.time for message in bag.messages()] == list(range(100))
 

@@ -299,7 +299,7 @@ def test_what_was_not_searched_is_said(tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.setattr("pyros1.bag.format.scanner.MIN_READ_BUDGET", 0)
     (tmp_path / "x.bag").write_bytes(b"#ROSBAG V2.0\n" + make_bag_header() + chunk_head(b"none", 1 << 30, 5) * 500)
     saved = reindex(tmp_path / "x.bag", tmp_path / "new.bag")
-    assert "there is too much damage, so the rest of the file was not searched" in saved.damages[-1].reason
+    assert "there is so much damage that the rest of the file was not searched" in saved.damages[-1].reason
 
 
 def test_chunks_in_each_other_are_not_read(tmp_path: Path) -> None:

@@ -144,12 +144,12 @@ def test_pause_holds_the_clock_which_ticks_on(stage: Stage, play: Any, control: 
     stage.plan = [(0.2045, control.toggle), (1.2045, control.toggle)]
     play(range(0, 401, 10), clock_rate=100)
     assert stage.numbers() == close_to((t / 1000 if t <= 200 else t / 1000 + 1.0, t) for t in range(0, 401, 10))
-    before, is_held, after = (
+    before, is_paused, after = (
         [(wall, value) for wall, value in stage.clocks() if low <= wall < high]
         for low, high in ((0, 0.2045), (0.2045, 1.2045), (1.2045, 9))
     )
     assert before == close_to((tick * 0.01, tick * 10) for tick in range(21))
-    assert is_held == close_to(((21 + tick) * 0.01, 204.5) for tick in range(100))
+    assert is_paused == close_to(((21 + tick) * 0.01, 204.5) for tick in range(100))
     assert after == close_to(((121 + tick) * 0.01, 210 + tick * 10) for tick in range(20))
 
 

@@ -123,10 +123,10 @@ def test_timeline_flows_at_its_rate_and_stands_while_held() -> None:
     line.set(BEGIN, 10.0)
     assert line.bag_at(10.5) == BEGIN + 1000 * MS
     assert line.wall_at(BEGIN + 4000 * MS) == pytest.approx(12.0)
-    line.set_held(11.0, True)
-    line.set_held(11.5, True)
+    line.set_paused(11.0, True)
+    line.set_paused(11.5, True)
     assert line.bag_at(100.0) == BEGIN + 2000 * MS
-    line.set_held(20.0, False)
+    line.set_paused(20.0, False)
     assert line.bag_at(20.5) == BEGIN + 3000 * MS
 
 

@@ -25,11 +25,11 @@ MOMENT = time.mktime((2026, 11, 20, 20, 24, 3, 0, 0, -1))
         (FileNames(), "2026-11-20-20-24-03.bag"),
         (FileNames("pre"), "pre_2026-11-20-20-24-03.bag"),
         (FileNames("dir/pre.bag"), "dir/pre_2026-11-20-20-24-03.bag"),
-        (FileNames("name", dated=False), "name.bag"),
-        (FileNames("name.bag", dated=False), "name.bag"),
-        (FileNames("pre", numbered=True), "pre_2026-11-20-20-24-03_7.bag"),
-        (FileNames("name.bag", dated=False, numbered=True), "name_7.bag"),
-        (FileNames(numbered=True), "2026-11-20-20-24-03_7.bag"),
+        (FileNames("name", has_date=False), "name.bag"),
+        (FileNames("name.bag", has_date=False), "name.bag"),
+        (FileNames("pre", has_number=True), "pre_2026-11-20-20-24-03_7.bag"),
+        (FileNames("name.bag", has_date=False, has_number=True), "name_7.bag"),
+        (FileNames(has_number=True), "2026-11-20-20-24-03_7.bag"),
     ],
 )
 def test_names(names: FileNames, expected: str) -> None:
@@ -39,15 +39,15 @@ def test_names(names: FileNames, expected: str) -> None:
 
 def test_selection() -> None:
     """B15: expressions match whole names; what is excluded is so however it was found, but not if it was named."""
-    every = Selection(everything=True, exclude="/cam.*")
-    assert every.wants("/odom") and not every.wants("/cam1") and every.polling
+    every = Selection(all_topics=True, exclude="/cam.*")
+    assert every.selects("/odom") and not every.selects("/cam1") and every.needs_polling
     some = Selection(["/cam[0-9]", "/odom"], regex=True, exclude=".*9")
-    assert some.wants("/cam1") and not some.wants("/cam12") and not some.wants("/cam9")
-    assert not some.wants("/my/odom") and some.named() == []
+    assert some.selects("/cam1") and not some.selects("/cam12") and not some.selects("/cam9")
+    assert not some.selects("/my/odom") and some.fixed_topics() == []
     node = Selection(node="/n")
-    assert node.wants("/a", ["/a"]) and not node.wants("/b", ["/a"]) and node.polling
+    assert node.selects("/a", ["/a"]) and not node.selects("/b", ["/a"]) and node.needs_polling
     plain = Selection(["/a"], exclude="/a")
-    assert plain.named() == ["/a"] and not plain.polling
+    assert plain.fixed_topics() == ["/a"] and not plain.needs_polling
     with pytest.raises(Error, match=r"not a regular expression"):
         Selection(exclude="(")
 

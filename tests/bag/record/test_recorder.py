@@ -42,7 +42,7 @@ def until(reached: Callable[[], Any], what: str = "", timeout: float = DEADLINE)
 
 
 def options(folder: Path, **settings: Any) -> RecordOptions:
-    names = FileNames(str(folder / "r"), dated=False, numbered=bool(settings.get("split")))
+    names = FileNames(str(folder / "r"), has_date=False, has_number=bool(settings.get("split")))
     return RecordOptions(names=names, min_space=0, **settings)
 
 
@@ -182,7 +182,7 @@ def test_a_publisher_that_comes_again_is_the_same_connection(tmp_path: Path, mak
 
 
 def test_too_little_space_is_said_at_once(tmp_path: Path, make_node: Any) -> None:
-    settings = RecordOptions(names=FileNames(str(tmp_path / "r"), dated=False), min_space=1 << 60)
+    settings = RecordOptions(names=FileNames(str(tmp_path / "r"), has_date=False), min_space=1 << 60)
     with pytest.raises(BagError, match="space"):
         Recorder(make_node("record"), settings)
     assert not list(tmp_path.glob("r*"))
@@ -218,7 +218,7 @@ def test_a_folder_of_that_name_is_said_at_once(tmp_path: Path, make_node: Any) -
 
 def test_the_clock_may_leap_and_begin_anew(tmp_path: Path, make_node: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     now = 100 * 10**9
-    monkeypatch.setattr("pyros1.bag.record.recorder.clock_of", lambda node: lambda: now)
+    monkeypatch.setattr("pyros1.bag.record.recorder.make_clock", lambda node: lambda: now)
     publisher = make_node("talker").advertise("t", Float64, queue_size=0)
     with Recorder(make_node("record"), options(tmp_path, split=True, max_duration=1e-3)) as recorder:
         recorder.subscribe("/t")

@@ -68,7 +68,7 @@ def test_a_snapshot_is_a_bag_by_time(tmp_path: Path, make_node: Any) -> None:
     talker = make_node("talker")
     talker.advertise("map", String, latch=True).publish("m")
     publishers = [talker.advertise(name, Float64, queue_size=0) for name in ("a", "b")]
-    options = RecordOptions(names=FileNames(str(tmp_path / "s"), dated=False, numbered=True), min_space=0)
+    options = RecordOptions(names=FileNames(str(tmp_path / "s"), has_date=False, has_number=True), min_space=0)
     snapshots = Snapshots(make_node("record"), options, 0.0, 0, lambda text: None)
     assert snapshots.write() == ("", 0) and not list(tmp_path.glob("s*")), "nothing has come yet"
     for name in ("/map", "/a", "/b"):

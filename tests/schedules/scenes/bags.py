@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from pyros1.bag.format.reader import BagReader
-from pyros1.bag.format.writer import EMPTY_SIZE
+from pyros1.bag.format.writer import EMPTY_BAG_SIZE
 from pyros1.bag.record.model import RecordOptions
 from pyros1.bag.record.names import FileNames
 from pyros1.bag.record.queue import OVERHEAD
@@ -86,7 +86,7 @@ class Recording(Scenario):
         """Play it, with files there."""
         source: Any = Source()
         ended: list[bool] = []
-        names = FileNames(str(folder / "r"), dated=False, numbered=bool(self.settings.get("split")))
+        names = FileNames(str(folder / "r"), has_date=False, has_number=bool(self.settings.get("split")))
         options = RecordOptions(names=names, min_space=0, **self.settings)
         recorder = Recorder(source, options, Events(ended=lambda: ended.append(True)))
         for name in TOPICS:
@@ -136,14 +136,14 @@ class RecordingDropping(Recording):
 class RecordingSplit(Recording):
     """A new file begins after each few messages."""
 
-    settings = {"split": True, "max_size": EMPTY_SIZE + 2 * SIZE}
+    settings = {"split": True, "max_size": EMPTY_BAG_SIZE + 2 * SIZE}
     enough = 9
 
 
 class RecordingToLimit(Recording):
     """The recording ends by itself when the file is large enough; what comes later counts."""
 
-    settings = {"max_size": EMPTY_SIZE + 5 * SIZE}
+    settings = {"max_size": EMPTY_BAG_SIZE + 5 * SIZE}
     enough = 1000
 
 
@@ -166,7 +166,7 @@ class RecordingSome(Recording):
 class FullFile(FileIO):
     """A file on a disk that is full soon."""
 
-    room = EMPTY_SIZE + 1500
+    room = EMPTY_BAG_SIZE + 1500
 
     def write(self, data: Any) -> int:
         """Write as much as there is room for."""
@@ -199,7 +199,7 @@ class Snapping(Scenario):
     def act(self, stage: Stage, folder: Path) -> None:
         """Play it, with files there."""
         source: Any = Source()
-        names = FileNames(str(folder / "s"), dated=False)
+        names = FileNames(str(folder / "s"), has_date=False)
         snapshots = Snapshots(
             source, RecordOptions(names=names, min_space=0), 0.0, self.kept * (SIZE + OVERHEAD), lambda text: None
         )

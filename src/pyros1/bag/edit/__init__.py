@@ -1,1 +1,1 @@
-"""Writes new bags from old ones."""
+"""Writes new bags from existing ones."""

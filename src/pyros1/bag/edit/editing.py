@@ -1,7 +1,7 @@
-"""Writes new bags from old ones: filters, merges, renames topics, shifts times, compresses.
+"""Writes new bags from existing ones: filters, merges, renames topics, shifts times, compresses.
 
-Connection headers are kept. Each operation is one pass over messages in order of time, into a `CopyWriter`. Commands
-encrypt new bags with the key of the old one.
+Connection headers are kept. Each operation is one pass over the messages in order of time, into a `CopyWriter`.
+Commands encrypt the new bag with the key of the old one.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from pyros1.bag.format.writer import CHUNK_THRESHOLD, BagWriter
 
 @dataclass(frozen=True)
 class MessageSelection:
-    """Choice of messages; by default all.
+    """A selection of messages; by default all.
 
     Attributes:
         topics: names or patterns with ``*``; empty means all.
         start: earliest time in nanoseconds, None for no limit.
         end: latest time.
-        drop: connections to leave out, by id or by name of the publisher.
+        drop: ids or publisher names of connections to leave out.
     """
 
     topics: Sequence[str] = ()
@@ -50,8 +50,8 @@ class MessageSelection:
         return not self.topics or any(fnmatch.fnmatchcase(name, topic.lstrip("/")) for topic in self.topics)
 
 
-def merged(bags: Sequence[BagReader], selection: MessageSelection | None = None) -> Iterator[RawMessage]:
-    """Yield the messages of several bags in order of time; with the same time, in the order of the bags.
+def merge(bags: Sequence[BagReader], selection: MessageSelection | None = None) -> Iterator[RawMessage]:
+    """Yield the messages of several bags in order of time; those of the same time in the order of the bags.
 
     Raises:
         BagError: a bag cannot be read.
@@ -73,37 +73,37 @@ class CopyWriter:
     def __init__(self, writer: BagWriter, rename: Callable[[str], str] | None = None) -> None:
         self._writer = writer
         self._rename = rename
-        self._numbers: dict[int, int] = {}
+        self._conn_ids: dict[int, int] = {}
         self._sources: list[Connection] = []  # keeps them alive, so that their ids are not reused
-        self._known: dict[tuple[object, ...], int] = {}
+        self._conn_id_by_header: dict[tuple[object, ...], int] = {}
 
     def write(self, message: RawMessage, time: int | None = None) -> None:
         """Write a message.
 
         Args:
-            time: time in nanoseconds; None: the message's own.
+            time: time in nanoseconds; None for the message's own time.
 
         Raises:
             BagError: the time does not fit.
             OSError: the disk is full, ...
         """
-        number = self._numbers.get(id(message.connection))
-        if number is None:
-            number = self._add(message.connection)
-        self._writer.write(number, message.time if time is None else time, message.data)
+        conn_id = self._conn_ids.get(id(message.connection))
+        if conn_id is None:
+            conn_id = self._add_connection(message.connection)
+        self._writer.write(conn_id, message.time if time is None else time, message.data)
 
-    def _add(self, connection: Connection) -> int:
+    def _add_connection(self, connection: Connection) -> int:
         topic = connection.topic if self._rename is None else self._rename(connection.topic)
         header = dict(connection.header)
         if topic != connection.topic:
             header["topic"] = topic.encode("utf-8", "surrogateescape")
         key = (topic, *sorted(header.items()))
-        number = self._known.get(key)
-        if number is None:
-            number = self._known[key] = self._writer.put_connection(topic, header, None, in_chunk=True)
+        conn_id = self._conn_id_by_header.get(key)
+        if conn_id is None:
+            conn_id = self._conn_id_by_header[key] = self._writer.put_connection(topic, header, None, in_chunk=True)
         self._sources.append(connection)
-        self._numbers[id(connection)] = number
-        return number
+        self._conn_ids[id(connection)] = conn_id
+        return conn_id
 
 
 def copy(
@@ -137,13 +137,13 @@ def copy(
         OSError: the disk is full, ...
     """
     with BagWriter(target, compression, chunk_threshold, cipher) as writer:
-        out = CopyWriter(writer, rename)
-        done = 0
+        copier = CopyWriter(writer, rename)
+        bytes_done = 0
         for message in messages:
-            out.write(message, None if retime is None else retime(message))
-            done += len(message.data) + RECORD_OVERHEAD
+            copier.write(message, None if retime is None else retime(message))
+            bytes_done += len(message.data) + RECORD_OVERHEAD
             if progress is not None:
-                progress(done)
+                progress(bytes_done)
             del message  # it may be large, and must not stay in memory while the next one is read
         return writer.messages
 
@@ -164,7 +164,7 @@ def split(
 
     Args:
         messages: messages in order of time.
-        name: returns the path of a part, given its number from 0; an existing file is replaced once the part is
+        name: returns the path of a part, given its number from 0; an existing file is replaced as soon as the part is
             complete.
         size: number of bytes after which a new part begins.
         duration: number of nanoseconds after which a new part begins.
@@ -182,22 +182,22 @@ def split(
     """
     paths: list[str] = []
     latched: dict[int, RawMessage] = {}
-    done = 0
+    bytes_done = 0
     message = next(messages, None)
     while message is not None:
         paths.append(name(len(paths)))
         begin = message.time
-        with _part(paths[-1], compression, cipher) as writer:
-            out = CopyWriter(writer)
-            for old in latched.values():
-                out.write(old, begin)
+        with _open_part(paths[-1], compression, cipher) as writer:
+            copier = CopyWriter(writer)
+            for latched_message in latched.values():
+                copier.write(latched_message, begin)
             while message is not None:
-                out.write(message)
+                copier.write(message)
                 if repeat_latched and message.connection.latching:
                     latched[id(message.connection)] = message
-                done += len(message.data) + RECORD_OVERHEAD
+                bytes_done += len(message.data) + RECORD_OVERHEAD
                 if progress is not None:
-                    progress(done)
+                    progress(bytes_done)
                 message = next(messages, None)
                 if message is not None and (
                     (size is not None and writer.size >= size)
@@ -209,8 +209,8 @@ def split(
 
 
 @contextmanager
-def _part(path: str, compression: str, cipher: Cipher | None) -> Iterator[BagWriter]:
-    """Yield a new bag, which gets its final name when it is complete, and is removed after an error."""
+def _open_part(path: str, compression: str, cipher: Cipher | None) -> Iterator[BagWriter]:
+    """Yield the writer of a new bag, which gets its final name when it is complete and is removed after an error."""
     writer = BagWriter(f"{path}.tmp", compression, cipher=cipher)
     try:
         yield writer
@@ -224,17 +224,17 @@ def _part(path: str, compression: str, cipher: Cipher | None) -> Iterator[BagWri
         raise
 
 
-def shifted(offset: int, rate: float = 1.0, origin: int = 0) -> Callable[[RawMessage], int]:
-    """Return a function for `retime` that shifts times.
+def time_shifter(offset: int, rate: float = 1.0, origin: int = 0) -> Callable[[RawMessage], int]:
+    """Return a function that shifts times, for the `retime` argument of `copy`.
 
     Args:
         offset: nanoseconds to add.
-        rate: factor of the speed: 2.0 halves the distances between messages.
-        origin: the time in nanoseconds at which `rate` has no effect.
+        rate: speed factor; 2.0 halves the time between messages.
+        origin: the time in nanoseconds that `rate` leaves unchanged.
     """
 
-    def move(message: RawMessage) -> int:
+    def shift(message: RawMessage) -> int:
         since = message.time - origin
         return origin + offset + (since if rate == 1.0 else round(since / rate))
 
-    return move
+    return shift

@@ -1,4 +1,4 @@
-"""Converts old bags to the message definitions of this system (L139, L140)."""
+"""Converts old bags to the message definitions installed on this system (L139, L140)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Migration = tuple[Class, Class | None, list[Missing]]
 
 
 def make_migrator(rules: Iterable[str]) -> Migrator:
-    """Return a migrator to the definitions of this system, with the rules of some files."""
+    """Return a migrator to the installed definitions, with rules from the given files."""
     migrator = Migrator(load_message)
     for path in rules:
         migrator.read_rules(path)
@@ -39,7 +39,7 @@ def migrations(bag: Bag, migrator: Migrator) -> list[Migration]:
         except MessageError as error:
             raise BagError(bag.path, f"connection {connection.id} on {one_line(connection.topic)}: {error}") from error
         new = migrator.target(old)
-        if new is None or not _same(old, new):
+        if new is None or not _is_same_type(old, new):
             found[key] = (old, new, migrator.missing(old, new))
     return list(found.values())
 
@@ -59,25 +59,25 @@ def _step_lines(old: Class, new: Class | None, indent: str) -> Iterator[str]:
     yield f"{indent}   To:   {'Unknown' if new is None else f'{new._type} [{new._md5sum}]'}"
 
 
-class Migrated:
+class MigratedBagWriter:
     """Writes a bag with the messages of another, migrated where possible.
 
     Args:
-        bag: the old one.
+        bag: the old bag.
         migrator: the migrator with the rules.
     """
 
     def __init__(self, bag: Bag, migrator: Migrator) -> None:
         self._bag = bag
         self._migrator = migrator
-        self._new: dict[int, tuple[Class | None, Connection]] = {}
+        self._targets: dict[int, tuple[Class | None, Connection]] = {}
         for number, connection in bag.reader.connections.items():
-            self._new[number] = self._plan(connection)
+            self._targets[number] = self._target(connection)
 
-    def _plan(self, connection: Connection) -> tuple[Class | None, Connection]:
+    def _target(self, connection: Connection) -> tuple[Class | None, Connection]:
         old = self._bag.message_class(connection)
         new = self._migrator.target(old)
-        if new is None or self._migrator.missing(old, new) or _same(old, new):
+        if new is None or self._migrator.missing(old, new) or _is_same_type(old, new):
             return None, connection
         fields = {"type": new._type, "md5sum": new._md5sum, "message_definition": new._full_text}
         header = dict(connection.header) | {name: value.encode() for name, value in fields.items()}
@@ -88,21 +88,23 @@ class Migrated:
 
         Args:
             path: the file.
-            progress: called with the number of bytes of the old bag processed so far.
+            progress: called with the number of bytes of the old bag that have been processed so far.
 
         Raises:
             BagError: a bag cannot be read or written, or a message cannot be converted.
         """
-        done = 0
+        bytes_done = 0
         with BagWriter(path, cipher=self._bag.reader.file.cipher) as writer:
-            out = CopyWriter(writer)
+            copier = CopyWriter(writer)
             for stored in self._bag.reader.messages():
-                cls, connection = self._new[stored.connection.id]
-                done += len(stored.data) + RECORD_OVERHEAD
-                progress(done)
-                out.write(RawMessage(connection, stored.time, stored.data if cls is None else self._data(stored, cls)))
+                cls, connection = self._targets[stored.connection.id]
+                bytes_done += len(stored.data) + RECORD_OVERHEAD
+                progress(bytes_done)
+                copier.write(
+                    RawMessage(connection, stored.time, stored.data if cls is None else self._convert(stored, cls))
+                )
 
-    def _data(self, stored: RawMessage, cls: Class) -> bytes:
+    def _convert(self, stored: RawMessage, cls: Class) -> bytes:
         try:
             encoded = cls._encode(self._migrator.convert(self._bag.decode(stored), cls))
         except MessageError as error:
@@ -110,5 +112,5 @@ class Migrated:
         return encoded if isinstance(encoded, bytes) else b"".join(encoded)
 
 
-def _same(old: Class, new: Class) -> bool:
+def _is_same_type(old: Class, new: Class) -> bool:
     return (old._type, old._md5sum) == (new._type, new._md5sum)

@@ -1,7 +1,7 @@
-"""Converts messages of old bags to current definitions (L139, L140), by rule files, or without rules where possible.
+"""Converts messages of old bags to current definitions (L139, L140), with rule files, or without rules where possible.
 
-A rule file (.bmr) is a Python program that the user names: it is executed, as in stock. It holds subclasses of
-`MessageUpdateRule`, each of which converts messages of one old definition to a newer one.
+A rule file (.bmr) is a Python program given by the user; it is executed, as in stock. It defines subclasses of
+`MessageUpdateRule`. Each subclass converts messages from one old definition to a newer one.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from pyros1.msgs.digest import SEPARATOR, split_full_text
 
 Class = type[Message]
 Missing = tuple[Class, Class | None]
-"""A step without a rule: from a definition to another, or to an unknown one."""
+"""A step without a rule: from one definition to another, or to an unknown one (None)."""
 
 _MAX_STEPS = 100
 
@@ -57,24 +57,24 @@ class MessageUpdateRule:
         """Return the class of the new definition, or of a type that it uses.
 
         Args:
-            name: with its package, or without the definition's own.
+            name: name of the type; the package can be omitted if it is that of the definition.
 
         Raises:
-            KeyError: it uses no such type.
+            KeyError: the definition uses no such type.
         """
-        return self._used_by(self.new_class, name)
+        return self._find_class(self.new_class, name)
 
     def get_old_class(self, name: str) -> Class:
         """Return the class of the old definition, or of a type that it uses; see `get_new_class`."""
-        return self._used_by(self.old_class, name)
+        return self._find_class(self.old_class, name)
 
-    def _used_by(self, cls: Class, name: str) -> Class:
-        full = name if "/" in name else f"{'std_msgs' if name == 'Header' else cls._type.partition('/')[0]}/{name}"
-        if full == cls._type:
+    def _find_class(self, cls: Class, name: str) -> Class:
+        full_name = name if "/" in name else f"{'std_msgs' if name == 'Header' else cls._type.partition('/')[0]}/{name}"
+        if full_name == cls._type:
             return cls
-        if full not in split_full_text(cls._type, cls._full_text) and full != "std_msgs/Header":
-            raise KeyError(full)
-        return self.migrator.part(cls, full)
+        if full_name not in split_full_text(cls._type, cls._full_text) and full_name != "std_msgs/Header":
+            raise KeyError(full_name)
+        return self.migrator.part(cls, full_name)
 
     def migrate(self, old_msg: Message, new_msg: Message) -> None:
         """Fill a nested message of the new message from one of the old message."""
@@ -98,7 +98,7 @@ class Migrator:
     def __init__(self, load: Callable[[str], Class]) -> None:
         self._load = load
         self.rules: dict[tuple[str, str], MessageUpdateRule] = {}
-        self._parts: dict[tuple[str, str, str], Class] = {}
+        self._nested_classes: dict[tuple[str, str, str], Class] = {}
 
     def read_rules(self, path: str) -> None:
         """Execute a rule file.
@@ -120,7 +120,9 @@ class Migrator:
             raise BagError(path, f"the rules cannot be used: {type(error).__name__}: {error}") from error
 
     def target(self, old: Class) -> Class | None:
-        """Return the current class for an old one, by rules if the type was renamed; None if there is none."""
+        """Return the current class for an old one, following the rules if the type was renamed; None if there is
+        none.
+        """
         cls, steps = old, 0
         while (rule := self.rules.get(_key(cls))) is not None and steps < _MAX_STEPS:
             cls, steps = rule.new_class, steps + 1
@@ -137,8 +139,8 @@ class Migrator:
             return []
         rule = self.rules.get(_key(old))
         if rule is not None:
-            broken: list[Missing] = [] if rule.valid else [(old, rule.new_class)]
-            return broken + self.missing(rule.new_class, new, depth + 1)
+            incomplete: list[Missing] = [] if rule.valid else [(old, rule.new_class)]
+            return incomplete + self.missing(rule.new_class, new, depth + 1)
         if not _have_same_fields(old, new):
             return [(old, new)]
         found: dict[tuple[str, str], Missing] = {}
@@ -172,32 +174,38 @@ class Migrator:
                 raise BagError(rule.location, reason) from error
             return self.convert(result, new)
         if not _have_same_fields(old, new):
-            raise MessageError(f"no rule leads from {old._type} [{old._md5sum}] to {new._type} [{new._md5sum}]")
+            raise MessageError(
+                f"there is no rule to convert {old._type} [{old._md5sum}] to {new._type} [{new._md5sum}]"
+            )
         result = new()
         for name, kind in zip(new.__slots__, new._slot_types, strict=True):
             value = getattr(message, name)
             if "/" in kind:
-                part = self.part(new, kind.partition("[")[0])
-                array_length = "[" in kind
-                value = [self.convert(item, part) for item in value] if array_length else self.convert(value, part)
+                nested_class = self.part(new, kind.partition("[")[0])
+                is_array = "[" in kind
+                value = (
+                    [self.convert(item, nested_class) for item in value]
+                    if is_array
+                    else self.convert(value, nested_class)
+                )
             setattr(result, name, value)
         return result
 
     def part(self, cls: Class, name: str) -> Class:
-        """Return the class of a type that a class uses."""
+        """Return the class of a type that another class uses."""
         key = (*_key(cls), name)
-        if key not in self._parts:
+        if key not in self._nested_classes:
             texts = split_full_text(cls._type, cls._full_text)
             first = texts.pop(name, "")
             if not first and name == "std_msgs/Header":
                 first = "uint32 seq\ntime stamp\nstring frame_id"
             rest = [f"{SEPARATOR}\nMSG: {other}\n{text}" for other, text in texts.items() if other != cls._type]
-            self._parts[key] = from_definition(name, "\n".join([first, *rest]))
-        return self._parts[key]
+            self._nested_classes[key] = from_definition(name, "\n".join([first, *rest]))
+        return self._nested_classes[key]
 
 
 def _have_same_fields(old: Class, new: Class) -> bool:
-    """Return whether two classes differ only in constants and in the definitions of the types used."""
+    """Return whether two classes differ at most in constants and in the definitions of the types they use."""
     fields = [
         [(name, kind if "/" not in kind else kind.partition("[")[1:]) for name, kind in zip(*parts, strict=True)]
         for parts in ((old.__slots__, old._slot_types), (new.__slots__, new._slot_types))
@@ -210,8 +218,8 @@ def _nested_types(old: Class, new: Class) -> list[tuple[str, str]]:
     return [(a.partition("[")[0], b.partition("[")[0]) for a, b in pairs if "/" in a]
 
 
-def _quoted(text: str) -> str:
-    """Return a text as a Python string of several lines, so that no text from a bag can become code."""
+def _string_literal(text: str) -> str:
+    """Return a triple-quoted Python literal for a string, so that no text from a bag can become code."""
     inner = text.replace("\\", "\\\\").replace("\r", "\\r").replace('"""', '\\"\\"\\"')
     # A program must not contain NUL, or surrogates, which stand for bytes that are not UTF-8, as in old comments.
     inner = re.sub("[\0\ud800-\udfff]", lambda found: f"\\u{ord(found[0]):04x}", inner)
@@ -219,30 +227,30 @@ def _quoted(text: str) -> str:
 
 
 def rule_text(old: Class, new: Class, order: int = 0) -> str:
-    """Return the text of a rule to complete by hand; it copies fields of the same name and type."""
-    known = dict(zip(old.__slots__, old._slot_types, strict=True))
+    """Return the source of a rule for the user to complete; it copies fields with the same name and type."""
+    old_types = dict(zip(old.__slots__, old._slot_types, strict=True))
     body = []
     for name, kind in zip(new.__slots__, new._slot_types, strict=True):
-        base, array, _ = kind.partition("[")
-        if name not in known:
+        base, is_array, _ = kind.partition("[")
+        if name not in old_types:
             body.append(f"# the old message has no {kind} {name}: new_msg.{name} = ...")
-        elif "/" in kind and array:
+        elif "/" in kind and is_array:
             body.append(f"self.migrate_array(old_msg.{name}, new_msg.{name}, {base!r})")
         elif "/" in kind:
             body.append(f"self.migrate(old_msg.{name}, new_msg.{name})")
         else:
-            note = "" if known[name] == kind else f"  # was {known[name]}, is {kind}"
+            note = "" if old_types[name] == kind else f"  # was {old_types[name]}, is {kind}"
             body.append(f"new_msg.{name} = old_msg.{name}{note}")
-    body += [f"# the new message has no field {name}" for name in known if name not in new.__slots__]
+    body += [f"# the new message has no field {name}" for name in old_types if name not in new.__slots__]
     if all(line.startswith("#") for line in body):
         body.append("pass")
     class_name = f"update_{old._type.replace('/', '_')}_{old._md5sum}"
     parts = [
         f"class {class_name}(MessageUpdateRule):",
         f'    old_type = "{old._type}"',
-        f"    old_full_text = {_quoted(old._full_text)}",
+        f"    old_full_text = {_string_literal(old._full_text)}",
         f'    new_type = "{new._type}"',
-        f"    new_full_text = {_quoted(new._full_text)}",
+        f"    new_full_text = {_string_literal(new._full_text)}",
         f"    order = {order}",
         "    migrated_types = []",
         "    valid = False  # set this to True when update() is complete",

@@ -20,7 +20,7 @@ class ReindexResult:
 
     Attributes:
         messages: number of messages in the new bag.
-        lost: number of complete messages that are missing there: they have no connection, or an invalid time.
+        lost: number of complete messages that could not be copied, because they have no connection or an invalid time.
         damages: places in the old bag that could not be read.
     """
 
@@ -49,8 +49,8 @@ def reindex(
     file = BagFile(source)
     try:
         if os.path.exists(target) and os.path.samefile(source, target):
-            raise BagError(file.path, "a bag cannot be reindexed into itself: name another file")
-        scanner = Scanner(file, progress)  # which unlocks the file
+            raise BagError(file.path, "a bag cannot be reindexed into itself: give another target file")
+        scanner = Scanner(file, progress)  # also unlocks the file
         for connection in _end_connections(file):
             scanner.connections[connection.id] = connection
         with BagWriter(target, cipher=file.cipher) as writer:
@@ -64,7 +64,7 @@ def reindex(
 
 
 def _end_connections(file: BagFile) -> list[Connection]:
-    """Return the connections in the end section, if it exists: old recorders did not write all of them into chunks."""
+    """Return the connections in the end section: old recorders did not write all of them into chunks."""
     found: list[Connection] = []
     position = file.index_pos
     while 0 < position < file.size and len(found) < MAX_CONNECTIONS:
@@ -87,11 +87,11 @@ class _Rebuild:
         self.lost = 0
 
     def add_chunk(self, found: ScannedChunk) -> None:
-        known = self._scanner.connections
-        readable = found.messages.where(lambda conn, time: conn in known and time <= MAX_TIME)
+        connections = self._scanner.connections
+        readable = found.messages.where(lambda conn, time: conn in connections and time <= MAX_TIME)
         self.messages += len(readable)
         self.lost += len(found.messages) - len(readable)
-        if found.header is not None and found.chunk.whole:
+        if found.header is not None and found.chunk.is_complete:
             self._copy_chunk(found, readable)
         else:
             for message in readable:

@@ -1,1 +1,1 @@
-"""Converts bags to pictures, videos, MCAP files and ROS 2 bags, and the last two to bags."""
+"""Converts bags to images, videos, MCAP files and ROS 2 bags, and MCAP files and ROS 2 bags to bags."""

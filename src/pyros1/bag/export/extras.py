@@ -1,4 +1,4 @@
-"""Imports of packages that only some exports need."""
+"""Imports optional packages that only some exports need."""
 
 from __future__ import annotations
 
@@ -8,15 +8,15 @@ from typing import Any
 from pyros1.ground.errors import Error
 
 
-def extra(module: str, name: str) -> Any:
-    """Import and return a module of a package that is not always installed.
+def import_extra(module: str, name: str) -> Any:
+    """Import and return a module of an optional package.
 
     Args:
         module: for example ``PIL.Image``.
-        name: name of the extra of pyros1 that installs it.
+        name: name of the pyros1 extra that installs it.
 
     Raises:
-        Error: it is not installed; the text says how to install it.
+        Error: it is not installed; the message says how to install it.
     """
     try:
         return import_module(module)

@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable
 
 from pyros1.bag.errors import BagError
-from pyros1.bag.export.imported import Imported
+from pyros1.bag.export.import_result import ImportResult
 from pyros1.bag.export.mcap import ROS1_ENCODING, ROS1_SCHEMA, Channel
 from pyros1.bag.export.mcap_reader import McapReader
 from pyros1.bag.format.writer import BagWriter
@@ -20,7 +20,7 @@ from pyros1.msgs.spec import is_type_name
 _MD5SUM = re.compile(r"[0-9a-f]{32}|\*")
 _FIELD_NAME = re.compile("[!-<>-~]+")
 _LATCHING = {"true": "1", "false": "0"}
-"""Fields of MCAP's profile -> fields of connection headers, which some writers use instead."""
+"""Value of ``latching`` in MCAP's profile -> value in connection headers, which some writers use as well."""
 _NOT_FROM_METADATA = ("type", "md5sum", "message_definition")
 
 
@@ -31,20 +31,20 @@ def import_ros1(
     compression: str,
     is_selected: Callable[[str], bool],
     progress: Callable[[int], object] | None,
-) -> Imported:
+) -> ImportResult:
     """Convert an MCAP file; arguments and errors as for :func:`pyros1.bag.export.imports.import_bag`."""
     with BagWriter(target, compression) as writer:
-        done = _Import(reader, writer, is_selected)
+        importer = _Import(reader, writer, is_selected)
         for channel, time, data in reader.messages():
-            number = done.number(channel)
-            if number is None:
+            conn_id = importer.number(channel)
+            if conn_id is None:
                 continue
-            writer.write(number, time, data)
+            writer.write(conn_id, time, data)
             if progress is not None:
                 progress(reader.position)
         for channel in reader.channels.values():
-            done.number(channel)  # including those without messages
-        result = done.result
+            importer.number(channel)  # including those without messages
+        result = importer.result
         result.messages, result.topics = writer.messages, len({each.topic for each in writer.connections.values()})
         if result.skipped and not result.topics:
             topic, reason = next(iter(result.skipped.items()))
@@ -54,27 +54,27 @@ def import_ros1(
 
 class _Import:
     def __init__(self, reader: McapReader, writer: BagWriter, is_selected: Callable[[str], bool]) -> None:
-        self.result = Imported()
+        self.result = ImportResult()
         self._reader = reader
         self._writer = writer
         self._is_selected = is_selected
-        self._numbers: dict[int, int | None] = {}
+        self._conn_ids: dict[int, int | None] = {}
 
     def number(self, channel: Channel) -> int | None:
         """Return a channel's connection id in the bag; None if it is skipped."""
-        if channel.id not in self._numbers:
-            self._numbers[channel.id] = self._add(channel) if self._is_selected(channel.topic) else None
-        return self._numbers[channel.id]
+        if channel.id not in self._conn_ids:
+            self._conn_ids[channel.id] = self._add_connection(channel) if self._is_selected(channel.topic) else None
+        return self._conn_ids[channel.id]
 
-    def _add(self, channel: Channel) -> int | None:
+    def _add_connection(self, channel: Channel) -> int | None:
         try:
-            header = self._header(channel)
+            header = self._connection_header(channel)
         except _NotRos1 as error:
             self.result.skipped[channel.topic] = str(error)
             return None
         return self._writer.add_connection(channel.topic, header)
 
-    def _header(self, channel: Channel) -> dict[str, bytes]:
+    def _connection_header(self, channel: Channel) -> dict[str, bytes]:
         if channel.encoding != ROS1_ENCODING:
             raise _NotRos1(f"its messages are encoded as {channel.encoding!r}, not {ROS1_ENCODING!r}")
         schema = self._reader.schemas.get(channel.schema)
@@ -103,4 +103,4 @@ class _Import:
 
 
 class _NotRos1(Exception):
-    """The channel does not hold messages of ROS 1."""
+    """The channel does not contain ROS 1 messages."""

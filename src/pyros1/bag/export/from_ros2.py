@@ -1,4 +1,4 @@
-"""Bags from ROS 2 bags and MCAP files with messages of ROS 2, through the rosbags library."""
+"""Converts ROS 2 bags, and MCAP files with ROS 2 messages, to bags, with the rosbags library."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
 from pyros1.bag.errors import BagError
-from pyros1.bag.export.imported import Imported
-from pyros1.bag.export.schemas import Convert, adopt, converter, empty_store, parsed, used_types
+from pyros1.bag.export.import_result import ImportResult
+from pyros1.bag.export.schemas import Convert, copy_types, empty_store, make_converter, parse_types, used_types
 from pyros1.bag.format.records import RECORD_OVERHEAD
 from pyros1.bag.format.writer import BagWriter
 from pyros1.ground.errors import MessageError, UnknownTypeError
@@ -31,7 +31,7 @@ def import_ros2(
     compression: str,
     is_selected: Callable[[str], bool],
     progress: Callable[[int], object] | None,
-) -> Imported:
+) -> ImportResult:
     """Convert a ROS 2 bag; arguments and errors as for :func:`pyros1.bag.export.imports.import_bag`."""
     try:
         with (
@@ -46,7 +46,7 @@ def import_ros2(
         raise BagError(str(path), f"rosbags cannot read it: {reason}") from error
     except MemoryError as error:
         raise BagError(str(path), "it claims to hold more data than fits into memory") from error
-    except Exception as error:  # rosbags passes on all errors of its parts: SQLite, zstd, lz4, struct, dict
+    except Exception as error:  # rosbags lets the errors of SQLite, zstd, lz4, struct and dict through
         raise BagError(str(path), f"rosbags cannot read it: {type(error).__name__}: {error}") from error
 
 
@@ -56,36 +56,36 @@ class _Import:
         self._writer = writer
         self._types = _Types(reader.typestore)
 
-    def run(self, is_selected: Callable[[str], bool], progress: Callable[[int], object] | None) -> Imported:
-        result = Imported()
-        numbers: dict[int, tuple[int, Convert]] = {}
+    def run(self, is_selected: Callable[[str], bool], progress: Callable[[int], object] | None) -> ImportResult:
+        result = ImportResult()
+        targets: dict[int, tuple[int, Convert]] = {}
         selected = []
         for connection in self._reader.connections:
             if not is_selected(connection.topic):
                 continue
             try:
-                numbers[connection.id] = self._add(connection)
+                targets[connection.id] = self._add_connection(connection)
             except _NotInRos1 as error:
                 result.skipped[connection.topic] = str(error)
                 continue
             selected.append(connection)
         result.topics = len({connection.topic for connection in selected})
-        done = 0
+        bytes_done = 0
         for connection, time, data in self._reader.messages(selected) if selected else ():
-            number, convert = numbers[connection.id]
+            conn_id, convert = targets[connection.id]
             try:
                 body = convert(data)
-            except Exception as error:  # see above
+            except Exception as error:  # as above, rosbags raises many types
                 where = f"message on {connection.topic} at {time / 1e9:.6f} ({connection.msgtype})"
                 raise BagError(str(self._reader.paths[0]), f"{where} cannot be converted: {error}") from error
-            self._writer.write(number, time, body)
+            self._writer.write(conn_id, time, body)
             result.messages += 1
-            done += len(data) + RECORD_OVERHEAD
+            bytes_done += len(data) + RECORD_OVERHEAD
             if progress is not None:
-                progress(done)
+                progress(bytes_done)
         return result
 
-    def _add(self, connection: Ros2Connection) -> tuple[int, Convert]:
+    def _add_connection(self, connection: Ros2Connection) -> tuple[int, Convert]:
         kind = self._types.get(connection.msgtype)
         profiles = connection.ext.offered_qos_profiles if isinstance(connection.ext, ConnectionExtRosbag2) else []
         latched = any(profile.durability.value == _TRANSIENT_LOCAL for profile in profiles)
@@ -112,7 +112,7 @@ class _Type:
 
 
 class _Types:
-    """Types of the source, with their types in ROS 1."""
+    """The source's types and the corresponding ROS 1 types."""
 
     def __init__(self, source: Typestore) -> None:
         self._source = source
@@ -120,7 +120,7 @@ class _Types:
         self._types: dict[str, _Type] = {}
 
     def get(self, name: str) -> _Type:
-        """Return the ROS 1 type for a type.
+        """Return the ROS 1 type for a ROS 2 type.
 
         Args:
             name: ``package/msg/Type``.
@@ -130,16 +130,16 @@ class _Types:
         return self._types[name]
 
     def _convert_type(self, name: str) -> _Type:
-        package, _, name_rest = name.partition("/")
-        folder, _, short = name_rest.partition("/")
+        package, _, rest = name.partition("/")
+        folder, _, short = rest.partition("/")
         if folder != "msg" or not short:
-            raise _NotInRos1(f"{name} is not a kind of message that ROS 1 has")
+            raise _NotInRos1(f"{name} is not a message type")
         if name not in self._source.fielddefs:
             raise _NotInRos1(f"the definition of {name} is missing")
         ros1_name = f"{package}/{short}"
         known = self._register_known(name)
-        adopt(self._target, self._source, name)
-        convert = converter(self._source, self._target, name, name, to_ros2=False)
+        copy_types(self._target, self._source, name)
+        convert = make_converter(self._source, self._target, name, name, to_ros2=False)
         if known is not None:
             return _Type(ros1_name, *known, convert)
         definition, _ = self._target.generate_msgdef(name, ros_version=1)
@@ -149,7 +149,7 @@ class _Types:
             raise _NotInRos1(f"{name} cannot be defined in ROS 1: {error}") from None
 
     def _register_known(self, name: str, seen: Collection[str] = ()) -> tuple[str, str] | None:
-        """Register a type, and the types used, as in ROS 1; return its md5 sum and definition there."""
+        """Register the ROS 1 definitions of a type and of those it uses; return its md5 sum and definition."""
         if name in seen or name not in self._source.fielddefs:
             return None
         package, _, short = name.split("/")
@@ -160,6 +160,6 @@ class _Types:
                 self._register_known(nested, {*seen, name})
             return None
         known_store = empty_store()
-        known_store.register(parsed(cls._type, cls._full_text))
-        adopt(self._target, known_store, name)
+        known_store.register(parse_types(cls._type, cls._full_text))
+        copy_types(self._target, known_store, name)
         return cls._md5sum, cls._full_text

@@ -1,4 +1,4 @@
-"""Image files from sensor_msgs/Image and CompressedImage."""
+"""Writes image files from sensor_msgs/Image and CompressedImage."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-from pyros1.bag.export.extras import extra
+from pyros1.bag.export.extras import import_extra
 from pyros1.bag.export.images import Pixels, pixels
 from pyros1.bag.export.topic_names import FileNames
 from pyros1.ground.errors import MessageError
@@ -24,13 +24,14 @@ _KINDS = {b"\xff\xd8": "jpg", b"\x89PNG": "png", b"BM": "bmp", b"II*\0": "tiff",
 
 
 class PictureWriter:
-    """Writes images to ``folder/<topic>/<stamp>.png``; the stamp is the header's, or the bag's time if that is 0.
+    """Writes images to ``folder/<topic>/<stamp>.png``; the stamp is that of the header, or the time in the bag if that
+    is 0.
 
-    Numbers that PNG cannot store become TIFF files; compressed images are written unchanged, but compressed depths of
-    32FC1 become TIFF files of metres.
+    Images whose numbers PNG cannot store become TIFF files. Compressed images are written unchanged, except that
+    compressed 32FC1 depth images become TIFF files in metres.
 
     Args:
-        folder: the folder, which is created.
+        folder: the folder to create.
         mosaic: whether to leave Bayer images as they are.
 
     Raises:
@@ -38,11 +39,11 @@ class PictureWriter:
     """
 
     def __init__(self, folder: str | os.PathLike[str], *, mosaic: bool = False) -> None:
-        self._image = extra("PIL.Image", "images")
+        self._image = import_extra("PIL.Image", "images")
         self._folder = Path(folder)
         self._mosaic = mosaic
         self._names = FileNames()
-        self._used: dict[str, int] = {}
+        self._duplicates: dict[str, int] = {}
         self._folder.mkdir()
 
     def write_message(self, topic: str, message: Any, time: Time) -> None:
@@ -60,16 +61,16 @@ class PictureWriter:
         stamp = message.header.stamp if message.header.stamp else time
         if message._type == TYPES[0]:
             image = pixels(message, mosaic=self._mosaic)
-            kind = picture_kind(image, str(message.encoding))
+            kind = lossless_kind(image, str(message.encoding))
             if image.dtype == "u2" and image.ndim == 3:
                 data = png16.write(image)
             else:
-                data = _encoded(self._image.fromarray(image.astype("i4") if image.dtype == "i2" else image), kind)
-        elif _is_real_depth(str(message.format)):
+                data = _encode(self._image.fromarray(image.astype("i4") if image.dtype == "i2" else image), kind)
+        elif _is_float_depth(str(message.format)):
             kind = "tiff"
-            data = _encoded(self._image.fromarray(compressed_pixels(message)), kind)
+            data = _encode(self._image.fromarray(compressed_pixels(message)), kind)
         else:
-            data, kind = compressed(message)
+            data, kind = image_file(message)
         self._path(topic, stamp, kind).write_bytes(data)
 
     def close(self) -> None:
@@ -83,16 +84,16 @@ class PictureWriter:
         folder.mkdir(exist_ok=True)
         stem = f"{stamp.secs}.{stamp.nsecs:09d}"
         if (folder / f"{stem}.{kind}").exists():
-            number = self._used[f"{topic} {stem}"] = self._used.get(f"{topic} {stem}", 1) + 1
+            number = self._duplicates[f"{topic} {stem}"] = self._duplicates.get(f"{topic} {stem}", 1) + 1
             stem = f"{stem}_{number}"
         return folder / f"{stem}.{kind}"
 
 
-def picture_kind(image: Pixels, encoding: str) -> str:
-    """Return the kind of file that stores an image without loss.
+def lossless_kind(image: Pixels, encoding: str) -> str:
+    """Return the file type that can store an image without loss.
 
     Raises:
-        MessageError: no kind does.
+        MessageError: none can.
     """
     channels = 1 if image.ndim == 2 else image.shape[2]
     if image.dtype in ("u1", "u2") and channels in (1, 3, 4):
@@ -102,14 +103,14 @@ def picture_kind(image: Pixels, encoding: str) -> str:
     raise MessageError(f"PNG and TIFF files cannot store images of the encoding {encoding!r}; try --format video")
 
 
-def compressed(message: Any) -> tuple[bytes, str]:
+def image_file(message: Any) -> tuple[bytes, str]:
     """Return the content of an image file and its extension.
 
     Args:
         message: a sensor_msgs/CompressedImage.
 
     Raises:
-        MessageError: the image is empty, or a depth image that is no such file: 32FC1, or not PNG.
+        MessageError: the image is empty, or is a depth image that is not a PNG file, or is 32FC1.
     """
     data, form = bytes(message.data), str(message.format)
     if "compressedDepth" in form:
@@ -126,7 +127,7 @@ def compressed(message: Any) -> tuple[bytes, str]:
 
 
 def compressed_pixels(message: Any, max_pixels: int = MAX_PIXELS) -> Pixels:
-    """Return the pixels of a sensor_msgs/CompressedImage: see `decode`, or `decode_depth` for compressed depths.
+    """Return the pixels of a sensor_msgs/CompressedImage: see `decode`, or `decode_depth` for compressed depth images.
 
     Raises:
         MessageError: it cannot be read.
@@ -136,11 +137,11 @@ def compressed_pixels(message: Any, max_pixels: int = MAX_PIXELS) -> Pixels:
     return decode_depth(form, data, max_pixels) if "compressedDepth" in form else decode(data, max_pixels)
 
 
-def _is_real_depth(form: str) -> bool:
+def _is_float_depth(form: str) -> bool:
     return "compressedDepth" in form and form.startswith("32FC1")
 
 
-def _encoded(image: Any, kind: str) -> bytes:
+def _encode(image: Any, kind: str) -> bytes:
     file = BytesIO()
     image.save(file, kind.upper())
     return file.getvalue()

@@ -1,4 +1,4 @@
-"""Images in messages as arrays of pixels: sensor_msgs/Image in the encodings of ROS 1."""
+"""Converts sensor_msgs/Image messages, in the encodings of ROS 1, to arrays of pixels."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _NAMED = {
     "bgra16": ("u2", 4, "bgr"),
 }
 _YUV = {"yuv422": (1, 0, 2), "uyvy": (1, 0, 2), "yuv422_yuy2": (0, 1, 3), "yuyv": (0, 1, 3)}
-"""Encoding -> positions of the first brightness, of U and of V in the four bytes of two pixels."""
+"""Encoding -> positions of the first Y, of U and of V in the four bytes of two pixels."""
 
 _GENERIC = re.compile(r"(8|16|32|64)([USF])C\(?([1-4])?\)?\Z")
 _BAYER = re.compile(r"bayer_(rggb|bggr|gbrg|grbg)(8|16)\Z")
@@ -36,7 +36,7 @@ def pixels(message: Any, *, mosaic: bool = False) -> Pixels:
 
     Args:
         message: a sensor_msgs/Image.
-        mosaic: whether to leave Bayer images as they are instead of computing colours.
+        mosaic: whether to leave Bayer images unchanged instead of computing colours.
 
     Returns:
         An array of shape (height, width) with the raw numbers, or (height, width, 3 or 4) with red, green, blue and
@@ -48,21 +48,21 @@ def pixels(message: Any, *, mosaic: bool = False) -> Pixels:
     encoding = str(message.encoding)
     bayer = _BAYER.match(encoding)
     if encoding in _YUV:
-        return _from_yuv(_rows(message, "u1", 2), *_YUV[encoding])
+        return _from_yuv(_pixel_rows(message, "u1", 2), *_YUV[encoding])
     if bayer:
-        raw = _rows(message, f"u{int(bayer[2]) // 8}", 1)[:, :, 0]
-        return raw if mosaic else _demosaiced(raw, bayer[1])
-    kind, channels, order = _kind(encoding)
-    found = _rows(message, kind, channels)
+        raw = _pixel_rows(message, f"u{int(bayer[2]) // 8}", 1)[:, :, 0]
+        return raw if mosaic else _demosaic(raw, bayer[1])
+    kind, channels, order = _parse_encoding(encoding)
+    image = _pixel_rows(message, kind, channels)
     if channels == 1:
-        return found[:, :, 0]
-    return found[:, :, [2, 1, 0, 3][:channels]] if order == "bgr" else found
+        return image[:, :, 0]
+    return image[:, :, [2, 1, 0, 3][:channels]] if order == "bgr" else image
 
 
 def to_8_bits(image: Pixels) -> Pixels:
     """Return an image with 8 bits per channel, for display; its shape is unchanged.
 
-    Numbers of 16 bits lose their lower half; other numbers are scaled from minimum to maximum.
+    16-bit colours keep only their upper byte; other images are scaled from their minimum to their maximum.
     """
     if image.dtype == np.uint8:
         return image
@@ -75,18 +75,18 @@ def to_8_bits(image: Pixels) -> Pixels:
         return np.rint(scaled).astype(np.uint8)
 
 
-def _kind(encoding: str) -> tuple[str, int, str]:
+def _parse_encoding(encoding: str) -> tuple[str, int, str]:
     if encoding in _NAMED:
         return _NAMED[encoding]
     match = _GENERIC.match(encoding)
     if match is None or (match[2] == "F" and match[1] not in ("32", "64")) or (match[2] != "F" and match[1] == "64"):
-        raise MessageError(f"images of the encoding {encoding!r} are not supported")
+        raise MessageError(f"images with the encoding {encoding!r} are not supported")
     channels = int(match[3] or 1)
-    # Encodings of OpenCV, whose colours begin with blue.
+    # These are OpenCV's encodings, in which blue comes first.
     return f"{match[2].lower().replace('s', 'i')}{int(match[1]) // 8}", channels, "bgr" if channels > 2 else ""
 
 
-def _rows(message: Any, kind: str, channels: int) -> Pixels:
+def _pixel_rows(message: Any, kind: str, channels: int) -> Pixels:
     """Return the pixels without the padding at the end of rows."""
     height, width, step = int(message.height), int(message.width), int(message.step)
     dtype = np.dtype(f"{'>' if message.is_bigendian else '<'}{kind}")
@@ -109,21 +109,21 @@ def _rows(message: Any, kind: str, channels: int) -> Pixels:
     return native
 
 
-def _from_yuv(pairs: Pixels, first: int, u_place: int, v_place: int) -> Pixels:
+def _from_yuv(pairs: Pixels, first: int, u_position: int, v_position: int) -> Pixels:
     height, width, _ = pairs.shape
     if width % 2:
         raise MessageError(f"the width of a YUV image must be even, not {width}")
     quads = pairs.reshape(height, width // 2, 4).astype(np.float32)
     y = quads[:, :, [first, first + 2]].reshape(height, width)
-    u = np.repeat(quads[:, :, u_place], 2, axis=1) - 128
-    v = np.repeat(quads[:, :, v_place], 2, axis=1) - 128
+    u = np.repeat(quads[:, :, u_position], 2, axis=1) - 128
+    v = np.repeat(quads[:, :, v_position], 2, axis=1) - 128
     y = (y - 16) * 1.164
     colours = np.stack([y + 1.596 * v, y - 0.391 * u - 0.813 * v, y + 2.018 * u], axis=2)
     image: Pixels = np.rint(colours.clip(0, 255)).astype(np.uint8)
     return image
 
 
-def _demosaiced(raw: Pixels, pattern: str) -> Pixels:
+def _demosaic(raw: Pixels, pattern: str) -> Pixels:
     """Return the colours of a Bayer image: each missing colour is the mean of the neighbours that have it."""
     height, width = raw.shape
     colours = np.empty((height, width, 3), raw.dtype)
@@ -132,15 +132,15 @@ def _demosaiced(raw: Pixels, pattern: str) -> Pixels:
         for position, colour in enumerate(pattern):
             if colour == name:
                 known[position // 2 :: 2, position % 2 :: 2] = 1
-        weight = _stretch(known)
-        mean = _stretch(np.where(known > 0, raw, 0).astype(np.float32)) / np.where(weight > 0, weight, 1)
+        weight = _weighted_sum(known)
+        mean = _weighted_sum(np.where(known > 0, raw, 0).astype(np.float32)) / np.where(weight > 0, weight, 1)
         colours[:, :, channel] = np.where(known > 0, raw, np.rint(mean))
     return colours
 
 
-def _stretch(values: Pixels) -> Pixels:
-    """Return each number plus half of its direct neighbours and a quarter of its diagonal ones."""
-    wide = np.pad(values, 1)
-    rows = wide[1:-1] + (wide[:-2] + wide[2:]) / 2
+def _weighted_sum(values: Pixels) -> Pixels:
+    """Return, for each number, itself plus half of its direct and a quarter of its diagonal neighbours."""
+    padded = np.pad(values, 1)
+    rows = padded[1:-1] + (padded[:-2] + padded[2:]) / 2
     total: Pixels = rows[:, 1:-1] + (rows[:, :-2] + rows[:, 2:]) / 2
     return total

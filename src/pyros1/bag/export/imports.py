@@ -1,4 +1,4 @@
-"""Converts files of other programs to bags: chooses the reader for each kind of file."""
+"""Converts files of other programs to bags; chooses the reader for each type of file."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from pyros1.bag.errors import BagError
-from pyros1.bag.export.imported import Imported
+from pyros1.bag.export.import_result import ImportResult
 
 
 def import_bag(
@@ -17,11 +17,11 @@ def import_bag(
     compression: str = "none",
     is_selected: Callable[[str], bool] = lambda topic: True,
     progress: Callable[[int], object] | None = None,
-) -> Imported:
+) -> ImportResult:
     """Convert a ROS 2 bag, or an MCAP file with messages of ROS 1 or ROS 2, to a bag.
 
-    Messages of ROS 1 are copied unchanged. Types of ROS 2 that are known here get their ROS 1 definition and md5
-    sum, and different fields are matched by name and type; other types keep their definition.
+    Messages of ROS 1 are copied unchanged. ROS 2 types that are installed here get their ROS 1 definition and md5 sum,
+    and fields that differ are matched by name and type; other types keep their definition.
 
     Args:
         source: a folder with ``metadata.yaml``, an ``.mcap`` or a ``.db3`` file.

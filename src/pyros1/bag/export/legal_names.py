@@ -1,9 +1,9 @@
-"""Names that ROS 2 allows, for types that it does not know; readers of ROS 2 refuse all others.
+"""Chooses names that ROS 2 allows for types that it does not know; its readers refuse all others.
 
 The rules are those of ROS 2's interface definitions
 (https://docs.ros.org/en/jazzy/Concepts/Basic/About-Interfaces.html): packages and fields are in lower case with single
-underscores, types are words that begin with a capital. So ``Mocap`` becomes ``mocap``, ``timeStamp`` becomes
-``time_stamp``, ``my_type`` becomes ``MyType``. If the new name is taken, a number is added. Pure.
+underscores, types in camel case. So ``Mocap`` becomes ``mocap``, ``timeStamp`` becomes ``time_stamp``, ``my_type``
+becomes ``MyType``. If the new name is already in use, a number is added. Pure.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class LegalNames:
         known: types of the ROS 2 distribution, whose names and fields are not changed.
 
     Attributes:
-        changed: old name -> new name, for example of ``package Mocap`` or ``field a/b.timeStamp``.
+        changed: old name, for example ``package Mocap`` or ``field a/b.timeStamp`` -> new name.
     """
 
     def __init__(self, known: Container[str]) -> None:
@@ -44,9 +44,11 @@ class LegalNames:
         legal = self._types.get(name)
         if legal is None:
             package, kind, short = name.split("/")
-            package = self._legal_name(self._packages, package, _LOWER, _lower, f"package {package}")
-            same = {old: new.rpartition("/")[2] for old, new in self._types.items() if new.startswith(f"{package}/")}
-            legal = f"{package}/{kind}/{self._legal_name(same, short, _TYPE, _capital, f'type {name}')}"
+            package = self._legal_name(self._packages, package, _LOWER, _snake_case, f"package {package}")
+            package_types = {
+                old: new.rpartition("/")[2] for old, new in self._types.items() if new.startswith(f"{package}/")
+            }
+            legal = f"{package}/{kind}/{self._legal_name(package_types, short, _TYPE, _camel_case, f'type {name}')}"
             while legal in self._known:
                 legal += "1"
             self._types[name] = legal
@@ -54,7 +56,7 @@ class LegalNames:
 
     def types(self, types: Typesdict) -> Typesdict:
         """Return types with names that ROS 2 allows, including those of their fields and constants."""
-        # Legal names come first, since they do not change.
+        # Names that are already legal come first, so that they do not change.
         for name in sorted(types, key=lambda name: not _is_legal(name)):
             self.type(name)
         return {
@@ -64,23 +66,25 @@ class LegalNames:
 
     def _definition(self, name: str, constants: Any, fields: Any) -> tuple[Any, Any]:
         kind = name.replace("/msg/", "/")
-        named = self._all([field for field, _ in fields], _LOWER, _lower, f"field {kind}.")
-        values = self._all([constant for constant, *_ in constants], _CONSTANT, _upper, f"constant {kind}.")
+        field_names = self._legal_names([field for field, _ in fields], _LOWER, _snake_case, f"field {kind}.")
+        constant_names = self._legal_names(
+            [constant for constant, *_ in constants], _CONSTANT, _upper_snake_case, f"constant {kind}."
+        )
         return (
-            [(values[constant], *rest) for constant, *rest in constants],
-            [(named[field], self._field(form)) for field, form in fields],
+            [(constant_names[constant], *rest) for constant, *rest in constants],
+            [(field_names[field], self._field_type(form)) for field, form in fields],
         )
 
-    def _field(self, form: Any) -> Any:
+    def _field_type(self, type_node: Any) -> Any:
         """Return a field's type, which may be a list of other types."""
-        node, nested = form
+        node, nested = type_node
         if node == Nodetype.NAME:
             return node, self.type(nested)
         if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
-            return node, (self._field(nested[0]), nested[1])
-        return form
+            return node, (self._field_type(nested[0]), nested[1])
+        return type_node
 
-    def _all(
+    def _legal_names(
         self, names: Collection[str], rule: re.Pattern[str], make: Callable[[str], str], what: str
     ) -> dict[str, str]:
         legal: dict[str, str] = {name: name for name in names if rule.fullmatch(name)}
@@ -89,7 +93,7 @@ class LegalNames:
     def _legal_name(
         self, names: dict[str, str], name: str, rule: re.Pattern[str], make: Callable[[str], str], what: str
     ) -> str:
-        """Return the new name in `names`; if missing, add one."""
+        """Return the new name from `names`; add one if it is missing."""
         if name not in names:
             used_names = set(names.values())
             first = legal = name if rule.fullmatch(name) else make(name)
@@ -107,15 +111,15 @@ def _is_legal(name: str) -> bool:
     return _LOWER.fullmatch(package) is not None and _TYPE.fullmatch(short) is not None
 
 
-def _lower(name: str) -> str:
+def _snake_case(name: str) -> str:
     text = "_".join(_WORDS.findall(name)).lower()
     return text if text[:1].isalpha() else f"x_{text}" if text else "x"
 
 
-def _upper(name: str) -> str:
-    return _lower(name).upper()
+def _upper_snake_case(name: str) -> str:
+    return _snake_case(name).upper()
 
 
-def _capital(name: str) -> str:
+def _camel_case(name: str) -> str:
     text = "".join(word[0].upper() + word[1:] for word in _WORDS.findall(name))
     return text if text[:1].isalpha() else f"X{text}"

@@ -27,21 +27,21 @@ OP_SUMMARY_OFFSET = 0x0E
 OP_DATA_END = 0x0F
 
 ROS1_ENCODING = "ros1"
-"""Name of ROS 1's encoding of messages."""
+"""Name of the ROS 1 message encoding."""
 ROS1_SCHEMA = "ros1msg"
-"""Name of ROS 1's encoding of definitions; ``ros1`` is also the name of the profile."""
+"""Name of the ROS 1 definition encoding; the profile is called ``ros1`` like the message encoding."""
 
 U16 = struct.Struct("<H")
 HEAD = struct.Struct("<BQ")
-"""The beginning of a record: op and length."""
+"""The head of a record: op and length."""
 MESSAGE = struct.Struct("<HIQQ")
-"""The beginning of a message's content: channel, sequence, time of recording, time of publishing."""
+"""The head of a message's content: channel, sequence, time of recording, time of publishing."""
 
 Buffer = bytes | bytearray | memoryview
 
 
 class Schema(NamedTuple):
-    """A type of messages.
+    """A message type.
 
     Attributes:
         id: its number in the file, not 0.
@@ -61,7 +61,7 @@ class Channel(NamedTuple):
 
     Attributes:
         id: its number in the file.
-        schema: number of the type; 0 for none.
+        schema: id of the type; 0 for none.
         topic: its topic.
         encoding: encoding of its messages.
         metadata: additional fields.
@@ -97,7 +97,7 @@ class ChunkIndex(NamedTuple):
 
 
 class Cursor:
-    """Reader of the fields of a record, one after the other.
+    """Reads the fields of a record one after the other.
 
     Args:
         data: the record's content.
@@ -105,68 +105,72 @@ class Cursor:
 
     def __init__(self, data: Buffer) -> None:
         self._data = memoryview(data)
-        self._at = 0
+        self._position = 0
 
     def __bool__(self) -> bool:
-        return self._at < len(self._data)
+        return self._position < len(self._data)
 
-    def take(self, size: int) -> memoryview:
+    def read_bytes(self, size: int) -> memoryview:
         """Read some bytes.
 
         Raises:
-            RecordError: there are too few bytes; the same holds for the other methods.
+            RecordError: there are too few bytes; the other methods raise this as well.
         """
-        begin, end = self._at, self._at + size
+        begin, end = self._position, self._position + size
         if end > len(self._data):
             raise RecordError("a field of the record runs past its end")
-        self._at = end
+        self._position = end
         return self._data[begin:end]
 
-    def number(self, form: struct.Struct) -> int:
+    def read_number(self, form: struct.Struct) -> int:
         """Read a number."""
-        value: int = form.unpack(self.take(form.size))[0]
+        value: int = form.unpack(self.read_bytes(form.size))[0]
         return value
 
-    def block(self) -> memoryview:
+    def read_block(self) -> memoryview:
         """Read bytes that are preceded by their length."""
-        return self.take(self.number(U32))
+        return self.read_bytes(self.read_number(U32))
 
-    def text(self) -> str:
+    def read_string(self) -> str:
         """Read a string; bytes that are not UTF-8 become surrogate escapes."""
-        return bytes(self.block()).decode("utf-8", "surrogateescape")
+        return bytes(self.read_block()).decode("utf-8", "surrogateescape")
 
-    def mapping(self) -> dict[str, str]:
-        """Read a map of strings."""
-        inner = Cursor(self.block())
-        found = {}
+    def read_map(self) -> dict[str, str]:
+        """Read a map from strings to strings."""
+        inner = Cursor(self.read_block())
+        result = {}
         while inner:
-            name = inner.text()
-            found[name] = inner.text()
-        return found
+            name = inner.read_string()
+            result[name] = inner.read_string()
+        return result
 
 
 def parse_schema(content: Buffer) -> Schema:
-    """Return the type in a record; raises RecordError, like the functions below."""
+    """Return the type from a record; raises RecordError, like the functions below."""
     cursor = Cursor(content)
-    return Schema(cursor.number(U16), cursor.text(), cursor.text(), bytes(cursor.block()))
+    return Schema(cursor.read_number(U16), cursor.read_string(), cursor.read_string(), bytes(cursor.read_block()))
 
 
 def parse_channel(content: Buffer) -> Channel:
-    """Return the channel in a record."""
+    """Return the channel from a record."""
     cursor = Cursor(content)
-    return Channel(cursor.number(U16), cursor.number(U16), cursor.text(), cursor.text(), cursor.mapping())
+    return Channel(
+        cursor.read_number(U16), cursor.read_number(U16), cursor.read_string(), cursor.read_string(), cursor.read_map()
+    )
 
 
 def parse_chunk_index(content: Buffer) -> ChunkIndex:
-    """Return the chunk in an index record."""
+    """Return the chunk from an index record."""
     cursor = Cursor(content)
-    start, end, offset, length = (cursor.number(U64) for _ in range(4))
-    cursor.block()
-    cursor.number(U64)
-    return ChunkIndex(start, end, offset, length, cursor.text(), cursor.number(U64), cursor.number(U64))
+    start, end, offset, length = (cursor.read_number(U64) for _ in range(4))
+    cursor.read_block()
+    cursor.read_number(U64)
+    return ChunkIndex(
+        start, end, offset, length, cursor.read_string(), cursor.read_number(U64), cursor.read_number(U64)
+    )
 
 
-def chunk_times(content: Buffer, offset: int, size: int) -> ChunkIndex:
+def make_chunk_index(content: Buffer, offset: int, size: int) -> ChunkIndex:
     """Return the correct index entry of a chunk.
 
     Args:
@@ -175,9 +179,9 @@ def chunk_times(content: Buffer, offset: int, size: int) -> ChunkIndex:
         size: size of its content, uncompressed, in bytes.
     """
     cursor = Cursor(content)
-    start, end = cursor.number(U64), cursor.number(U64)
-    cursor.take(12)
-    return ChunkIndex(start, end, offset, HEAD.size + len(content), cursor.text(), cursor.number(U64), size)
+    start, end = cursor.read_number(U64), cursor.read_number(U64)
+    cursor.read_bytes(12)
+    return ChunkIndex(start, end, offset, HEAD.size + len(content), cursor.read_string(), cursor.read_number(U64), size)
 
 
 def check_index(index: Sequence[ChunkIndex], chunks: Mapping[int, ChunkIndex], limit: int) -> None:
@@ -186,7 +190,7 @@ def check_index(index: Sequence[ChunkIndex], chunks: Mapping[int, ChunkIndex], l
     Args:
         index: the entries of the index.
         chunks: offset -> correct entry of the chunk there.
-        limit: maximum number of bytes of chunks that overlap in time, since a reader has all of them in memory.
+        limit: maximum total size in bytes of chunks that overlap in time, since a reader keeps all of them in memory.
     """
     changes = []
     for declared in index:
@@ -195,25 +199,25 @@ def check_index(index: Sequence[ChunkIndex], chunks: Mapping[int, ChunkIndex], l
         changes += [(declared.start, 0, declared.size), (max(declared.start, declared.end), 1, -declared.size)]
     if len({declared.offset for declared in index}) < len(index):
         raise RecordError("the index lists a chunk twice")
-    chunk_count = 0
+    open_bytes = 0
     for _, _, change in sorted(changes):
-        chunk_count += change
-        if chunk_count > limit:
+        open_bytes += change
+        if open_bytes > limit:
             raise RecordError(
-                f"chunks of the same time hold {chunk_count} bytes together; the limit is {limit} "
+                f"chunks that overlap in time hold {open_bytes} bytes together; the limit is {limit} "
                 "(--chunk-limit MB raises it, if you trust the file)"
             )
 
 
-def walk(content: Buffer) -> Iterator[tuple[int, memoryview]]:
-    """Yield op and content of the records in a chunk's uncompressed content."""
+def iter_records(content: Buffer) -> Iterator[tuple[int, memoryview]]:
+    """Yield the op and content of each record in a chunk's uncompressed content."""
     cursor = Cursor(content)
     while cursor:
-        op, size = HEAD.unpack(cursor.take(HEAD.size))
-        yield op, cursor.take(size)
+        op, size = HEAD.unpack(cursor.read_bytes(HEAD.size))
+        yield op, cursor.read_bytes(size)
 
 
-def pack_text(text: str) -> bytes:
+def pack_string(text: str) -> bytes:
     """Return a string's bytes. Surrogate escapes become question marks, since MCAP's strings must be UTF-8."""
     return pack_block(text.encode("utf-8", "replace"))
 
@@ -235,23 +239,23 @@ def pack_record(op: int, *parts: bytes) -> bytes:
 
 def pack_schema(schema: Schema) -> bytes:
     """Return the record of a type."""
-    texts = (pack_text(schema.name), pack_text(schema.encoding))
+    texts = (pack_string(schema.name), pack_string(schema.encoding))
     return pack_record(OP_SCHEMA, U16.pack(schema.id), *texts, pack_block(schema.data))
 
 
 def pack_channel(channel: Channel) -> bytes:
     """Return the record of a channel."""
     numbers = U16.pack(channel.id) + U16.pack(channel.schema)
-    texts = (pack_text(channel.topic), pack_text(channel.encoding))
-    metadata = pack_map(pack_text(name) + pack_text(value) for name, value in channel.metadata.items())
+    texts = (pack_string(channel.topic), pack_string(channel.encoding))
+    metadata = pack_map(pack_string(name) + pack_string(value) for name, value in channel.metadata.items())
     return pack_record(OP_CHANNEL, numbers, *texts, metadata)
 
 
 def pack_header(profile: str, library: str) -> bytes:
     """Return the first record of a file."""
-    return pack_record(OP_HEADER, pack_text(profile), pack_text(library))
+    return pack_record(OP_HEADER, pack_string(profile), pack_string(library))
 
 
 def pack_offset(op: int, start: int, size: int) -> bytes:
-    """Return the record with the place of the records of one op at the end of the file."""
+    """Return the record that locates the summary's records of one op."""
     return pack_record(OP_SUMMARY_OFFSET, bytes([op]), U64.pack(start), U64.pack(size))

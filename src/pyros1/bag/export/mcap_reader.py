@@ -1,4 +1,4 @@
-"""Reader of MCAP files (https://mcap.dev/spec), from the beginning to the end of the data; it needs no index."""
+"""Reads MCAP files (https://mcap.dev/spec) from beginning to end; needs no index."""
 
 from __future__ import annotations
 
@@ -28,19 +28,19 @@ from pyros1.bag.export.mcap import (
     Cursor,
     Schema,
     check_index,
-    chunk_times,
+    iter_records,
+    make_chunk_index,
     parse_channel,
     parse_chunk_index,
     parse_schema,
-    walk,
 )
 from pyros1.bag.format.compression import check_size
 from pyros1.bag.format.records import U32, U64, RecordError
 from pyros1.bag.limits import chunk_limit
 
-_HINT = "; `mcap recover` of the MCAP tools makes a file of the intact part"
+_HINT = "; `mcap recover` of the MCAP tools saves the intact part"
 
-Found = tuple[Channel, int, memoryview]
+McapMessage = tuple[Channel, int, memoryview]
 """A message: (channel, time of recording in nanoseconds, bytes)."""
 
 
@@ -51,7 +51,7 @@ class McapReader:
         path: the file.
 
     Attributes:
-        profile: name of the profile, for example ``ros1``; may be empty.
+        profile: name of the profile, for example ``ros1``; can be empty.
         schemas: types found so far, by number.
         channels: channels found so far, by number.
         position: number of bytes read so far.
@@ -71,25 +71,25 @@ class McapReader:
         self._file = open(self.path, "rb")  # noqa: SIM115 - closed by close()
         try:
             self._size = os.fstat(self._file.fileno()).st_size
-            self.profile = self._begin()
+            self.profile = self._read_header()
         except BaseException:
             self.close()
             raise
 
-    def messages(self) -> Iterator[Found]:
-        """Yield the messages in the file's order. Their bytes are valid until the next one is read.
+    def messages(self) -> Iterator[McapMessage]:
+        """Yield the messages in the order of the file. The bytes of a message are valid until the next one is read.
 
         Raises:
             BagError: the file is cut off or damaged, or its compression is not supported.
         """
         while True:
             offset = self.position
-            op, content = self._next()
+            op, content = self._next_record()
             if op in (OP_DATA_END, OP_FOOTER):
                 return
             try:
                 if op == OP_CHUNK:
-                    for inner, part in walk(self._unpacked(content)):
+                    for inner, part in iter_records(self._decompressed_chunk(content)):
                         if inner == OP_CHUNK:
                             raise RecordError("a chunk contains another chunk")
                         found = self._add_record(inner, part)
@@ -110,23 +110,23 @@ class McapReader:
         """
         chunks: dict[int, ChunkIndex] = {}
         index: list[ChunkIndex] = []
-        summary: set[int] = set()  # possible positions of its start
+        summary_starts: set[int] = set()  # offsets at which the summary may start
         while True:
             offset = self.position
-            op, content = self._next()
+            op, content = self._next_record()
             try:
                 if op == OP_FOOTER:
-                    start = Cursor(content).number(U64)
-                    if self.position + len(MAGIC) != self._size or (start and start not in summary | {offset}):
-                        raise RecordError("the index is not at the place given at the end of the file")
+                    start = Cursor(content).read_number(U64)
+                    if self.position + len(MAGIC) != self._size or (start and start not in summary_starts | {offset}):
+                        raise RecordError("the index is not where the end of the file says")
                     check_index(index, chunks, self._limit)
                     return
                 if op in (OP_CHUNK, OP_MESSAGE, OP_MESSAGE_INDEX):
-                    summary.clear()
+                    summary_starts.clear()
                 else:
-                    summary.add(offset)
+                    summary_starts.add(offset)
                 if op == OP_CHUNK:
-                    chunks[offset] = chunk_times(content, offset, len(self._unpacked(content)))
+                    chunks[offset] = make_chunk_index(content, offset, len(self._decompressed_chunk(content)))
                 elif op == OP_CHUNK_INDEX:
                     index.append(parse_chunk_index(content))
             except RecordError as error:
@@ -144,23 +144,23 @@ class McapReader:
     ) -> None:
         self.close()
 
-    def _begin(self) -> str:
+    def _read_header(self) -> str:
         if self._size == 0:
             raise NotABagError(self.path, "the file is empty")
-        begin = self._file.read(len(MAGIC))
-        if begin != MAGIC:
+        magic = self._file.read(len(MAGIC))
+        if magic != MAGIC:
             raise NotABagError(self.path, "this is not an MCAP file: it does not begin with the MCAP signature")
         self.position = len(MAGIC)
-        op, content = self._next()
+        op, content = self._next_record()
         try:
             if op != OP_HEADER:
                 raise RecordError("the file has no header")
-            return Cursor(content).text()
+            return Cursor(content).read_string()
         except RecordError as error:
             raise BagError(self.path, str(error), len(MAGIC)) from None
 
-    def _next(self) -> tuple[int, memoryview]:
-        """Return the next record, without its content if that is not needed."""
+    def _next_record(self) -> tuple[int, memoryview]:
+        """Return the next record, with empty content if that is not needed."""
         offset = self.position
         head = self._file.read(HEAD.size)
         if len(head) < HEAD.size:
@@ -168,8 +168,8 @@ class McapReader:
         op, size = HEAD.unpack(head)
         following = offset + HEAD.size + size
         if op == 0 or following > self._size:
-            what = "this is not a record" if op == 0 else "the record runs past the end of the file"
-            raise BagError(self.path, f"{what}: the file is cut off or damaged{_HINT}", offset)
+            problem = "this is not a record" if op == 0 else "the record runs past the end of the file"
+            raise BagError(self.path, f"{problem}: the file is cut off or damaged{_HINT}", offset)
         self.position = following
         if op not in (OP_HEADER, OP_SCHEMA, OP_CHANNEL, OP_MESSAGE, OP_CHUNK, OP_CHUNK_INDEX, OP_FOOTER):
             self._file.seek(following)  # for example an attachment, which may be large
@@ -183,14 +183,14 @@ class McapReader:
             raise BagError(self.path, f"the file became shorter while it was read{_HINT}", offset)
         return op, memoryview(content)
 
-    def _add_record(self, op: int, content: memoryview) -> Found | None:
+    def _add_record(self, op: int, content: memoryview) -> McapMessage | None:
         if op == OP_MESSAGE:
             if len(content) < MESSAGE.size:
                 raise RecordError("a message's record is too short")
-            number, _, time, _ = MESSAGE.unpack_from(content)
-            channel = self.channels.get(number)
+            channel_id, _, time, _ = MESSAGE.unpack_from(content)
+            channel = self.channels.get(channel_id)
             if channel is None:
-                raise RecordError(f"a message refers to channel {number}, which is not defined before it")
+                raise RecordError(f"a message refers to channel {channel_id}, which is not defined before it")
             return channel, time, content[MESSAGE.size :]
         if op == OP_SCHEMA:
             schema = parse_schema(content)
@@ -202,47 +202,47 @@ class McapReader:
                 raise RecordError(f"channel {channel.id} is defined twice, and differently")
         return None
 
-    def _unpacked(self, content: memoryview) -> memoryview:
+    def _decompressed_chunk(self, content: memoryview) -> memoryview:
         """Return a chunk's content."""
         cursor = Cursor(content)
-        cursor.take(16)  # the times of its first and last message
-        size, checksum = cursor.number(U64), cursor.number(U32)
-        compression = cursor.text()
-        stored = cursor.take(cursor.number(U64))
+        cursor.read_bytes(16)  # the times of its first and last message
+        size, checksum = cursor.read_number(U64), cursor.read_number(U32)
+        compression = cursor.read_string()
+        stored = cursor.read_bytes(cursor.read_number(U64))
         check_size(size, self._limit)
-        unpacked = stored if not compression else memoryview(self._decompress(compression, stored, size))
-        if len(unpacked) != size:
+        content_bytes = stored if not compression else memoryview(self._decompress(compression, stored, size))
+        if len(content_bytes) != size:
             raise RecordError(f"the chunk does not hold the {size} bytes that its header claims")
-        if checksum and zlib.crc32(unpacked) != checksum:
+        if checksum and zlib.crc32(content_bytes) != checksum:
             raise RecordError("the chunk is damaged: its checksum is wrong")
-        return unpacked
+        return content_bytes
 
     def _decompress(self, compression: str, stored: memoryview, size: int) -> bytes:
-        """Return the content, at most one byte more than `size`, so that a damaged chunk cannot fill the memory."""
-        make = self._decompressor(compression)
+        """Return the content, at most one byte more than `size`, so that a damaged chunk cannot exhaust memory."""
+        make_decompressor = self._decompressor(compression)
         remaining: Any = stored
         parts: list[bytes] = []
         total = 0
         try:
             while remaining and total <= size:  # there may be several frames
-                unpacker = make()
-                parts.append(unpacker.decompress(remaining, size + 1 - total))
+                decompressor = make_decompressor()
+                parts.append(decompressor.decompress(remaining, size + 1 - total))
                 total += len(parts[-1])
-                remaining = unpacker.unused_data if unpacker.eof else b""
+                remaining = decompressor.unused_data if decompressor.eof else b""
         except Exception as error:  # each module has its own errors
             raise RecordError(f"the chunk's {compression} data are damaged: {error}") from error
         return parts[0] if len(parts) == 1 else b"".join(parts)
 
     def _decompressor(self, compression: str) -> Callable[[], Any]:
         if compression == "lz4":
-            return _module(self.path, compression, "lz4.frame").LZ4FrameDecompressor  # type: ignore[no-any-return]
+            return _import_first(self.path, compression, "lz4.frame").LZ4FrameDecompressor  # type: ignore[no-any-return]
         if compression == "zstd":
-            return _module(self.path, compression, "compression.zstd", "backports.zstd").ZstdDecompressor  # type: ignore[no-any-return]
+            return _import_first(self.path, compression, "compression.zstd", "backports.zstd").ZstdDecompressor  # type: ignore[no-any-return]
         raise RecordError(f"the chunk's compression {compression[:20]!r} is unknown; lz4 and zstd are supported")
 
 
-def _module(path: str, compression: str, *names: str) -> Any:
-    """Return the first module that is installed; the text of the error names the package of the last."""
+def _import_first(path: str, compression: str, *names: str) -> Any:
+    """Return the first module that is installed; the error message names the package of the last one."""
     for name in names:
         try:
             return import_module(name)

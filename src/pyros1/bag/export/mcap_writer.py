@@ -1,4 +1,4 @@
-"""Writer of MCAP files (https://mcap.dev/spec) with unchanged messages of ROS 1: the profile ``ros1``."""
+"""Writes MCAP files (https://mcap.dev/spec) with unchanged ROS 1 messages: the profile ``ros1``."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from pyros1.bag.export.mcap import (
     pack_offset,
     pack_record,
     pack_schema,
-    pack_text,
+    pack_string,
 )
 from pyros1.bag.format.reader import RawMessage
 from pyros1.bag.format.records import U32, U64, Connection
@@ -47,13 +47,13 @@ _LATCHING = {"1": "true", "0": "false"}
 _NOT_IN_METADATA = ("type", "message_definition")
 _CHUNK = struct.Struct("<QQQI")
 _COUNT = struct.Struct("<HQ")
-_COUNTS = struct.Struct("<QHIIIIQQ")
+_STATISTICS = struct.Struct("<QHIIIIQQ")
 _ENTRY = struct.Struct("<QQ")
 _QQQQ = struct.Struct("<QQQQ")
 
 
-class _Times:
-    """The earliest and latest of some times; zeros if there are none."""
+class _TimeRange:
+    """The earliest and latest of the added times; 0 if there are none."""
 
     def __init__(self) -> None:
         self.first = self.last = self.count = 0
@@ -78,13 +78,13 @@ class Ros1McapWriter:
         self.path = os.fspath(path)
         self._schemas: dict[tuple[str, bytes], Schema] = {}
         self._channels: dict[tuple[str, tuple[tuple[str, bytes], ...]], Channel] = {}
-        self._numbers: dict[int, int] = {}
+        self._channel_ids: dict[int, int] = {}
         self._sources: list[Connection] = []  # keeps them alive, so that their ids are not reused
-        self._sent: dict[int, int] = {}
-        self._times = _Times()
+        self._message_counts: dict[int, int] = {}
+        self._times = _TimeRange()
         self._chunk_indexes: list[bytes] = []
         self._content = bytearray()
-        self._chunk_times = _Times()
+        self._chunk_times = _TimeRange()
         self._index: dict[int, list[tuple[int, int]]] = {}
         self._position = 0
         self._file = open(self.path, "wb")  # noqa: SIM115 - closed by close() and abort()
@@ -98,16 +98,16 @@ class Ros1McapWriter:
             OSError: the file cannot be written.
         """
         connection = stored.connection
-        number = self._numbers.get(id(connection))
+        number = self._channel_ids.get(id(connection))
         if number is None:
-            number = self._numbers[id(connection)] = self._add(connection)
+            number = self._channel_ids[id(connection)] = self._add_channel(connection)
             self._sources.append(connection)
-        time, sequence, content = stored.time, self._sent[number], self._content
+        time, sequence, content = stored.time, self._message_counts[number], self._content
         self._index.setdefault(number, []).append((time, len(content)))
         content += HEAD.pack(OP_MESSAGE, MESSAGE.size + len(stored.data))
         content += MESSAGE.pack(number, sequence & 0xFFFFFFFF, time, time)
         content += stored.data
-        self._sent[number] = sequence + 1
+        self._message_counts[number] = sequence + 1
         self._times.add(time)
         self._chunk_times.add(time)
         if len(content) > CHUNK_THRESHOLD:
@@ -130,18 +130,18 @@ class Ros1McapWriter:
         """Close the file in its current state."""
         self._file.close()
 
-    def _add(self, connection: Connection) -> int:
+    def _add_channel(self, connection: Connection) -> int:
         """Return a connection's channel; identical connections share one."""
         definition = connection.header["message_definition"]
-        known = (connection.type, definition)
+        schema_key = (connection.type, definition)
         key = (connection.topic, tuple(connection.header.items()))
         if key in self._channels:
             return self._channels[key].id
         if max(len(self._channels), len(self._schemas)) >= MAX_ID:
             raise BagError(self.path, f"an MCAP file can hold at most {MAX_ID} connections and types")
-        if known not in self._schemas:
+        if schema_key not in self._schemas:
             schema = Schema(len(self._schemas) + 1, connection.type, ROS1_SCHEMA, definition)
-            self._schemas[known] = schema
+            self._schemas[schema_key] = schema
             self._content += pack_schema(schema)
         metadata = {name: connection.text(name) for name in connection.header if name not in _NOT_IN_METADATA}
         if metadata.get("topic") == connection.topic:
@@ -149,10 +149,10 @@ class Ros1McapWriter:
         if "latching" in metadata:
             metadata["latching"] = _LATCHING.get(metadata["latching"], metadata["latching"])
         number = len(self._channels)
-        channel = Channel(number, self._schemas[known].id, connection.topic, ROS1_ENCODING, metadata)
+        channel = Channel(number, self._schemas[schema_key].id, connection.topic, ROS1_ENCODING, metadata)
         self._channels[key] = channel
         self._content += pack_channel(channel)
-        self._sent[number] = 0
+        self._message_counts[number] = 0
         return number
 
     def _flush(self) -> None:
@@ -160,31 +160,31 @@ class Ros1McapWriter:
         content, index, times = self._content, self._index, self._chunk_times
         if not content:
             return
-        self._content, self._index, self._chunk_times = bytearray(), {}, _Times()
+        self._content, self._index, self._chunk_times = bytearray(), {}, _TimeRange()
         start, size = self._position, len(content)
-        fields = _CHUNK.pack(times.first, times.last, size, zlib.crc32(content)) + pack_text("") + U64.pack(size)
+        fields = _CHUNK.pack(times.first, times.last, size, zlib.crc32(content)) + pack_string("") + U64.pack(size)
         self._write(HEAD.pack(OP_CHUNK, len(fields) + size) + fields)
         self._write(content)
         end = self._position
-        places = []
+        index_offsets = []
         for number, entries in index.items():
-            places.append(_COUNT.pack(number, self._position))
-            found = pack_map(_ENTRY.pack(*entry) for entry in sorted(entries))
-            self._write(pack_record(OP_MESSAGE_INDEX, U16.pack(number), found))
+            index_offsets.append(_COUNT.pack(number, self._position))
+            packed = pack_map(_ENTRY.pack(*entry) for entry in sorted(entries))
+            self._write(pack_record(OP_MESSAGE_INDEX, U16.pack(number), packed))
         self._chunk_indexes.append(
             pack_record(
                 OP_CHUNK_INDEX,
                 _QQQQ.pack(times.first, times.last, start, end - start),
-                pack_map(places),
+                pack_map(index_offsets),
                 U64.pack(self._position - end),
-                pack_text(""),
+                pack_string(""),
                 U64.pack(size) + U64.pack(size),
             )
         )
 
     def _summary(self) -> bytes:
-        """Return the end of the file: summary and footer."""
-        counts = _COUNTS.pack(
+        """Return the end of the file: the summary and footer."""
+        counts = _STATISTICS.pack(
             self._times.count,
             len(self._schemas),
             len(self._channels),
@@ -197,7 +197,9 @@ class Ros1McapWriter:
         groups = {
             OP_SCHEMA: b"".join(map(pack_schema, self._schemas.values())),
             OP_CHANNEL: b"".join(map(pack_channel, self._channels.values())),
-            OP_STATISTICS: pack_record(OP_STATISTICS, counts, pack_map(_COUNT.pack(*n) for n in self._sent.items())),
+            OP_STATISTICS: pack_record(
+                OP_STATISTICS, counts, pack_map(_COUNT.pack(*n) for n in self._message_counts.items())
+            ),
             OP_CHUNK_INDEX: b"".join(self._chunk_indexes),
         }
         summary, offsets = bytearray(), bytearray()

@@ -17,7 +17,7 @@ from rosbags.typesys import Stores, TypesysError, get_typestore
 
 from pyros1.bag.errors import BagError
 from pyros1.bag.export.legal_names import LegalNames
-from pyros1.bag.export.schemas import Convert, adopt, converter, empty_store, parsed, ros2_name
+from pyros1.bag.export.schemas import Convert, copy_types, empty_store, make_converter, parse_types, ros2_name
 from pyros1.bag.format.reader import RawMessage
 from pyros1.bag.format.records import Connection
 from pyros1.ground.errors import MessageError
@@ -31,10 +31,10 @@ _VERSION: Literal[8] = 8
 
 
 class Ros2Writer:
-    """A new ROS 2 bag: a folder with a file of metadata and one of messages.
+    """A new ROS 2 bag: a folder with a metadata file and a message file.
 
-    Types that the ROS 2 distribution knows get its definitions; others keep those of the bag, under names that ROS 2
-    allows.
+    Types that the ROS 2 distribution knows get its definitions; other types keep those of the bag, under names that ROS
+    2 allows.
 
     Args:
         path: the folder, which must not exist.
@@ -55,7 +55,7 @@ class Ros2Writer:
         self._classes = DefinitionCache()
         self._converters: dict[tuple[str, str], Convert] = {}
         self._connections: dict[int, tuple[Ros2Connection, Convert]] = {}
-        self._known: dict[tuple[str, str, bool], Ros2Connection] = {}
+        self._ros2_connections: dict[tuple[str, str, bool], Ros2Connection] = {}
         self._sources: list[Connection] = []  # keeps them alive, so that their ids are not reused
         self._writer = Writer(self.path, version=_VERSION, storage_plugin=STORAGES[storage])
         self._writer.open()
@@ -64,20 +64,20 @@ class Ros2Writer:
         """Write a message.
 
         Raises:
-            BagError: its definition cannot be read, or it cannot be converted; the text names the message.
+            BagError: its definition cannot be read, or it cannot be converted; the message names the message.
             OSError: the file cannot be written.
         """
         connection = stored.connection
         entry = self._connections.get(id(connection))
         try:
             if entry is None:
-                entry = self._connections[id(connection)] = self._add(connection)
+                entry = self._connections[id(connection)] = self._add_connection(connection)
                 self._sources.append(connection)
-            self._writer.write(entry[0], stored.time, self._converted(entry[1], stored))
+            self._writer.write(entry[0], stored.time, self._convert(entry[1], stored))
         except (TypesysError, SerdeError, WriterError, KeyError, UnicodeDecodeError) as error:
             where = f"message on {connection.topic} at {stored.time / 1e9:.6f} ({connection.type})"
             raise BagError(str(self.path), f"{where} cannot be converted: {error}") from error
-        except sqlite3.Error as error:  # its errors for a full disk and similar problems
+        except sqlite3.Error as error:  # SQLite's errors for a full disk and similar problems
             raise OSError(errno.EIO, str(error), str(self.path)) from error
 
     def close(self) -> None:
@@ -95,13 +95,13 @@ class Ros2Writer:
         """Close the files in their current state."""
         self._writer.abort()
 
-    def _add(self, connection: Connection) -> tuple[Ros2Connection, Convert]:
+    def _add_connection(self, connection: Connection) -> tuple[Ros2Connection, Convert]:
         convert = self._converter(connection)
         name = self.names.type(ros2_name(connection.type))
         key = (connection.topic, name, connection.latching)
-        found = self._known.get(key)
+        found = self._ros2_connections.get(key)
         if found is None:
-            found = self._known[key] = self._writer.add_connection(
+            found = self._ros2_connections[key] = self._writer.add_connection(
                 connection.topic,
                 name,
                 typestore=self._target,
@@ -109,11 +109,11 @@ class Ros2Writer:
             )
         return found, convert
 
-    def _converted(self, convert: Convert, stored: RawMessage) -> memoryview:
+    def _convert(self, convert: Convert, stored: RawMessage) -> memoryview:
         try:
             return convert(stored.data)
         except SerdeError:
-            # It may have extra bytes at its end, which do not matter.
+            # It may have extra bytes at the end, which are harmless.
             connection, data = stored.connection, stored.data
             try:
                 cls = self._classes.get(connection.type, connection.md5sum, connection.definition)
@@ -128,10 +128,10 @@ class Ros2Writer:
         key = (connection.type, connection.md5sum)
         if key not in self._converters:
             source = empty_store()
-            source.register(self.names.types(parsed(connection.type, connection.definition)))
+            source.register(self.names.types(parse_types(connection.type, connection.definition)))
             name = self.names.type(ros2_name(connection.type))
-            adopt(self._target, source, name)
-            self._converters[key] = converter(source, self._target, name, name, to_ros2=True)
+            copy_types(self._target, source, name)
+            self._converters[key] = make_converter(source, self._target, name, name, to_ros2=True)
         return self._converters[key]
 
 

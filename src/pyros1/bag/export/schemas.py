@@ -1,4 +1,4 @@
-"""Message types in the form of the rosbags library, which converts messages between ROS 1 and ROS 2."""
+"""Message types as the rosbags library represents them; it converts messages between ROS 1 and ROS 2."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ def distributions() -> dict[str, str]:
     return {store.value[5:]: store.value for store in Stores if store.value.startswith("ros2_")}
 
 
-def parsed(type_name: str, definition: str) -> Typesdict:
-    """Return the types of a full definition text.
+def parse_types(type_name: str, definition: str) -> Typesdict:
+    """Parse the types in a full definition.
 
     Args:
         type_name: ``package/Type``.
@@ -44,7 +44,7 @@ def parsed(type_name: str, definition: str) -> Typesdict:
     try:
         return get_types_from_msg(text, ros2_name(type_name))
     except TypesysError:
-        # It cannot read every constant, and constants are not encoded.
+        # It cannot read every constant; without them the encoding is the same.
         return get_types_from_msg(_CONSTANT.sub("", text), ros2_name(type_name))
 
 
@@ -53,8 +53,8 @@ def empty_store() -> Typestore:
     return get_typestore(Stores.EMPTY)
 
 
-def adopt(target: Typestore, source: Typestore, name: str) -> None:
-    """Copy a type and the types that it uses from one store to another, unless they exist there.
+def copy_types(target: Typestore, source: Typestore, name: str) -> None:
+    """Copy a type and the types that it uses from one store to another, except for those that exist there.
 
     Raises:
         KeyError: a type is missing in the source.
@@ -79,16 +79,16 @@ def used_types(store: Typestore, name: str) -> Iterator[str]:
             yield str(element[1])
 
 
-def converter(source: Typestore, target: Typestore, name: str, target_name: str, *, to_ros2: bool) -> Convert:
+def make_converter(source: Typestore, target: Typestore, name: str, target_name: str, *, to_ros2: bool) -> Convert:
     """Return the function that converts messages of a type between ROS 1 and ROS 2.
 
-    If the fields of both sides have the same types in the same order, the bytes are rearranged; else fields are
+    If the fields on both sides have the same types in the same order, the bytes are rearranged. Otherwise fields are
     matched by name and type, and those without a counterpart are zero.
 
     Args:
         source: the store with `name`.
         target: the store with `target_name`.
-        to_ros2: whether to convert from ROS 1 to ROS 2; otherwise back.
+        to_ros2: whether to convert from ROS 1 to ROS 2, or the other way.
     """
     cache: dict[str, object] = {}
 

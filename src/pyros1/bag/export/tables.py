@@ -1,4 +1,4 @@
-"""Messages as rows of comma-separated values, byte for byte as stock ``rostopic echo -p`` prints them."""
+"""Prints messages as comma-separated values, byte for byte like stock ``rostopic echo -p``."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pyros1.msgs.base import nested_classes
 Emit = Callable[[str], object]
 
 _VALUES_PER_WRITE = 1000
-"""Number of values of a row that are joined at a time."""
+"""Number of values of a row that are joined for one write."""
 
 _BYTES = ("uint8", "char")
 _TIMES = ("time", "duration")
@@ -22,13 +22,13 @@ _TIMES = ("time", "duration")
 class Table:
     """The rows of a topic, or of a field of its messages.
 
-    Times are in nanoseconds, truth values 1 and 0. Arrays have a column for each element in the first
-    message; arrays of bytes have none. Strings are written unchanged, without quotes.
+    Times are in nanoseconds; booleans are 1 and 0. Arrays have a column for each element of the first message; arrays
+    of bytes have none. Strings are written unchanged, without quotes.
 
     Args:
         nostr: whether to leave out strings.
         noarr: whether to leave out arrays.
-        field_filter: returns the names of a message's fields to write; None: all.
+        field_filter: returns the names of the fields of a message to write; None for all.
     """
 
     def __init__(
@@ -39,7 +39,7 @@ class Table:
         field_filter: Callable[[Message], Iterable[str]] | None = None,
     ) -> None:
         self._nostr, self._noarr, self._field_filter = nostr, noarr, field_filter
-        self._slots: dict[type[Message], list[tuple[str, str, bool]]] = {}
+        self._fields_by_class: dict[type[Message], list[tuple[str, str, bool]]] = {}
 
     def head(self, value: Any, emit: Emit) -> None:
         """Emit the row of column names in pieces.
@@ -57,7 +57,7 @@ class Table:
             value: the message, or the field's value.
             time: time in nanoseconds.
             emit: called with each piece of text.
-            offset: is subtracted from the times in the message.
+            offset: subtracted from the times in the message.
         """
         emit_row(emit, str(time), self._value_texts(value, offset.to_nsec() if offset is not None else 0))
 
@@ -90,31 +90,31 @@ class Table:
         return self._all_fields(cls)
 
     def _all_fields(self, cls: type[Message]) -> list[tuple[str, str, bool]]:
-        found = self._slots.get(cls)
+        found = self._fields_by_class.get(cls)
         if found is None:
-            found = self._slots[cls] = []
+            found = self._fields_by_class[cls] = []
             for name, slot_type in zip(cls.__slots__, cls._slot_types, strict=True):
                 kind, bracket, _ = slot_type.partition("[")
-                hidden = (bracket and (self._noarr or kind in _BYTES)) or (self._nostr and kind == "string")
-                if not hidden:
+                is_hidden = (bracket and (self._noarr or kind in _BYTES)) or (self._nostr and kind == "string")
+                if not is_hidden:
                     found.append((name, kind, bool(bracket)))
         return found
 
     def _names(self, message: Message, prefix: str) -> Iterator[str]:
-        for name, kind, array in self._fields(message):
+        for name, kind, is_array in self._fields(message):
             value, path = getattr(message, name), f"{prefix}.{name}"
-            items = value if array else (value,)
+            items = value if is_array else (value,)
             for number, item in enumerate(items):
-                path_ = f"{path}{number}" if array else path
+                item_path = f"{path}{number}" if is_array else path
                 if kind in nested_classes(type(message)):
-                    yield from self._names(item, path_)
+                    yield from self._names(item, item_path)
                 else:
-                    yield path_
+                    yield item_path
 
     def _values(self, message: Message, offset: int) -> Iterator[str]:
-        for name, kind, array in self._fields(message):
+        for name, kind, is_array in self._fields(message):
             value: Any = getattr(message, name)
-            items = value if array else (value,)
+            items = value if is_array else (value,)
             if kind in nested_classes(type(message)):
                 for item in items:
                     yield from self._values(item, offset)
@@ -130,12 +130,12 @@ def _nanoseconds(value: TVal, offset: int) -> str:
     return str(value.to_nsec() - (offset if isinstance(value, Time) else 0))
 
 
-def emit_row(emit: Emit, first: str, others: Iterator[str]) -> None:
+def emit_row(emit: Emit, first: str, values: Iterator[str]) -> None:
     """Emit a row of values, in pieces of a thousand values."""
     emit(f"{first},")
     separator = ""
-    while part := list(islice(others, _VALUES_PER_WRITE)):
+    while chunk := list(islice(values, _VALUES_PER_WRITE)):
         emit(separator)
-        emit(",".join(part) if len(part) > 1 else part[0])
+        emit(",".join(chunk) if len(chunk) > 1 else chunk[0])
         separator = ","
     emit("\n")

@@ -1,4 +1,4 @@
-"""File names for topics."""
+"""Chooses file names for topics."""
 
 from __future__ import annotations
 

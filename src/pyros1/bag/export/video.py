@@ -1,4 +1,6 @@
-"""Videos from sensor_msgs/Image and CompressedImage; each frame is displayed for as long as in the bag."""
+"""Writes videos from sensor_msgs/Image and CompressedImage; each frame is displayed for as long as it was in the
+bag.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from pyros1.bag.export.extras import extra
+from pyros1.bag.export.extras import import_extra
 from pyros1.bag.export.image_files import TYPES, compressed_pixels
 from pyros1.bag.export.images import Pixels, pixels, to_8_bits
 from pyros1.ground.errors import MessageError
@@ -25,15 +27,15 @@ class VideoWriter:
     """Writes the images of each topic to a separate video.
 
     Args:
-        path: returns the path of a topic's file, whose extension gives its kind: ``.mp4``, ``.mkv``, ...
+        path: returns the path of a topic's file, whose extension determines its format: ``.mp4``, ``.mkv``, ...
 
     Raises:
         Error: PyAV or Pillow is not installed.
     """
 
     def __init__(self, path: Callable[[str], str]) -> None:
-        self._av = extra("av", "video")
-        extra("PIL.Image", "video")
+        self._av = import_extra("av", "video")
+        import_extra("PIL.Image", "video")
         self._path = path
         self._videos: dict[str, _Video] = {}
 
@@ -51,9 +53,9 @@ class VideoWriter:
             OSError: the file cannot be written.
         """
         image = pixels(message) if message._type == TYPES[0] else compressed_pixels(message)
-        image = _even(to_8_bits(image))
+        image = _pad_to_even(to_8_bits(image))
         video = self._videos.get(topic)
-        with self._own_errors(topic):
+        with self._as_os_errors(topic):
             if video is None:
                 video = self._videos[topic] = _Video(self._av, self._path(topic), image, time)
             video.write(image, time)
@@ -65,7 +67,7 @@ class VideoWriter:
             OSError: the file cannot be written.
         """
         for topic, video in self._videos.items():
-            with self._own_errors(topic):
+            with self._as_os_errors(topic):
                 video.finish()
 
     def abort(self) -> None:
@@ -75,8 +77,8 @@ class VideoWriter:
                 video.container.close()
 
     @contextmanager
-    def _own_errors(self, topic: str) -> Iterator[None]:
-        """Convert PyAV's errors to those of open and write."""
+    def _as_os_errors(self, topic: str) -> Iterator[None]:
+        """Convert PyAV's errors to OSError."""
         try:
             yield
         except self._av.error.FFmpegError as error:
@@ -90,7 +92,7 @@ class _Video:
         self._last = -1
         self._size = image.shape[:2]
         self.container = av.open(path, "w")
-        # The video's time begins at 0; the corresponding time of the clock is noted here.
+        # The video begins at 0 s; this is the corresponding clock time.
         self.container.metadata["comment"] = f"begins at {time.secs}.{time.nsecs:09d}"
         codec = next(name for name in _CODECS if name in av.codecs_available)
         self._stream = self.container.add_stream(codec, rate=30)
@@ -103,7 +105,7 @@ class _Video:
     def write(self, image: Pixels, time: Time) -> None:
         if image.shape[:2] != self._size:
             (height, width), (rows, columns) = self._size, image.shape[:2]
-            raise MessageError(f"the image has {columns} x {rows} pixels, but earlier ones have {width} x {height}")
+            raise MessageError(f"the image has {columns} x {rows} pixels, but earlier images have {width} x {height}")
         form = "gray" if image.ndim == 2 else "rgb24" if image.shape[2] == 3 else "rgba"
         frame = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format=form)
         self._last = max((time.to_nsec() - self._begin) // 1000, self._last + 1)
@@ -115,7 +117,7 @@ class _Video:
         self.container.close()
 
 
-def _even(image: Pixels) -> Pixels:
+def _pad_to_even(image: Pixels) -> Pixels:
     """Return the image with even sizes, as videos need: the last row or column is repeated."""
     height, width = image.shape[:2]
     if not height % 2 and not width % 2:

@@ -1,1 +1,1 @@
-"""The format of bag files: records, chunks, indexes; readers, the writer, damaged and old files."""
+"""The bag file format: records, chunks and indexes, readers and writer, damaged and old files."""

@@ -1,4 +1,4 @@
-"""Continues bags that were closed."""
+"""Appends to bags that were closed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pyros1.bag.format.writer import CHUNK_THRESHOLD, BagWriter, ExistingBag
 def append(
     target: str | os.PathLike[str] | IO[bytes], compression: str = "none", chunk_threshold: int = CHUNK_THRESHOLD
 ) -> BagWriter:
-    """Return a writer that adds chunks to a bag. An encrypted bag stays encrypted.
+    """Return a writer that appends chunks to a bag. An encrypted bag stays encrypted.
 
     Until it is closed, the bag has no index, like a new one.
 
@@ -27,7 +27,7 @@ def append(
     """
     with BagReader(target) as old:
         if old.file.version != 200:
-            raise BagError(old.path, "nothing can be added to a bag of version 1.2; `pyros1 bag fix` converts it")
+            raise BagError(old.path, "messages cannot be added to a bag of version 1.2; `pyros1 bag fix` converts it")
         existing = ExistingBag(old.connections, old.chunks, old.file.index_pos)
         cipher = old.file.cipher
     return BagWriter(target, compression, chunk_threshold, cipher, existing)

@@ -11,7 +11,7 @@ from pyros1.bag.format.records import LimitError, RecordError
 COMPRESSIONS = ("none", "bz2", "lz4")
 
 MAX_CHUNK = 1 << 31
-"""Maximum size in bytes of the content of a chunk that is written."""
+"""Maximum size in bytes of the content of a chunk to write."""
 
 
 def check_size(size: int, limit: int) -> None:
@@ -26,25 +26,25 @@ _BZ2_FULL_LEVEL = 9
 _LZ4_BLOCKS_OF_1_MB = 6
 _PIECE_SIZE = 1 << 20
 """Number of bytes that are compressed or decompressed at a time."""
-_SMALL = 4096
+_SMALL_PIECE_SIZE = 4096
 
 Buffer = bytes | bytearray | memoryview
 
 
 def compress(compression: str, parts: Sequence[Buffer]) -> Sequence[Buffer]:
-    """Return a chunk's content in compressed form, in parts: it may be large, and is never copied as a whole.
+    """Return a chunk's compressed content in parts: it may be large, and is never copied as a whole.
 
     Args:
         compression: one of `COMPRESSIONS`.
         parts: the content, in parts.
     """
     if compression == "bz2":
-        import bz2  # noqa: PLC0415 - most bags need none
+        import bz2  # noqa: PLC0415 - most bags do not need it
 
-        packer = bz2.BZ2Compressor(_BZ2_FULL_LEVEL)
-        return [*map(packer.compress, _pieces(parts)), packer.flush()]
+        compressor = bz2.BZ2Compressor(_BZ2_FULL_LEVEL)
+        return [*map(compressor.compress, _pieces(parts)), compressor.flush()]
     if compression == "lz4":
-        # Stock's readers refuse frames with a size, without a checksum, or with blocks that depend on earlier ones.
+        # Stock's readers reject frames with a size, without a checksum, or with blocks that depend on earlier ones.
         frame = _lz4().LZ4FrameCompressor(block_size=_LZ4_BLOCKS_OF_1_MB, block_linked=False, content_checksum=True)
         return [frame.begin(), *map(frame.compress, _pieces(parts)), frame.flush()]
     return parts
@@ -58,14 +58,14 @@ def _pieces(parts: Sequence[Buffer]) -> Iterator[memoryview]:
 
 
 def decompress(compression: str, data: bytes, size: int, limit: int, *, partial: bool = False) -> bytes:
-    """Return a stored chunk's content, at most `size` bytes, so that a damaged chunk cannot fill the memory.
+    """Return a stored chunk's content, at most `size` bytes, so that a damaged chunk cannot exhaust memory.
 
     Args:
         compression: the compression in the chunk's header.
         data: the stored bytes.
         size: size of the content in the chunk's header, in bytes.
         limit: maximum number of bytes of content.
-        partial: whether the chunk may be cut off or damaged: then the readable part is returned.
+        partial: whether the chunk may be cut off or damaged; the readable part is returned then.
 
     Raises:
         RecordError: the compression is unknown, the content is larger than the limit, or the bytes are damaged.
@@ -75,34 +75,35 @@ def decompress(compression: str, data: bytes, size: int, limit: int, *, partial:
     if partial:
         size = min(size, limit)
     check_size(size, limit)
-    content = data if compression == "none" else _unpack(compression, data, size, partial)
+    content = data if compression == "none" else _decompress(compression, data, size, partial)
     if len(content) != size and not partial:
         raise RecordError(f"the chunk holds {len(content)} bytes instead of {size}")
     return content
 
 
-def _unpack(compression: str, data: bytes, size: int, partial: bool) -> bytes:
+def _decompress(compression: str, data: bytes, size: int, partial: bool) -> bytes:
     if compression == "bz2":
         import bz2  # noqa: PLC0415
 
-        unpacker: Any = bz2.BZ2Decompressor()
+        decompressor: Any = bz2.BZ2Decompressor()
     else:
-        unpacker = _lz4().LZ4FrameDecompressor()
-    content = BytesIO()  # grows in place, and returns its bytes without a copy
+        decompressor = _lz4().LZ4FrameDecompressor()
+    content = BytesIO()  # grows in place and returns its bytes without copying
     remaining = size
-    step = _SMALL if partial else _PIECE_SIZE  # so that the data before a damaged part is not lost with it
+    # In small steps, so that little of the data before a damaged part is lost.
+    step = _SMALL_PIECE_SIZE if partial else _PIECE_SIZE
     view = memoryview(data)
     try:
         for start in range(0, len(data), step):
             piece = view[start : start + step]
             while remaining > 0:
-                output: bytes = unpacker.decompress(piece, min(remaining, _PIECE_SIZE))
+                output: bytes = decompressor.decompress(piece, min(remaining, _PIECE_SIZE))
                 if len(output) == size:
                     return output
                 remaining -= content.write(output)
-                if unpacker.eof:
+                if decompressor.eof:
                     return content.getvalue()
-                if unpacker.needs_input or not output:
+                if decompressor.needs_input or not output:
                     break
                 piece = memoryview(b"")
     except (OSError, RuntimeError, EOFError, ValueError) as error:
@@ -112,6 +113,6 @@ def _unpack(compression: str, data: bytes, size: int, partial: bool) -> bytes:
 
 
 def _lz4() -> Any:
-    import lz4.frame  # type: ignore[import-untyped]  # noqa: PLC0415 - few bags have it
+    import lz4.frame  # type: ignore[import-untyped]  # noqa: PLC0415 - few bags need it
 
     return lz4.frame

@@ -1,7 +1,7 @@
-"""Index of the messages in a chunk's content, in columns. Pure.
+"""Index of the messages in a chunk's content, stored in columns. Pure.
 
-A chunk of a few kilobytes may hold millions of small messages. In columns they take half of the memory of
-the content; as objects they would take many times as much.
+A chunk of a few kilobytes can hold millions of small messages. As columns, their index takes half as much memory as the
+content; as objects, it would take many times as much.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from operator import eq, le
 
 from pyros1.bag.format.records import (
     MAX_CONNECTIONS,
-    MESSAGE_BEGINS,
+    MESSAGE_HEADER_PARTS,
     NS,
     OP_CONNECTION,
     OP_MESSAGE,
@@ -33,14 +33,14 @@ from pyros1.bag.format.records import (
 
 
 class Messages:
-    """Places of n messages, with the attributes of `Message` in columns of the same length n.
+    """Positions of n messages: the attributes of `Message` as columns of length n.
 
     Attributes:
         conns: ids of the connections.
         times: receive times in nanoseconds.
         offsets: offsets of the records in the content.
         starts: offsets of the first byte of the messages in the content.
-        ends: offsets behind the last byte of the messages in the content.
+        ends: offsets after the last byte of the messages in the content.
     """
 
     __slots__ = ("conns", "ends", "offsets", "starts", "times")
@@ -69,16 +69,16 @@ class Messages:
     def __iter__(self) -> Iterator[Message]:
         return map(Message._make, zip(*self._columns(), strict=True))
 
-    def where(self, wanted: Callable[[int, int], bool]) -> Messages:
-        """Return the messages for which ``wanted(connection id, time)`` is true."""
-        mask = bytearray(map(wanted, self.conns, self.times))
+    def where(self, is_wanted: Callable[[int, int], bool]) -> Messages:
+        """Return the messages for which ``is_wanted(connection id, time)`` is true."""
+        mask = bytearray(map(is_wanted, self.conns, self.times))
         return self if all(mask) else self._transformed(lambda column: compress(column, mask))
 
     def by_time(self, ranks: Mapping[int, int] | None = None) -> Messages:
-        """Return the messages in order of time; with the same time, in their present order.
+        """Return the messages in order of time; those of the same time keep their order.
 
         Args:
-            ranks: connection id -> its rank: messages of the same time are then sorted by their ranks first.
+            ranks: connection id -> rank; if given, messages of the same time are sorted by rank first.
         """
         times = self.times
         ordered = times if ranks is None else sorted(times)
@@ -91,7 +91,7 @@ class Messages:
             order = array("I", sorted(range(len(times)), key=times.__getitem__))
         return self._transformed(lambda column: map(column.__getitem__, order))
 
-    def part(self, first: int, end: int) -> Iterator[tuple[int, int, int, int]]:
+    def iter_range(self, first: int, end: int) -> Iterator[tuple[int, int, int, int]]:
         """Return (connection, time, start, end) of the messages with numbers from `first` to before `end`."""
         if end == first + 1:
             return iter(((self.conns[first], self.times[first], self.starts[first], self.ends[first]),))
@@ -103,20 +103,20 @@ class Messages:
     def _columns(self) -> tuple[array[int], ...]:
         return self.conns, self.times, self.offsets, self.starts, self.ends
 
-    def _transformed(self, change: Callable[[array[int]], Iterator[int]]) -> Messages:
+    def _transformed(self, transform: Callable[[array[int]], Iterator[int]]) -> Messages:
         transformed = Messages()
         for old, new in zip(self._columns(), transformed._columns(), strict=True):
-            new.extend(change(old))
+            new.extend(transform(old))
         return transformed
 
 
-# Nearly all message headers have one of these two forms: that of Python writers, and the sorted one of C++.
-_CONN_FIRST = (b"\x09\0\0\0conn=", b"\x04\0\0\0op=\x02\x0d\0\0\0time=")
+# Nearly all message headers have one of two forms: that of Python writers, and the sorted one of C++ writers.
+_CONN_FIRST_PARTS = (b"\x09\0\0\0conn=", b"\x04\0\0\0op=\x02\x0d\0\0\0time=")
 _OP_FIRST_FORM = struct.Struct("<I17sI9sIII")
 _CONN_FIRST_FORM = struct.Struct("<I9sI17sIII")
-_MESSAGE_BEGINS = re.compile(
+_MESSAGE_HEADER = re.compile(
     re.escape(U32.pack(38))
-    + b"(?:%b....%b|%b....%b)" % tuple(re.escape(word) for word in (*MESSAGE_BEGINS, *_CONN_FIRST)),
+    + b"(?:%b....%b|%b....%b)" % tuple(re.escape(word) for word in (*MESSAGE_HEADER_PARTS, *_CONN_FIRST_PARTS)),
     re.DOTALL,
 )
 
@@ -124,14 +124,14 @@ _MESSAGE_BEGINS = re.compile(
 def read_content(data: bytes, *, partial: bool = False) -> tuple[Messages, dict[int, Connection]]:
     """Return the messages of a chunk's uncompressed content in order, and its connections by id.
 
-    If several connections have the same id, the first counts.
+    If several connections have the same id, the first one is used.
 
     Args:
-        partial: whether the content may be cut off or damaged anywhere: then all complete messages are returned, and no
+        partial: whether the content may be cut off or damaged anywhere; all complete messages are returned then, and no
             error is raised.
 
     Raises:
-        RecordError: a record is not complete (the text names its offset in the content), or there are too many
+        RecordError: a record is not complete (the message names its offset in the content), or there are too many
             connections.
     """
     messages = Messages()
@@ -139,11 +139,11 @@ def read_content(data: bytes, *, partial: bool = False) -> tuple[Messages, dict[
     add_conn, add_time, add_offset = messages.conns.append, messages.times.append, messages.offsets.append
     add_start, add_end = messages.starts.append, messages.ends.append
     position, end = 0, len(data)
-    first, second, form = *MESSAGE_BEGINS, _OP_FIRST_FORM
+    first, second, form = *MESSAGE_HEADER_PARTS, _OP_FIRST_FORM
     while position < end:
         if end - position >= 46:
-            size, a, conn, b, secs, nsecs, length = form.unpack_from(data, position)
-            if size == 38 and a == first and b == second:
+            size, part1, conn, part2, secs, nsecs, length = form.unpack_from(data, position)
+            if size == 38 and part1 == first and part2 == second:
                 start = position + 46
                 stop = start + length
                 if stop > end:
@@ -158,38 +158,38 @@ def read_content(data: bytes, *, partial: bool = False) -> tuple[Messages, dict[
                 add_end(stop)
                 position = stop
                 continue
-            if size == 38 and form is _OP_FIRST_FORM and data[position + 4 : position + 13] == _CONN_FIRST[0]:
-                first, second, form = *_CONN_FIRST, _CONN_FIRST_FORM
+            if size == 38 and form is _OP_FIRST_FORM and data[position + 4 : position + 13] == _CONN_FIRST_PARTS[0]:
+                first, second, form = *_CONN_FIRST_PARTS, _CONN_FIRST_FORM
                 continue
         following = 0
         try:
             fields, start, stop = split_record(data, position)
             op = op_of(fields)
-            following = stop  # from here on the record's lengths are trusted, even if other parts of it are wrong
+            following = stop  # now the record's lengths are trusted, even if other parts of it are wrong
             if op == OP_MESSAGE:
                 messages.add(u32(fields, "conn"), time_of(fields), position, start, stop)
             elif op == OP_CONNECTION:
-                _define(connections, fields, data[start:stop])
+                _add_connection(connections, fields, data[start:stop])
         except RecordError as error:
             if not partial:
                 raise RecordError(f"{error} (at byte {position} of the chunk's content)") from None
             following = following or _next_message(data, position + 1)
         position = following
     if position < end and not partial:
-        raise RecordError(f"the message at byte {position} of the chunk's content runs past its end")
+        raise RecordError(f"the message at byte {position} of the chunk's content runs past the chunk's end")
     return messages, connections
 
 
-def _define(connections: dict[int, Connection], fields: Fields, data: bytes) -> None:
-    number = u32(fields, "conn")
-    if number in connections:
+def _add_connection(connections: dict[int, Connection], fields: Fields, data: bytes) -> None:
+    conn_id = u32(fields, "conn")
+    if conn_id in connections:
         return
     if len(connections) >= MAX_CONNECTIONS:
         raise RecordError(f"the chunk has more than {MAX_CONNECTIONS} connections")
-    connections[number] = parse_connection(fields, data)
+    connections[conn_id] = parse_connection(fields, data)
 
 
 def _next_message(data: bytes, position: int) -> int:
     """Return the offset of the next message after a damaged record, or the end of the content."""
-    found = _MESSAGE_BEGINS.search(data, position)
+    found = _MESSAGE_HEADER.search(data, position)
     return len(data) if found is None else found.start()

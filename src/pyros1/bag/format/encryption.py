@@ -1,6 +1,6 @@
-"""Encrypted bags (B03, L144): AES-CBC with a key for each bag, which is in the bag header, encrypted by gpg.
+"""Encrypted bags (B03, L144): AES-CBC with one key per bag; the bag header holds the key, encrypted by gpg.
 
-The cipher comes from the package ``cryptography``; gpg is the system's, with the user's keys.
+The cipher is implemented by the package ``cryptography``; gpg is the system's, with the user's keys.
 """
 
 from __future__ import annotations
@@ -18,23 +18,23 @@ AES = "rosbag/AesCbcEncryptor"
 NONE = "rosbag/NoEncryptor"
 ENCRYPTORS = (AES, NONE)
 
-_BLOCK = 16
+_BLOCK_SIZE = 16
 _PIECE_SIZE = 1 << 20
-"""Number of bytes that are encrypted or decrypted at a time: the package makes copies of them."""
+"""Number of bytes that are encrypted or decrypted at a time, since the package copies them."""
 
 Buffer = bytes | bytearray | memoryview
 _DEFAULT_USER = "*"
 
 
 class KeyUnavailableError(Error):
-    """A bag's key is not available; the text says why and what to do."""
+    """A bag's key is not available; the message says why and what to do."""
 
 
 class Cipher:
     """Encrypts and decrypts the chunks and connection headers of a bag.
 
     Args:
-        fields: the fields of the bag header for the owner of the key.
+        fields: the fields of the bag header that describe the encryption.
         key: 16 bytes.
 
     Raises:
@@ -43,7 +43,7 @@ class Cipher:
 
     def __init__(self, fields: Mapping[str, bytes], key: bytes) -> None:
         self.fields = fields
-        ciphers = _ciphers()
+        ciphers = _import_ciphers()
         try:
             algorithm: Any = ciphers.algorithms.AES(key)
         except ValueError:
@@ -55,38 +55,38 @@ class Cipher:
         return b"".join(self.encrypt_parts([data]))
 
     def encrypt_parts(self, parts: Iterable[Buffer]) -> list[bytes]:
-        """Yield the encrypted bytes of some parts, in small parts."""
-        vector = os.urandom(_BLOCK)
+        """Return the encrypted bytes of some parts, in small parts."""
+        vector = os.urandom(_BLOCK_SIZE)
         encryptor = self._make_cipher(vector).encryptor()
         output, size = [vector], 0
         for part in parts:
             output += map(encryptor.update, _pieces(memoryview(part)))
             size += len(part)
-        padding = _BLOCK - size % _BLOCK
+        padding = _BLOCK_SIZE - size % _BLOCK_SIZE
         return [*output, encryptor.update(bytes([padding]) * padding)]
 
     def decrypt(self, data: bytes, *, partial: bool = False) -> bytes:
         """Return bytes decrypted.
 
         Args:
-            partial: whether they may be cut off: then the part that can be decrypted is returned.
+            partial: whether they may be cut off; the part that can be decrypted is returned then.
 
         Raises:
             RecordError: they were not encrypted with this key, or are damaged.
         """
         if partial:
-            data = data[: len(data) // _BLOCK * _BLOCK]
-        if len(data) < (1 if partial else 2) * _BLOCK or len(data) % _BLOCK:
+            data = data[: len(data) // _BLOCK_SIZE * _BLOCK_SIZE]
+        if len(data) < (1 if partial else 2) * _BLOCK_SIZE or len(data) % _BLOCK_SIZE:
             raise RecordError("the encrypted data are cut off")
-        decryptor = self._make_cipher(data[:_BLOCK]).decryptor()
+        decryptor = self._make_cipher(data[:_BLOCK_SIZE]).decryptor()
         plain = BytesIO()  # grows in place, and returns its bytes without a copy
         last = b""
-        for piece in _pieces(memoryview(data)[_BLOCK:]):
+        for piece in _pieces(memoryview(data)[_BLOCK_SIZE:]):
             last = decryptor.update(piece)
             plain.write(last)
         padding = last[-1] if last else 0
-        if 0 < padding <= _BLOCK and last.endswith(bytes([padding]) * padding):
-            plain.truncate(len(data) - _BLOCK - padding)
+        if 0 < padding <= _BLOCK_SIZE and last.endswith(bytes([padding]) * padding):
+            plain.truncate(len(data) - _BLOCK_SIZE - padding)
         elif not partial:
             raise RecordError("the encrypted data are damaged, or were encrypted with another key")
         return plain.getvalue()
@@ -100,21 +100,21 @@ def new_cipher(user: str = _DEFAULT_USER) -> Cipher:
     """Return a cipher with a new key.
 
     Args:
-        user: name, address or fingerprint of the gpg key that encrypts it; ``*``: the first key whose secret key gpg
-            also has.
+        user: name, address or fingerprint of the gpg key that encrypts it; ``*`` for the first key for which gpg has
+            the secret key.
 
     Raises:
         KeyUnavailableError: gpg has no such key, or a program or package is not installed.
     """
-    _ciphers()
-    recipient, name = _own_fingerprint() if user == _DEFAULT_USER else (user, user)
-    key = os.urandom(_BLOCK)
+    _import_ciphers()
+    recipient, name = _first_secret_key() if user == _DEFAULT_USER else (user, user)
+    key = os.urandom(_BLOCK_SIZE)
     encrypted_key = gpg("--batch", "--trust-model", "always", "--recipient", recipient, "--encrypt", data=key)
     return Cipher({"encryptor": AES.encode(), "gpg_user": name.encode(), "encrypted_key": encrypted_key}, key)
 
 
-def _own_fingerprint() -> tuple[str, str]:
-    """Return the fingerprint of the user's first key, and its user name."""
+def _first_secret_key() -> tuple[str, str]:
+    """Return the fingerprint and user name of the user's first secret key."""
     fingerprint = ""
     for line in gpg("--batch", "--with-colons", "--list-secret-keys").decode(errors="replace").splitlines():
         fields = line.split(":")
@@ -122,7 +122,7 @@ def _own_fingerprint() -> tuple[str, str]:
             fingerprint = fields[9]
         if fields[0] == "uid" and fingerprint:
             return fingerprint, fields[9].partition(" <")[0]
-    raise KeyUnavailableError("gpg has no secret key yet: make one with `gpg --gen-key`, or name another user's key")
+    raise KeyUnavailableError("gpg has no secret key yet: create one with `gpg --gen-key`, or give another user's key")
 
 
 def open_cipher(header: Mapping[str, bytes]) -> Cipher:
@@ -139,25 +139,25 @@ def open_cipher(header: Mapping[str, bytes]) -> Cipher:
     if encryptor != AES:
         raise KeyUnavailableError(f"the bag is encrypted by {encryptor}, which is not supported")
     fields = {name: header[name] for name in ("encryptor", "gpg_user", "encrypted_key") if name in header}
-    _ciphers()  # before the user is asked for a passphrase
+    _import_ciphers()  # before the user is asked for a passphrase
     return Cipher(fields, gpg("--max-output", "4096", "--decrypt", data=header.get("encrypted_key", b"")))
 
 
-def _ciphers() -> Any:
+def _import_ciphers() -> Any:
     try:
         return import_module("cryptography.hazmat.primitives.ciphers")
     except ImportError:
         raise KeyUnavailableError("encrypted bags need a package: pip install 'pyros1[encryption]'") from None
 
 
-def gpg(*words: str, data: bytes = b"") -> bytes:
+def gpg(*args: str, data: bytes = b"") -> bytes:
     import subprocess  # noqa: PLC0415 - most bags are not encrypted
 
     try:
-        result = subprocess.run(["gpg", "--quiet", *words], input=data, capture_output=True, check=False)
+        result = subprocess.run(["gpg", "--quiet", *args], input=data, capture_output=True, check=False)
     except FileNotFoundError:
         raise KeyUnavailableError("encrypted bags need the program gpg (GnuPG), which is not installed") from None
     if result.returncode:
         lines = [line for line in result.stderr.decode(errors="replace").splitlines() if line.startswith("gpg: ")]
-        raise KeyUnavailableError(lines[-1] if lines else f"gpg ended with exit code {result.returncode}")
+        raise KeyUnavailableError(lines[-1] if lines else f"gpg failed with exit code {result.returncode}")
     return result.stdout

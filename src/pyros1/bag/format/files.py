@@ -1,4 +1,4 @@
-"""An open bag file, for all readers: its version and header, and single records by offset."""
+"""Access to an open bag file, for all readers: its version and header, and single records by offset."""
 
 from __future__ import annotations
 
@@ -35,15 +35,17 @@ from pyros1.bag.limits import chunk_limit
 
 _COUNT = struct.Struct("<II")
 
-_HEAD = 512
+_HEAD_SIZE = 512
 """Number of bytes that are read first for a record's header; enough for most."""
 
 _TRUSTED_SIZE = 64 << 20
-"""Size in bytes up to which a chunk's two lengths are not compared; a damaged length must not fill the memory."""
+"""Size in bytes above which a chunk's two lengths are compared, since a damaged length must not exhaust memory."""
 
 
 class Counts(Mapping[int, int]):
-    """Connection id -> number of messages, packed as in the file, since bags of hundreds of topics have very many."""
+    """Connection id -> number of messages, packed as in the file, since bags with hundreds of topics have many
+    entries.
+    """
 
     __slots__ = ("_packed",)
 
@@ -68,7 +70,7 @@ class Counts(Mapping[int, int]):
         return self.unpacked().items()
 
     def unpacked(self) -> dict[int, int]:
-        """Return it as a dictionary, for repeated access."""
+        """Return the counts as a dictionary, for repeated access."""
         return dict(_COUNT.iter_unpack(self._packed))
 
 
@@ -77,20 +79,20 @@ class Chunk:
     """A chunk: messages that are stored together.
 
     Attributes:
-        pos: offset of its record in the file; for messages outside of chunks, that of the first.
+        pos: offset of its record in the file; for messages outside of chunks, that of the first message.
         start: earliest time in it, in nanoseconds.
         end: latest time in it.
         counts: connection id -> number of messages.
-        loose: size in bytes of messages that are outside of chunks; 0 for a chunk.
-        whole: whether it is complete; if not, only a part of it can be read.
+        loose_size: size in bytes of a run of messages outside of chunks; 0 for a chunk.
+        is_complete: whether it is complete; otherwise only a part of it can be read.
     """
 
     pos: int
     start: int
     end: int
     counts: Mapping[int, int] = field(default_factory=dict)
-    loose: int = 0
-    whole: bool = True
+    loose_size: int = 0
+    is_complete: bool = True
 
 
 @dataclass(frozen=True)
@@ -119,8 +121,8 @@ class ChunkHeader:
         return min(self.stored, max(size + size // 32, _TRUSTED_SIZE))
 
 
-def name_of(target: str | os.PathLike[str] | IO[bytes]) -> str:
-    """Return a path as text, or the name of an open file, for messages."""
+def file_label(target: str | os.PathLike[str] | IO[bytes]) -> str:
+    """Return a path as a string, or the name of an open file, for messages to the user."""
     if isinstance(target, (str, os.PathLike)):
         return os.fspath(target)
     return str(getattr(target, "name", "<file object>"))
@@ -131,7 +133,7 @@ class BagFile:
 
     Args:
         source: path of the file, or an open binary file, which stays open when this is closed.
-        limit: maximum size in bytes of the content of a chunk, and of a message outside of chunks; None: that of the
+        limit: maximum size in bytes of the content of a chunk, and of a message outside of chunks; None for that of the
             environment (`pyros1.bag.limits.chunk_limit`).
 
     Attributes:
@@ -149,22 +151,21 @@ class BagFile:
     """
 
     def __init__(self, source: str | os.PathLike[str] | IO[bytes], limit: int | None = None) -> None:
-        self.path = name_of(source)
+        self.path = file_label(source)
         self.limit = chunk_limit(os.environ) if limit is None else limit
         self.cipher: Cipher | None = None
         self.bytes_read = 0
-        self._is_ours = isinstance(source, (str, os.PathLike))
-        if self._is_ours and stat.S_ISFIFO(os.stat(self.path).st_mode):
-            raise NotABagError(
-                self.path, "this is a pipe; bags can only be read from files"
-            )  # opening it would block forever
-        file: Any = FileIO(self.path, "rb") if self._is_ours else source
+        self._owns_file = isinstance(source, (str, os.PathLike))
+        if self._owns_file and stat.S_ISFIFO(os.stat(self.path).st_mode):
+            # Opening it would block forever.
+            raise NotABagError(self.path, "this is a pipe; bags can only be read from files")
+        file: Any = FileIO(self.path, "rb") if self._owns_file else source
         self._file = file
-        self._place = threading.RLock()  # guards the file: threads may read one bag concurrently
+        self._lock = threading.RLock()  # guards the file position: threads may read one bag concurrently
         try:
             self.size: int = file.seek(0, os.SEEK_END)
-            self.version, behind = self._version()
-            self.header, self.begin = self._bag_header(behind)
+            self.version, offset = self._read_version()
+            self.header, self.begin = self._read_bag_header(offset)
         except BaseException:
             self.close()
             raise
@@ -175,32 +176,32 @@ class BagFile:
         try:
             return u64(self.header, "index_pos")
         except RecordError:
-            return 0  # equivalent to a bag without an index: the rest of it can be read
+            return 0  # treated as a bag without an index: everything else can be read
 
     @property
-    def encrypted(self) -> str:
+    def encryptor_name(self) -> str:
         """Name of the encryptor; empty if the bag is not encrypted."""
         name = self.header.get("encryptor", b"").decode("latin-1")
         return "" if name == NONE else name
 
     def unlock(self) -> None:
-        """Let gpg decrypt the bag's key, if the bag is encrypted.
+        """Have gpg decrypt the bag's key, if the bag is encrypted.
 
         Raises:
             EncryptedError: the key cannot be decrypted.
         """
-        if not self.encrypted or self.cipher is not None:
+        if not self.encryptor_name or self.cipher is not None:
             return
         try:
             self.cipher = open_cipher(self.header)
         except KeyUnavailableError as error:
             raise EncryptedError(self.path, f"the bag is encrypted and cannot be decrypted: {error}") from None
 
-    def plain(self, data: bytes, *, partial: bool = False) -> bytes:
-        """Return bytes of an unlocked bag, decrypted if they are encrypted.
+    def decrypted(self, data: bytes, *, partial: bool = False) -> bytes:
+        """Return bytes of an unlocked bag, decrypted if necessary.
 
         Args:
-            partial: whether they may be cut off: then the part that can be decrypted is returned.
+            partial: whether they may be cut off; the part that can be decrypted is returned then.
 
         Raises:
             RecordError: they are damaged.
@@ -209,16 +210,16 @@ class BagFile:
 
     def close(self) -> None:
         """Close the file, if it was opened here."""
-        if self._is_ours:
+        if self._owns_file:
             self._file.close()
 
     def read(self, position: int, size: int) -> bytes:
-        """Return bytes at an offset; fewer at the end of the file."""
+        """Read bytes at an offset; fewer at the end of the file."""
         size_left = min(size, self.size - position)
         if size_left <= 0:
             return b""  # offsets beyond the end come from damaged records, and may be too large for seek
         parts: list[bytes] = []
-        with self._place:
+        with self._lock:
             self._file.seek(position)
             while size_left > 0:
                 part = self._file.read(size_left)
@@ -230,13 +231,13 @@ class BagFile:
         return parts[0] if len(parts) == 1 else b"".join(parts)
 
     def prefetch(self, positions: Iterable[int]) -> None:
-        """Make the system fetch the records at some offsets, many at a time, before they are read one by one."""
-        if self._is_ours and hasattr(os, "posix_fadvise"):
+        """Ask the system to fetch the records at some offsets in parallel, before they are read one by one."""
+        if self._owns_file and hasattr(os, "posix_fadvise"):
             number = self._file.fileno()
             os.posix_fadvise(number, 0, 0, os.POSIX_FADV_RANDOM)  # not the bytes around them
             for position in positions:
                 if position < self.size:
-                    os.posix_fadvise(number, position, _HEAD, os.POSIX_FADV_WILLNEED)
+                    os.posix_fadvise(number, position, _HEAD_SIZE, os.POSIX_FADV_WILLNEED)
             os.posix_fadvise(number, 0, 0, os.POSIX_FADV_NORMAL)
 
     def record(self, position: int) -> tuple[Fields, int, int]:
@@ -245,7 +246,7 @@ class BagFile:
         Raises:
             RecordError: there is no record, or its header is cut off.
         """
-        head = self.read(position, _HEAD)
+        head = self.read(position, _HEAD_SIZE)
         if len(head) < 8:
             raise RecordError("the record is cut off")
         (size,) = U32.unpack_from(head)
@@ -274,20 +275,20 @@ class BagFile:
         return ChunkHeader(fields.get("compression", b"").decode("latin-1"), u32(fields, "size"), data, length)
 
     def connection(self, position: int) -> tuple[Connection, int]:
-        """Return the connection whose record is at an offset outside of chunks, and the offset behind it.
+        """Return the connection whose record is at an offset outside of chunks, and the offset after it.
 
         Raises:
             RecordError: there is no connection, or it is damaged.
         """
-        head, position = self._block(position)
+        head, position = self._read_block(position)
         fields = parse_fields(head)
         if op_of(fields) != OP_CONNECTION:
-            raise RecordError("this is another kind of record than expected")
-        data, position = self._block(position)
+            raise RecordError("this is not the expected kind of record")
+        data, position = self._read_block(position)
         return parse_connection(fields, data), position
 
     def end_connections(self) -> Iterator[tuple[Connection, int]]:
-        """Yield the connections of the end section, each with the offset behind its record.
+        """Yield the connections of the end section, each with the offset after its record.
 
         Raises:
             RecordError: a connection is damaged, or there are too many.
@@ -299,8 +300,8 @@ class BagFile:
             connection, position = self.connection(position)
             yield connection, position
 
-    def _block(self, position: int) -> tuple[bytes, int]:
-        """Return bytes that are preceded by their length, decrypted, and the offset behind them."""
+    def _read_block(self, position: int) -> tuple[bytes, int]:
+        """Return bytes that are preceded by their length, decrypted, and the offset after them."""
         head = self.read(position, U32.size)
         size = U32.unpack(head)[0] if len(head) == U32.size else 0
         start = position + U32.size
@@ -308,10 +309,10 @@ class BagFile:
             raise RecordError("the record is cut off")
         if size > MAX_HEADER:
             raise RecordError(f"the record's length, {size} bytes, is too large")
-        return self.plain(self.read(start, size)), start + size
+        return self.decrypted(self.read(start, size)), start + size
 
-    def _version(self) -> tuple[int, int]:
-        """Return the version from the first line, and the offset behind that line."""
+    def _read_version(self) -> tuple[int, int]:
+        """Return the version from the first line, and the offset after that line."""
         if self.size == 0:
             raise NotABagError(self.path, "the file is empty: nothing was recorded")
         line = self.read(0, 64)
@@ -323,9 +324,9 @@ class BagFile:
             raise NotABagError(self.path, f"bag version {major}.{minor} is not supported; only 2.0 and 1.2 are")
         if len(line) == self.size and line.startswith(b"#ROS"):
             raise NotABagError(self.path, "the file ends in its first line; nothing can be saved")
-        raise NotABagError(self.path, f"this is not a bag file{_looks_like(line)}")
+        raise NotABagError(self.path, f"this is not a bag file{_describe_format(line)}")
 
-    def _bag_header(self, begin: int) -> tuple[Fields, int]:
+    def _read_bag_header(self, begin: int) -> tuple[Fields, int]:
         try:
             fields, data, length = self.record(begin)
             if op_of(fields) == OP_BAG:
@@ -335,10 +336,12 @@ class BagFile:
                 raise BagError(
                     self.path, f"the bag header cannot be read ({error}); nothing can be saved", begin
                 ) from None
-        return {}, begin  # chunks may follow a damaged header, and version 1.2 without an index has no header
+        return {}, begin  # chunks may follow a damaged header, and version 1.2 without an index has none
 
     def _header_end(self, begin: int, end: int) -> int:
-        """Return `end`, where the first record is; or `begin`, for a search, if the padding's length is damaged."""
+        """Return `end`, where the first record is, or `begin` if the padding's length is damaged and it must be
+        searched for.
+        """
         try:
             self.record(end)
         except RecordError:
@@ -346,7 +349,7 @@ class BagFile:
         return end
 
 
-_KINDS = {
+_OTHER_FORMATS = {
     b"SQLite format 3": "it is an SQLite database: a ROS 2 bag",
     b"\x89MCAP": "it is an MCAP file; `pyros1 bag import` converts it to a bag",
     b"\x1f\x8b": "it is compressed with gzip; unpack it first",
@@ -357,10 +360,10 @@ _KINDS = {
 }
 
 
-def _looks_like(line: bytes) -> str:
-    for magic, what in _KINDS.items():
+def _describe_format(line: bytes) -> str:
+    for magic, what in _OTHER_FORMATS.items():
         if line.startswith(magic):
             return f": {what}"
     if not line.strip(b"\0"):
-        return ": it begins with zeros; its content was never written to the disk, or was lost"
+        return ": it begins with zeros; its content was never written to disk, or was lost"
     return ""

@@ -21,7 +21,7 @@ from pyros1.bag.format.records import (
 from pyros1.bag.format.scanner import Damage
 
 ENTRY = struct.Struct("<III")
-"""Seconds, nanoseconds and offset in the content of a message."""
+"""A message's time in seconds and nanoseconds, and its offset in the content."""
 
 _NOT_CLOSED = "the bag has no index (it was not closed); `pyros1 bag reindex` makes one"
 
@@ -40,7 +40,7 @@ def read_index(file: BagFile) -> tuple[dict[int, Connection], list[Chunk]]:
     try:
         if position >= file.size and u32(file.header, "conn_count") + u32(file.header, "chunk_count"):
             raise RecordError(f"the file has {file.size} bytes, but its index should be at byte {position}")
-        for connection, position in file.end_connections():  # noqa: B007 - the last one counts
+        for connection, position in file.end_connections():  # noqa: B007 - the last position is used
             connections[connection.id] = connection
         for _ in range(u32(file.header, "chunk_count")):
             chunk, position = _read_chunk_info(file, position)
@@ -53,25 +53,25 @@ def read_index(file: BagFile) -> tuple[dict[int, Connection], list[Chunk]]:
     return connections, chunks
 
 
-def check_old(file: BagFile, damages: Iterable[Damage]) -> None:
-    """Raise UnindexedError if a bag of version 1.2 is not complete, judging by the damage found in it."""
+def check_version_1_2(file: BagFile, damages: Iterable[Damage]) -> None:
+    """Raise UnindexedError if a bag of version 1.2 is incomplete, judging by the damage found in it."""
     if file.header and file.index_pos == 0:
         raise UnindexedError(file.path, _NOT_CLOSED)
     if file.index_pos > file.size:
-        raise UnindexedError(file.path, "the file is cut off; `pyros1 bag reindex` saves all that can be read")
+        raise UnindexedError(file.path, "the file is cut off; `pyros1 bag reindex` saves everything that can be read")
     for damage in damages:
         raise UnindexedError(
-            file.path, f"{damage.reason}; `pyros1 bag reindex` saves all that can be read", damage.offset
+            file.path, f"{damage.reason}; `pyros1 bag reindex` saves everything that can be read", damage.offset
         )
 
 
-def entry_places(file: BagFile, chunk: Chunk, header: ChunkHeader) -> list[tuple[int, int, int]] | None:
-    """Return (connection, offset in the file, bytes) of the entries in the index records after a chunk.
+def entry_ranges(file: BagFile, chunk: Chunk, header: ChunkHeader) -> list[tuple[int, int, int]] | None:
+    """Return (connection, file offset, size in bytes) of the entries in each index record after a chunk.
 
-    Return None if they do not fit the chunk info or the content.
+    Return None if they contradict the chunk info or the content.
     """
     position = header.data + header.stored
-    places: list[tuple[int, int, int]] = []
+    ranges: list[tuple[int, int, int]] = []
     counts = dict(chunk.counts)
     if sum(counts.values()) * RECORD_OVERHEAD > min(header.size, file.limit):
         return None
@@ -82,18 +82,18 @@ def entry_places(file: BagFile, chunk: Chunk, header: ChunkHeader) -> list[tuple
             size = ENTRY.size * count
             if op_of(fields) != OP_INDEX or count != counts.get(conn) or start + size > file.size:
                 return None
-            places.append((conn, start, size))
+            ranges.append((conn, start, size))
             position = start + size
     except RecordError:
         return None
-    return places
+    return ranges
 
 
 def _read_chunk_info(file: BagFile, position: int) -> tuple[Chunk, int]:
-    """Return the chunk in a chunk info record, and the offset behind the record."""
+    """Return the chunk from a chunk info record, and the offset after the record."""
     fields, begin, length = file.record(position)
     if op_of(fields) != OP_CHUNK_INFO:
-        raise RecordError("this is another kind of record than expected")
+        raise RecordError("this is not the expected kind of record")
     data = file.read(begin, length)
     if len(data) != length:
         raise RecordError("the record is cut off")

@@ -1,4 +1,4 @@
-"""Reader of a bag's messages in order of time. Memory holds the index of the chunks, and the chunks being read."""
+"""Reads a bag's messages in order of time. Only the index of the chunks and the chunks being read are in memory."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pyros1.bag.errors import BagError, UnindexedError
 from pyros1.bag.format.compression import check_size, decompress
 from pyros1.bag.format.contents import Messages, read_content
 from pyros1.bag.format.files import BagFile, Chunk, ChunkHeader
-from pyros1.bag.format.index import ENTRY, check_old, entry_places, read_index
+from pyros1.bag.format.index import ENTRY, check_version_1_2, entry_ranges, read_index
 from pyros1.bag.format.records import (
     MAX_TIME,
     NS,
@@ -23,13 +23,13 @@ from pyros1.bag.format.records import (
     RecordError,
 )
 from pyros1.bag.format.scanner import Damage, Scanner
-from pyros1.bag.format.version_1_2 import OldConnections, read_old
+from pyros1.bag.format.version_1_2 import OldConnections, read_old_messages
 
 if TYPE_CHECKING:
     from pyros1.bag.format.writer import BagWriter
 
-MAX_OPEN = 256 << 20
-"""Maximum number of bytes of chunks in memory at a time, for chunks that overlap in time."""
+MAX_OPEN_BYTES = 256 << 20
+"""Maximum total size in bytes of the chunks in memory, for chunks that overlap in time."""
 
 
 class RawMessage(NamedTuple):
@@ -46,18 +46,18 @@ class RawMessage(NamedTuple):
     data: bytes
 
 
-class PlacedMessage(NamedTuple):
-    """A stored message and its place.
+class LocatedMessage(NamedTuple):
+    """A stored message and its location.
 
     Attributes:
         connection, time, data: as in `RawMessage`.
-        place: offset of its chunk in the file, and of its record in the chunk's content.
+        location: offset of its chunk in the file, and of its record in the chunk's content.
     """
 
     connection: Connection
     time: int
     data: bytes
-    place: tuple[int, int]
+    location: tuple[int, int]
 
 
 class Entry(NamedTuple):
@@ -66,12 +66,12 @@ class Entry(NamedTuple):
     Attributes:
         conn: id of its connection.
         time: receive time in nanoseconds.
-        place: as in `PlacedMessage`.
+        location: as in `LocatedMessage`.
     """
 
     conn: int
     time: int
-    place: tuple[int, int]
+    location: tuple[int, int]
 
 
 class BagReader:
@@ -79,12 +79,12 @@ class BagReader:
 
     Args:
         source: path of the file, or an open binary file, which stays open when this is closed.
-        unindexed: whether to also read bags without a valid index: they are scanned first, as those of version 1.2
+        unindexed: whether to also read bags without a valid index. They are scanned first, as bags of version 1.2
             always are.
         progress: called with the offset in bytes while the file is scanned.
         chunk_limit: maximum size in bytes of the content of a chunk. None means the value of the environment variable
             ``PYROS1_BAG_CHUNK_LIMIT``, in MiB, or else 256 MiB. For the memory needed, see `pyros1.bag.limits`.
-        written: the data written so far into a bag that is not yet closed, instead of the index.
+        written: the writer of a bag that is not closed yet, which is used instead of the index.
 
     Attributes:
         connections: connections by id.
@@ -114,7 +114,7 @@ class BagReader:
         self.damages: list[Damage] = []
         self.scanned = False
         self._old: OldConnections | None = None
-        self._positions: list[int] = []  # those of the chunks in the index, sorted
+        self._positions: list[int] = []  # offsets of the chunks in the index, sorted
         try:
             if written is not None:
                 self.file.cipher = written.cipher
@@ -124,7 +124,7 @@ class BagReader:
             if self.file.version == 102:
                 self._scan(progress)
                 if not unindexed:
-                    check_old(self.file, self.damages)
+                    check_version_1_2(self.file, self.damages)
                 return
             try:
                 self._set_index(*read_index(self.file))
@@ -179,32 +179,32 @@ class BagReader:
         *,
         ranks: Mapping[int, int] | None = None,
     ) -> Iterator[RawMessage]:
-        """Yield messages in order of time; with the same time, in the file's order.
+        """Yield messages in order of time; those of the same time in the order of the file.
 
         Args:
             connections: ids of the wanted connections; None means all.
             start: only messages of this time or later, in nanoseconds.
             end: only messages of this time or earlier.
-            ranks: connection id -> its rank among messages of the same time, which are then in the order of their
-                ranks; with the same rank, in the file's order.
+            ranks: connection id -> rank; if given, messages of the same time are in the order of their ranks, and those
+                of the same rank in the order of the file.
 
         Raises:
             BagError: a chunk cannot be read.
         """
-        return self._merged(RawMessage, connections, start, end, ranks)
+        return self._iter_merged(RawMessage, connections, start, end, ranks)
 
-    def placed(
+    def located_messages(
         self,
         connections: Collection[int] | None = None,
         start: int | None = None,
         end: int | None = None,
         *,
         ranks: Mapping[int, int] | None = None,
-    ) -> Iterator[PlacedMessage]:
-        """Yield messages with their places; arguments, order and errors as for :meth:`messages`."""
-        return self._merged(PlacedMessage, connections, start, end, ranks)
+    ) -> Iterator[LocatedMessage]:
+        """Yield messages with their locations; arguments, order and errors as for :meth:`messages`."""
+        return self._iter_merged(LocatedMessage, connections, start, end, ranks)
 
-    def _merged(
+    def _iter_merged(
         self,
         make: type[Any],
         connections: Collection[int] | None,
@@ -228,11 +228,11 @@ class BagReader:
                 found = found.where(lambda conn, time: conn in ids)
             return found.by_time(ranks)
 
-        def key(found: Messages, number: int) -> tuple[int, int]:
-            return found.times[number], 0 if ranks is None else ranks[found.conns[number]]
+        def key(found: Messages, index: int) -> tuple[int, int]:
+            return found.times[index], 0 if ranks is None else ranks[found.conns[index]]
 
-        placed = make is PlacedMessage
-        heap: list[tuple[tuple[int, int], int, int, Chunk]] = []  # order, position, and number of each chunk's next one
+        is_located = make is LocatedMessage
+        heap: list[tuple[tuple[int, int], int, int, Chunk]] = []  # sort key, offset, index of next, chunk
         contents = _ChunkCache(self, select)
         while pending or heap:
             while pending and (not heap or pending[0].start <= heap[0][0][0]):
@@ -244,59 +244,60 @@ class BagReader:
                     contents.drop(chunk)
             if not heap:
                 continue
-            _, pos, number, chunk = heapq.heappop(heap)
+            _, pos, index, chunk = heapq.heappop(heap)
             content, found = contents.get(chunk)
             until = min(heap[0][0][0] if heap else MAX_TIME + 1, pending[0].start if pending else MAX_TIME + 1)
-            next_number = bisect_left(found.times, until, number + 1)
-            final = next_number - 1
-            if final > number and placed:
-                for each in found.part(number, final):
+            next_index = bisect_left(found.times, until, index + 1)
+            last_index = next_index - 1
+            if last_index > index and is_located:
+                for each in found.iter_range(index, last_index):
                     conn, time, begin, stop = each[:4]
-                    yield PlacedMessage(known[conn], time, content[begin:stop], (pos, found.offsets[number]))
-                    number += 1
-            elif final > number:
-                for conn, time, begin, stop in found.part(number, final):
+                    yield LocatedMessage(known[conn], time, content[begin:stop], (pos, found.offsets[index]))
+                    index += 1
+            elif last_index > index:
+                for conn, time, begin, stop in found.iter_range(index, last_index):
                     yield RawMessage(known[conn], time, content[begin:stop])
-            ((conn, time, begin, stop),) = found.part(final, next_number)
-            place = ((pos, found.offsets[final]),) if placed else ()
-            message = make(known[conn], time, content[begin:stop], *place)
-            if next_number < len(found):
-                heapq.heappush(heap, (key(found, next_number), pos, next_number, chunk))
+            ((conn, time, begin, stop),) = found.iter_range(last_index, next_index)
+            location = ((pos, found.offsets[last_index]),) if is_located else ()
+            message = make(known[conn], time, content[begin:stop], *location)
+            if next_index < len(found):
+                heapq.heappush(heap, (key(found, next_index), pos, next_index, chunk))
             else:
                 contents.drop(chunk)
-            del content, found  # a large message is alone in its chunk: while it is used, the chunk is not in memory
+            # A large message has a chunk of its own. Neither may stay in memory longer than needed.
+            del content, found
             yield message
-            del message  # nor is the message, while the next one is read
+            del message
 
-    def at(self, place: tuple[int, int]) -> RawMessage:
-        """Return the message at a place; its whole chunk is read for it.
+    def at(self, location: tuple[int, int]) -> RawMessage:
+        """Return the message at a location; its whole chunk is read for it.
 
         Raises:
             BagError: there is no message, or its chunk cannot be read.
         """
-        pos, offset = place
+        pos, offset = location
         for chunk in self.chunks:
             if chunk.pos == pos:
                 content, found = self.content(chunk)
-                number = bisect_left(found.offsets, offset)
-                if number < len(found) and found.offsets[number] == offset:
+                index = bisect_left(found.offsets, offset)
+                if index < len(found) and found.offsets[index] == offset:
                     return RawMessage(
-                        self.connections[found.conns[number]],
-                        found.times[number],
-                        content[found.starts[number] : found.ends[number]],
+                        self.connections[found.conns[index]],
+                        found.times[index],
+                        content[found.starts[index] : found.ends[index]],
                     )
         raise BagError(self.path, f"there is no message at {offset} in a chunk at {pos}")
 
     def entries(self) -> Iterator[Entry]:
-        """Yield the places of all messages, in no particular order; otherwise as :meth:`times`."""
+        """Yield the locations of all messages in no particular order; apart from that like :meth:`times`."""
         for chunk in self.chunks:
-            places = None if self.scanned else entry_places(self.file, chunk, self.header(chunk))
-            if places is None:
+            ranges = None if self.scanned else entry_ranges(self.file, chunk, self.header(chunk))
+            if ranges is None:
                 found = self.content(chunk)[1]
                 for conn, time, offset in zip(found.conns, found.times, found.offsets, strict=True):
                     yield Entry(conn, time, (chunk.pos, offset))
                 continue
-            for conn, start, size in places:
+            for conn, start, size in ranges:
                 for secs, nsecs, offset in ENTRY.iter_unpack(self.file.read(start, size)):
                     yield Entry(conn, secs * NS + nsecs, (chunk.pos, offset))
 
@@ -311,7 +312,7 @@ class BagReader:
         return ((entry.conn, entry.time) for entry in self.entries())
 
     def headers(self) -> Iterator[ChunkHeader]:
-        """Yield the headers of all chunks, quickly even for many: the system is told in advance what will be read.
+        """Yield the headers of all chunks. Fast even for many, since the system is asked to prefetch them.
 
         Raises:
             BagError: a header cannot be read.
@@ -320,21 +321,21 @@ class BagReader:
         return map(self.header, self.chunks)
 
     def content_size(self) -> int:
-        """Return the size of the bag's content in bytes, before compression."""
+        """Return the total uncompressed size of the bag's chunks in bytes."""
         return sum(header.size for header in self.headers())
 
     def header(self, chunk: Chunk) -> ChunkHeader:
-        """Return a chunk's header; for messages outside of chunks, a suitable one.
+        """Return a chunk's header, or an equivalent one for messages outside of chunks.
 
         Raises:
             BagError: the chunk cannot be read.
         """
-        if chunk.loose:
-            return ChunkHeader("none", chunk.loose, chunk.pos, chunk.loose)
+        if chunk.loose_size:
+            return ChunkHeader("none", chunk.loose_size, chunk.pos, chunk.loose_size)
         try:
             return self.file.chunk_header(chunk.pos)
         except RecordError as error:
-            raise self._damaged(chunk, str(error)) from None
+            raise self._damage_error(chunk, str(error)) from None
 
     def content(self, chunk: Chunk) -> tuple[bytes, Messages]:
         """Return a chunk's content, and its messages in the file's order.
@@ -346,24 +347,24 @@ class BagReader:
         file = self.file
         try:
             check_size(header.size, file.limit)
-            self._check_end(chunk, header)
-            is_unfinished = not chunk.whole and not header.stored
+            self._check_overlap(chunk, header)
+            is_unfinished = not chunk.is_complete and not header.stored
             stored = file.read(header.data, file.limit if is_unfinished else header.trusted_size(file.limit))
-            if chunk.loose:
+            if chunk.loose_size:
                 return stored, self._read_loose(stored)
-            if chunk.whole and len(stored) < header.stored:
+            if chunk.is_complete and len(stored) < header.stored:
                 is_cut = header.data + header.stored > file.size
                 raise RecordError(
                     "the chunk runs past the end of the file" if is_cut else "the chunk's lengths contradict each other"
                 )
-            partial = not chunk.whole
-            stored = file.plain(stored, partial=partial)
+            partial = not chunk.is_complete
+            stored = file.decrypted(stored, partial=partial)
             content = decompress(header.compression, stored, header.size or file.limit, file.limit, partial=partial)
             found, _ = read_content(content, partial=partial)
         except RecordError as error:
             if isinstance(error, LimitError):
                 raise BagError(self.path, str(error), chunk.pos) from None
-            raise self._damaged(chunk, str(error)) from None
+            raise self._damage_error(chunk, str(error)) from None
         return content, found
 
     def close(self) -> None:
@@ -378,19 +379,21 @@ class BagReader:
     ) -> None:
         self.close()
 
-    def _check_end(self, chunk: Chunk, header: ChunkHeader) -> None:
-        """Raise RecordError if a chunk overlaps the next one: many such chunks could each hold most of the file."""
+    def _check_overlap(self, chunk: Chunk, header: ChunkHeader) -> None:
+        """Raise RecordError if a chunk overlaps the next one: each of many such chunks could contain most of the
+        file.
+        """
         next_index = bisect_right(self._positions, chunk.pos)
         if next_index < len(self._positions) and header.data + header.stored > self._positions[next_index]:
             raise RecordError(f"the chunk overlaps the one at byte {self._positions[next_index]}")
 
     def _read_loose(self, stored: bytes) -> Messages:
         if self._old is not None:
-            return read_old(stored, self._old)[0]
+            return read_old_messages(stored, self._old)[0]
         return read_content(stored, partial=True)[0]
 
-    def _damaged(self, chunk: Chunk, reason: str) -> BagError:
-        return BagError(self.path, f"{reason}; `pyros1 bag reindex` saves all that can be read", chunk.pos)
+    def _damage_error(self, chunk: Chunk, reason: str) -> BagError:
+        return BagError(self.path, f"{reason}; `pyros1 bag reindex` saves everything that can be read", chunk.pos)
 
     def _set_index(self, connections: dict[int, Connection], chunks: list[Chunk]) -> None:
         self.connections, self.chunks = connections, chunks
@@ -410,10 +413,11 @@ class BagReader:
 
 
 class _ChunkCache:
-    """The contents of the chunks being read. If too many overlap in time, the least recently used are read again later.
+    """The contents of the chunks being read. If too many overlap in time, the least recently used are dropped and
+    reread later.
 
     Args:
-        reader: reads them.
+        reader: reads the chunks.
         select: chooses and sorts the messages of a chunk.
     """
 
@@ -426,13 +430,13 @@ class _ChunkCache:
     def get(self, chunk: Chunk) -> tuple[bytes, Messages]:
         cached = self._cache.get(chunk.pos)
         if cached is not None:
-            if self._memory_size > MAX_OPEN // 2:
-                self._cache[chunk.pos] = self._cache.pop(chunk.pos)  # as the most recently used one
+            if self._memory_size > MAX_OPEN_BYTES // 2:
+                self._cache[chunk.pos] = self._cache.pop(chunk.pos)  # now the most recently used one
             return cached
         content, found = self._reader.content(chunk)
         cached = self._cache[chunk.pos] = content, self._select(found)
         self._memory_size += _memory_size(cached)
-        while self._memory_size > MAX_OPEN and len(self._cache) > 1:
+        while self._memory_size > MAX_OPEN_BYTES and len(self._cache) > 1:
             self._memory_size -= _memory_size(self._cache.pop(next(iter(self._cache))))
         return cached
 

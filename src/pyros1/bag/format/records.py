@@ -1,6 +1,6 @@
 """The records of bag files (https://wiki.ros.org/Bags/Format/2.0): bytes to values and back. Pure.
 
-A record is a header of named fields and data, each with its length in front::
+A record is a header of named fields followed by data, each preceded by its length::
 
     u32 header length, repeated (u32 field length, name=value), u32 data length, data
 
@@ -18,7 +18,7 @@ from typing import NamedTuple
 MAGIC_20 = b"#ROSBAG V2.0\n"
 
 FIRST_LINE = re.compile(rb"#ROS[^\n]{0,32}? V(\d)\.(\d)\r?\n")
-"""The first line, in all versions; recorders before 2.0 wrote a different word in it."""
+"""The first line of all versions; before 2.0, recorders wrote another word in it."""
 
 OP_DEFINITION = 0x01
 OP_MESSAGE = 0x02
@@ -29,22 +29,22 @@ OP_CHUNK_INFO = 0x06
 OP_CONNECTION = 0x07
 
 BAG_HEADER_SIZE = 4096
-"""Size in bytes of the bag header's fields and padding together; tools rewrite it in place, so all must agree."""
+"""Size in bytes of the bag header's fields and padding; tools rewrite it in place, so all must use the same size."""
 
 MAX_HEADER = 1 << 24
 """Maximum size of a record header in bytes; in version 1.2 it may hold a message definition."""
 
 RECORD_OVERHEAD = 46
-"""Number of bytes of a message's record without the message."""
+"""Size in bytes of a message's record without the message."""
 
-MESSAGE_BEGINS = (b"\x04\0\0\0op=\x02\x09\0\0\0conn=", b"\x0d\0\0\0time=")
-"""Bytes before and after the connection in the headers of messages that pyros1 writes."""
+MESSAGE_HEADER_PARTS = (b"\x04\0\0\0op=\x02\x09\0\0\0conn=", b"\x0d\0\0\0time=")
+"""Bytes before and after the connection id in the message headers that pyros1 writes."""
 
 MAX_CONNECTIONS = 1 << 16
-"""Maximum number of connections. Each may take a thousand times as much memory as space in a compressed chunk."""
+"""Maximum number of connections. Each can take a thousand times as much memory as space in a compressed chunk."""
 
 _MAX_FIELDS = 4096
-"""Maximum number of fields of a header. Small ones take twenty times their size in memory."""
+"""Maximum number of fields in a header. Small fields take twenty times their size in memory."""
 
 NS = 1_000_000_000
 MAX_TIME = (1 << 32) * NS - 1
@@ -54,26 +54,26 @@ Fields = dict[str, bytes]
 
 U32 = struct.Struct("<I")
 U64 = struct.Struct("<Q")
-_PAIR = struct.Struct("<II")
+_TIME = struct.Struct("<II")
 
 
 class RecordError(ValueError):
-    """The bytes are not a valid record; the text says why."""
+    """The bytes are not a valid record; the message says why."""
 
 
 class LimitError(RecordError):
-    """The record is larger than the limit; the text says how to raise it."""
+    """The record is larger than the limit; the message says how to raise the limit."""
 
 
 class Message(NamedTuple):
-    """Place of a message.
+    """Position of a message in a chunk.
 
     Attributes:
         conn: id of its connection.
         time: receive time in nanoseconds.
         offset: offset of its record in the chunk.
         start: offset of its first byte in the chunk.
-        end: offset behind its last byte in the chunk.
+        end: offset after its last byte in the chunk.
     """
 
     conn: int
@@ -88,8 +88,8 @@ class Connection:
     """A connection: one publisher on one topic.
 
     Attributes:
-        id: number in the bag.
-        topic: name, exactly as recorded.
+        id: its id in the bag.
+        topic: name of the topic, exactly as recorded.
         header: all fields of the connection header, as recorded.
     """
 
@@ -98,7 +98,7 @@ class Connection:
     header: Mapping[str, bytes] = field(repr=False)  # the definition would fill the screen
 
     def text(self, name: str, default: str = "") -> str:
-        """Return a field of the header as text; bytes that are not UTF-8 become surrogate escapes."""
+        """Return a field of the header as a string; bytes that are not UTF-8 become surrogate escapes."""
         value = self.header.get(name)
         return default if value is None else value.decode("utf-8", "surrogateescape")
 
@@ -114,7 +114,7 @@ class Connection:
 
     @property
     def definition(self) -> str:
-        """The type's definition, with those of the types used."""
+        """The type's definition, with those of the types it uses."""
         return self.text("message_definition")
 
     @property
@@ -185,22 +185,22 @@ def u32(fields: Mapping[str, bytes], name: str) -> int:
 
 
 def u64(fields: Mapping[str, bytes], name: str) -> int:
-    """Return a field as a u64; raises as :func:`u32`."""
+    """Return a field as a u64; raises the same errors as :func:`u32`."""
     return _number(fields, name, U64)
 
 
 def time_of(fields: Mapping[str, bytes], name: str = "time") -> int:
-    """Return a field as a time in nanoseconds; raises as :func:`u32`."""
+    """Return a field as a time in nanoseconds; raises the same errors as :func:`u32`."""
     value = fields.get(name, b"")
     if len(value) != 8:
         raise RecordError(f"the record has no field {name} of 8 bytes")
-    secs, nsecs = _PAIR.unpack(value)
+    secs, nsecs = _TIME.unpack(value)
     return int(secs) * NS + int(nsecs)
 
 
 def pack_time(time: int) -> bytes:
-    """Return a time's bytes; `time` in nanoseconds."""
-    return _PAIR.pack(*divmod(time, NS))
+    """Return the bytes of a time in nanoseconds."""
+    return _TIME.pack(*divmod(time, NS))
 
 
 def _number(fields: Mapping[str, bytes], name: str, form: struct.Struct) -> int:
@@ -212,12 +212,12 @@ def _number(fields: Mapping[str, bytes], name: str, form: struct.Struct) -> int:
 
 
 def make_bag_header(
-    index_pos: int = 0, connections: int = 0, chunks: int = 0, more: Mapping[str, bytes] | None = None
+    index_pos: int = 0, connections: int = 0, chunks: int = 0, extra_fields: Mapping[str, bytes] | None = None
 ) -> bytes:
     """Return the bag header's record; index_pos 0 means that the bag is not closed.
 
     Args:
-        more: additional fields, for an encrypted bag.
+        extra_fields: additional fields, for an encrypted bag.
 
     Raises:
         RecordError: they are too long.
@@ -227,11 +227,11 @@ def make_bag_header(
         "index_pos": U64.pack(index_pos),
         "conn_count": U32.pack(connections),
         "chunk_count": U32.pack(chunks),
-        **(more or {}),
+        **(extra_fields or {}),
     })  # fmt: skip
     padding = BAG_HEADER_SIZE - len(header)
     if padding < 0:
-        raise RecordError(f"the bag header would have {len(header)} bytes, more than {BAG_HEADER_SIZE}")
+        raise RecordError(f"the bag header would need {len(header)} bytes, more than {BAG_HEADER_SIZE}")
     return U32.pack(len(header)) + header + U32.pack(padding) + b" " * padding
 
 
@@ -241,17 +241,17 @@ def make_connection(connection: Connection, encrypt: Callable[[bytes], bytes] | 
     Args:
         encrypt: encrypts its header and its data, as in the end section of encrypted bags.
     """
-    head = {
+    fields = {
         "op": bytes([OP_CONNECTION]),
         "conn": U32.pack(connection.id),
         "topic": connection.topic.encode("utf-8", "surrogateescape"),
     }
-    parts = (make_fields(head), make_fields(connection.header))
+    parts = (make_fields(fields), make_fields(connection.header))
     return b"".join(U32.pack(len(part)) + part for part in (parts if encrypt is None else map(encrypt, parts)))
 
 
 def parse_connection(fields: Fields, data: bytes) -> Connection:
-    """Return the connection of a record; raises RecordError as :func:`u32`."""
+    """Return the connection from a record; raises RecordError like :func:`u32`."""
     topic = fields.get("topic", b"").decode("utf-8", "surrogateescape")
     header = parse_fields(data)
     for name in ("type", "md5sum", "message_definition"):
@@ -261,12 +261,12 @@ def parse_connection(fields: Fields, data: bytes) -> Connection:
 
 
 def message_head(conn: int) -> bytes:
-    """Return the beginning of a message's record, up to its time."""
-    return U32.pack(38) + MESSAGE_BEGINS[0] + U32.pack(conn) + MESSAGE_BEGINS[1]
+    """Return the beginning of a message's record, up to the time."""
+    return U32.pack(38) + MESSAGE_HEADER_PARTS[0] + U32.pack(conn) + MESSAGE_HEADER_PARTS[1]
 
 
 def split_record(data: bytes, position: int) -> tuple[Fields, int, int]:
-    """Return the record at a position: its fields, and the start and end of its data.
+    """Return the fields of the record at a position, and the start and end of its data.
 
     Raises:
         RecordError: the record is not complete.

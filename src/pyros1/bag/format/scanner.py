@@ -1,6 +1,7 @@
-"""Scanner, which reads a bag from beginning to end without its index, and does not trust any length in it.
+"""Reads a bag from beginning to end without its index, and does not trust any length in it.
 
-It finds all complete messages of bags that were not closed, are cut off or damaged. Memory holds one chunk at a time.
+The scanner finds all complete messages of bags that were not closed, are cut off or damaged. Only one chunk is in
+memory at a time.
 """
 
 from __future__ import annotations
@@ -26,26 +27,28 @@ from pyros1.bag.format.records import (
     split_record,
     u32,
 )
-from pyros1.bag.format.version_1_2 import MAX_BEGIN_LENGTH, OldConnections, read_old, record_begins
+from pyros1.bag.format.version_1_2 import MAX_BEGIN_LENGTH, OldConnections, find_record_starts, read_old_messages
 
 _LOOSE_SIZE = 1 << 20
 """Number of bytes of messages outside of chunks that are read at a time."""
 
-_SEARCH = 1 << 20
-"""Number of bytes searched at a time, and in the first step, since the next record may be near."""
+_MAX_SEARCH = 1 << 20
+"""Number of bytes searched at a time; fewer at first, since the next record may be near."""
 _FIRST_SEARCH = 1 << 12
 
 _MAX_READ_FACTOR = 64
-"""Maximum number of times, on average, that the file's bytes are read: each wrong length might claim the whole rest."""
+"""Maximum number of times, on average, that the file's bytes are read: each wrong length can claim the rest of the
+file.
+"""
 MIN_READ_BUDGET = 64 << 20
 
 _TRUSTED_SIZE = 1 << 16
-"""Size in bytes up to which a record other than a chunk is trusted; after a longer one, another record must follow."""
+"""Size in bytes up to which a record other than a chunk is trusted; a longer one must be followed by another record."""
 
 
 @dataclass(frozen=True)
 class Damage:
-    """A place in the file that cannot be read.
+    """A part of the file that cannot be read.
 
     Attributes:
         offset: offset in bytes.
@@ -61,11 +64,11 @@ class ScannedChunk:
     """A chunk that the scanner has read.
 
     Attributes:
-        chunk: its place, times and counts.
+        chunk: its offset, times and counts.
         header: its header; None for messages outside of chunks.
         content: its content, uncompressed.
         messages: its complete messages, in order.
-        defined: the connections in it, by id.
+        defined: the connections defined in it, by id.
     """
 
     chunk: Chunk
@@ -98,25 +101,25 @@ class Scanner:
         self.connections: dict[int, Connection] = {}
         self.damages: list[Damage] = []
         self.old = OldConnections(self.connections)
-        self._definitions = 0  # bytes in connections
+        self._definitions_size = 0  # total size of the connection headers in bytes
         self._read_budget = file.bytes_read + MIN_READ_BUDGET + _MAX_READ_FACTOR * file.size
         self._loose_size = _LOOSE_SIZE
 
     def chunks(self) -> Iterator[ScannedChunk]:
-        """Yield the chunks in the file's order, and messages outside of chunks in pieces."""
+        """Yield the chunks in the order of the file, and messages outside of chunks in pieces."""
         position = self._file.begin
         while position < self._file.size:
             if self._is_exhausted():
                 self.damages.append(
-                    Damage(position, "there is too much damage, so the rest of the file was not searched")
+                    Damage(position, "there is so much damage that the rest of the file was not searched")
                 )
                 return
             if self._progress is not None:
                 self._progress(position)
-            found, next_position = self._next(position)
+            found, next_position = self._next_record(position)
             if found is not None and (found.messages or found.defined):
                 for connection in found.defined.values():
-                    self._define(connection)
+                    self._add_connection(connection)
                 yield found
             del found  # so that only one chunk is in memory
             position = next_position
@@ -124,112 +127,118 @@ class Scanner:
     def _is_exhausted(self) -> bool:
         return self._file.bytes_read > self._read_budget
 
-    def _next(self, position: int) -> tuple[ScannedChunk | None, int]:
-        """Read a record at an offset; return the messages there, and the offset at which to continue."""
+    def _next_record(self, position: int) -> tuple[ScannedChunk | None, int]:
+        """Read the record at an offset; return the messages in it, and the offset at which to continue."""
         file = self._file
         try:
-            if file.cipher is not None and self._in_end_section(position):
-                return None, self._end_section()
+            if file.cipher is not None and self._is_in_end_section(position):
+                return None, self._read_end_section()
             fields, data, length = file.record(position)
             op = op_of(fields)
             if op == OP_CHUNK:
-                return self._chunk(position, file.chunk_header(position))
-            if op in (OP_MESSAGE, OP_DEFINITION) or (op == OP_CONNECTION and not self._in_end_section(position)):
-                return self._loose(position)
+                return self._read_chunk(position, file.chunk_header(position))
+            if op in (OP_MESSAGE, OP_DEFINITION) or (op == OP_CONNECTION and not self._is_in_end_section(position)):
+                return self._read_loose(position)
             if op == OP_CONNECTION:
                 connection, next_position = file.connection(position)
-                self._define(connection)
+                self._add_connection(connection)
                 return None, next_position
             if op == OP_INDEX:
                 length = self._index_length(fields, length)
             if data + length > file.size:
                 raise RecordError("the record's data run past the end of the file")
-            self._is_credible(data, length)
+            self._check_length(data, length)
         except RecordError as error:
-            return None, self._damaged(position, str(error))
+            return None, self._skip_damage(position, str(error))
         return None, data + length
 
-    def _is_credible(self, data: int, length: int) -> None:
-        """Raise RecordError if a record other than a chunk has a wrong length, since it must not skip whole chunks."""
+    def _check_length(self, data: int, length: int) -> None:
+        """Raise RecordError if the length of a record other than a chunk seems wrong, since it must not skip whole
+        chunks.
+        """
         if length > _TRUSTED_SIZE and data + length < self._file.size:
             self._file.record(data + length)
 
-    def _end_section(self) -> int:
-        """Read the end section of an encrypted bag, which has a different form; return the offset behind it."""
+    def _read_end_section(self) -> int:
+        """Read the end section of an encrypted bag, which has a different format; return the offset after it."""
         for connection, _ in self._file.end_connections():
-            self._define(connection)
+            self._add_connection(connection)
         return self._file.size
 
-    def _define(self, connection: Connection) -> None:
+    def _add_connection(self, connection: Connection) -> None:
         if connection.id in self.connections or len(self.connections) >= MAX_CONNECTIONS:
             return
-        self._definitions += sum(map(len, connection.header.values()))
-        if self._definitions <= self._file.limit:  # small chunks may hold many large connections
+        self._definitions_size += sum(map(len, connection.header.values()))
+        if self._definitions_size <= self._file.limit:  # small compressed chunks can hold many large connections
             self.connections[connection.id] = connection
 
-    def _in_end_section(self, position: int) -> bool:
+    def _is_in_end_section(self, position: int) -> bool:
         return 0 < self._file.index_pos <= position
 
     @staticmethod
     def _index_length(fields: Fields, length: int) -> int:
-        """Return the length of an index record's data; recorders of 2010 wrote a wrong one (their count is right)."""
+        """Return the length of an index record's data; recorders of 2010 wrote a wrong length, but a correct count."""
         if fields.get("ver") == b"\1\0\0\0" and len(fields.get("count", b"")) == 4:
             return 12 * u32(fields, "count")
         return length
 
-    def _chunk(self, position: int, header: ChunkHeader) -> tuple[ScannedChunk | None, int]:
+    def _read_chunk(self, position: int, header: ChunkHeader) -> tuple[ScannedChunk | None, int]:
         file = self._file
         if header.stored == 0 and header.size == 0:
-            return self._unfinished(position, header)
+            return self._read_unfinished_chunk(position, header)
         stored = file.read(header.data, header.trusted_size(file.limit))
         next_position = header.data + len(stored)
         reason = ""
         if len(stored) < header.stored:
-            cut = header.data + header.stored > file.size
-            reason = "the chunk is cut off" if cut else "the chunk's lengths contradict each other"
+            is_cut = header.data + header.stored > file.size
+            reason = "the chunk is cut off" if is_cut else "the chunk's lengths contradict each other"
         content, messages = b"", Messages()
         defined: dict[int, Connection] = {}
         try:
             check_size(header.size, file.limit)
             if not reason:
-                content = decompress(header.compression, file.plain(stored), header.size, file.limit)
+                content = decompress(header.compression, file.decrypted(stored), header.size, file.limit)
                 messages, defined = read_content(content)
         except RecordError as error:
             reason = str(error)
         if reason:
             self.damages.append(Damage(position, reason))
             del content, messages
-            content, messages, defined = self._keep_chunk(header, stored, header.size)
-            next_position = self._trusted_end(position, next_position, cut=len(stored) < header.stored)
-        chunk = _summary(position, messages)
-        chunk.whole = not reason
+            content, messages, defined = self._salvage_chunk(header, stored, header.size)
+            next_position = self._continue_after(position, next_position, is_cut=len(stored) < header.stored)
+        chunk = _make_chunk(position, messages)
+        chunk.is_complete = not reason
         return ScannedChunk(chunk, header, content, messages, defined), next_position
 
-    def _unfinished(self, position: int, header: ChunkHeader) -> tuple[ScannedChunk | None, int]:
-        """Return a chunk that the recorder had not finished: its header still says that it is empty."""
+    def _read_unfinished_chunk(self, position: int, header: ChunkHeader) -> tuple[ScannedChunk | None, int]:
+        """Return a chunk that the recorder had not finished; its header still says that it is empty."""
         self.damages.append(Damage(position, "the last chunk was not finished"))
         if header.compression == "none":
             return None, header.data  # its messages follow as if they were outside of chunks
         stored = self._file.read(header.data, self._file.limit)
-        content, messages, defined = self._keep_chunk(header, stored, self._file.limit)
-        chunk = _summary(position, messages)
-        chunk.whole = False
+        content, messages, defined = self._salvage_chunk(header, stored, self._file.limit)
+        chunk = _make_chunk(position, messages)
+        chunk.is_complete = False
         return ScannedChunk(chunk, header, content, messages, defined), self._find_next_record(header.data)
 
-    def _keep_chunk(
+    def _salvage_chunk(
         self, header: ChunkHeader, stored: bytes, size: int
     ) -> tuple[bytes, Messages, dict[int, Connection]]:
         """Return the readable part of a damaged chunk."""
         file = self._file
         try:
-            content = decompress(header.compression, file.plain(stored, partial=True), size, file.limit, partial=True)
+            content = decompress(
+                header.compression, file.decrypted(stored, partial=True), size, file.limit, partial=True
+            )
         except RecordError:
             return b"", Messages(), {}
         return content, *read_content(content, partial=True)
 
-    def _trusted_end(self, position: int, end: int, *, cut: bool) -> int:
-        """Return where to continue after a damaged chunk: at its end if a record is there, else at the next chunk."""
-        if not cut:
+    def _continue_after(self, position: int, end: int, *, is_cut: bool) -> int:
+        """Return the offset at which to continue after a damaged chunk: its end if a record is there, or the next
+        chunk.
+        """
+        if not is_cut:
             try:
                 self._file.record(end)
                 return end
@@ -238,77 +247,77 @@ class Scanner:
                     return end
         return self._find_next_record(position + 1)
 
-    def _loose(self, position: int) -> tuple[ScannedChunk | None, int]:
+    def _read_loose(self, position: int) -> tuple[ScannedChunk | None, int]:
         """Return messages outside of chunks: those of an unfinished chunk, or of a bag of version 1.2."""
         file = self._file
         _, data, length = file.record(position)
         if data + length > file.size:
-            return None, self._damaged(position, "the message is cut off, or its length is damaged")
+            return None, self._skip_damage(position, "the message is cut off, or its length is damaged")
         check_size(length, file.limit)
-        self._is_credible(data, length)
+        self._check_length(data, length)
         content = file.read(position, max(self._loose_size, data + length - position))
-        messages, defined, used = self._split_loose(content)
-        # The size of a piece depends on the number of messages in the earlier ones.
-        self._loose_size = _LOOSE_SIZE if 2 * used > len(content) else max(_FIRST_SEARCH, self._loose_size // 4)
-        if not used:
-            return None, self._damaged(position, "the message is cut off")
-        chunk = _summary(position, messages)
-        chunk.loose = used
-        return ScannedChunk(chunk, None, content[:used], messages, defined), position + used
+        messages, defined, used_size = self._parse_loose(content)
+        # The size of the next piece depends on how much of this one could be used.
+        self._loose_size = _LOOSE_SIZE if 2 * used_size > len(content) else max(_FIRST_SEARCH, self._loose_size // 4)
+        if not used_size:
+            return None, self._skip_damage(position, "the message is cut off")
+        chunk = _make_chunk(position, messages)
+        chunk.loose_size = used_size
+        return ScannedChunk(chunk, None, content[:used_size], messages, defined), position + used_size
 
-    def _split_loose(self, content: bytes) -> tuple[Messages, dict[int, Connection], int]:
+    def _parse_loose(self, content: bytes) -> tuple[Messages, dict[int, Connection], int]:
         if self._file.version == 102:
-            messages, used = read_old(content, self.old)
-            return messages, {}, used
-        used = _loose_end(content)
-        return *read_content(content[:used], partial=True), used
+            messages, used_size = read_old_messages(content, self.old)
+            return messages, {}, used_size
+        used_size = _complete_size(content)
+        return *read_content(content[:used_size], partial=True), used_size
 
-    def _damaged(self, position: int, reason: str) -> int:
+    def _skip_damage(self, position: int, reason: str) -> int:
         if self._file.size - position > 0:
             self.damages.append(Damage(position, reason))
         return self._find_next_record(position + 1)
 
     def _find_next_record(self, position: int) -> int:
-        """Return the offset of the next chunk after a damaged place, or else that of the index or the file's end.
+        """Return the offset of the next chunk after damage, or that of the index or of the end of the file.
 
-        In a bag of version 1.2: the offset of the next message or definition.
+        For a bag of version 1.2, return that of the next message or definition.
         """
         if self._file.version == 102:
             return self._find_next_old_record(position)
-        word = b"compression="
+        marker = b"compression="
         index = self._file.index_pos
         last = index if position < index else self._file.size
-        earliest = position  # not the damaged chunk itself again
+        earliest = position  # so that the damaged chunk itself is not found again
         size = _FIRST_SEARCH
         while position < self._file.size:
             block = self._file.read(position, size)
-            at = block.find(word)
-            while at >= 0:
-                for before in (16, 8, 17 + 8):  # the field is the second, the first, or after the size
-                    start = position + at - before
+            found = block.find(marker)
+            while found >= 0:
+                for distance in (16, 8, 17 + 8):  # the field is the second one, the first one, or after the size
+                    start = position + found - distance
                     if start >= earliest and (self._is_exhausted() or self._is_chunk(start)):
                         return start
-                at = block.find(word, at + 1)
+                found = block.find(marker, found + 1)
             if len(block) < size:
                 break
-            position += len(block) - len(word)
-            size = min(4 * size, _SEARCH)
+            position += len(block) - len(marker)
+            size = min(4 * size, _MAX_SEARCH)
         return min(last, self._file.size)
 
     def _find_next_old_record(self, position: int) -> int:
         size = _FIRST_SEARCH
         while position < self._file.size:
             block = self._file.read(position, size)
-            for at in record_begins(block, 0):
-                if self._is_exhausted() or self._is_old(position + at):
-                    return position + at
+            for start in find_record_starts(block, 0):
+                if self._is_exhausted() or self._is_old_record(position + start):
+                    return position + start
             if len(block) < size:
                 break
             position += len(block) - MAX_BEGIN_LENGTH
-            size = min(4 * size, _SEARCH)
+            size = min(4 * size, _MAX_SEARCH)
         return self._file.size
 
-    def _is_old(self, position: int) -> bool:
+    def _is_old_record(self, position: int) -> bool:
         try:
             fields, data, length = self._file.record(position)
             return op_of(fields) in (OP_MESSAGE, OP_DEFINITION) and data + length <= self._file.size
@@ -322,8 +331,8 @@ class Scanner:
             return False
 
 
-def _loose_end(content: bytes) -> int:
-    """Return the number of bytes of complete messages and connections at the beginning of `content`."""
+def _complete_size(content: bytes) -> int:
+    """Return the total size of the complete messages and connections at the beginning of `content`."""
     position = 0
     try:
         while position < len(content):
@@ -336,6 +345,6 @@ def _loose_end(content: bytes) -> int:
     return position
 
 
-def _summary(position: int, messages: Messages) -> Chunk:
+def _make_chunk(position: int, messages: Messages) -> Chunk:
     times = messages.times
     return Chunk(position, min(times, default=0), max(times, default=0), Counter(messages.conns))

@@ -1,6 +1,6 @@
 """Reads bags of version 1.2 (http://wiki.ros.org/Bags/Format/1.2).
 
-They have messages without chunks, each with the names of its topic and type.
+They contain messages without chunks, each with the names of its topic and type.
 
 Newer recorders wrote a file header at the beginning and an index at the end; older ones wrote neither. The index is not
 needed, since one pass over the file finds all messages and definitions.
@@ -25,9 +25,9 @@ from pyros1.bag.format.records import (
     u32,
 )
 
-_Key = tuple[bytes, bytes, bytes, bytes, bytes]
+_ConnectionKey = tuple[bytes, bytes, bytes, bytes, bytes]
 
-_BEGINS = re.compile(rb"...\0...\0(?:callerid|def|latching|md5|nsec|op|sec|topic|type)=", re.DOTALL)
+_RECORD_START = re.compile(rb"...\0...\0(?:callerid|def|latching|md5|nsec|op|sec|topic|type)=", re.DOTALL)
 """Pattern of the beginning of a message or definition record: two lengths below 16 MiB and the name of a field."""
 
 MAX_BEGIN_LENGTH = 17
@@ -35,18 +35,18 @@ MAX_BEGIN_LENGTH = 17
 
 
 class OldConnections:
-    """Numbers for the connections of a bag of version 1.2.
+    """Assigns ids to the connections of a bag of version 1.2.
 
     Args:
-        connections: the dict in which they are kept, by number.
+        connections: the dict to which they are added, by id.
     """
 
     def __init__(self, connections: dict[int, Connection]) -> None:
         self._connections = connections
-        self._numbers: dict[_Key, int] = {}
+        self._conn_ids: dict[_ConnectionKey, int] = {}
         self._definitions: dict[tuple[bytes, bytes], bytes] = {}
 
-    def define(self, fields: Fields) -> None:
+    def add_definition(self, fields: Fields) -> None:
         """Add a definition record."""
         definition = fields.get("def", b"")
         if len(self._definitions) >= MAX_CONNECTIONS:
@@ -55,29 +55,29 @@ class OldConnections:
         self._definitions[kind, fields.get("md5", b"")] = definition
         self._definitions.setdefault((kind, b""), definition)
 
-    def number(self, fields: Fields) -> int:
-        """Return the number of a message's connection."""
+    def connection_id(self, fields: Fields) -> int:
+        """Return the id of a message's connection, which is added if it is new."""
         names = ("topic", "type", "md5", "callerid", "latching")
-        topic, kind, md5, caller, latching = (fields.get(name, b"") for name in names)
-        key = (topic, kind, md5, caller, latching)
-        found = self._numbers.get(key)
-        if found is None:
-            if len(self._numbers) >= MAX_CONNECTIONS:
+        topic, type_name, md5, caller, latching = (fields.get(name, b"") for name in names)
+        key = (topic, type_name, md5, caller, latching)
+        conn_id = self._conn_ids.get(key)
+        if conn_id is None:
+            if len(self._conn_ids) >= MAX_CONNECTIONS:
                 raise RecordError(f"the bag has more than {MAX_CONNECTIONS} connections")
-            found = self._numbers[key] = len(self._numbers)
-            known = self._definitions
-            definition = known.get((kind, md5)) or known.get((kind, b""), b"")
-            header = {"topic": topic, "type": kind, "md5sum": md5, "message_definition": definition}
+            conn_id = self._conn_ids[key] = len(self._conn_ids)
+            definitions = self._definitions
+            definition = definitions.get((type_name, md5)) or definitions.get((type_name, b""), b"")
+            header = {"topic": topic, "type": type_name, "md5sum": md5, "message_definition": definition}
             header |= {"callerid": caller} if caller else {}
             header |= {"latching": latching} if latching else {}
-            self._connections[found] = Connection(found, topic.decode("utf-8", "surrogateescape"), header)
-        return found
+            self._connections[conn_id] = Connection(conn_id, topic.decode("utf-8", "surrogateescape"), header)
+        return conn_id
 
 
-def read_old(content: bytes, connections: OldConnections) -> tuple[Messages, int]:
-    """Return the complete messages at the beginning of `content`, and the offset behind the last record.
+def read_old_messages(content: bytes, connections: OldConnections) -> tuple[Messages, int]:
+    """Return the complete messages at the beginning of `content`, and the offset after the last record.
 
-    Definitions are stored. Reading ends at the first record of another kind.
+    Definitions are stored. Reading stops at the first record of any other kind.
     """
     messages = Messages()
     position = 0
@@ -86,10 +86,10 @@ def read_old(content: bytes, connections: OldConnections) -> tuple[Messages, int
             fields, start, stop = split_record(content, position)
             op = op_of(fields)
             if op == OP_DEFINITION:
-                connections.define(fields)
+                connections.add_definition(fields)
             elif op == OP_MESSAGE:
                 time = u32(fields, "sec") * NS + u32(fields, "nsec")
-                messages.add(connections.number(fields), time, position, start, stop)
+                messages.add(connections.connection_id(fields), time, position, start, stop)
             else:
                 break
         except RecordError:
@@ -98,9 +98,9 @@ def read_old(content: bytes, connections: OldConnections) -> tuple[Messages, int
     return messages, position
 
 
-def record_begins(data: bytes, position: int) -> Iterator[int]:
-    """Yield the positions from `position` on at which a record may begin, to continue after a damaged place."""
-    found = _BEGINS.search(data, position)
+def find_record_starts(data: bytes, position: int) -> Iterator[int]:
+    """Yield the positions, starting at `position`, at which a record may begin, to continue after damage."""
+    found = _RECORD_START.search(data, position)
     while found is not None:
         yield found.start()
-        found = _BEGINS.search(data, found.start() + 1)
+        found = _RECORD_START.search(data, found.start() + 1)

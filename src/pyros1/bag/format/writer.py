@@ -1,4 +1,4 @@
-"""Writer of bags, with sorted indexes and unchanged connection headers; each chunk is written when it is full."""
+"""Writes bags with sorted indexes and unchanged connection headers; each chunk is written when it is full."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pyros1.bag.errors import BagError
 from pyros1.bag.format.compression import COMPRESSIONS, MAX_CHUNK, Buffer, compress
 from pyros1.bag.format.contents import Messages
 from pyros1.bag.format.encryption import Cipher
-from pyros1.bag.format.files import Chunk, Counts, name_of
+from pyros1.bag.format.files import Chunk, Counts, file_label
 from pyros1.bag.format.records import (
     BAG_HEADER_SIZE,
     MAGIC_20,
@@ -36,20 +36,20 @@ from pyros1.bag.format.records import (
 CHUNK_THRESHOLD = 768 * 1024
 """Size in bytes, uncompressed, above which a chunk is closed."""
 
-EMPTY_SIZE = len(MAGIC_20) + 8 + BAG_HEADER_SIZE
+EMPTY_BAG_SIZE = len(MAGIC_20) + 8 + BAG_HEADER_SIZE
 """Size in bytes of a bag without messages."""
 
 _TIME_AND_SIZE = struct.Struct("<III")
 _ENTRY = struct.Struct("<III")
 _COUNT = struct.Struct("<II")
 
-_LARGE = 256 * 1024
-"""Size in bytes of a message that closes its chunk, unless that is compressed."""
+_LARGE_MESSAGE = 256 * 1024
+"""Size in bytes from which a message is the last one of its chunk, unless chunks are compressed."""
 
 Entries = dict[int, bytes | bytearray]
 """Connection id -> data of its index record: time and offset in the content of each message, sorted by time.
 
-Stock's readers do a binary search in it.
+Stock's readers use binary search in it.
 """
 
 
@@ -71,21 +71,21 @@ class ExistingBag:
 class BagWriter:
     """A new bag.
 
-    Until it is closed it has no index; reindexing can recover all chunks that were written. If a write fails,
-    for example on a full disk, the incomplete part is cut off again, so that the bag can still be closed.
+    Until it is closed it has no index; reindexing can recover all chunks that were written. If a write fails, for
+    example on a full disk, the incomplete part is removed, so that the bag can still be closed.
 
     Args:
         target: path of the file, which is replaced if it exists; or an open binary file, for reading and writing, which
             stays open when the bag is closed.
         compression: ``none``, ``bz2`` or ``lz4``.
-        chunk_threshold: bytes, uncompressed, beyond which a chunk is closed.
-        cipher: encrypts the bag; None for a plain bag.
+        chunk_threshold: uncompressed size in bytes above which a chunk is closed.
+        cipher: encrypts the bag; None for an unencrypted bag.
         existing: the existing content of the file, which is kept; None for a new bag. See
             `pyros1.bag.format.appending`.
 
     Attributes:
         path: path of the file, or the name of an open file.
-        connections: the added connections, by id.
+        connections: the connections, by id.
         messages: number of messages written, including those that were already in the file.
 
     Raises:
@@ -102,34 +102,34 @@ class BagWriter:
     ) -> None:
         if compression not in COMPRESSIONS:
             raise ValueError(f"unknown compression {compression!r}: use one of {', '.join(COMPRESSIONS)}")
-        self.path = name_of(target)
+        self.path = file_label(target)
         self.compression = compression
         self.chunk_threshold = chunk_threshold
         self.connections: dict[int, Connection] = {} if existing is None else dict(existing.connections)
-        self._heads = {number: message_head(number) for number in self.connections}
-        self._next = max(self.connections, default=-1) + 1
-        self._infos: list[Chunk] = [] if existing is None else list(existing.chunks)
-        self.messages = sum(sum(info.counts.values()) for info in self._infos)
+        self._message_heads = {number: message_head(number) for number in self.connections}
+        self._next_id = max(self.connections, default=-1) + 1
+        self._chunks: list[Chunk] = [] if existing is None else list(existing.chunks)
+        self.messages = sum(sum(info.counts.values()) for info in self._chunks)
         self._content = bytearray()
         self._index: dict[int, list[tuple[int, int]]] = {}  # connection id -> time in ns, offset
         self._cipher = cipher
         self._closed = False
         self._size = 0
-        self._is_ours = isinstance(target, (str, os.PathLike))
-        file: Any = FileIO(self.path, "wb" if existing is None else "r+b") if self._is_ours else target
+        self._owns_file = isinstance(target, (str, os.PathLike))
+        file: Any = FileIO(self.path, "wb" if existing is None else "r+b") if self._owns_file else target
         self._file = file
         try:
             self._append(MAGIC_20 + self._bag_header())
-            if existing is not None:  # from here on the bag counts as not closed, until it has its new index
+            if existing is not None:  # from now on the bag is not closed, until it has its new index
                 self._size = existing.end
-            if existing is not None or not self._is_ours:
+            if existing is not None or not self._owns_file:
                 self._file.truncate(self._size)
                 self._file.seek(self._size)
         except BaseException as error:
             self.abort()
             if isinstance(error, OSError) and error.filename is None:
                 error.filename = self.path
-            if self._is_ours and existing is None and os.path.isfile(self.path):
+            if self._owns_file and existing is None and os.path.isfile(self.path):
                 os.unlink(self.path)
             raise
 
@@ -141,16 +141,16 @@ class BagWriter:
     @property
     def chunks(self) -> Sequence[Chunk]:
         """The chunks that were written, in the order of the file."""
-        return tuple(self._infos)
+        return tuple(self._chunks)
 
     @property
     def cipher(self) -> Cipher | None:
-        """Encrypts the bag; None for a plain bag."""
+        """The cipher that encrypts the bag; None for an unencrypted bag."""
         return self._cipher
 
     @property
     def pending(self) -> bool:
-        """Whether the open chunk, which a crash would lose, holds any data."""
+        """Whether the open chunk, which would be lost in a crash, contains any data."""
         return bool(self._content)
 
     def add_connection(self, topic: str, header: Mapping[str, bytes], conn: int | None = None) -> int:
@@ -158,9 +158,9 @@ class BagWriter:
 
         Args:
             topic: name of its topic.
-            header: connection header, all fields; needs ``type``, ``md5sum`` and ``message_definition``. The topic
-                is added if it is missing.
-            conn: its id, which must be unique; None: the next one.
+            header: all fields of the connection header; needs ``type``, ``md5sum`` and ``message_definition``. The
+                topic is added if it is missing.
+            conn: its id, which must be unique; None for the next one.
 
         Returns:
             Its id.
@@ -172,13 +172,13 @@ class BagWriter:
         """Add a connection, with its header unchanged.
 
         Args:
-            in_chunk: whether to also write it into the open chunk; False if it is in a copied chunk.
+            in_chunk: whether to write it into the open chunk as well; False if it is in a copied chunk.
         """
-        number = self._next if conn is None else conn
-        self._next = max(self._next, number + 1)
+        number = self._next_id if conn is None else conn
+        self._next_id = max(self._next_id, number + 1)
         connection = Connection(number, topic, header)
         self.connections[number] = connection
-        self._heads[number] = message_head(number)
+        self._message_heads[number] = message_head(number)
         if in_chunk:
             self._content += make_connection(connection)
         return number
@@ -199,79 +199,83 @@ class BagWriter:
         if self._closed:
             raise ValueError("I/O operation on closed bag")
         if not 0 <= time <= MAX_TIME:
-            raise BagError(self.path, f"the time {time / NS:.3f} s cannot be stored: bags can hold 0 to 2^32 s")
+            raise BagError(self.path, f"the time {time / NS:.3f} s cannot be stored: bags can store 0 to 2^32 s")
         if len(self._content) + len(data) > MAX_CHUNK and self._content:
             self.flush()
-        state_before = self._state()
+        state_before = self._rollback_state()
         content, index = state_before[0], state_before[3]
         secs, nsecs = divmod(time, NS)
         try:
             index.setdefault(conn, []).append((time, len(content)))
-            content += self._heads[conn]
+            content += self._message_heads[conn]
             content += _TIME_AND_SIZE.pack(secs, nsecs, len(data))
             self.messages += 1
-            if len(content) + len(data) > self.chunk_threshold or (len(data) >= _LARGE and self.compression == "none"):
+            if len(content) + len(data) > self.chunk_threshold or (
+                len(data) >= _LARGE_MESSAGE and self.compression == "none"
+            ):
                 self._content = bytearray()
-                self._put_content([content, data])
+                self._write_chunk([content, data])
             else:
                 content += data
         except OSError:
             raise
         except BaseException:
-            self._undo(state_before, conn)
+            self._roll_back(state_before, conn)
             raise
 
     def flush(self) -> None:
-        """Close the open chunk and hand it to the system, so that a crash of this process does not lose it."""
+        """Close the open chunk and pass it to the system, so that it survives a crash of this process."""
         if not self._content:
             return
-        state_before = self._state()
+        state_before = self._rollback_state()
         try:
             content, self._content = self._content, bytearray()
-            self._put_content([content])
+            self._write_chunk([content])
         except OSError:
             raise
         except BaseException:
-            self._undo(state_before)
+            self._roll_back(state_before)
             raise
 
-    def _state(self) -> tuple[bytearray, int, int, dict[int, list[tuple[int, int]]], int, int]:
-        """Return the open chunk, its size, that of the file, the index, and the numbers of chunks and messages."""
+    def _rollback_state(self) -> tuple[bytearray, int, int, dict[int, list[tuple[int, int]]], int, int]:
+        """Return the open chunk, its size, the file's size, the index, and the numbers of chunks and messages."""
         content = self._content
-        return content, len(content), self._size, self._index, len(self._infos), self.messages
+        return content, len(content), self._size, self._index, len(self._chunks), self.messages
 
-    def _undo(self, state_before: tuple[Any, ...], conn: int | None = None) -> None:
-        """Undo a message or chunk that an exception from a signal handler interrupted: Ctrl-C ends most recordings."""
+    def _roll_back(self, state_before: tuple[Any, ...], conn: int | None = None) -> None:
+        """Undo the writing of a message or chunk that was interrupted by an exception, such as that of Ctrl-C."""
         content, length, size, index, chunks, messages = state_before
-        if len(self._infos) > chunks:
-            return  # it was already written
-        self._cut(size)
-        places = index.get(conn, ())
-        if places and places[-1][1] == length:
-            places.pop()
-        self._content, self._index = content[:length], {number: each for number, each in index.items() if each}
+        if len(self._chunks) > chunks:
+            return  # it has already been written
+        self._truncate(size)
+        positions = index.get(conn, ())
+        if positions and positions[-1][1] == length:
+            positions.pop()
+        self._content, self._index = content[:length], {number: entries for number, entries in index.items() if entries}
         self.messages = messages
 
-    def _cut(self, size: int) -> None:
+    def _truncate(self, size: int) -> None:
         self._file.truncate(size)
         self._file.seek(size)
         self._size = size
 
-    def _put_content(self, parts: Sequence[Buffer]) -> None:
-        """Write a chunk with the messages of the index, then clear it; the content is in parts, and not copied."""
+    def _write_chunk(self, parts: Sequence[Buffer]) -> None:
+        """Write a chunk with the given content, then clear the index. The content is passed in parts and is not
+        copied.
+        """
         entries = self._pop_entries()
         size = sum(map(len, parts))
         stored = compress(self.compression, parts)
         if self._cipher is not None:
             stored = self._cipher.encrypt_parts(stored)
-        self._put_chunk(self.compression, size, stored, entries)
+        self._write_stored_chunk(self.compression, size, stored, entries)
 
     def _pop_entries(self) -> Entries:
         index, self._index = self._index, {}
         pack = _ENTRY.pack
         return {
-            conn: b"".join(pack(*divmod(time, NS), offset) for time, offset in sorted(places))
-            for conn, places in index.items()
+            conn: b"".join(pack(*divmod(time, NS), offset) for time, offset in sorted(positions))
+            for conn, positions in index.items()
         }
 
     def copy_chunk(self, compression: str, size: int, stored: bytes, messages: Messages) -> None:
@@ -283,10 +287,10 @@ class BagWriter:
             stored: its stored bytes, encrypted if the bag is.
             messages: the messages in it.
         """
-        self._put_chunk(compression, size, [stored], _entries(messages))
+        self._write_stored_chunk(compression, size, [stored], _index_entries(messages))
 
-    def _put_chunk(self, compression: str, size: int, parts: Sequence[Buffer], entries: Entries) -> None:
-        """Write a chunk whose stored bytes are in parts, which may be large and are not copied."""
+    def _write_stored_chunk(self, compression: str, size: int, parts: Sequence[Buffer], entries: Entries) -> None:
+        """Write a chunk whose stored bytes are passed in parts; these may be large and are not copied."""
         pos = self._size
         fields = {"op": bytes([OP_CHUNK]), "compression": compression.encode(), "size": U32.pack(size)}
         record = make_record(fields)[: -U32.size] + U32.pack(sum(map(len, parts)))
@@ -296,14 +300,14 @@ class BagWriter:
                 self._append(part)
         except OSError:
             self.messages -= sum(map(entry_count, entries.values()))
-            self._cut(pos)
+            self._truncate(pos)
             raise
         counts = b"".join(_COUNT.pack(conn, entry_count(packed)) for conn, packed in entries.items())
-        ends = [_time(packed, at) for packed in entries.values() for at in (0, len(packed) - _ENTRY.size)]
-        self._infos.append(Chunk(pos, min(ends, default=0), max(ends, default=0), Counts(counts)))
+        ends = [_entry_time(packed, at) for packed in entries.values() for at in (0, len(packed) - _ENTRY.size)]
+        self._chunks.append(Chunk(pos, min(ends, default=0), max(ends, default=0), Counts(counts)))
 
     def close(self) -> None:
-        """Write the rest and the index, and close the file. A second call does nothing.
+        """Write the remaining data and the index, and close the file. A second call does nothing.
 
         Raises:
             OSError: the file cannot be written; it is closed anyway, and can be reindexed.
@@ -319,9 +323,9 @@ class BagWriter:
             self.abort()
 
     def abort(self) -> None:
-        """Close the file in its current state, without index."""
+        """Close the file in its current state, without an index."""
         self._closed = True
-        if self._is_ours:
+        if self._owns_file:
             self._file.close()
 
     def __enter__(self) -> BagWriter:
@@ -336,22 +340,22 @@ class BagWriter:
         index_pos = self._size
         encrypt = None if self._cipher is None else self._cipher.encrypt
         parts = [make_connection(connection, encrypt) for connection in self.connections.values()]
-        parts += [_info_record(info) for info in self._infos]
+        parts += [_info_record(info) for info in self._chunks]
         self._append(b"".join(parts))
         self._file.seek(len(MAGIC_20))
-        self._put(self._bag_header(index_pos))
+        self._write_fully(self._bag_header(index_pos))
 
     def _bag_header(self, index_pos: int = 0) -> bytes:
         fields = {} if self._cipher is None else self._cipher.fields
-        return make_bag_header(index_pos, len(self.connections), len(self._infos), fields)
+        return make_bag_header(index_pos, len(self.connections), len(self._chunks), fields)
 
     def _append(self, data: Buffer) -> None:
-        if not self._is_ours:
-            self._file.seek(self._size)  # readers of a file object move its position
-        self._put(data)
+        if not self._owns_file:
+            self._file.seek(self._size)  # readers of the same file object move its position
+        self._write_fully(data)
         self._size += len(data)
 
-    def _put(self, data: Buffer) -> None:
+    def _write_fully(self, data: Buffer) -> None:
         view = memoryview(data)
         while view:
             view = view[self._file.write(view) :]
@@ -362,13 +366,13 @@ def entry_count(entries: bytes | bytearray) -> int:
     return len(entries) // _ENTRY.size
 
 
-def _time(entries: bytes | bytearray, position: int) -> int:
+def _entry_time(entries: bytes | bytearray, position: int) -> int:
     secs, nsecs, _ = _ENTRY.unpack_from(entries, position)
     return int(secs) * NS + int(nsecs)
 
 
-def _entries(messages: Messages) -> Entries:
-    """Return the index entries of a chunk's messages, which may be very many."""
+def _index_entries(messages: Messages) -> Entries:
+    """Return the index entries of a chunk's messages, of which there may be very many."""
     entries: dict[int, bytearray] = {}
     ordered = messages.by_time()
     pack = _ENTRY.pack

@@ -1,4 +1,4 @@
-"""Bag time while a bag is played, as a function of wall time. Pure."""
+"""Bag time during playback, as a function of wall time. Pure."""
 
 from __future__ import annotations
 
@@ -6,53 +6,53 @@ NS = 1_000_000_000
 
 
 class Timeline:
-    """Bag time, which runs `rate` times as fast as wall time unless it is stopped.
+    """Bag time, which runs `rate` times as fast as wall time unless it is paused.
 
     Args:
-        rate: factor of the speed.
+        rate: speed factor.
 
     Attributes:
-        is_held: whether bag time stands still.
+        is_paused: whether bag time is paused.
     """
 
     def __init__(self, rate: float) -> None:
         self._rate = rate
-        self._bag = 0  # the bag time at self._wall, from which it runs
-        self._wall = 0.0
-        self.is_held = False
+        self._bag_origin = 0  # the bag time at self._wall_origin
+        self._wall_origin = 0.0
+        self.is_paused = False
 
     def set(self, bag: int, wall: float) -> None:
         """Set the bag time.
 
         Args:
             bag: bag time in nanoseconds.
-            wall: present wall time in seconds.
+            wall: current wall time in seconds.
         """
-        self._bag, self._wall = bag, wall
+        self._bag_origin, self._wall_origin = bag, wall
 
     def bag_at(self, wall: float) -> int:
         """Return the bag time, in nanoseconds, at a wall time in seconds."""
-        if self.is_held:
-            return self._bag
-        return self._bag + round((wall - self._wall) * self._rate * NS)
+        if self.is_paused:
+            return self._bag_origin
+        return self._bag_origin + round((wall - self._wall_origin) * self._rate * NS)
 
     def wall_at(self, bag: int) -> float:
-        """Return the wall time, in seconds, of a bag time, assuming that bag time is not stopped."""
-        return self._wall + (bag - self._bag) / (self._rate * NS)
+        """Return the wall time, in seconds, of a bag time, assuming that bag time is not paused."""
+        return self._wall_origin + (bag - self._bag_origin) / (self._rate * NS)
 
-    def set_held(self, wall: float, is_held: bool) -> None:
-        """Stop bag time, or let it continue."""
-        if is_held != self.is_held:
+    def set_paused(self, wall: float, is_paused: bool) -> None:
+        """Pause bag time, or let it continue."""
+        if is_paused != self.is_paused:
             bag = self.bag_at(wall)
-            self.is_held = is_held
+            self.is_paused = is_paused
             self.set(bag, wall)
 
 
 class Ticker:
-    """Ticks in wall time, for /clock or a line on the terminal.
+    """Ticks in wall time, for /clock or the status line on the terminal.
 
     Args:
-        period: period in seconds.
+        period: seconds between ticks.
     """
 
     def __init__(self, period: float) -> None:
@@ -61,7 +61,7 @@ class Ticker:
         """Wall time of the next tick."""
 
     def tick(self, now: float) -> None:
-        """Register a tick. Missed ticks are skipped; the rest keep the rhythm."""
+        """Schedule the next tick. Missed ticks are skipped without shifting the others."""
         self.due += self._period
         if self.due <= now:
             self.due = now + self._period

@@ -1,4 +1,4 @@
-"""Control of a bag that is played: pause, step, end; from any thread, and from signal handlers."""
+"""Playback control: pause, step and stop, from any thread or signal handler."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from collections.abc import Callable
 
 
 class Control:
-    """Commands of the user.
+    """The user's playback commands.
 
     Args:
-        paused: whether to begin paused.
+        paused: whether to start paused.
 
     Attributes:
-        paused: whether playing is paused.
-        steps: number of messages to play while paused.
+        paused: whether playback is paused.
+        steps: number of messages still to play while paused.
         pause_on_topics: whether to pause before messages of certain topics.
-        ended: whether playing is to end.
+        ended: whether playback should end.
     """
 
     def __init__(self, paused: bool = False) -> None:
@@ -28,29 +28,28 @@ class Control:
         self.pause_on_topics = True
         self.ended = False
         self._lock = threading.Lock()
-        self._wake_receiver, self._wake_sender = (
-            socket.socketpair()
-        )  # signal handlers may use sockets, and Windows can wait for them
+        # Signal handlers may use sockets, and select() works with them on Windows.
+        self._wake_receiver, self._wake_sender = socket.socketpair()
         self._wake_sender.setblocking(False)
         self._wake_receiver.setblocking(False)
-        self._keys = -1
+        self._key_descriptor = -1
         self._on_key: Callable[[], object] = lambda: None
 
     def watch(self, descriptor: int, on_key: Callable[[], object]) -> None:
-        """Call a function, from `wait`, when a descriptor can be read.
+        """Let `wait` call a function when a descriptor becomes readable.
 
         Args:
-            descriptor: the descriptor; -1 for none.
-            on_key: the function, which reads from it.
+            descriptor: the file descriptor; -1 for none.
+            on_key: the function, which must read from the descriptor.
         """
-        self._keys, self._on_key = descriptor, on_key
+        self._key_descriptor, self._on_key = descriptor, on_key
 
     def set_paused(self, paused: bool) -> bool:
-        """Pause or continue; return False if that is already the state."""
+        """Pause or continue; return whether the state has changed."""
         with self._lock:
-            changed, self.paused = self.paused != paused, paused
+            has_changed, self.paused = self.paused != paused, paused
         self.wake()
-        return changed
+        return has_changed
 
     def toggle(self) -> None:
         """Pause if playing, else continue."""
@@ -63,7 +62,7 @@ class Control:
             self.wake()
 
     def end(self) -> None:
-        """Request the end of playing. Acquires no lock."""
+        """Request the end of playback. Acquires no lock."""
         self.ended = True
         self.wake()
 
@@ -73,18 +72,18 @@ class Control:
             self._wake_sender.send(b"!")
 
     def wait(self, seconds: float) -> None:
-        """Wait at most an hour; any change ends the wait early.
+        """Wait until something changes, at most an hour.
 
         Args:
-            seconds: time to wait; with 0 or less, only keys are read.
+            seconds: maximum time to wait; with 0 or less, only keys are read.
         """
         descriptors: list[socket.socket | int] = (
-            [self._wake_receiver] if self._keys < 0 else [self._wake_receiver, self._keys]
+            [self._wake_receiver] if self._key_descriptor < 0 else [self._wake_receiver, self._key_descriptor]
         )
         ready, _, _ = select.select(descriptors, [], [], min(max(0.0, seconds), 3600.0))
         if self._wake_receiver in ready:
             self._wake_receiver.recv(4096)
-        if self._keys in ready:
+        if self._key_descriptor in ready:
             self._on_key()
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Keys that control how a bag is played (B35)."""
+"""Keys that control playback (B35)."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from pyros1.bag.play.control import Control
 
 
 class Keyboard:
-    """Reads single keys from the terminal, if there is one. A context manager that restores the terminal.
+    """Reads single keys from the terminal, if there is one. As a context manager, it restores the terminal.
 
-    A stopped job that is continued sets up the terminal again, unless it is continued in the background.
+    When a stopped job is continued in the foreground, the terminal is set up again.
 
     Args:
-        control: the control that the keys change: space pauses, ``s`` steps, ``t`` toggles pausing on topics.
+        control: the playback control: space pauses, ``s`` steps, ``t`` toggles pausing on topics.
 
     Attributes:
         is_available: whether there is a terminal.
@@ -59,7 +59,7 @@ class Keyboard:
                     termios.tcsetattr(self._descriptor, termios.TCSADRAIN, self._saved_attributes)
 
     def _set_cbreak(self) -> None:
-        """Read keys, if this is a foreground job: a background job that uses the terminal is stopped."""
+        """Start reading keys if this is a foreground job; the system stops background jobs that use the terminal."""
         import termios  # noqa: PLC0415
         import tty  # noqa: PLC0415
 

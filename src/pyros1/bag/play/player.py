@@ -1,6 +1,7 @@
-"""Player of bags: it publishes their messages, as stored, at the pace of the recording.
+"""Plays bags: publishes their messages, as stored, at the pace of the recording.
 
-One thread does everything: it sleeps until the next message or tick of /clock is due, or a command of the user comes.
+One thread does everything: it sleeps until the next message or tick of /clock is due, or until the user gives a
+command.
 """
 
 from __future__ import annotations
@@ -25,26 +26,26 @@ from pyros1.wire.handshake import TopicType
 _STATUS_PERIOD = 0.1
 _POLL_PERIOD = 0.05
 _DRAIN_TIMEOUT = 5.0
-_OWN_TYPES = ("rosgraph_msgs/Log", "rosgraph_msgs/Clock")
-"""Types of topics that the node itself publishes; their publishers accept encoded messages as well."""
+_NODE_TOPIC_TYPES = ("rosgraph_msgs/Log", "rosgraph_msgs/Clock")
+"""Types of the topics that the node publishes itself; their publishers accept encoded messages as well."""
 
 
 @dataclass(frozen=True)
 class PlayOptions:
-    """Options for playing.
+    """Playback options.
 
     Attributes:
         prefix: prefix of all topics.
-        immediate: whether to play without waits between messages.
+        immediate: whether to play without waiting between messages.
         queue_size: queue size of the publishers.
-        clock_rate: messages on /clock per second of wall time; 0: none.
-        rate: factor of the speed.
+        clock_rate: number of messages on /clock per second of wall time; 0 for none.
+        rate: speed factor.
         start: seconds to skip at the beginning.
-        duration: seconds to play; None: all.
-        skip_empty: longest gap in seconds of bag time; longer ones are skipped; None: no limit.
-        loop: whether to begin again at the end.
-        pause_topics: topics before whose messages to pause.
-        max_delay: seconds by which `Player.rate_stamp` may lag behind before playing waits.
+        duration: seconds to play; None for the whole bag.
+        skip_empty: maximum gap in seconds of bag time; longer gaps are skipped; None for no limit.
+        loop: whether to start again at the end.
+        pause_topics: topics; playback pauses before each of their messages.
+        max_delay: seconds by which `Player.rate_stamp` may lag behind before playback waits.
     """
 
     prefix: str = ""
@@ -62,7 +63,7 @@ class PlayOptions:
 
 @dataclass(frozen=True)
 class Status:
-    """Progress of playing.
+    """Playback status.
 
     Attributes:
         state: RUNNING, PAUSED or DELAYED.
@@ -83,13 +84,13 @@ class Player:
     Args:
         node: the node that publishes.
         bags: the bags to play.
-        options: how to play.
-        control: commands of the user.
-        on_status: called ten times a second, or None.
+        options: the playback options.
+        control: the user's commands.
+        on_status: called with the status ten times a second, or None.
 
     Attributes:
         rate_stamp: the newest stamp on the topic that controls the pace, in nanoseconds; None without such a topic.
-        unplayable: topics that could not be advertised, with the reasons.
+        unplayable: topics that could not be advertised -> reason.
     """
 
     def __init__(
@@ -110,13 +111,13 @@ class Player:
         self._status_ticker = Ticker(_STATUS_PERIOD)
         self._clock_ticker = Ticker(1 / options.clock_rate if options.clock_rate else inf)
         self._node = node
-        self._send: dict[tuple[int, int], Callable[[AnyMsg], object]] = {}
+        self._send_functions: dict[tuple[int, int], Callable[[AnyMsg], object]] = {}
         self._publishers: dict[tuple[str, str], Any] = {}
-        self._static: dict[str, StaticTransforms] = {}
+        self._static_transforms: dict[str, StaticTransforms] = {}
         self._pause_topics: set[str] = {topic.lstrip("/") for topic in options.pause_topics}
         self._clock_class: Any = load_message("rosgraph_msgs/Clock")
         self._clock: Any = node.advertise("clock", self._clock_class, queue_size=1)
-        self._begin, self._length = bags.start, bags.end - bags.start
+        self._start, self._length = bags.start, bags.end - bags.start
         self._latched_messages: list[PlayItem] = []
         self._read_ahead: ReadAhead | None = None
         self._last_time: int | None = None
@@ -126,25 +127,25 @@ class Player:
     # Publishers -------------------------------------------------------------------------------------------------------
 
     def _advertise(self, number: int, connection: Connection) -> None:
-        topic, static = self._options.prefix + connection.topic, is_static_transforms(connection)
+        topic, is_static = self._options.prefix + connection.topic, is_static_transforms(connection)
         key = (connection.callerid, topic)
         publisher = self._publishers.get(key)
         if publisher is None:
-            kind = TopicType(connection.type, connection.md5sum, connection.definition)
-            cls: Any = load_message(connection.type) if connection.type in _OWN_TYPES else AnyMsg
-            latch = connection.latching or static
+            topic_type = TopicType(connection.type, connection.md5sum, connection.definition)
+            cls: Any = load_message(connection.type) if connection.type in _NODE_TOPIC_TYPES else AnyMsg
+            latch = connection.latching or is_static
             try:
                 publisher = self._node.advertise(
-                    topic, cls, queue_size=self._options.queue_size, latch=latch, raw_type=kind
+                    topic, cls, queue_size=self._options.queue_size, latch=latch, raw_type=topic_type
                 )
             except Error as error:
                 self.unplayable[connection.topic] = str(error)
                 return
             self._publishers[key] = publisher
         send = publisher.publish
-        if static:
-            send = self._static.setdefault(publisher.name, StaticTransforms(send)).publish
-        self._send[number, connection.id] = send
+        if is_static:
+            send = self._static_transforms.setdefault(publisher.name, StaticTransforms(send)).publish
+        self._send_functions[number, connection.id] = send
 
     def wait_for_subscribers(self) -> None:
         """Wait until every topic has a subscriber, or the user ends the wait."""
@@ -161,14 +162,14 @@ class Player:
         self._control.wake()
 
     def dropped(self) -> int:
-        """Return the number of messages that connected subscribers have lost because they were too slow."""
+        """Return the number of messages that connected subscribers lost because they were too slow."""
         return sum({item.name: item.dropped for item in self._publishers.values()}.values())
 
     def wait_until_sent(self) -> bool:
-        """Wait until slow subscribers have received all their messages; give up on one that receives nothing for 5 s.
+        """Wait until slow subscribers have received all their messages; give up when none receives anything for 5 s.
 
         Returns:
-            Whether they have all messages; False also if the user ends the wait.
+            Whether they have received all messages; False also if the user ends the wait.
         """
         fewest, deadline = inf, perf_counter() + _DRAIN_TIMEOUT
         while True:
@@ -180,30 +181,30 @@ class Player:
             self._control.wait(_POLL_PERIOD)
 
     def close(self) -> None:
-        """Close the publishers; otherwise they are closed with the node."""
+        """Close the publishers, which are otherwise closed with the node."""
         for publisher in (*self._publishers.values(), self._clock):
             publisher.unregister()
 
     # Playing ----------------------------------------------------------------------------------------------------------
 
     def read_ahead(self) -> None:
-        """Begin to read, so that playing can begin without a delay. `run` does this if necessary.
+        """Start reading, so that playback can start without delay. `run` does this if necessary.
 
         Raises:
             BagError: a chunk of a bag cannot be read.
             OSError: a file cannot be read.
         """
-        if self._options.start > 0:  # first, since only one thread may read a file
-            self._latched_messages = self._bags.latched_messages_before(self._begin + int(self._options.start * NS))
+        if self._options.start > 0:  # before ReadAhead starts, since only one thread may read a file
+            self._latched_messages = self._bags.latched_messages_before(self._start + int(self._options.start * NS))
         self._read_ahead = ReadAhead(self._messages())
 
     def _messages(self) -> Iterator[PlayItem]:
-        start = self._begin + int(self._options.start * NS)
+        start = self._start + int(self._options.start * NS)
         duration = self._options.duration
         return self._bags.messages(start, MAX_TIME if duration is None else start + int(duration * NS))
 
     def run(self) -> int:
-        """Play to the end, or until the user ends it.
+        """Play to the end, or until the user stops.
 
         Returns:
             The number of messages that were played.
@@ -248,12 +249,12 @@ class Player:
         return count
 
     def _publish(self, item: PlayItem) -> None:
-        send = self._send.get((item.bag, item.message.connection.id))
+        send = self._send_functions.get((item.bag, item.message.connection.id))
         if send is not None:
             send(AnyMsg(item.message.data))
 
     def _wait_until_due(self, item: PlayItem) -> bool:
-        """Wait until a message is due; return False if the user ends the wait."""
+        """Wait until a message is due; return False if the user stops."""
         control, timeline, options, time = self._control, self._timeline, self._options, item.message.time
         now = perf_counter()
         if self._last_time is None:
@@ -268,15 +269,15 @@ class Player:
             control.set_paused(True)
         self._last_time = time
         while not control.ended:
-            is_held = control.paused or self._is_delayed(timeline.bag_at(now))
-            if is_held or timeline.is_held:
-                timeline.set_held(now, is_held)
+            must_wait = control.paused or self._is_delayed(timeline.bag_at(now))
+            if must_wait or timeline.is_paused:
+                timeline.set_paused(now, must_wait)
             if control.paused and control.steps:
                 control.steps -= 1
                 return self._step(time, now)
-            if not is_held and options.immediate:
+            if not must_wait and options.immediate:
                 return self._step(time, now)
-            due = inf if is_held else timeline.wall_at(time)
+            due = inf if must_wait else timeline.wall_at(time)
             if now >= self._clock_ticker.due or now >= self._status_ticker.due:
                 self._report(min(timeline.bag_at(now), time), now)
             if due <= now:
@@ -296,7 +297,7 @@ class Player:
         return self.rate_stamp is not None and time - self.rate_stamp > self._options.max_delay * NS
 
     def _step(self, time: int, now: float) -> bool:
-        """Go to a message's time at once; return False if the user has ended playing."""
+        """Jump to a message's time; return False if the user has stopped."""
         self._jump_to(time, now)
         if now >= self._status_ticker.due:
             self._control.wait(0)
@@ -317,10 +318,10 @@ class Player:
             self._publish_clock(time)
         if now >= self._status_ticker.due:
             self._status_ticker.tick(now)
-            self._control.wait(0)  # for keys, if messages come too fast for any other wait
+            self._control.wait(0)  # to read keys even if messages follow so fast that there is no other wait
             if self._on_status is not None:
-                state = "PAUSED" if self._control.paused else "DELAYED" if self._timeline.is_held else "RUNNING"
-                self._on_status(Status(state, time / NS, (time - self._begin) / NS, self._length / NS))
+                state = "PAUSED" if self._control.paused else "DELAYED" if self._timeline.is_paused else "RUNNING"
+                self._on_status(Status(state, time / NS, (time - self._start) / NS, self._length / NS))
 
     def _publish_clock(self, time: int) -> None:
         if self._options.clock_rate:

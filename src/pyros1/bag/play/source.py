@@ -1,4 +1,4 @@
-"""The messages of several bags, merged by time and read ahead in a separate thread."""
+"""Merges the messages of several bags by time, and reads them ahead in a separate thread."""
 
 from __future__ import annotations
 
@@ -15,11 +15,12 @@ from pyros1.bag.play.static import is_static_transforms
 
 MAX_AHEAD_BYTES = 32 << 20
 """Maximum number of bytes read ahead, not counting the last batch."""
-_BATCH = 1 << 20
+_BATCH_BYTES = 1 << 20
 _BATCH_MESSAGES = 500
-_OVERHEAD = 1500
-"""Bytes counted for a message in addition to its data: more than it takes, as the garbage collector visits all
-messages."""
+_MESSAGE_OVERHEAD = 1500
+"""Bytes counted for a message in addition to its data; more than it takes, since the garbage collector visits all
+messages.
+"""
 _STATIC_CHUNKS = 20
 """Number of chunks at the beginning of a bag that are read for static transforms."""
 
@@ -28,8 +29,8 @@ class PlayItem(NamedTuple):
     """A message to play.
 
     Attributes:
-        bag: number of its bag.
-        message: connection, time and bytes.
+        bag: index of its bag.
+        message: the message with its connection and time.
     """
 
     bag: int
@@ -37,11 +38,11 @@ class PlayItem(NamedTuple):
 
 
 class Bags:
-    """Open bags. Also a context manager that closes them.
+    """A set of open bags. Also a context manager that closes them.
 
     Args:
-        paths: the files, or readers of them, which stay open when this is closed.
-        topics: the topics to play; None: all.
+        paths: paths of the files; or readers, which stay open when this is closed.
+        topics: the topics to play; None for all.
 
     Raises:
         BagError: one of them is not a bag, or has no index.
@@ -74,14 +75,14 @@ class Bags:
         return max((reader.end for reader in self.readers), default=0)
 
     def connections(self) -> Iterator[tuple[int, Connection]]:
-        """Yield the connections to play, each with the number of its bag."""
+        """Yield the connections to play, each with the index of its bag."""
         for number, (reader, connection_ids) in enumerate(zip(self.readers, self._connection_ids, strict=True)):
             for conn, connection in reader.connections.items():
                 if connection_ids is None or conn in connection_ids:
                     yield number, connection
 
     def messages(self, start: int, end: int) -> Iterator[PlayItem]:
-        """Yield messages in order of time; with the same time, those of the first bag first.
+        """Yield messages in order of time; those of the same time in the order of the bags.
 
         Args:
             start: earliest time in nanoseconds.
@@ -90,22 +91,22 @@ class Bags:
         Raises:
             BagError: a chunk cannot be read.
         """
-        streams = [self._of_bag(number, start, end) for number in range(len(self.readers))]
+        streams = [self._bag_messages(number, start, end) for number in range(len(self.readers))]
         if len(streams) == 1:
             return streams[0]
-        return heapq.merge(*streams, key=lambda played: played.message.time)
+        return heapq.merge(*streams, key=lambda item: item.message.time)
 
-    def _of_bag(self, number: int, start: int, end: int) -> Iterator[PlayItem]:
+    def _bag_messages(self, number: int, start: int, end: int) -> Iterator[PlayItem]:
         messages = self.readers[number].messages(self._connection_ids[number], start, end)
-        return map(PlayItem, repeat(number), messages)  # which keeps no message while the next one is read
+        return map(PlayItem, repeat(number), messages)  # map() keeps no message while the next one is read
 
     def latched_messages_before(self, time: int) -> list[PlayItem]:
         """Return the last message of each latched connection before a time, in order of time, for new subscribers.
 
-        Static transforms at the beginning of the bag are included, since Python programs, and filters of other tools,
+        Static transforms at the beginning of the bag are included, since Python programs and the filters of other tools
         store several publishers as one connection.
         """
-        found: list[PlayItem] = []
+        items: list[PlayItem] = []
         for number, reader in enumerate(self.readers):
             connection_ids = self._connection_ids[number]
             selected = [
@@ -113,12 +114,14 @@ class Bags:
                 for conn, connection in reader.connections.items()
                 if connection_ids is None or conn in connection_ids
             ]
-            static = {connection.id for connection in selected if is_static_transforms(connection)}
-            latched = {connection.id for connection in selected if connection.latching}
-            found += [PlayItem(number, message) for message in _first_messages(reader, static, time)]
-            found += [PlayItem(number, message) for message in _last_messages_before(reader, latched | static, time)]
-        found.sort(key=lambda played: played.message.time)
-        return found
+            static_ids = {connection.id for connection in selected if is_static_transforms(connection)}
+            latched_ids = {connection.id for connection in selected if connection.latching}
+            items += [PlayItem(number, message) for message in _first_messages(reader, static_ids, time)]
+            items += [
+                PlayItem(number, message) for message in _last_messages_before(reader, latched_ids | static_ids, time)
+            ]
+        items.sort(key=lambda item: item.message.time)
+        return items
 
     def close(self) -> None:
         """Close the files."""
@@ -133,7 +136,7 @@ class Bags:
 
 
 def _first_messages(reader: BagReader, ids: set[int], time: int) -> Iterator[RawMessage]:
-    """Yield the wanted connections' messages before a time, from the first chunks that hold some."""
+    """Yield the messages of some connections before a time, from the first chunks that contain any."""
     chunks = [chunk for chunk in reader.chunks if chunk.start < time and not ids.isdisjoint(chunk.counts)]
     for chunk in sorted(chunks, key=lambda chunk: chunk.start)[:_STATIC_CHUNKS]:
         content, messages = reader.content(chunk)
@@ -144,32 +147,32 @@ def _first_messages(reader: BagReader, ids: set[int], time: int) -> Iterator[Raw
 
 
 def _last_messages_before(reader: BagReader, ids: set[int], time: int) -> Iterator[RawMessage]:
-    """Yield the last message before a time of each wanted connection. Only chunks that may hold one are read."""
-    best: dict[int, RawMessage] = {}
+    """Yield the last message of each of some connections before a time. Only chunks that may contain one are read."""
+    latest: dict[int, RawMessage] = {}
     chunks = sorted((chunk for chunk in reader.chunks if chunk.start < time), key=lambda chunk: chunk.end, reverse=True)
     for chunk in chunks:
-        candidates = {conn for conn in ids & chunk.counts.keys() if conn not in best or best[conn].time < chunk.end}
+        candidates = {conn for conn in ids & chunk.counts.keys() if conn not in latest or latest[conn].time < chunk.end}
         if not candidates:
             continue
         content, messages = reader.content(chunk)
         for message in messages:
-            previous = best.get(message.conn)
+            previous = latest.get(message.conn)
             if (
                 message.conn in candidates
                 and message.time < time
                 and (previous is None or previous.time <= message.time)
             ):
                 data = content[message.start : message.end]
-                best[message.conn] = RawMessage(reader.connections[message.conn], message.time, data)
-    yield from best.values()
+                latest[message.conn] = RawMessage(reader.connections[message.conn], message.time, data)
+    yield from latest.values()
 
 
 class ReadAhead:
-    """Fetches messages from an iterator before they are needed. Also a context manager that ends its thread.
+    """Fetches messages from an iterator before they are needed. As a context manager, it ends its thread.
 
     Args:
         messages: the iterator; only the thread uses it.
-        limit: bytes of memory.
+        limit: maximum size in bytes of the messages fetched in advance.
     """
 
     def __init__(self, messages: Iterator[PlayItem], limit: int = MAX_AHEAD_BYTES) -> None:
@@ -185,10 +188,10 @@ class ReadAhead:
         self._thread.start()
 
     def take(self, timeout: float) -> list[PlayItem] | None:
-        """Return the next messages; an empty list if none are ready, None at the end.
+        """Return the next messages, an empty list if none are ready, or None at the end.
 
         Args:
-            timeout: seconds to wait for them.
+            timeout: maximum number of seconds to wait for them.
 
         Raises:
             BagError: a chunk cannot be read.
@@ -217,12 +220,12 @@ class ReadAhead:
 
     def _read(self) -> None:
         batch: list[PlayItem] = []
-        size, batch_limit = 0, 1  # the first at once, then in larger batches
-        for played in self._messages:
-            batch.append(played)
-            size += len(played.message.data) + _OVERHEAD
-            del played  # so that a large message is not in memory while the next one is read
-            if size >= _BATCH or len(batch) >= batch_limit:
+        size, batch_limit = 0, 1  # the first message at once, then in growing batches
+        for item in self._messages:
+            batch.append(item)
+            size += len(item.message.data) + _MESSAGE_OVERHEAD
+            del item  # so that a large message is not in memory while the next one is read
+            if size >= _BATCH_BYTES or len(batch) >= batch_limit:
                 if not self._put_batch(size, batch):
                     return
                 batch, size, batch_limit = [], 0, min(2 * batch_limit, _BATCH_MESSAGES)

@@ -1,4 +1,4 @@
-"""Static transforms of bags: each publisher latched its own, and the player publishes all of them. Pure."""
+"""Static transforms in bags: each publisher latched its own, and the player publishes all of them. Pure."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ TYPE = "tf2_msgs/TFMessage"
 
 
 def is_static_transforms(connection: Connection) -> bool:
-    """Return whether a connection's messages are static transforms, which later subscribers must get.
+    """Return whether a connection's messages are static transforms, which late subscribers must receive.
 
-    It need not be latched: bags written by Python programs do not record that.
+    The connection need not be latched, since bags written by Python programs do not record that.
     """
     return (
         connection.topic.rpartition("/")[2] == "tf_static"
@@ -25,7 +25,7 @@ def is_static_transforms(connection: Connection) -> bool:
 
 
 class StaticTransforms:
-    """Publishes static transforms, always together with all earlier ones; only the last one of each child frame.
+    """Publishes static transforms, always together with all earlier ones; only the latest one of each child frame.
 
     Args:
         send: publishes a message.
@@ -34,16 +34,16 @@ class StaticTransforms:
     def __init__(self, send: Callable[[AnyMsg], object]) -> None:
         self._send = send
         self._class: Any = load_message(TYPE)
-        self._known: dict[str, Any] = {}
+        self._transforms: dict[str, Any] = {}
 
     def publish(self, message: AnyMsg) -> None:
         """Publish a message with all earlier transforms; one that cannot be decoded is published unchanged."""
         try:
             received = self._class._decode(message._buff, 0, len(message._buff)).transforms
-            known = self._known | {transform.child_frame_id: transform for transform in received}
-            message = AnyMsg(self._class._encode(self._class(list(known.values()))))
+            transforms = self._transforms | {transform.child_frame_id: transform for transform in received}
+            message = AnyMsg(self._class._encode(self._class(list(transforms.values()))))
         except MessageError:
             pass
         else:
-            self._known = known
+            self._transforms = transforms
         self._send(message)

@@ -1,4 +1,4 @@
-"""Keeps a recording from filling the disk (B22)."""
+"""Prevents a recording from filling the disk (B22)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class SpaceGuard:
     Args:
         folder: a folder on the disk.
         minimum: number of bytes that must stay free.
-        warn: called with a text while less than five times that is free.
+        warn: called with a warning while less than five times that much is free.
     """
 
     def __init__(self, folder: str, minimum: int, warn: Callable[[str], object]) -> None:

@@ -1,6 +1,6 @@
-"""A bag that is being recorded: named ``.active`` until it is closed, and written to the disk every second.
+"""A bag that is being recorded: named ``.active`` until it is closed, and written to disk every second.
 
-A crash of this process can lose the messages of the last second; a power cut a little more.
+If this process crashes, the messages of the last second may be lost; after a power failure, a few more.
 """
 
 from __future__ import annotations
@@ -17,35 +17,35 @@ from typing import IO, Generic, TypeVar
 
 from pyros1.bag.errors import BagError
 from pyros1.bag.format.compression import Buffer
-from pyros1.bag.format.writer import EMPTY_SIZE, BagWriter, Entries, entry_count
+from pyros1.bag.format.writer import EMPTY_BAG_SIZE, BagWriter, Entries, entry_count
 
 _K = TypeVar("_K")
 
 SUFFIX = ".active"
 FLUSH_TIME = 0.9
-"""Seconds after which a chunk is closed even if it is not full."""
+"""Time in seconds after which a chunk is closed even if it is not full."""
 
 _LOCKED = "another recording is writing this file"
 _DISK_FULL_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def claim(path: str) -> str:
-    """Make sure that no other recording writes into a file, and keep a file left there by a killed recording.
+    """Make sure that no other recording is writing to a file, and rename a file left behind by a killed recording.
 
     Args:
         path: path with the suffix ``.active``.
 
     Returns:
-        The new name of that file; empty if there was none.
+        The new path of that file; empty if there was none.
 
     Raises:
-        BagError: another recording writes into it.
+        BagError: another recording is writing to it.
         OSError: the file cannot be renamed.
     """
     try:
         with open(path, "rb") as file:
             _lock(file)
-            if os.fstat(file.fileno()).st_size <= EMPTY_SIZE:
+            if os.fstat(file.fileno()).st_size <= EMPTY_BAG_SIZE:
                 return ""
     except FileNotFoundError:
         return ""
@@ -71,7 +71,7 @@ def _lock(file: IO[bytes] | FileIO) -> None:
 
 
 class RecordWriter(BagWriter):
-    """A writer that can close its bag on a full disk. It locks the file, for `claim`.
+    """A writer that can close its bag on a full disk. It locks the file, so that `claim` can detect it.
 
     Attributes:
         lost: connection id -> number of messages that were lost because the disk was full.
@@ -86,10 +86,10 @@ class RecordWriter(BagWriter):
             raise BagError(path, _LOCKED) from None
         self.lost: Counter[int] = Counter()
 
-    def _put_chunk(self, compression: str, size: int, parts: Sequence[Buffer], entries: Entries) -> None:
+    def _write_stored_chunk(self, compression: str, size: int, parts: Sequence[Buffer], entries: Entries) -> None:
         """Write a chunk; if it does not fit on the disk, count its messages as lost."""
         try:
-            super()._put_chunk(compression, size, parts, entries)
+            super()._write_stored_chunk(compression, size, parts, entries)
         except OSError:
             self.lost.update({conn: entry_count(packed) for conn, packed in entries.items()})
             raise
@@ -99,15 +99,15 @@ class RecordWriter(BagWriter):
         return os.dup(self._file.fileno())
 
     def _write_end(self) -> None:
-        """Write the index; if there is no room for it, remove the last chunks."""
+        """Write the index; if there is not enough space for it, remove the last chunks."""
         while True:
             try:
                 super()._write_end()
                 return
             except OSError as error:
-                if error.errno not in _DISK_FULL_ERRORS or not self._infos:
+                if error.errno not in _DISK_FULL_ERRORS or not self._chunks:
                     raise
-            info = self._infos.pop()
+            info = self._chunks.pop()
             self.lost.update(info.counts)
             self.messages -= sum(info.counts.values())
             self._size = info.pos
@@ -124,10 +124,10 @@ class RecordFile(Generic[_K]):
         chunk_threshold: size in bytes above which a chunk is closed.
 
     Attributes:
-        rescued: the new name of a file that a killed recording had left under this name; usually empty.
+        moved_to: the new path of a file that a killed recording had left at this path; usually empty.
 
     Raises:
-        BagError: another recording writes into it.
+        BagError: another recording is writing to it.
         OSError: the file cannot be created.
     """
 
@@ -135,10 +135,10 @@ class RecordFile(Generic[_K]):
         self.path = path
         if os.path.isdir(path):
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), path)  # now, not after the recording
-        self.rescued = claim(path + SUFFIX)
+        self.moved_to = claim(path + SUFFIX)
         self._writer = RecordWriter(path + SUFFIX, compression, chunk_threshold)
         self._keys: dict[int, _K] = {}
-        self._conns: dict[_K, int] = {}
+        self._conn_ids: dict[_K, int] = {}
         self._flush_at = time.monotonic() + FLUSH_TIME
         try:
             self._disk_sync = _DiskSync(self._writer.descriptor())
@@ -149,7 +149,7 @@ class RecordFile(Generic[_K]):
 
     @property
     def size(self) -> int:
-        """Number of bytes written, and in the open chunk."""
+        """Number of bytes written so far, including the open chunk."""
         return self._writer.size
 
     @property
@@ -163,7 +163,7 @@ class RecordFile(Generic[_K]):
         Args:
             key: key of its connection.
             topic: its topic, for the first message of a connection.
-            header: its publisher's connection header, likewise.
+            header: its publisher's connection header, also for the first message.
             stamp: receive time in nanoseconds.
             data: its bytes.
 
@@ -171,17 +171,17 @@ class RecordFile(Generic[_K]):
             BagError: the time cannot be stored in a bag.
             OSError: the file cannot be written.
         """
-        conn = self._conns.get(key)
+        conn = self._conn_ids.get(key)
         if conn is None:
             fields = {name: value.encode("utf-8", "surrogateescape") for name, value in header.items()}
             for name in ("type", "md5sum", "message_definition"):
                 fields.setdefault(name, b"")
-            conn = self._conns[key] = self._writer.add_connection(topic, fields)
+            conn = self._conn_ids[key] = self._writer.add_connection(topic, fields)
             self._keys[conn] = key
         self._writer.write(conn, stamp, data)
 
     def tick(self) -> None:
-        """Flush and sync data when due; call this often.
+        """Flush and sync data when due; must be called often.
 
         Raises:
             OSError: the file cannot be written.
@@ -199,14 +199,14 @@ class RecordFile(Generic[_K]):
         return {self._keys[conn]: count for conn, count in self._writer.lost.items()}
 
     def discard(self) -> None:
-        """Remove the file, to which nothing was written."""
+        """Remove the file, which must not contain messages."""
         self._disk_sync.close()
         self._writer.abort()
         with contextlib.suppress(OSError):
             os.remove(self.path + SUFFIX)
 
     def close(self) -> None:
-        """Write the index and give the file its name.
+        """Write the index and give the file its final name.
 
         Raises:
             OSError: the file cannot be written; it keeps the suffix ``.active`` and can be reindexed.
@@ -215,7 +215,7 @@ class RecordFile(Generic[_K]):
         try:
             self._writer.close()
         except OSError as error:
-            # A full disk cost the last chunk; the bag is still valid, unless not even its index fits.
+            # The last chunk was lost on the full disk; the bag is still valid, unless even its index did not fit.
             if error.errno not in _DISK_FULL_ERRORS or not self._has_index():
                 raise
         os.replace(self.path + SUFFIX, self.path)
@@ -231,7 +231,7 @@ class RecordFile(Generic[_K]):
 
 
 class _DiskSync:
-    """Syncs a file to the disk in a separate thread, as this takes seconds on some disks."""
+    """Syncs a file to disk in a separate thread, since this takes seconds on some disks."""
 
     def __init__(self, descriptor: int) -> None:
         self._descriptor = descriptor
@@ -241,11 +241,11 @@ class _DiskSync:
         self._thread.start()
 
     def request(self) -> None:
-        """Begin to sync now, unless a sync is under way."""
+        """Start a sync, unless one is under way."""
         self._sync_requested.set()
 
     def close(self) -> None:
-        """End the thread, without waiting for the disk."""
+        """Stop the thread, without waiting for the disk."""
         self._closed = True
         self._sync_requested.set()
         self._thread.join(0.2)

@@ -1,4 +1,4 @@
-"""Shared by recordings and snapshots: they follow new topics until a signal ends them."""
+"""Shared by recordings and snapshots: they subscribe to new topics until a signal ends them."""
 
 from __future__ import annotations
 
@@ -17,14 +17,15 @@ _CLOCK_WARN_DELAY = 2.0
 
 
 class StopSignal:
-    """The end of the command: by a signal, with the node, or on its own. Replaces the node's signal handlers.
+    """Request to end the command: by a signal, by the node's shutdown, or by itself. Replaces the node's signal
+    handlers.
 
     Args:
-        node: the node with which it ends.
+        node: the node whose shutdown ends the command.
     """
 
     def __init__(self, node: Node) -> None:
-        self._stops: SimpleQueue[None] = SimpleQueue()  # a signal handler may put into it
+        self._stops: SimpleQueue[None] = SimpleQueue()  # its put() is safe in signal handlers
         install_handler(lambda *_: self.stop())
         node.on_shutdown(self.stop)
 
@@ -33,7 +34,7 @@ class StopSignal:
         self._stops.put(None)
 
     def wait(self, seconds: float) -> bool:
-        """Wait for the end; return whether it has come."""
+        """Wait for the request; return whether it was made."""
         try:
             self._stops.get(timeout=seconds)
         except Empty:
@@ -47,19 +48,19 @@ def follow(
     stop_signal: StopSignal,
     subscribe: Callable[[str], object],
     report: Callable[[], object],
-    finished: Callable[[], bool] = lambda: False,
+    is_finished: Callable[[], bool] = lambda: False,
 ) -> None:
-    """Subscribe to topics as they appear, until the end.
+    """Subscribe to topics as they appear, until the command ends.
 
     Args:
         search: finds the topics.
-        stop_signal: the end.
+        stop_signal: ends the function.
         subscribe: called with each new topic.
         report: called about once a second.
-        finished: returns whether nothing is left to do; called often.
+        is_finished: returns whether nothing is left to do; called often.
     """
     search_at = 0.0
-    while not finished():
+    while not is_finished():
         now = time.monotonic()
         if now >= search_at:
             search_at = now + _SEARCH_PERIOD
@@ -74,7 +75,7 @@ def follow(
 
 
 def wait_for_time(node: Node, stop_signal: StopSignal) -> bool:
-    """Wait until simulated time has begun; return False if the end came before."""
+    """Wait until simulated time has begun; return False if the command was ended before that."""
     started_at, warned = time.monotonic(), False
     while node.now().is_zero():
         if not warned and time.monotonic() - started_at > _CLOCK_WARN_DELAY:

@@ -1,4 +1,4 @@
-"""Data of a recording: options, topics, and their publishers."""
+"""The data of a recording: options, topics, and their publishers."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from pyros1.node import Node
 
 @dataclass(frozen=True)
 class RecordOptions:
-    """Options for recording.
+    """Recording options.
 
     Attributes:
-        names: names of the files.
-        split: whether to begin a new file at a limit; else the recording ends there.
-        max_size: largest size of a file in bytes; 0: no limit.
-        max_duration: longest duration of a file in seconds; 0: no limit.
-        max_splits: number of files to keep; the oldest are removed; 0: all.
-        buffer_size: maximum number of bytes waiting for the disk; 0: no limit.
+        names: the file names.
+        split: whether to start a new file at a limit; otherwise the recording ends there.
+        max_size: maximum size of a file in bytes; 0 for no limit.
+        max_duration: maximum duration of a file in seconds; 0 for no limit.
+        max_splits: number of files to keep, removing the oldest; 0 for all.
+        buffer_size: maximum number of bytes waiting to be written; 0 for no limit.
         chunk_size: size of a chunk in bytes.
         compression: ``none``, ``bz2`` or ``lz4``.
-        limit: number of messages of each topic; 0: no limit.
-        repeat_latched: whether to begin each further file with the latched messages.
+        limit: number of messages to record per topic; 0 for no limit.
+        repeat_latched: whether to start each further file with the latched messages.
         min_space: bytes that must stay free on the disk.
     """
 
@@ -51,7 +51,7 @@ class Topic:
         messages: number of messages received so far.
         bytes: their size in bytes.
         dropped: number of those not written because the buffer or the disk was full.
-        after_limit: number of those not written because they arrived after the end.
+        after_limit: number of those not written because they arrived after the recording had ended.
         subscriber: the subscriber that receives them.
     """
 
@@ -89,26 +89,26 @@ class Sources:
 
     def __init__(self, topic: Topic) -> None:
         self._topic = topic
-        self._by_object: dict[int, tuple[dict[str, str], Source]] = {}
+        self._by_header_id: dict[int, tuple[dict[str, str], Source]] = {}
         self._by_content: dict[frozenset[tuple[str, str]], Source] = {}
 
-    def of(self, header: dict[str, str]) -> Source:
+    def get(self, header: dict[str, str]) -> Source:
         """Return the publisher with a connection header."""
-        found = self._by_object.get(id(header))
+        found = self._by_header_id.get(id(header))
         if found is not None:
             return found[1]
-        if len(self._by_object) > 1000:
-            self._by_object.clear()  # connections come and go
+        if len(self._by_header_id) > 1000:
+            self._by_header_id.clear()  # entries of closed connections would accumulate
         key = frozenset(header.items())
         source = self._by_content.get(key)
         if source is None:
             source = self._by_content[key] = Source(self._topic, header, header.get("latching") == "1")
-        self._by_object[id(header)] = (header, source)  # which keeps the object alive, so that its id is not reused
+        self._by_header_id[id(header)] = (header, source)  # keeps the header alive, so that its id is not reused
         return source
 
 
-def clock_of(node: Node) -> Callable[[], int]:
-    """Return a function that returns a node's time in nanoseconds."""
+def make_clock(node: Node) -> Callable[[], int]:
+    """Return a function that returns the node's time in nanoseconds."""
     if node.params.get("/use_sim_time", False) is True:
         return lambda: node.now().to_nsec()
     return time.time_ns

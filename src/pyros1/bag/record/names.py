@@ -1,4 +1,4 @@
-"""Names of recordings, and the choice of topics to record. Pure."""
+"""File names of recordings, and the selection of topics to record. Pure."""
 
 from __future__ import annotations
 
@@ -12,42 +12,42 @@ from pyros1.ground.errors import Error
 
 @dataclass(frozen=True)
 class FileNames:
-    """The names of a recording's files (B17).
+    """The file names of a recording (B17).
 
     Attributes:
         prefix: the beginning of the names; may contain a folder, and the suffix ``.bag``.
-        dated: whether the date follows.
-        numbered: whether a number follows, counted from 0.
+        has_date: whether the date is appended.
+        has_number: whether a number is appended, starting at 0.
     """
 
     prefix: str = ""
-    dated: bool = True
-    numbered: bool = False
+    has_date: bool = True
+    has_number: bool = False
 
-    def name(self, number: int, moment: float) -> str:
+    def name(self, number: int, start_time: float) -> str:
         """Return a file's name.
 
         Args:
             number: number of the file.
-            moment: time at which it begins, in seconds since the epoch.
+            start_time: time at which the file begins, in seconds since the epoch.
         """
         parts = [self.prefix.removesuffix(".bag")] if self.prefix else []
-        if self.dated:
-            parts.append(time.strftime("%Y-%m-%d-%H-%M-%S", time.localtime(moment)))
-        if self.numbered:
+        if self.has_date:
+            parts.append(time.strftime("%Y-%m-%d-%H-%M-%S", time.localtime(start_time)))
+        if self.has_number:
             parts.append(str(number))
         return "_".join(parts) + ".bag"
 
 
 @dataclass
 class Selection:
-    """Choice of the topics to record (B15).
+    """Selection of the topics to record (B15).
 
     Attributes:
         topics: full names, or regular expressions.
-        regex: whether they are expressions, which must match the whole name.
-        everything: whether to record all topics.
-        exclude: expression for topics to leave out of those found by `everything`, `regex` or `node`.
+        regex: whether `topics` are regular expressions, which must match the whole name.
+        all_topics: whether to record all topics.
+        exclude: regular expression for topics to leave out of those found by `all_topics`, `regex` or `node`.
         node: name of a node whose subscribed topics to record.
 
     Raises:
@@ -56,7 +56,7 @@ class Selection:
 
     topics: Sequence[str] = ()
     regex: bool = False
-    everything: bool = False
+    all_topics: bool = False
     exclude: str = ""
     node: str = ""
     _patterns: list[re.Pattern[str]] = field(init=False, default_factory=list)
@@ -69,15 +69,15 @@ class Selection:
             self._exclude = _compile(self.exclude)
 
     @property
-    def polling(self) -> bool:
-        """Whether the master must be asked repeatedly."""
-        return self.everything or self.regex or bool(self.node)
+    def needs_polling(self) -> bool:
+        """Whether the master must be polled for new topics."""
+        return self.all_topics or self.regex or bool(self.node)
 
-    def named(self) -> list[str]:
+    def fixed_topics(self) -> list[str]:
         """Return the topics to record even if they have no publisher."""
         return [] if self.regex else list(self.topics)
 
-    def wants(self, topic: str, of_node: Collection[str] = ()) -> bool:
+    def selects(self, topic: str, node_topics: Collection[str] = ()) -> bool:
         """Return whether to record a discovered topic.
 
         Args:
@@ -85,7 +85,7 @@ class Selection:
         """
         if self._exclude is not None and self._exclude.fullmatch(topic):
             return False
-        if self.everything or topic in of_node:
+        if self.all_topics or topic in node_topics:
             return True
         return any(pattern.fullmatch(topic) for pattern in self._patterns)
 

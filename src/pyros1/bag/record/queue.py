@@ -1,4 +1,4 @@
-"""Queue between the threads that receive and the one that writes; bounded, with the oldest messages dropped first."""
+"""A bounded queue between the receiving threads and the writing thread; the oldest messages are dropped first."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ _S = TypeVar("_S")
 OVERHEAD = 250
 """Bytes of memory that a waiting message takes in addition to its own size."""
 _BATCH_BYTES = 4 << 20
-"""Number of bytes removed at a time; they are in memory in addition to the limit."""
+"""Number of bytes removed at a time; these are in memory in addition to the limit."""
 _WAKE_BYTES = 1 << 20
-"""Number of bytes that wake the writer early."""
+"""Number of waiting bytes at which the writer is woken early."""
 
 
 class RecordQueue(Generic[_S]):
-    """Messages that were received and not written yet.
+    """Messages that have been received but not written yet.
 
     Args:
-        limit: maximum number of bytes of memory; 0: no limit.
-        on_put: called with the source of each accepted message, and its size in bytes, before it can be removed: so a
-            counter there is complete when the queue is closed.
+        limit: maximum size in bytes; 0 for no limit.
+        on_put: called with the source and size in bytes of each accepted message, before it can be removed, so that
+            counts are complete when the queue is closed.
         on_drop: called with the source of each dropped message, in the thread that adds a newer one.
     """
 
@@ -68,7 +68,7 @@ class RecordQueue(Generic[_S]):
         """Remove and return some of the oldest messages.
 
         Args:
-            timeout: seconds for messages to gather, unless there are many already.
+            timeout: seconds to wait for messages to accumulate, unless many are waiting already.
         """
         if self._bytes <= self._wake_at:
             self._wake.wait(timeout)
@@ -85,7 +85,7 @@ class RecordQueue(Generic[_S]):
         return batch
 
     def close(self) -> list[tuple[_S, int, bytes]]:
-        """Accept no more messages, and return all waiting ones."""
+        """Stop accepting messages, and return all waiting ones."""
         with self._lock:
             self._closed = True
             batch = list(self._entries)

@@ -1,4 +1,4 @@
-"""Recorder of topics into bags: raw frames with their publishers' connection headers, never decoded.
+"""Records topics into bags: raw messages with their publishers' connection headers, never decoded.
 
 The node's threads receive, stamp and queue the messages; one thread writes them.
 """
@@ -18,7 +18,7 @@ from itertools import chain
 from pyros1.bag.errors import BagError
 from pyros1.bag.record.disk_space import SpaceGuard
 from pyros1.bag.record.file import RecordFile
-from pyros1.bag.record.model import RecordOptions, Source, Sources, Topic, clock_of
+from pyros1.bag.record.model import RecordOptions, Source, Sources, Topic, make_clock
 from pyros1.bag.record.queue import RecordQueue
 from pyros1.msgs import AnyMsg
 from pyros1.node import Node
@@ -31,13 +31,13 @@ _SPLIT_RETRY_DELAY = 1.0
 
 @dataclass
 class Events:
-    """Callbacks of a recorder; all are called in its writing thread.
+    """The callbacks of a recorder; all are called in its writing thread.
 
     Attributes:
-        opened: called with the name of a file.
-        closing: called with the name of a file.
-        warning: called with a text.
-        ended: called when the recording has ended on its own: at a limit, or because of an error.
+        opened: called with the path of a file that was opened.
+        closing: called with the path of a file that is being closed.
+        warning: called with a warning.
+        ended: called when the recording has ended by itself, at a limit or after an error.
     """
 
     opened: Callable[[str], object] = lambda path: None
@@ -51,9 +51,9 @@ class Report:
     """Result of a recording.
 
     Attributes:
-        files: names of the finished files, in order.
-        messages: number of messages in these.
-        bytes: size of these.
+        files: paths of the finished files, in order.
+        messages: number of messages in them.
+        bytes: total size of them.
     """
 
     files: list[str] = field(default_factory=list)
@@ -62,16 +62,16 @@ class Report:
 
 
 class Recorder:
-    """A recording. Also a context manager that ends it.
+    """A recording. As a context manager, it ends on exit.
 
     Args:
         node: the node that subscribes.
-        options: how to record.
+        options: the recording options.
         events: the callbacks.
 
     Attributes:
         topics: the recorded topics, by name.
-        report: the content of the finished files.
+        report: summary of the finished files.
         error: the error that has ended the recording, or None.
 
     Raises:
@@ -86,16 +86,16 @@ class Recorder:
         self._node = node
         self._options = options
         self._events = events or Events()
-        self._now = clock_of(node)
+        self._now = make_clock(node)
         self._queue: RecordQueue[Source] = RecordQueue(options.buffer_size, self._count_received, self._count_dropped)
         self._latching: dict[Source, None] = {}
         self._finished: deque[str] = deque()
         self._number = 0
         self._file_started_at = self._now()
-        self._retry_split_at = 0.0  # time on the monotonic clock to retry beginning the next file
+        self._retry_split_at = 0.0  # monotonic time at which to retry starting the next file
         self._warned: dict[str, float] = {}
         self._stop_event = threading.Event()
-        self._unwritten_messages: list[tuple[Source, int, bytes]] = []  # the rest of a batch that could not be finished
+        self._unwritten_messages: list[tuple[Source, int, bytes]] = []  # the remainder of an unfinished batch
         self._limit_reached = False  # a topic has reached the limit
         self._has_dropped = False  # messages were dropped
         folder = os.path.dirname(options.names.name(0, time.time())) or "."
@@ -109,13 +109,13 @@ class Recorder:
     # Topics -----------------------------------------------------------------------------------------------------------
 
     def subscribe(self, name: str, *, transports: Sequence[str] = ("tcp",)) -> None:
-        """Begin to record a topic; ``transports`` as for `Node.subscribe`."""
+        """Start recording a topic; ``transports`` as for `Node.subscribe`."""
         topic = self.topics[name] = Topic(name)
         topic.subscriber = self._node.subscribe(name, AnyMsg, self._make_callback(topic), transports=transports)
 
     def _make_callback(self, topic: Topic) -> Callable[[AnyMsg], None]:
         """Return the callback of a topic; its calls never overlap."""
-        source_of, now, enqueue, limit = Sources(topic).of, self._now, self._queue.put, self._options.limit
+        source_of, now, enqueue, limit = Sources(topic).get, self._now, self._queue.put, self._options.limit
 
         def on_message(message: AnyMsg) -> None:
             stamp, data = now(), message._buff
@@ -145,10 +145,10 @@ class Recorder:
 
     def _count_dropped(self, source: Source) -> None:
         source.topic.dropped += 1
-        self._has_dropped = True  # the writing thread reports it: this one must receive messages
+        self._has_dropped = True  # the writing thread reports it, so as not to delay this receiving thread
 
     def _warn(self, text: str) -> None:
-        """Report a warning that every message may cause, at a limited rate."""
+        """Report a warning that any message can cause, at a limited rate."""
         now, kind = time.monotonic(), text[:20]
         if now - self._warned.get(kind, -_WARN_PERIOD) >= _WARN_PERIOD:
             self._warned[kind] = now
@@ -163,7 +163,7 @@ class Recorder:
     # Ending -----------------------------------------------------------------------------------------------------------
 
     def close(self) -> None:
-        """End the recording: write all received messages, and close the file."""
+        """End the recording: write all received messages and close the file."""
         self._stop_event.set()
         self._queue.wake()
         self._thread.join()
@@ -179,7 +179,7 @@ class Recorder:
     def _run(self) -> None:
         try:
             self._write_all()
-        except Exception as error:  # noqa: BLE001 - after any error, the file must be closed
+        except Exception as error:  # noqa: BLE001 - the file must be closed after any error
             self.error = error
         for source, _, _ in chain(self._unwritten_messages, self._queue.close()):
             if self.error is None:
@@ -216,7 +216,7 @@ class Recorder:
             for source, stamp, data in batch:
                 if not self._within_limits(stamp):
                     return False
-                done += 1  # if it cannot be written, the file counts it
+                done += 1  # if it cannot be written, the file counts it as lost
                 self._write(source, stamp, data)
         finally:
             self._unwritten_messages = batch[done:]
@@ -234,17 +234,17 @@ class Recorder:
             self._latching[source] = None
 
     def _within_limits(self, stamp: int) -> bool:
-        """Begin a new file at a limit; return False if the recording ends there."""
+        """Start a new file at a limit; return False if the recording ends there."""
         options, file = self._options, self._file
         assert file is not None
-        is_due = bool(options.max_size and file.size > options.max_size)
+        split_due = bool(options.max_size and file.size > options.max_size)
         duration = int(options.max_duration * _NS)
-        self._file_started_at = min(self._file_started_at, stamp)  # simulated time may start again
+        self._file_started_at = min(self._file_started_at, stamp)  # simulated time may restart
         file_started_at = self._file_started_at
         if duration and stamp - file_started_at > duration:
-            is_due = True
+            split_due = True
             file_started_at += (stamp - file_started_at - 1) // duration * duration
-        if not is_due:
+        if not split_due:
             return True
         if not options.split:
             return False
@@ -253,11 +253,11 @@ class Recorder:
         return True
 
     def _split(self) -> bool:
-        """Begin the next file. Return False, and continue with this one, if the process can open no more files now."""
+        """Start the next file. Return False, and continue with this one, if the process cannot open more files now."""
         file = self._file
         assert file is not None
         try:
-            next_file = self._open(self._number + 1)  # first: messages that arrive meanwhile need a file
+            next_file = self._open(self._number + 1)  # opened first, since there must always be a file to write to
         except OSError as error:
             if error.errno not in (errno.EMFILE, errno.ENFILE):
                 raise
@@ -284,9 +284,9 @@ class Recorder:
         options = self._options
         path = options.names.name(number, time.time())
         file = RecordFile[Source](path, options.compression, options.chunk_size)
-        if file.rescued:
+        if file.moved_to:
             self._events.warning(
-                f"{path}.active of a recording that was not closed was renamed to {file.rescued}; "
+                f"{path}.active of a recording that was not closed was renamed to {file.moved_to}; "
                 "`pyros1 bag reindex` can repair it"
             )
         return file

@@ -1,4 +1,4 @@
-"""Keeps the last messages of topics in memory, and writes them to a bag on request."""
+"""Keeps the latest messages of topics in memory, and writes them to a bag on request."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from operator import itemgetter
 
 from pyros1.bag.record.disk_space import SpaceGuard
 from pyros1.bag.record.file import RecordFile
-from pyros1.bag.record.model import RecordOptions, Source, Sources, Topic, clock_of
+from pyros1.bag.record.model import RecordOptions, Source, Sources, Topic, make_clock
 from pyros1.bag.record.queue import OVERHEAD
 from pyros1.msgs import AnyMsg
 from pyros1.node import Node
 
 Entry = tuple[int, Source, bytes]
-"""Receive time in nanoseconds, publisher, bytes."""
+"""(receive time in nanoseconds, publisher, bytes)."""
 
 
 class MessageRing:
-    """The last messages of one topic; at least one of each latching publisher is kept.
+    """The latest messages of one topic; at least one from each latching publisher is kept.
 
     Args:
-        duration: nanoseconds to keep; 0: no limit.
-        size: bytes of memory to keep; 0: no limit.
+        duration: nanoseconds to keep; 0 for no limit.
+        size: maximum size in bytes; 0 for no limit.
     """
 
     def __init__(self, duration: int, size: int) -> None:
@@ -56,9 +56,9 @@ class MessageRing:
             self.bytes -= len(data) + OVERHEAD
 
     def messages_at(self, now: int) -> tuple[list[Entry], list[Entry]]:
-        """Return the messages at a time: latched messages that are older than the rest, and the rest."""
+        """Return the messages at a time: the latched ones that are no longer in the ring, and those in the ring."""
         with self._lock:
-            if self._entries and now < self._entries[-1][0]:  # simulated time has started again
+            if self._entries and now < self._entries[-1][0]:  # simulated time has restarted
                 now = self._entries[-1][0]
             self._trim(now)
             current = list(self._entries)
@@ -73,14 +73,14 @@ class MessageRing:
 
 
 class Snapshots:
-    """Keeps the last messages of topics.
+    """Keeps the latest messages of topics.
 
     Args:
-        node: subscribes.
-        options: how to write; its limits are ignored.
-        duration: seconds to keep of each topic; 0: no limit.
-        size: bytes of memory for each topic; 0: no limit.
-        warn: called with the text of a warning.
+        node: the node that subscribes.
+        options: the recording options; their limits are ignored.
+        duration: seconds of messages to keep per topic; 0 for no limit.
+        size: maximum size in bytes per topic; 0 for no limit.
+        warn: called with a warning.
 
     Attributes:
         topics: the topics, by name.
@@ -96,23 +96,23 @@ class Snapshots:
         self._options = options
         self._duration = int(duration * 1e9)
         self._size = size
-        self._now = clock_of(node)
+        self._now = make_clock(node)
         self._rings: dict[str, MessageRing] = {}
-        self._writing = threading.Lock()
+        self._write_lock = threading.Lock()
         self._number = 0
         folder = os.path.dirname(options.names.name(0, time.time())) or "."
         self._space = SpaceGuard(folder, options.min_space, warn)
 
     @property
     def bytes(self) -> int:
-        """Bytes of memory that the messages take."""
+        """Memory used by the messages, in bytes."""
         return sum(ring.bytes for ring in list(self._rings.values()))
 
     def subscribe(self, name: str) -> None:
-        """Begin to keep a topic's messages."""
+        """Start keeping a topic's messages."""
         topic = self.topics[name] = Topic(name)
         ring = self._rings[name] = MessageRing(self._duration, self._size)
-        source_of, now = Sources(topic).of, self._now
+        source_of, now = Sources(topic).get, self._now
 
         def on_message(message: AnyMsg) -> None:
             if self.enabled:
@@ -123,23 +123,24 @@ class Snapshots:
         topic.subscriber = self._node.subscribe(name, AnyMsg, on_message)
 
     def enable(self, enabled: bool) -> None:
-        """Keep messages, or pause. Messages from before a pause are removed at its end."""
+        """Start or pause keeping messages. Messages from before a pause are removed when it ends."""
         if enabled and not self.enabled:
             for ring in list(self._rings.values()):
                 ring.clear()
         self.enabled = enabled
 
     def write(self) -> tuple[str, int]:
-        """Write the messages to a bag. They are also kept for the next one.
+        """Write the messages to a bag. They are kept for the next snapshot as well.
 
         Returns:
-            The file's name and the number of messages in it; without messages an empty name, and no file is written.
+            The path of the file and the number of messages in it. Without messages, no file is written and the path is
+            empty.
 
         Raises:
             BagError: the disk has too little space.
             OSError: the file cannot be written.
         """
-        with self._writing:
+        with self._write_lock:
             now = self._now()
             latched_entries: list[Entry] = []
             entries: list[Entry] = []
@@ -150,7 +151,8 @@ class Snapshots:
             if not (latched_entries or entries):
                 return "", 0
             entries.sort(key=itemgetter(0))
-            # Old ones get the time of the beginning: a bag that began at their time would be mostly empty.
+            # Old latched messages get the time of the first message: a bag that began at their own time would be mostly
+            # empty.
             begin = entries[0][0] if entries else now
             self._space.check()
             options = self._options
@@ -168,7 +170,7 @@ class Snapshots:
 
 
 def _unused_path(path: str) -> str:
-    """Return an unused name: a snapshot of the same second or name must not replace an earlier one."""
+    """Return an unused path, so that a snapshot with the same name does not replace an earlier one."""
     found, number = path, 1
     while os.path.lexists(found):
         found, number = f"{path.removesuffix('.bag')}_{number}.bag", number + 1

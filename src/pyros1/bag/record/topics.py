@@ -11,9 +11,10 @@ from pyros1.node import Node
 
 
 class TopicSearch:
-    """Search of the master for topics to record.
+    """Searches the master for topics to record.
 
-    Topics have the requested names, or those from the master; remappings apply at subscription, as in stock.
+    Topics are returned as requested, or as the master names them; remappings apply when they are subscribed to, as in
+    stock.
 
     Args:
         node: the recorder's node.
@@ -24,24 +25,26 @@ class TopicSearch:
         self._node = node
         self._graph = Graph(node.master)
         self._selection = selection
-        self._known: set[str] = set()
-        self._watched = node.resolve(selection.node) if selection.node else ""
-        self._waiting = [node.resolve(name, remap=False) for name in selection.named()]
+        self._returned: set[str] = set()
+        self._watched_node = node.resolve(selection.node) if selection.node else ""
+        self._waiting = [node.resolve(name, remap=False) for name in selection.fixed_topics()]
 
     def new_topics(self) -> list[str]:
         """Return the topics to record that were not returned before."""
         found, self._waiting = self._waiting, []
-        if self._selection.polling:
-            with contextlib.suppress(Error):  # the master does not answer; it may come back
+        if self._selection.needs_polling:
+            with contextlib.suppress(Error):  # the master does not respond; it may come back
                 found += self._published()
-        new = [name for name in dict.fromkeys(found) if name not in self._known]
-        self._known.update(new)
+        new = [name for name in dict.fromkeys(found) if name not in self._returned]
+        self._returned.update(new)
         return new
 
     def _published(self) -> list[str]:
-        of_node: list[str] = []
-        if self._watched:
+        node_topics: list[str] = []
+        if self._watched_node:
             subscribers = self._graph.state().subscribers
-            of_node = [topic for topic, nodes in subscribers.items() if self._watched in nodes]
+            node_topics = [topic for topic, nodes in subscribers.items() if self._watched_node in nodes]
         published = [topic for topic, _ in self._node.master.get_published_topics()]
-        return [topic for topic in dict.fromkeys(published + of_node) if self._selection.wants(topic, of_node)]
+        return [
+            topic for topic in dict.fromkeys(published + node_topics) if self._selection.selects(topic, node_topics)
+        ]

@@ -41,7 +41,7 @@ HASHED: tuple[type[Any], ...] = (dict, set, frozenset, type({}.keys()), type({}.
 
 
 class ExpressionError(Error, ValueError):
-    """An expression is malformed, not allowed, too large, or fails; the text says which."""
+    """An expression is malformed, not allowed, too large, or fails; the message says which."""
 
 
 class LimitError(ExpressionError):

@@ -15,7 +15,7 @@ from pyros1.bag.api import Bag, BagMessage
 from pyros1.bag.errors import BagError
 from pyros1.bag.format.contents import Messages
 from pyros1.bag.format.files import Chunk
-from pyros1.bag.format.index import ENTRY, entry_places
+from pyros1.bag.format.index import ENTRY, entry_ranges
 from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.records import NS
 from pyros1.bag.info import summarize
@@ -118,7 +118,7 @@ class OpenBag:
             storage = {name: [entry.chunks, entry.size, entry.stored] for name, entry in summary.storage.items()}
             version, encryption = summary.version, summary.encryption
         except BagError as error:
-            storage, version, encryption = {}, "2.0", reader.file.encrypted
+            storage, version, encryption = {}, "2.0", reader.file.encryptor_name
             problems.append(str(error))
         if reader.file.version == 102:
             problems.append(
@@ -235,7 +235,7 @@ class OpenBag:
 
     def _read_times(self, chunk: Chunk) -> list[tuple[int, NDArray[np.int64]]]:
         reader = self.bag.reader
-        index_places = None if reader.scanned else entry_places(reader.file, chunk, reader.header(chunk))
+        index_places = None if reader.scanned else entry_ranges(reader.file, chunk, reader.header(chunk))
         if index_places is None:
             found = reader.content(chunk)[1]
             conns, times = np.asarray(found.conns, np.int64), np.asarray(found.times, np.int64)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from io import BytesIO
 from typing import Any
 
-from pyros1.bag.export.extras import extra
+from pyros1.bag.export.extras import import_extra
 from pyros1.ground.errors import Error, MessageError
 from pyros1.web.transforms.picture_size import MAX_PIXELS
 
@@ -23,7 +23,7 @@ def thumbnail(message: Any, height: int) -> tuple[bytes, int, int]:
         MessageError: the image is damaged, too large, or its encoding is not supported.
         Error: Pillow is not installed; the message says how to install it.
     """
-    pil = extra("PIL.Image", "images")
+    pil = import_extra("PIL.Image", "images")
     image = (
         _decode_compressed(pil, message, height)
         if message._type.endswith("CompressedImage")

@@ -69,7 +69,7 @@ class Recording:
         self._topic_rows: list[dict[str, Any]] = []
         self._lock = threading.Lock()
         self._stop_event = threading.Event()
-        self._search = TopicSearch(node, Selection(topics or (), everything=topics is None))
+        self._search = TopicSearch(node, Selection(topics or (), all_topics=topics is None))
         options = RecordOptions(names=_FileNamesInFolder(prefix, folder=folder), compression=compression)
         events = Events(opened=self._on_opened, warning=self._on_warning, ended=self._stop_event.set)
         try:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from pyros1.bag.api import Bag
-from pyros1.bag.edit.migrate import Migrated, make_migrator, migration_lines, migrations
+from pyros1.bag.edit.migrate import MigratedBagWriter, make_migrator, migration_lines, migrations
 from pyros1.bag.errors import BagError
 from pyros1.cli.commands.bag._writing.files import check_different, new_file
 from pyros1.cli.failures import UsageError
@@ -39,7 +39,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
             )
             return 1
         with new_file(target) as temporary, Progress(target, bag.reader.file.size) as progress:
-            Migrated(bag, migrator).write(temporary, progress)
+            MigratedBagWriter(bag, migrator).write(temporary, progress)
     print("Bag migrated successfully.")
     return 0
 

@@ -31,7 +31,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         warn_about_unknown_topics(selection, bags)
         progress = stack.enter_context(Progress(target, sum(bag.content_size() for bag in bags)))
         temporary = stack.enter_context(new_file(target))
-        messages = edit.merged(bags, selection)
+        messages = edit.merge(bags, selection)
         cipher = next((bag.file.cipher for bag in bags if bag.file.cipher is not None), None)
         count = edit.copy(messages, temporary, compression=options.compression, cipher=cipher, progress=progress)
     print(f"{target}: {count} messages")

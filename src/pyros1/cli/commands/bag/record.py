@@ -266,7 +266,7 @@ def _make_settings(options: Any) -> RecordOptions:
 
     name = options.output_name
     return RecordOptions(
-        names=FileNames(name or options.output_prefix or "", dated=name is None, numbered=options.split),
+        names=FileNames(name or options.output_prefix or "", has_date=name is None, has_number=options.split),
         split=options.split,
         max_size=(options.size or 0) << 20,
         max_duration=duration,

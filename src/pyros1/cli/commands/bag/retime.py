@@ -30,7 +30,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
             offset = parse_time(options.offset, None, "--offset") if options.offset is not None else 0
             if options.start is not None:
                 offset = parse_time(options.start, bag.reader, "--start") - bag.reader.start
-            retime = edit.shifted(offset, options.rate, bag.reader.start)
+            retime = edit.time_shifter(offset, options.rate, bag.reader.start)
         with new_file(target) as temporary, Progress(target, bag.reader.content_size()) as progress:
             count = edit.copy(
                 bag.reader.messages(),

@@ -192,7 +192,7 @@ class _IndexEntry200:
 
 def entry_of(entry: Entry) -> _IndexEntry200:
     """Return an entry of the index in stock's form."""
-    return _IndexEntry200(Time.from_nsec(entry.time), *entry.place)
+    return _IndexEntry200(Time.from_nsec(entry.time), *entry.location)
 
 
 class _ChunkInfo:

@@ -12,7 +12,7 @@ from pyros1.bag.format.compression import COMPRESSIONS
 from pyros1.bag.format.encryption import ENCRYPTORS, NONE, new_cipher
 from pyros1.bag.format.records import NS
 from pyros1.bag.format.writer import BagWriter
-from pyros1.bag.serialized import Serialized
+from pyros1.bag.serialized import SerializedOperations
 from rosbag._messages import encoder, header_fields
 from rosbag._parts import (
     ROSBagEncryptNotSupportedException,
@@ -39,7 +39,7 @@ class Writing:
 
     def __init__(self, mode: str, compression: str, chunk_threshold: int) -> None:
         self._mode = mode
-        self._turns = Serialized()
+        self._turns = SerializedOperations()
         self._writer: BagWriter | None = None
         self._check_compression(compression)
         self._check_threshold(chunk_threshold)

@@ -219,9 +219,9 @@ class Bag(Writing, Facts):
         decoders: dict[int, Any] = {}
         with self._readers.lend(lambda: self._reader) as reader, stock_errors():
             if raw:
-                for placed in reader.placed(ids, first, last, ranks=ranks):
+                for placed in reader.located_messages(ids, first, last, ranks=ranks):
                     info = infos[placed.connection.id]
-                    message = (info.datatype, placed.data, info.md5sum, placed.place, _get_message_type(info))
+                    message = (info.datatype, placed.data, info.md5sum, placed.location, _get_message_type(info))
                     yield result(info, message, Time.from_nsec(placed.time), headers)
                 return
             for connection, nanoseconds, data in reader.messages(ids, first, last, ranks=ranks):

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from pyros1.bag.api import Bag
-from pyros1.bag.edit.migrate import Migrated, migrations
+from pyros1.bag.edit.migrate import MigratedBagWriter, migrations
 from pyros1.bag.edit.migration import MessageUpdateRule as _MessageUpdateRule
 from pyros1.bag.edit.migration import Migrator, rule_text
 from pyros1.drop_in.missing import missing
@@ -278,5 +278,5 @@ def fixbag2(migrator: Any, inbag: str, outbag: str, force: bool = False) -> list
     if lacking and not force:
         return lacking
     with Bag(inbag) as bag:
-        Migrated(bag, migrator).write(outbag, lambda done: None)
+        MigratedBagWriter(bag, migrator).write(outbag, lambda done: None)
     return []

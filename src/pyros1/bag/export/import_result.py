@@ -6,13 +6,13 @@ from dataclasses import dataclass, field
 
 
 @dataclass
-class Imported:
+class ImportResult:
     """Result of an import.
 
     Attributes:
         messages: number of messages written.
         topics: number of topics.
-        skipped: topic -> reason why it cannot be represented in ROS 1.
+        skipped: topics that cannot be represented in ROS 1, each with the reason.
     """
 
     messages: int = 0
