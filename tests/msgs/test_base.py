@@ -200,7 +200,7 @@ def test_any_message() -> None:
     message = AnyMsg().deserialize(memoryview(b"\5"))
     assert message._buff == b"\5"
     assert encode(message) == b"\5"
-    with pytest.raises(DefinitionError, match="carries no type"):
+    with pytest.raises(DefinitionError, match="contains no type"):
         message.decode()
     message._connection_header = {"type": "q/T", "message_definition": "int8 a", "callerid": "/n"}
     real: Any = message.decode()

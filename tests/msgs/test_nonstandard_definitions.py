@@ -79,7 +79,7 @@ def test_what_is_not_known_by_its_md5() -> None:
     assert find_class("std_msgs/Int32", wrong, "", by_name=True)._slot_types == ["int32"]
     newer = from_definition("std_msgs/Int32", "int8 x")
     assert find_class("std_msgs/Int32", newer._md5sum, "int8 x", by_name=True)._md5sum == newer._md5sum
-    with pytest.raises(UnknownTypeError, match="sent no definition, and the one installed here has another md5"):
+    with pytest.raises(UnknownTypeError, match="sent no definition, and the installed one has another md5"):
         find_class("std_msgs/Int32", wrong, "")
     with pytest.raises(UnknownTypeError, match=r"own_msgs/Robot sent no definition$"):
         find_class("own_msgs/Robot", wrong, " ", by_name=True)

@@ -1,13 +1,14 @@
-"""Messages and services: from definition text to Python classes with the interface of genpy's classes.
+"""Messages and services: turns definitions into Python classes with the same interface as those of genpy.
 
 ::
 
     from pyros1.msgs.geometry_msgs.msg import Twist       # classes are made when they are imported
     from pyros1.msgs.std_srvs.srv import Trigger, TriggerResponse
-    cls = load_message("sensor_msgs/Image")               # the same, by name
+    cls = load_message("sensor_msgs/Image")               # the same class, by name
     cls = from_definition(header["type"], header["message_definition"])  # no definition files needed
 
-Definitions come from packages on ROS_PACKAGE_PATH, stock ROS installations, and those shipped with pyros1.
+Definitions are taken from packages on ROS_PACKAGE_PATH, from stock ROS installations, and from those shipped with
+pyros1.
 """
 
 from __future__ import annotations
@@ -33,16 +34,16 @@ def load_message(type_name: str) -> type[Message]:
 
     Raises:
         UnknownTypeError: no definition was found.
-        DefinitionError: the definition is wrong; the message names file and line.
+        DefinitionError: the definition is invalid; the message names the file and the line.
     """
-    made: type[Message] = generated.finder().message(type_name)
-    return made
+    cls: type[Message] = generated.finder().message(type_name)
+    return cls
 
 
 def load_service(type_name: str) -> type[Service]:
     """Return the class of a service type; arguments and errors as for :func:`load_message`."""
-    made: type[Service] = generated.finder().service(type_name)
-    return made
+    cls: type[Service] = generated.finder().service(type_name)
+    return cls
 
 
 __all__ = ["AnyMsg", "DefinitionCache", "Message", "Service", "from_definition", "load_message", "load_service"]
@@ -63,6 +64,6 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    """Return the public names, and the packages that have definitions, for completion."""
+    """Return the public names, and the packages that contain definitions, for completion."""
     packages = map(generated.module_name, generated.finder().library.packages())
     return sorted({*globals(), *__all__, *packages})

@@ -1,4 +1,4 @@
-"""Numeric arrays without a copy of the received bytes: memoryviews, or numpy arrays as with rospy's ``numpy_msg``.
+"""Numeric arrays that share the received bytes: memoryviews, or numpy arrays as with rospy's ``numpy_msg``.
 
 See https://wiki.ros.org/rospy_tutorials/Tutorials/numpy.
 
@@ -15,7 +15,7 @@ from pyros1.msgs.base import View
 
 
 def memoryview_view(buffer: bytes, position: int, count: int, code: str) -> Any:
-    """Return ``count`` numbers of the struct code at ``position`` as a memoryview of that format, shape (count,).
+    """Return ``count`` numbers at ``position`` as a memoryview whose format is the struct code, shape (count,).
 
     Raises:
         NotImplementedError: the machine is not little-endian.
@@ -27,7 +27,7 @@ def memoryview_view(buffer: bytes, position: int, count: int, code: str) -> Any:
 
 
 def numpy_view(numpy: Any) -> View:
-    """Return the function that makes numpy arrays, of shape (count,).
+    """Return a function that creates numpy arrays of shape (count,).
 
     Args:
         numpy: the numpy module.
@@ -44,7 +44,7 @@ def numpy_view(numpy: Any) -> View:
 
 
 def genpy_view(numpy: Any) -> View:
-    """Return the function that makes numpy arrays as genpy does: those of uint8 and char stay bytes.
+    """Return a function that creates numpy arrays like genpy, which leaves uint8 and char arrays as bytes.
 
     Args:
         numpy: the numpy module.

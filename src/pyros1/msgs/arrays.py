@@ -1,4 +1,4 @@
-"""Helpers of generated codecs: arrays of bytes, numbers, strings and times, and buffer lists."""
+"""Helper functions for the generated codecs: arrays of bytes, numbers, strings and times, and buffer lists."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pyros1.ground.timing import TVal
 from pyros1.msgs.base import Buffer
 
 LARGE_STRING = 1 << 20
-"""Size in bytes from which strings are decoded without a copy of their bytes, which takes longer for short ones."""
+"""Size in bytes from which strings are decoded without copying their bytes, which is slower for short strings."""
 
 _MAX_CACHED_LENGTH = 256
 _U32 = struct.Struct("<I")
@@ -20,7 +20,7 @@ _PREFIXES = tuple(_U32.pack(size) for size in range(256))
 
 
 class Packers(dict[int, Callable[..., bytes]]):
-    """Number of elements -> function that packs that many numbers; only those for short arrays are kept."""
+    """Number of elements -> a function that packs that many numbers; only functions for short arrays are cached."""
 
     def __init__(self, code: str) -> None:
         super().__init__()
@@ -33,21 +33,23 @@ class Packers(dict[int, Callable[..., bytes]]):
         return function
 
     def pack(self, values: Any) -> bytes:
-        """Pack a long array: element by element, or as a whole if it holds such numbers already (array, numpy)."""
+        """Pack a long array: element by element, or all at once if its buffer already has the right format (array,
+        numpy).
+        """
         if not isinstance(values, (list, tuple)) and sys.byteorder == "little":
             try:
                 view = memoryview(values)
             except TypeError:
                 pass
             else:
-                same = view.format in _COMPATIBLE_CODES.get(self._code, self._code)
-                if same and view.ndim == 1 and view.itemsize == struct.calcsize("<" + self._code):
+                is_compatible = view.format in _COMPATIBLE_CODES.get(self._code, self._code)
+                if is_compatible and view.ndim == 1 and view.itemsize == struct.calcsize("<" + self._code):
                     return view.tobytes()
         return self[len(values)](*values)
 
 
 class BoolPackers(Packers):
-    """The same for booleans, numpy's included."""
+    """Packers for booleans, including those of numpy."""
 
     def pack(self, values: Any) -> bytes:
         """Pack an array of any length."""
@@ -57,12 +59,12 @@ class BoolPackers(Packers):
             return super().pack(list(map(to_bool, values)))
 
 
-# Buffer formats with the same bytes as a struct code: the name of an 8-byte integer depends on the platform.
+# Buffer formats equivalent to a struct code; the code of 8-byte integers depends on the platform.
 _COMPATIBLE_CODES = {"q": "ql", "Q": "QL", "B": "B?"}
 
 
 class Unpackers(dict[int, Callable[[Buffer, int], tuple[Any, ...]]]):
-    """Number of elements -> function that unpacks that many numbers; only those for short arrays are kept."""
+    """Number of elements -> a function that unpacks that many numbers; only functions for short arrays are cached."""
 
     def __init__(self, code: str) -> None:
         super().__init__()
@@ -75,33 +77,34 @@ class Unpackers(dict[int, Callable[[Buffer, int], tuple[Any, ...]]]):
         return function
 
 
-def octets(value: Any, length: int) -> bytes:
-    """Return the value of a uint8[] or char[] field, which is not bytes yet, as bytes.
+def as_bytes(value: Any, length: int) -> bytes:
+    """Convert the value of a uint8[] or char[] field to bytes.
 
     Args:
-        value: list or tuple of ints, or a buffer of single bytes. It is copied, since it may change before it is sent.
-        length: the field's fixed length, or -1.
+        value: list or tuple of ints, or a buffer of single bytes, which is copied since it might change before it is
+            sent.
+        length: the field's fixed length, or -1 for any.
 
     Raises:
-        TypeError, ValueError: the value is of another kind, or has the wrong length.
+        TypeError, ValueError: the value has another type, or the wrong length.
     """
     if isinstance(value, (list, tuple)):
         if length >= 0 and len(value) != length:
             raise ValueError("wrong length")
         return bytes(value)
     view = memoryview(value)
-    if view.itemsize != 1:  # the bytes of its numbers, or its numbers as bytes? Each would be wrong for some programs
-        raise TypeError("it is an array of other numbers than uint8: give its tobytes(), or convert it")
+    if view.itemsize != 1:  # ambiguous: some programs would want the bytes of its numbers, others its numbers as bytes
+        raise TypeError("it is an array of numbers other than uint8: pass its tobytes(), or convert it")
     return view.tobytes()
 
 
 def to_bool(value: Any) -> Any:
-    """Return the boolean of numpy, which struct does not accept, as Python's; other values unchanged."""
+    """Convert a numpy boolean, which struct does not accept, to a Python one; return other values unchanged."""
     return bool(value) if getattr(getattr(value, "dtype", None), "kind", "") == "b" else value
 
 
 def pack_strings(values: Sequence[str]) -> bytes:
-    """Return the encoded elements of a string array, each with its length in front."""
+    """Encode the elements of a string array, each preceded by its length."""
     encoded = list(map(str.encode, values))
     try:
         return b"".join([_PREFIXES[len(text)] + text for text in encoded])
@@ -110,15 +113,15 @@ def pack_strings(values: Sequence[str]) -> bytes:
 
 
 def read_large_string(buffer: Buffer, begin: int, end: int) -> str:
-    """Return the string from ``begin`` to ``end``, without a copy of its bytes."""
+    """Decode the string from ``begin`` to ``end`` without copying its bytes."""
     return str(memoryview(buffer)[begin:end], "utf-8")
 
 
 def read_strings(buffer: bytes, position: int, count: int, end: int) -> tuple[list[str], int]:
-    """Return a list of ``count`` strings, and the position behind them.
+    """Return a list of ``count`` strings, and the position after them.
 
     Raises:
-        ValueError: the remaining bytes cannot hold that many strings, or are not UTF-8.
+        ValueError: there are too few bytes for that many strings, or they are not UTF-8.
         struct.error: the buffer is too short.
     """
     if count > (end - position) // 4:
@@ -135,13 +138,13 @@ def read_strings(buffer: bytes, position: int, count: int, end: int) -> tuple[li
 
 
 def pack_times(values: Sequence[Any], code: str) -> bytes:
-    """Return the encoded elements of an array of times or durations; ``code`` is the struct code of both parts."""
+    """Encode an array of times or durations; ``code`` is the struct code of both of their parts."""
     numbers = [number for value in values for number in (value.secs, value.nsecs)]
     return struct.pack(f"<{len(numbers)}{code}", *numbers)
 
 
 def read_times(buffer: Buffer, position: int, count: int, code: str, cls: type[TVal]) -> list[TVal]:
-    """Return a list of ``count`` times or durations; the caller has checked that they fit."""
+    """Return a list of ``count`` times or durations; the caller has checked that there are enough bytes."""
     numbers = struct.unpack_from(f"<{2 * count}{code}", buffer, position)
     result = []
     for secs, nsecs in zip(numbers[::2], numbers[1::2], strict=True):
@@ -152,7 +155,9 @@ def read_times(buffer: Buffer, position: int, count: int, code: str, cls: type[T
 
 
 def coalesce(parts: Sequence[bytes], large: int) -> Any:
-    """Return a frame's parts as buffers to send in order: those of ``large`` bytes or more unchanged, others joined."""
+    """Join the small parts of a frame; return the buffers to send in order. Parts of ``large`` bytes or more are
+    unchanged.
+    """
     result: list[bytes | memoryview] = []
     small: list[bytes] = []
     for part in parts:

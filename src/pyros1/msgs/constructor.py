@@ -6,71 +6,73 @@ from collections.abc import Callable
 from typing import Any
 
 from pyros1.msgs.base import Message
-from pyros1.msgs.generator import Fields, Source, fields_of, parts_of, split_type
+from pyros1.msgs.generator import Fields, FunctionBuilder, field_groups, fields_of, split_type
 from pyros1.msgs.spec import STRUCT_CODES
 
 _SET_THRESHOLD = 50
-"""Number of names from which a set is made for the search: with fewer, a list is as fast."""
+"""Number of field names from which a set is used to look them up; with fewer, a list is as fast."""
 
 
 def make_init(cls: type[Message]) -> Callable[..., None]:
     """Generate ``__init__``."""
     if not hasattr(cls, "_type"):
-        return set_all  # a program's own class, without a definition
-    source = Source(cls)
-    me, args, kwds = "self", "args", "kwds"  # without a number, since these names show in the signature
-    parts = parts_of(cls)
-    arranged = f"{source.ref(arrange)}({source.ref(cls)}, {args}, {kwds})"
+        return set_slots  # a class of the program, without a definition
+    source = FunctionBuilder(cls)
+    self_name, args, kwds = "self", "args", "kwds"  # without a number, since these names are visible in the signature
+    parts = field_groups(cls)
+    arranged = f"{source.ref(arrange_arguments)}({source.ref(cls)}, {args}, {kwds})"
     if len(parts) > 1:
-        source.lines += [f"{source.ref(_make_part(cls, part), 'part')}({me})" for part in parts]
-        source.emit(f"if {args} or {kwds}: {source.ref(_assign)}({me}, {source.ref(cls)}, {arranged})")
-        return source.function("init", [me, f"*{args}", f"**{kwds}"])
-    given, plain = Source(cls, source.scope), Source(cls, source.scope)
-    values = [given.fresh("value") for _ in cls.__slots__]
-    given.emit(f"{', '.join(values)}, = {arranged}" if values else arranged)
+        source.lines += [f"{source.ref(_make_part(cls, part), 'part')}({self_name})" for part in parts]
+        source.emit(f"if {args} or {kwds}: {source.ref(_set_given)}({self_name}, {source.ref(cls)}, {arranged})")
+        return source.function("init", [self_name, f"*{args}", f"**{kwds}"])
+    with_args, without_args = FunctionBuilder(cls, source.scope), FunctionBuilder(cls, source.scope)
+    values = [with_args.unique_name("value") for _ in cls.__slots__]
+    with_args.emit(f"{', '.join(values)}, = {arranged}" if values else arranged)
     for (name, slot_type), value in zip(fields_of(cls), values, strict=True):
-        given.emit(f"{me}.{name} = {_default(given, cls, slot_type)} if {value} is None else {value}")
-    _fill_defaults(plain, cls, me, fields_of(cls))
-    source.block(f"if {args} or {kwds}:", given.lines)
-    source.block("else:", plain.lines)
-    return source.function("init", [me, f"*{args}", f"**{kwds}"])
+        with_args.emit(
+            f"{self_name}.{name} = {_default_expression(with_args, cls, slot_type)} if {value} is None else {value}"
+        )
+    _fill_defaults(without_args, cls, self_name, fields_of(cls))
+    source.block(f"if {args} or {kwds}:", with_args.lines)
+    source.block("else:", without_args.lines)
+    return source.function("init", [self_name, f"*{args}", f"**{kwds}"])
 
 
 def _make_part(cls: type[Message], fields: Fields) -> Callable[[Any], None]:
     """Generate a function that sets some fields of a message to their defaults."""
-    source = Source(cls)
-    target = source.fresh("m")
+    source = FunctionBuilder(cls)
+    target = source.unique_name("m")
     _fill_defaults(source, cls, target, fields)
     return source.function("part", [target])
 
 
-def set_all(message: Any, *args: Any, **kwds: Any) -> None:
-    """Set the slots of a message whose class has no definition; those not given are None."""
+def set_slots(message: Any, *args: Any, **kwds: Any) -> None:
+    """Set the slots of a message whose class has no definition; slots without a value become None."""
     cls = type(message)
-    values = arrange(cls, args, kwds) if args or kwds else (None,) * len(cls.__slots__)
+    values = arrange_arguments(cls, args, kwds) if args or kwds else (None,) * len(cls.__slots__)
     for name, value in zip(cls.__slots__, values, strict=True):
         setattr(message, name, value)
 
 
-def _assign(message: Any, cls: type[Message], values: tuple[Any, ...]) -> None:
+def _set_given(message: Any, cls: type[Message], values: tuple[Any, ...]) -> None:
     for name, value in zip(cls.__slots__, values, strict=True):
         if value is not None:
             setattr(message, name, value)
 
 
-def arrange(cls: type[Message], args: tuple[Any, ...], kwds: dict[str, Any]) -> tuple[Any, ...]:
-    """Return constructor arguments in field order, None for those not given.
+def arrange_arguments(cls: type[Message], args: tuple[Any, ...], kwds: dict[str, Any]) -> tuple[Any, ...]:
+    """Return constructor arguments in the order of the fields, with None for omitted ones.
 
     Raises:
-        TypeError, AttributeError: as the class's constructor.
+        TypeError, AttributeError: as for the constructor of the class.
     """
     slots = cls.__slots__
     if kwds:
         if args:
             raise TypeError("Message constructor may only use args OR keywords, not both")
-        known = slots if len(slots) < _SET_THRESHOLD else {*slots}
+        names = slots if len(slots) < _SET_THRESHOLD else {*slots}
         for name in kwds:
-            if name not in known:
+            if name not in names:
                 raise AttributeError(f"{name} is not an attribute of {cls.__name__}")
         return tuple(map(kwds.get, slots))
     if len(args) != len(slots):
@@ -78,20 +80,20 @@ def arrange(cls: type[Message], args: tuple[Any, ...], kwds: dict[str, Any]) -> 
     return args
 
 
-def _fill_defaults(source: Source, cls: type[Message], target: str, fields: Fields) -> None:
+def _fill_defaults(source: FunctionBuilder, cls: type[Message], target: str, fields: Fields) -> None:
     for name, slot_type in fields:
         base, length = split_type(slot_type)
         nested = cls._classes.get(base)
-        if nested is not None and length is None and source.inlines(nested):
-            local = source.fresh("new")
-            source.emit(f"{target}.{name} = {local} = {source.new(source.class_of(base, nested))}")
+        if nested is not None and length is None and source.reserve_inline(nested):
+            local = source.unique_name("new")
+            source.emit(f"{target}.{name} = {local} = {source.new_object(source.class_ref(base, nested))}")
             _fill_defaults(source, nested, local, fields_of(nested))
         else:
-            source.emit(f"{target}.{name} = {_default(source, cls, slot_type)}")
+            source.emit(f"{target}.{name} = {_default_expression(source, cls, slot_type)}")
 
 
-def _default(source: Source, cls: type[Message], slot_type: str) -> str:
-    """Return the expression of a field's default value (G18)."""
+def _default_expression(source: FunctionBuilder, cls: type[Message], slot_type: str) -> str:
+    """Return the Python expression for a field's default value (G18)."""
     base, length = split_type(slot_type)
     if length is not None and STRUCT_CODES.get(base) == "B" and base != "bool":
         return "b''" if length < 0 else f"bytes({length})"
@@ -102,7 +104,7 @@ def _default(source: Source, cls: type[Message], slot_type: str) -> str:
     elif base in STRUCT_CODES:
         value = "False" if base == "bool" else "0.0" if base.startswith("float") else "0"
     else:
-        value = f"{source.class_of(base, cls._classes.get(base))}()"
+        value = f"{source.class_ref(base, cls._classes.get(base))}()"
         if length is not None:
-            return f"[{value} for {source.fresh('i')} in range({length})]"
+            return f"[{value} for {source.unique_name('i')} in range({length})]"
     return value if length is None else f"[{value}] * {length}"

@@ -1,8 +1,8 @@
-"""Generates the functions that copy messages from a publisher to subscribers in the same process.
+"""Generates functions that copy messages from a publisher to subscribers in the same process.
 
-A copy equals the message that a receiver would decode: numbers are checked against the ranges of their types and
-rounded to float32, sequences become tuples. Values that cannot change are shared: strings, and the bytes of uint8
-arrays, even if large. Wrong values are refused as by the encoder.
+A copy is equal to the message that a receiver would decode: numbers are checked against the ranges of their types and
+rounded to float32, and sequences become tuples. Immutable values are shared: strings, and the bytes of uint8 arrays,
+even large ones. Wrong values are rejected as by the encoder.
 """
 
 from __future__ import annotations
@@ -15,25 +15,25 @@ from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
 from pyros1.msgs.encoder import ENCODE_ERRORS, retry_expression
-from pyros1.msgs.generator import TIME_CODES, Fields, Source, fields_of, parts_of, split_type
+from pyros1.msgs.generator import TIME_CODES, Fields, FunctionBuilder, field_groups, fields_of, split_type
 from pyros1.msgs.spec import STRUCT_CODES
 
 
-class Copier(Source):
-    """Emits statements in field order; the single numbers share one struct, packed and unpacked at the end.
+class Copier(FunctionBuilder):
+    """Emits statements in field order; all single numbers share one struct, which is packed and unpacked at the end.
 
     Attributes:
-        original, copy, whole: the function's parameters. Times that are fields of ``copy`` itself are normalised if
-            ``whole`` is true.
+        original, copy, is_top_level: names of the function's parameters. Times that are fields of ``copy`` itself are
+            normalised if ``is_top_level`` is true.
     """
 
     def __init__(self, cls: type[Message]) -> None:
         super().__init__(cls)
-        self.original, self.copy, self.whole = map(self.fresh, ("message", "copy", "whole"))
+        self.original, self.copy, self.is_top_level = map(self.unique_name, ("message", "copy", "is_top_level"))
         self.codes: list[str] = []
         self.sources: list[str] = []
         self.targets: list[str] = []
-        self.after: list[str] = []
+        self.epilogue: list[str] = []
 
     def message(self, cls: type[Message], source: str, target: str, fields: Fields | None = None) -> None:
         """Emit code that copies a message's fields, by default all of them."""
@@ -51,7 +51,7 @@ class Copier(Source):
             packed = self.pack("".join(code.replace("?", "B") for code in self.codes))
             unpack = self.unpack("".join(self.codes))
             self.emit(f"{', '.join(self.targets)}, = {unpack}({packed}({', '.join(self.sources)}))")
-            self.lines += self.after
+            self.lines += self.epilogue
 
     def convert(self, code: str, source: str, target: str) -> None:
         self.codes.append(code)
@@ -76,16 +76,16 @@ class Copier(Source):
             converted = f"{local}.encode().decode()"
             self.emit(f"if {local}.__class__ is not str or not {local}.isascii(): {local} = {converted}")
             self.emit(f"{target} = {local}")
-        elif nested is None or self.inlines(nested):
-            original, copy = self.assign("m", source), self.fresh("copy")
-            self.emit(f"{target} = {copy} = {self.new(self.class_of(base, nested))}")
+        elif nested is None or self.reserve_inline(nested):
+            original, copy = self.assign("m", source), self.unique_name("copy")
+            self.emit(f"{target} = {copy} = {self.new_object(self.class_ref(base, nested))}")
             if nested is not None:
                 self.message(nested, original, copy)
                 return
-            for part in ("secs", "nsecs"):
-                self.convert(TIME_CODES[base], f"{original}.{part}", f"{copy}.{part}")
+            for attribute in ("secs", "nsecs"):
+                self.convert(TIME_CODES[base], f"{original}.{attribute}", f"{copy}.{attribute}")
             if target.startswith(f"{self.copy}."):
-                self.after.append(f"if {self.whole} and not -1 < {copy}.nsecs < 1000000000: {copy}.canon()")
+                self.epilogue.append(f"if {self.is_top_level} and not -1 < {copy}.nsecs < 1000000000: {copy}.canon()")
         else:
             self.emit(f"{target} = {self._copy(nested)}({source}, False)")
 
@@ -96,8 +96,8 @@ class Copier(Source):
         code = STRUCT_CODES.get(base)
         local = self.assign("array", source)
         if code == "B" and base != "bool":
-            octets = f"{self.ref(arrays.octets, 'octets')}({local}, {length})"
-            self.emit(f"if {local}.__class__ is not bytes: {local} = {octets}")
+            as_bytes = f"{self.ref(arrays.as_bytes, 'octets')}({local}, {length})"
+            self.emit(f"if {local}.__class__ is not bytes: {local} = {as_bytes}")
             if length >= 0:
                 self.emit(f"if len({local}) > {length}: raise ValueError('too long')")
                 local += f".ljust({length}, b'\\0')"
@@ -114,8 +114,8 @@ class Copier(Source):
         elif base == "string":
             self.emit(f"{target} = {self.ref(_copy_strings, 'strings')}({local})")
         elif nested is None:
-            codes, each = TIME_CODES[base] * 2, self.fresh("each")
-            given = f"{each}, {self.class_of(base, nested)}, {self.pack(codes)}, {self.unpack(codes)}"
+            codes, each = TIME_CODES[base] * 2, self.unique_name("each")
+            given = f"{each}, {self.class_ref(base, nested)}, {self.pack(codes)}, {self.unpack(codes)}"
             self.emit(f"{target} = [{self.ref(_copy_time, 'time')}({given}) for {each} in {local}]")
         else:
             parts = f"{self.ref(repeat, 'repeat')}(False)"
@@ -135,24 +135,24 @@ def _copy_strings(values: Sequence[str]) -> list[str]:
 
 
 def make_copy(cls: type[Message]) -> Callable[..., Any]:
-    """Generate ``_copy``; its second argument is whether the message is a whole one, no part of another."""
-    source = Copier(cls)
-    message, copy, whole = source.original, source.copy, source.whole
-    source.emit(f"{copy} = {source.new(source.ref(cls, 'cls'))}")
-    parts = parts_of(cls)
+    """Generate ``_copy``; its second argument tells whether the message is a top-level one, not part of another."""
+    copier = Copier(cls)
+    message, copy, is_top_level = copier.original, copier.copy, copier.is_top_level
+    copier.emit(f"{copy} = {copier.new_object(copier.ref(cls, 'cls'))}")
+    parts = field_groups(cls)
     if len(parts) < 2:
-        source.message(cls, message, copy)
-        source.flush()
+        copier.message(cls, message, copy)
+        copier.flush()
     for part in parts if len(parts) > 1 else ():
-        source.emit(f"{source.ref(_make_part(cls, part), 'part')}({message}, {copy}, {whole})")
-    source.emit(f"return {copy}")
-    parameters = [message, f"{whole}=True"]
-    return source.function("copy", parameters, ENCODE_ERRORS, retry_expression(source, cls, "_copy", message))
+        copier.emit(f"{copier.ref(_make_part(cls, part), 'part')}({message}, {copy}, {is_top_level})")
+    copier.emit(f"return {copy}")
+    parameters = [message, f"{is_top_level}=True"]
+    return copier.function("copy", parameters, ENCODE_ERRORS, retry_expression(copier, cls, "_copy", message))
 
 
 def _make_part(cls: type[Message], fields: Fields) -> Callable[[Any, Any, bool], None]:
     """Generate a function that copies some fields of a message to another."""
-    source = Copier(cls)
-    source.message(cls, source.original, source.copy, fields)
-    source.flush()
-    return source.function("part", [source.original, source.copy, source.whole])
+    copier = Copier(cls)
+    copier.message(cls, copier.original, copier.copy, fields)
+    copier.flush()
+    return copier.function("part", [copier.original, copier.copy, copier.is_top_level])

@@ -1,16 +1,16 @@
 """Generates the decoders of message classes.
 
-A decoder does not look for the cause of a failure: it catches all errors that wrong bytes cause, and ``check.py`` then
-goes through the bytes slowly to find place and reason. Before that, ``repair.py`` mends what stock accepts, such as a
-string that is not UTF-8, and the decoder begins again. The decoder itself checks only what limits memory and time (the
-number of elements against the remaining bytes), and whether it ends at the end of the message. To read beyond
-``end`` in a larger buffer does no harm: the final position is then wrong. Bytes behind the message are ignored, as in
-stock, unless ``exact`` is true.
+A decoder does not determine the cause of a failure: it catches all errors that wrong bytes can cause, and ``check.py``
+then goes through the bytes to find the position and the reason, which is slow. Before that, ``repair.py`` repairs what
+stock accepts, such as a string that is not UTF-8, and decoding is tried again. The decoder itself only checks what
+limits memory and time (the number of elements against the remaining bytes), and that the message ends where it should.
+Reading beyond ``end`` in a larger buffer is harmless, since the final position is wrong then. Bytes after the message
+are ignored, as in stock, unless ``exact`` is true.
 
-Times keep both numbers as they were sent, also a billion nanoseconds and more. Only those that are fields of the whole
-message, not of its header or other parts, are normalised, as in stock.
+Times keep both numbers as they were sent, even a billion nanoseconds or more. As in stock, only times that are fields
+of the top-level message are normalised, not those of its header or other nested messages.
 
-The objects of an array of messages are made many at a time, by ``map``, which takes half the time of separate calls.
+The objects of an array of messages are created in bulk with ``map``, in half the time of separate calls.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from typing import Any, NamedTuple
 from pyros1.ground.errors import DeserializationError
 from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
-from pyros1.msgs.factory import MAX_EMPTY
-from pyros1.msgs.generator import TIME_CLASSES, TIME_CODES, Fields, Source, fields_of, parts_of, split_type
+from pyros1.msgs.factory import MAX_EMPTY_ELEMENTS
+from pyros1.msgs.generator import TIME_CLASSES, TIME_CODES, Fields, FunctionBuilder, field_groups, fields_of, split_type
 from pyros1.msgs.repair import accept_end, decode_repaired
 from pyros1.msgs.spec import STRUCT_CODES
 
@@ -41,92 +41,100 @@ class _Arguments(NamedTuple):
     exact: str
 
 
-class Decoder(Source):
+class Decoder(FunctionBuilder):
     """Emits statements in field order.
 
     Args:
         cls: the message class.
-        views: whether numeric arrays are made by the function ``view``, a fourth argument of the decoder.
-        outer: the decoder that this one is a loop of, over messages of ``cls``; None: it begins a function.
-        whole: whether ``cls`` is the class of the whole message, not of a part of it.
+        views: whether numeric arrays are created by the function ``view``, a fourth argument of the decoder.
+        outer: the decoder for which this one emits a loop over messages of ``cls``; None for a function of its own.
+        is_top_level: whether ``cls`` is the class of the top-level message, not of a nested one.
 
     Attributes:
-        at: name of the variable that holds the position. A step puts the next position into the other one of two
-            variables, so that the bytes between both can be cut out.
-        begin: the variable that held the position first.
-        moved: whether the position has moved since.
-        made: in a loop, names of the object to make in each turn and of its class; else None.
+        position: name of the variable that holds the current position. Each step stores the next position in the other
+            one of two variables, so that the bytes between the two can be sliced out.
+        begin: name of the variable that held the position at first.
+        has_moved: whether the position has changed since then.
+        created: in a loop, names of the objects to create in each iteration and of their classes; otherwise None.
     """
 
     def __init__(
-        self, cls: type[Message], *, views: bool = False, outer: Decoder | None = None, whole: bool = False
+        self, cls: type[Message], *, views: bool = False, outer: Decoder | None = None, is_top_level: bool = False
     ) -> None:
         super().__init__(cls, None if outer is None else outer.scope)
-        self.views, self.whole = views, whole
-        self._places = self.fresh("p"), self.fresh("q")
-        self.made: list[tuple[str, str]] | None
+        self.views, self.is_top_level = views, is_top_level
+        self._position_names = self.unique_name("p"), self.unique_name("q")
+        self.created: list[tuple[str, str]] | None
         if outer is None:
-            self.arguments = _Arguments(*map(self.fresh, _Arguments._fields))
-            self.at, self.made = self.arguments.start, None
-            self.root = self.fresh("m")
+            self.arguments = _Arguments(*map(self.unique_name, _Arguments._fields))
+            self.position, self.created = self.arguments.start, None
+            self.root = self.unique_name("m")
         else:
             self.arguments = outer.arguments
-            self.root = self.fresh("m")
-            self.at, self.made = self._places[0], [(self.root, self.ref(cls, "cls"))]
-        self.begin, self.moved = self.at, False
+            self.root = self.unique_name("m")
+            self.position, self.created = self._position_names[0], [(self.root, self.ref(cls, "cls"))]
+        self.begin, self.has_moved = self.position, False
         self.codes: list[str] = []
         self._targets: list[str] = []
-        self.after: list[str] = []
+        self.epilogue: list[str] = []
 
     # Positions --------------------------------------------------------------------------------------------------------
 
-    def move(self) -> str:
-        """Switch to the other variable, which the caller must set to the next position; return the former variable."""
-        begin, self.at, self.moved = self.at, self._places[self.at == self._places[0]], True
+    def switch_position(self) -> str:
+        """Switch to the other variable, which the caller must set to the next position; return the previous
+        variable.
+        """
+        begin, self.position, self.has_moved = (
+            self.position,
+            self._position_names[self.position == self._position_names[0]],
+            True,
+        )
         return begin
 
-    def step(self, size: str | int) -> str:
-        """Emit a step over ``size`` bytes; return the variable that holds their first position."""
-        begin = self.move()
-        self.emit(f"{self.at} = {begin} + {size}")
+    def advance(self, size: str | int) -> str:
+        """Emit code that advances by ``size`` bytes; return the variable with the position of the first one."""
+        begin = self.switch_position()
+        self.emit(f"{self.position} = {begin} + {size}")
         return begin
 
-    def reserve(self, count: str, size: int) -> str:
-        """Emit a checked step over ``count`` values of ``size`` bytes each; return the variable of their position."""
-        begin = self.step(f"{count} * {size}" if size != 1 else count)
-        self.emit(f"if {self.at} > {self.arguments.end}: raise ValueError('count')")
+    def checked_advance(self, count: str, size: int) -> str:
+        """Emit code that advances by ``count`` values of ``size`` bytes if there are enough; return the variable with
+        their position.
+        """
+        begin = self.advance(f"{count} * {size}" if size != 1 else count)
+        self.emit(f"if {self.position} > {self.arguments.end}: raise ValueError('count')")
         return begin
 
     # Values of fixed size, which are unpacked together ----------------------------------------------------------------
 
-    def value(self, code: str, target: str) -> None:
+    def add_value(self, code: str, target: str) -> None:
         self.codes.append(code)
         self._targets.append(target)
 
-    def number(self) -> str:
-        """Emit code that reads a length; return its name."""
-        count = self.fresh("n")
-        self.value("I", count)
+    def read_length(self) -> str:
+        """Emit code that reads a length; return the name of its variable."""
+        count = self.unique_name("n")
+        self.add_value("I", count)
         self.flush()
         return count
 
     def assignment(self, values: str) -> list[str]:
-        """Return the statement that assigns the collected values to their targets."""
-        return [f"{', '.join(self._targets)}, = {values}", *self.after]
+        """Return the statements that assign the collected values to their targets."""
+        return [f"{', '.join(self._targets)}, = {values}", *self.epilogue]
 
     def flush(self, *, last: bool = False) -> None:
-        """Emit code that unpacks the collected values and moves the position behind them.
+        """Emit code that unpacks the collected values and advances the position.
 
         Args:
-            last: whether the position is not needed afterwards.
+            last: whether the position is no longer needed afterwards.
         """
         if not self.codes:
             return
         fmt = "".join(self.codes)
-        self.lines += self.assignment(f"{self.unpack(fmt)}({self.arguments.buffer}, {self.at})")
+        self.lines += self.assignment(f"{self.unpack(fmt)}({self.arguments.buffer}, {self.position})")
         if not last:
-            self.step(struct.calcsize("<" + fmt))
-        self.codes, self._targets, self.after = [], [], []
+            self.advance(struct.calcsize("<" + fmt))
+        self.codes, self._targets, self.epilogue = [], [], []
 
     # Fields -----------------------------------------------------------------------------------------------------------
 
@@ -142,40 +150,40 @@ class Decoder(Source):
 
     def _single(self, base: str, nested: type[Message] | None, target: str) -> None:
         if base in STRUCT_CODES:
-            self.value("?" if base == "bool" else STRUCT_CODES[base], target)
+            self.add_value("?" if base == "bool" else STRUCT_CODES[base], target)
         elif base == "string":
-            size = self.number()
-            begin = self.step(size)
-            where = f"{self.arguments.buffer}[{begin}:{self.at}]"
-            large = f"{self.ref(arrays.read_large_string, 'text')}({self.arguments.buffer}, {begin}, {self.at})"
+            size = self.read_length()
+            begin = self.advance(size)
+            where = f"{self.arguments.buffer}[{begin}:{self.position}]"
+            large = f"{self.ref(arrays.read_large_string, 'text')}({self.arguments.buffer}, {begin}, {self.position})"
             self.emit(f"{target} = {where}.decode() if {size} < {arrays.LARGE_STRING} else {large}")
         elif nested is None:
-            local = self._make(self.class_of(base, nested), target)
-            self.value(TIME_CODES[base], f"{local}.secs")
-            self.value(TIME_CODES[base], f"{local}.nsecs")
-            if self.whole and target.startswith(f"{self.root}."):
-                self.after.append(f"if not -1 < {local}.nsecs < 1000000000: {local}.canon()")
-        elif self.inlines(nested):
-            self.message(nested, self._make(self.class_of(base, nested), target))
+            local = self._create(self.class_ref(base, nested), target)
+            self.add_value(TIME_CODES[base], f"{local}.secs")
+            self.add_value(TIME_CODES[base], f"{local}.nsecs")
+            if self.is_top_level and target.startswith(f"{self.root}."):
+                self.epilogue.append(f"if not -1 < {local}.nsecs < 1000000000: {local}.canon()")
+        elif self.reserve_inline(nested):
+            self.message(nested, self._create(self.class_ref(base, nested), target))
         else:
             self.flush()
             self._call(self._read(nested), target)
 
-    def _make(self, cls: str, target: str) -> str:
-        """Emit code that makes an object; return its name."""
-        local = self.fresh("m")
-        if self.made is None:
-            self.emit(f"{target} = {local} = {self.new(cls)}")
+    def _create(self, cls: str, target: str) -> str:
+        """Emit code that creates an object; return the name of its variable."""
+        local = self.unique_name("m")
+        if self.created is None:
+            self.emit(f"{target} = {local} = {self.new_object(cls)}")
         else:
-            self.made.append((local, cls))
+            self.created.append((local, cls))
             self.emit(f"{target} = {local}")
         return local
 
     def _call(self, function: str, target: str, *arguments: str) -> None:
-        """Emit the call of a function that returns a value and the position behind it."""
-        begin = self.move()
+        """Emit a call to a function that returns a value and the position after it."""
+        begin = self.switch_position()
         given = ", ".join([self.arguments.buffer, begin, *arguments, self.arguments.end, *self._view])
-        self.emit(f"{target}, {self.at} = {function}({given})")
+        self.emit(f"{target}, {self.position} = {function}({given})")
 
     @property
     def _view(self) -> list[str]:
@@ -194,104 +202,110 @@ class Decoder(Source):
     def _array(self, base: str, length: int, nested: type[Message] | None, target: str) -> None:
         code = "?" if base == "bool" else STRUCT_CODES.get(base)
         if code == "B" and length >= 0 and not self.views:
-            self.value(f"{length}s", target)
+            self.add_value(f"{length}s", target)
             return
         if length < 0:
-            count = self.number()
+            count = self.read_length()
         else:
             count = str(length)
             self.flush()
         if code is not None:
-            self._numbers(code, count, length, target)
+            self._number_array(code, count, length, target)
         elif base == "string":
-            self._strings(count, target)
+            self._string_array(count, target)
         elif nested is None:
-            begin = self.reserve(count, 8)
+            begin = self.checked_advance(count, 8)
             cls = TIME_CLASSES[base]
             given = f"{self.arguments.buffer}, {begin}, {count}, '{TIME_CODES[base]}', {self.ref(cls, 'cls')}"
             self.emit(f"{target} = {self.ref(arrays.read_times, 'times')}({given})")
         elif nested._fixed_size:
-            self._fixed(nested, nested._fixed_size, count, target)
+            self._fixed_size_array(nested, nested._fixed_size, count, target)
         elif nested._min_size:
-            self._variable(nested, nested._min_size, count, target)
+            self._variable_size_array(nested, nested._min_size, count, target)
         else:
-            self.emit(f"if {count} > {MAX_EMPTY}: raise ValueError('count')")
-            element = self._element(nested, self.at, self.at)
-            self.emit(f"{target} = [{element} for {self.fresh('i')} in range({count})]")
+            self.emit(f"if {count} > {MAX_EMPTY_ELEMENTS}: raise ValueError('count')")
+            element = self._element(nested, self.position, self.position)
+            self.emit(f"{target} = [{element} for {self.unique_name('i')} in range({count})]")
 
-    def _numbers(self, code: str, count: str, length: int, target: str) -> None:
+    def _number_array(self, code: str, count: str, length: int, target: str) -> None:
         buffer, size = self.arguments.buffer, struct.calcsize("<" + code)
         if self.views:
-            begin = self.reserve(count, size)
+            begin = self.checked_advance(count, size)
             self.emit(f"{target} = {self.arguments.view}({buffer}, {begin}, {count}, '{code}')")
             return
-        if code == "B":  # those of a fixed length are values
-            begin = self.step(count)
-            self.emit(f"{target} = {buffer}[{begin}:{self.at}]")
+        if code == "B":  # arrays of fixed length were handled as single values
+            begin = self.advance(count)
+            self.emit(f"{target} = {buffer}[{begin}:{self.position}]")
             return
         if length >= 0:
-            begin = self.at
+            begin = self.position
             read = f"{self.unpack(f'{length}{code}')}({buffer}, {begin})"
         else:
-            begin = self.reserve(count, size)
+            begin = self.checked_advance(count, size)
             unpackers = self.ref(arrays.Unpackers(code), "unpackers", ("unpackers", code))
             read = f"{unpackers}[{count}]({buffer}, {begin})"
         self.emit(f"{target} = list({read})" if code == "?" else f"{target} = {read}")
         if length >= 0:
-            self.step(length * size)
+            self.advance(length * size)
 
-    def _strings(self, count: str, target: str) -> None:
-        begin = self.move()
+    def _string_array(self, count: str, target: str) -> None:
+        begin = self.switch_position()
         read, end = self.ref(arrays.read_strings, "strings"), self.arguments.end
-        self.emit(f"{target}, {self.at} = {read}({self.arguments.buffer}, {begin}, {count}, {end})")
+        self.emit(f"{target}, {self.position} = {read}({self.arguments.buffer}, {begin}, {count}, {end})")
 
-    def _fixed(self, nested: type[Message], size: int, count: str, target: str) -> None:
+    def _fixed_size_array(self, nested: type[Message], size: int, count: str, target: str) -> None:
         """Emit code that decodes an array of messages of one fixed size."""
-        begin = self.reserve(count, size)
+        begin = self.checked_advance(count, size)
         loop = self._loop(nested)
-        if loop is None or loop.moved:  # more than values to unpack
-            i = self.fresh("i")
+        if loop is None or loop.has_moved:  # it does more than unpack values
+            i = self.unique_name("i")
             element = self._element(nested, i, f"{i} + {size}")
-            self.emit(f"{target} = [{element} for {i} in range({begin}, {self.at}, {size})]")
+            self.emit(f"{target} = [{element} for {i} in range({begin}, {self.position}, {size})]")
             return
-        values = self.fresh("values")
+        values = self.unique_name("values")
         unpack = struct.Struct("<" + "".join(loop.codes)).iter_unpack
         name = self.ref(unpack, "unpack", ("iter_unpack", *loop.codes))
         body = [*loop.lines, *loop.assignment(values)]
-        self._emit_loop(loop, count, target, body, (values, f"{name}({self.arguments.buffer}[{begin}:{self.at}])"))
+        self._emit_loop(
+            loop, count, target, body, (values, f"{name}({self.arguments.buffer}[{begin}:{self.position}])")
+        )
 
-    def _variable(self, nested: type[Message], min_size: int, count: str, target: str) -> None:
+    def _variable_size_array(self, nested: type[Message], min_size: int, count: str, target: str) -> None:
         """Emit code that decodes an array of messages of different sizes, at least ``min_size`` bytes each."""
-        self.emit(f"if {count} > ({self.arguments.end} - {self.at}) // {min_size}: raise ValueError('count')")
+        self.emit(f"if {count} > ({self.arguments.end} - {self.position}) // {min_size}: raise ValueError('count')")
         loop = self._loop(nested)
         if loop is None:
-            place, items, item = self.assign("p", self.at), self.assign("items", "[]"), self.fresh("item")
-            given = ", ".join([self.arguments.buffer, place, self.arguments.end, *self._view])
-            read = f"{item}, {place} = {self._read(nested)}({given})"
-            self.block(f"for {self.fresh('i')} in range({count}):", [read, f"{items}.append({item})"])
+            position, items, item = (
+                self.assign("p", self.position),
+                self.assign("items", "[]"),
+                self.unique_name("item"),
+            )
+            given = ", ".join([self.arguments.buffer, position, self.arguments.end, *self._view])
+            read = f"{item}, {position} = {self._read(nested)}({given})"
+            self.block(f"for {self.unique_name('i')} in range({count}):", [read, f"{items}.append({item})"])
             self.emit(f"{target} = {items}")
-            self.at = place
+            self.position = position
             return
         loop.flush()
-        if loop.at != loop.begin:
-            loop.emit(f"{loop.begin} = {loop.at}")
-        self.emit(f"{loop.begin} = {self.at}")
+        if loop.position != loop.begin:
+            loop.emit(f"{loop.begin} = {loop.position}")
+        self.emit(f"{loop.begin} = {self.position}")
         self._emit_loop(loop, count, target, loop.lines)
-        self.at = loop.begin
+        self.position = loop.begin
 
     def _loop(self, nested: type[Message]) -> Decoder | None:
-        """Return the loop that decodes the elements; None if a separate function is better."""
-        if self.made is not None or not self.fits(nested) or not _is_plain(nested):
+        """Return the decoder for a loop over the elements, or None if a separate function is better."""
+        if self.created is not None or not self.can_inline(nested) or not _has_no_message_arrays(nested):
             return None
-        self.inlines(nested)
+        self.reserve_inline(nested)
         loop = Decoder(nested, views=self.views, outer=self)
         loop.message(nested, loop.root)
         return loop
 
     def _emit_loop(self, loop: Decoder, count: str, target: str, body: list[str], *more: tuple[str, str]) -> None:
-        """Emit a loop over new objects, and over the iterables given with their names."""
-        assert loop.made is not None
-        sources = [(name, self._objects(cls, count)) for name, cls in loop.made]
+        """Emit a loop over new objects and over ``iterables``, each given with the name of its variable."""
+        assert loop.created is not None
+        sources = [(name, self._objects(cls, count)) for name, cls in loop.created]
         items = self.assign("items", f"list({sources[0][1]})")
         sources[0] = sources[0][0], items
         names, iterables = zip(*sources, *more, strict=True)
@@ -302,28 +316,28 @@ class Decoder(Source):
         return f"map({self.ref(object.__new__, 'new')}, {self.ref(repeat, 'repeat')}({cls}, {count}))"
 
 
-def _is_plain(cls: type[Message]) -> bool:
+def _has_no_message_arrays(cls: type[Message]) -> bool:
     """Return whether a class has no arrays of messages at any depth."""
     for slot_type in cls._slot_types:
         base, length = split_type(slot_type)
         nested = cls._classes.get(base)
-        if nested is not None and (length is not None or not _is_plain(nested)):
+        if nested is not None and (length is not None or not _has_no_message_arrays(nested)):
             return False
     return True
 
 
 def make_decode(cls: type[Message]) -> Callable[[Any, int, int], Any]:
     """Generate ``_decode``."""
-    return _make_decode(Decoder(cls, whole=True))
+    return _make_decode(Decoder(cls, is_top_level=True))
 
 
 def make_decode_arrays(cls: type[Message]) -> Callable[..., Any]:
     """Generate ``_decode_arrays``."""
-    return _make_decode(Decoder(cls, views=True, whole=True))
+    return _make_decode(Decoder(cls, views=True, is_top_level=True))
 
 
 def make_read(cls: type[Message]) -> Callable[[Any, int, int], tuple[Any, int]]:
-    """Generate ``_read``, whose errors the caller explains, since it knows where the whole message begins."""
+    """Generate ``_read``; its caller explains errors, since it knows where the top-level message begins."""
     return _make_read(Decoder(cls))
 
 
@@ -332,53 +346,56 @@ def make_read_arrays(cls: type[Message]) -> Callable[..., tuple[Any, int]]:
     return _make_read(Decoder(cls, views=True))
 
 
-def _make_decode(source: Decoder) -> Callable[..., Any]:
-    cls = source.cls
-    buffer, start, end, view, exact = source.arguments
-    cls_name = source.ref(cls, "cls")
+def _make_decode(decoder: Decoder) -> Callable[..., Any]:
+    cls = decoder.cls
+    buffer, start, end, view, exact = decoder.arguments
+    cls_name = decoder.ref(cls, "cls")
     if cls._fixed_size is not None:
-        _make_message(source, last=True)
+        _emit_message(decoder, last=True)
         left = f"{end} - {start} - {cls._fixed_size}"
-        source.emit(f"if {end} - {start} != {cls._fixed_size}: {source.ref(accept_end)}({cls_name}, {left}, {exact})")
+        decoder.emit(f"if {end} - {start} != {cls._fixed_size}: {decoder.ref(accept_end)}({cls_name}, {left}, {exact})")
     else:
-        _make_message(source)
-        source.emit(f"if {source.at} != {end}: {source.ref(accept_end)}({cls_name}, {end} - {source.at}, {exact})")
-    source.emit(f"return {source.root}")
-    mended = f"{source.ref(decode_repaired)}({cls_name}, {buffer}, {start}, {end}, {exact}"
-    mended += f", {view})" if source.views else ")"
-    return source.function("decode", [*_parameters(source), f"{exact}=False"], _DECODE_ERRORS, lambda _: mended)
+        _emit_message(decoder)
+        left = f"{end} - {decoder.position}"
+        decoder.emit(f"if {decoder.position} != {end}: {decoder.ref(accept_end)}({cls_name}, {left}, {exact})")
+    decoder.emit(f"return {decoder.root}")
+    repaired = f"{decoder.ref(decode_repaired)}({cls_name}, {buffer}, {start}, {end}, {exact}"
+    repaired += f", {view})" if decoder.views else ")"
+    return decoder.function("decode", [*_parameters(decoder), f"{exact}=False"], _DECODE_ERRORS, lambda _: repaired)
 
 
-def _make_read(source: Decoder) -> Callable[..., tuple[Any, int]]:
-    _make_message(source)
-    source.emit(f"if {source.at} > {source.arguments.end}: raise ValueError('size')")
-    source.emit(f"return {source.root}, {source.at}")
-    return source.function("read", _parameters(source))
+def _make_read(decoder: Decoder) -> Callable[..., tuple[Any, int]]:
+    _emit_message(decoder)
+    decoder.emit(f"if {decoder.position} > {decoder.arguments.end}: raise ValueError('size')")
+    decoder.emit(f"return {decoder.root}, {decoder.position}")
+    return decoder.function("read", _parameters(decoder))
 
 
-def _make_message(source: Decoder, *, last: bool = False) -> None:
-    """Emit code that decodes the whole message; ``last`` as in `Decoder.flush`."""
-    cls = source.cls
-    source.emit(f"{source.root} = {source.new(source.ref(cls, 'cls'))}")
-    parts = parts_of(cls)
+def _emit_message(decoder: Decoder, *, last: bool = False) -> None:
+    """Emit code that decodes the message; ``last`` as in `Decoder.flush`."""
+    cls = decoder.cls
+    decoder.emit(f"{decoder.root} = {decoder.new_object(decoder.ref(cls, 'cls'))}")
+    parts = field_groups(cls)
     if len(parts) < 2:
-        source.message(cls, source.root)
-        source.flush(last=last)
+        decoder.message(cls, decoder.root)
+        decoder.flush(last=last)
         return
     for part in parts:
-        read, begin = source.ref(_make_part(source, part), "part"), source.move()
-        buffer, _, end, *view = _parameters(source)
-        source.emit(f"{source.at} = {read}({', '.join([buffer, begin, end, *view, source.root])})")
+        read, begin = decoder.ref(_make_part(decoder, part), "part"), decoder.switch_position()
+        buffer, _, end, *view = _parameters(decoder)
+        decoder.emit(f"{decoder.position} = {read}({', '.join([buffer, begin, end, *view, decoder.root])})")
 
 
 def _make_part(outer: Decoder, fields: Fields) -> Callable[..., int]:
-    """Generate a function that decodes some fields of a message, its last argument; it returns the position behind."""
-    source = Decoder(outer.cls, views=outer.views, whole=outer.whole)
-    source.message(outer.cls, source.root, fields)
-    source.flush()
-    source.emit(f"return {source.at}")
-    return source.function("part", [*_parameters(source), source.root])
+    """Generate a function that decodes some fields into a message, its last argument, and returns the position after
+    them.
+    """
+    decoder = Decoder(outer.cls, views=outer.views, is_top_level=outer.is_top_level)
+    decoder.message(outer.cls, decoder.root, fields)
+    decoder.flush()
+    decoder.emit(f"return {decoder.position}")
+    return decoder.function("part", [*_parameters(decoder), decoder.root])
 
 
-def _parameters(source: Decoder) -> tuple[str, ...]:
-    return source.arguments[: 4 if source.views else 3]
+def _parameters(decoder: Decoder) -> tuple[str, ...]:
+    return decoder.arguments[: 4 if decoder.views else 3]

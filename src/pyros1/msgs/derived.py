@@ -1,7 +1,7 @@
-"""Message classes that programs derive from others: they are created and written like those of genpy.
+"""Message classes that programs derive from others; they are read and written as with genpy.
 
-The generated decoder makes objects of the very class that a definition gave, and the encoder reads their fields.
-A derived class has a constructor, and perhaps a ``deserialize`` and a ``serialize``, which the program wants called.
+The generated decoder creates objects of exactly the class made from the definition, and the encoder reads their fields.
+A derived class has a constructor, and possibly a ``deserialize`` and a ``serialize``, which must be called.
 """
 
 from __future__ import annotations
@@ -15,13 +15,13 @@ from pyros1.msgs.base import Message, message_class
 
 
 def derive(cls: Any) -> None:
-    """Set the codec functions of a class that a program has just derived; those that it defines itself stay."""
+    """Set the codec functions of a class that a program has just derived, except for those that it defines itself."""
     members = vars(cls)
     if members.get("_slot_types") == super(cls, cls)._slot_types and "_slot_types" in members:
-        del cls._slot_types  # repeated, as rospy's numpy_msg does; the definition's class is the base
+        del cls._slot_types  # repeated by rospy's numpy_msg; the base is the class made from the definition
     if "_decode" not in members:
         cls._decode = staticmethod(make_decode(cls))
-        cls._wants_whole = cls.deserialize is not Message.deserialize
+        cls._has_own_deserialize = cls.deserialize is not Message.deserialize
     if cls.serialize is not Message.serialize and message_class(cls) is not cls:
         cls._encode = staticmethod(encode)
         cls._encode_frame = staticmethod(encode_frame)
@@ -29,7 +29,7 @@ def derive(cls: Any) -> None:
 
 
 def make_decode(cls: Any) -> Callable[..., Any]:
-    """Return a decoder that asks objects of the class to read."""
+    """Return a decoder that creates an object of the class and calls its ``deserialize``."""
 
     def decode(buffer: bytes, start: int, end: int, exact: bool = False) -> Any:
         try:
@@ -43,20 +43,20 @@ def make_decode(cls: Any) -> Callable[..., Any]:
 
 
 def encode(message: Any) -> bytes:
-    """Return the body written by a message."""
+    """Return the body that a message writes."""
     buffer = io.BytesIO()
     message.serialize(buffer)
     return buffer.getvalue()
 
 
 def encode_frame(message: Any) -> bytes:
-    """Return the same with its length before it."""
+    """Return the body that a message writes, preceded by its length."""
     body = encode(message)
     return len(body).to_bytes(4, "little") + body
 
 
 def make_copy(cls: Any) -> Callable[[Any], Any]:
-    """Return the function that makes a message of the class of the definition from what a message writes."""
+    """Return a function that decodes what a message writes, with the class made from the definition."""
     base = message_class(cls)
 
     def copy(message: Any) -> Any:

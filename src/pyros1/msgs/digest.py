@@ -1,7 +1,7 @@
-"""md5 sums and full texts, from the raw definition texts exactly as stock computes them (G11, G12, G14).
+"""Computes md5 sums and full texts from the raw definition texts, exactly as stock does (G11, G12, G14).
 
-The md5 decides whether two nodes may connect; the full text travels in connection headers and bags, and other programs
-parse it. Pure.
+The md5 sum decides whether two nodes can connect; the full text is sent in connection headers and stored in bags, and
+other programs parse it. Pure.
 """
 
 from __future__ import annotations
@@ -33,25 +33,25 @@ class Digests:
         Raises:
             DefinitionError: a type contains itself, or is nested too deeply.
         """
-        parts = _parts(spec)
+        parts = _message_specs(spec)
         for part in parts:
-            self._sum_up(part)
+            self._compute_sums(part)
         return _md5("".join(map(self._md5_text, parts)))
 
     def md5_text(self, spec: MessageSpec | ServiceSpec) -> str:
-        """Return the text of which :meth:`md5` is the sum; raises the same errors."""
+        """Return the text of which :meth:`md5` returns the sum; raises the same errors."""
         self.md5(spec)
-        return "".join(map(self._md5_text, _parts(spec)))
+        return "".join(map(self._md5_text, _message_specs(spec)))
 
     def dependencies(self, spec: MessageSpec | ServiceSpec) -> list[str]:
         """Return the full names of all message types used, depth first, each once.
 
         Raises:
-            DefinitionError: as from `md5`.
+            DefinitionError: as for `md5`.
         """
         found: dict[str, None] = {}
-        for part in _parts(spec):
-            self._sum_up(part)
+        for part in _message_specs(spec):
+            self._compute_sums(part)
             self._collect(part, found)
         return list(found)
 
@@ -62,9 +62,9 @@ class Digests:
             parts.append(f"{SEPARATOR}\nMSG: {name}\n{self._resolve(name).text}\n")
         return "".join(parts)[:-1]
 
-    def _sum_up(self, root: MessageSpec) -> None:
-        """Compute the sums of all types used, without recursion, since peers send definitions of any depth."""
-        path = [(root, _used(root))]
+    def _compute_sums(self, root: MessageSpec) -> None:
+        """Compute the sums of all types used, without recursion, since peers may send definitions of any depth."""
+        path = [(root, _used_types(root))]
         names = {root.name}
         while path:
             spec, used = path[-1]
@@ -72,17 +72,17 @@ class Digests:
             if name is None:
                 path.pop()
                 names.remove(spec.name)
-                depth = 1 + max((self._depths[each] for each in _used(spec)), default=0)
+                depth = 1 + max((self._depths[each] for each in _used_types(spec)), default=0)
                 if depth > _MAX_DEPTH:
                     raise DefinitionError(f"nested more than {_MAX_DEPTH} deep", spec.name)
-                if path:  # the parts of a service have no public names
+                if path:  # the request and response of a service are not types of their own
                     self._sums[spec.name], self._depths[spec.name] = _md5(self._md5_text(spec)), depth
             elif name in names:
-                circle = " -> ".join([*(each.name for each, _ in path), name])
-                raise DefinitionError(f"the type contains itself: {circle}", name)
+                cycle = " -> ".join([*(each.name for each, _ in path), name])
+                raise DefinitionError(f"the type contains itself: {cycle}", name)
             else:
                 spec = self._resolve(name)
-                path.append((spec, _used(spec)))
+                path.append((spec, _used_types(spec)))
                 names.add(name)
 
     def _md5_text(self, spec: MessageSpec) -> str:
@@ -92,18 +92,18 @@ class Digests:
         return "\n".join(lines).strip()
 
     def _collect(self, spec: MessageSpec, found: dict[str, None]) -> None:
-        for name in _used(spec):
+        for name in _used_types(spec):
             if name not in found:
                 found[name] = None
                 self._collect(self._resolve(name), found)
 
 
-def _parts(spec: MessageSpec | ServiceSpec) -> tuple[MessageSpec, ...]:
+def _message_specs(spec: MessageSpec | ServiceSpec) -> tuple[MessageSpec, ...]:
     return (spec.request, spec.response) if isinstance(spec, ServiceSpec) else (spec,)
 
 
-def _used(spec: MessageSpec) -> Iterator[str]:
-    """Yield the names of the message types that fields have."""
+def _used_types(spec: MessageSpec) -> Iterator[str]:
+    """Yield the names of the message types of the fields."""
     return (field.base for field in spec.fields if not field.is_builtin)
 
 
@@ -112,10 +112,10 @@ def split_full_text(name: str, full_text: str) -> dict[str, str]:
 
     Args:
         name: full type name of the first definition.
-        full_text: text as :meth:`Digests.full_text` makes it.
+        full_text: text in the format of :meth:`Digests.full_text`.
 
     Returns:
-        Full type name -> definition text; if a type occurs twice, the first text counts.
+        Full type name -> definition text; if a type occurs twice, the first text is used.
 
     Raises:
         DefinitionError: a separator is not followed by a ``MSG:`` line.

@@ -1,6 +1,6 @@
-"""Message classes from definitions in connection headers and bags (G15).
+"""Creates message classes from the definitions in connection headers and bags (G15).
 
-With these, any topic can be read, even if its message package is not on this machine.
+With these classes, any topic can be read, even if its message package is not installed.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pyros1.msgs.factory import make_message_class
 from pyros1.msgs.spec import HEADER, MessageSpec, is_type_name, parse_message
 
 MAX_TEXT = 1 << 20
-"""Longest full text that is accepted from a peer, in characters."""
+"""Maximum length of a full text from a peer, in characters."""
 
 EMPTY_MD5 = "d41d8cd98f00b204e9800998ecf8427e"
 """md5 of a message without fields."""
@@ -23,41 +23,41 @@ _HEADER_TEXT = "uint32 seq\ntime stamp\nstring frame_id\n"
 
 
 def from_definition(type_name: str, full_text: str) -> type[Message]:
-    """Return a class made from a full text.
+    """Create a class from a full text.
 
     Args:
         type_name: full type name of the message, ``package/Type``.
         full_text: its definition and those of all types used (``message_definition`` of a connection header).
 
     Returns:
-        A new class; its md5 is computed from the text.
+        A new class; its md5 sum is computed from the text.
 
     Raises:
-        DefinitionError: the text is wrong, too long, or lacks a type that is used.
+        DefinitionError: the text is invalid, too long, or lacks a type that is used.
     """
     if len(full_text) > MAX_TEXT:
         raise DefinitionError(f"the definition has {len(full_text)} characters; the limit is {MAX_TEXT}", type_name)
     cls = from_texts(type_name, split_full_text(type_name, full_text))
-    # The text of the peer, not one composed here, so that bags and further subscribers get the same text.
+    # The peer's text, not one composed here, so that bags and further subscribers receive the same text.
     cls._full_text = full_text
     return cls
 
 
 def from_texts(
-    type_name: str, given: Mapping[str, str], installed: Callable[[str], MessageSpec] | None = None
+    type_name: str, definitions: Mapping[str, str], installed: Callable[[str], MessageSpec] | None = None
 ) -> type[Message]:
-    """Return a class made from the texts of its own and of nested definitions.
+    """Create a class from the texts of its definition and of nested ones.
 
     Args:
         type_name: full type name of the message.
-        given: definition texts by full type name.
-        installed: returns the definition of a type that is not among them; None: they must be complete.
+        definitions: definition texts by full type name.
+        installed: returns the definition of a type that is not among them; None if they must be complete.
 
     Raises:
-        DefinitionError: a text is wrong, or one that is used is missing.
+        DefinitionError: a text is invalid, or one that is used is missing.
         UnknownTypeError: from ``installed``.
     """
-    texts = dict(given)
+    texts = dict(definitions)
     texts.setdefault(HEADER, texts.get("roslib/Header", _HEADER_TEXT))
     specs: dict[str, MessageSpec] = {}
     classes: dict[str, type[Message]] = {}

@@ -1,4 +1,4 @@
-"""Makes message and service classes from parsed definitions, within limits."""
+"""Creates message and service classes from parsed definitions, within limits."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from pyros1.msgs.digest import Digests
 from pyros1.msgs.spec import STRUCT_CODES, Field, MessageSpec, ServiceSpec
 
 MAX_WEIGHT = 1 << 28
-"""Maximum number of bytes of memory, roughly, of a type's default value: fixed arrays could need any amount."""
+"""Maximum approximate memory of a type's default value in bytes, since arrays of fixed length could need any amount."""
 
-MAX_EMPTY = 16
-"""Maximum number of elements of an array whose elements take no bytes, since the received bytes do not limit their
-number."""
+MAX_EMPTY_ELEMENTS = 16
+"""Maximum number of elements of an array whose elements have no content, since the received bytes do not limit it."""
 
 MAX_EMPTY_FIXED = 32
-"""Maximum number of messages in a field that takes no bytes, nested ones included: each received byte may cause that
-many."""
+"""Maximum number of messages, including nested ones, in a field without content, since each received byte can create
+that many.
+"""
 
 MESSAGE_WEIGHT = 64
-"""Bytes of memory, roughly, of a message without its values."""
+"""Approximate memory of a message without its values, in bytes."""
 
 
 def python_name(name: str) -> str:
-    """Return the attribute name of a field or constant: Python's reserved words get an underscore (G10)."""
+    """Return the attribute name of a field or constant: an underscore is appended to Python's keywords (G10)."""
     return name + "_" if keyword.iskeyword(name) or name == "self" else name
 
 
@@ -39,50 +39,50 @@ def make_message_class(
 
     Args:
         spec: the parsed definition.
-        digests: source of md5 and full text.
+        digests: computes the md5 sum and the full text.
         lookup: returns the class of a field's message type.
         module: ``__module__`` of the class.
 
     Raises:
         DefinitionError: the type contains itself or is too large, or a name occurs twice.
     """
-    md5sum = digests.md5(spec)  # first: it refuses types that contain themselves
+    md5sum = digests.md5(spec)  # first, since it rejects types that contain themselves
     classes = {field.base: lookup(field.base) for field in spec.fields if not field.is_builtin}
     constants = {python_name(constant.name): constant.value for constant in spec.constants}
     slots = [python_name(field.name) for field in spec.fields]
     if not constants.keys().isdisjoint(slots):
         raise DefinitionError("a field and a constant have the same name", spec.name)
-    if len({*slots}) < len(slots):  # both would be the same attribute
-        twice = next(name for name in slots if slots.count(name) > 1)
-        raise DefinitionError(f"two fields have the name [{twice}] in Python", spec.name)
-    minimum, weight, fixed = 0, MESSAGE_WEIGHT, True
+    if len({*slots}) < len(slots):  # they would be the same attribute
+        duplicate = next(name for name in slots if slots.count(name) > 1)
+        raise DefinitionError(f"two fields have the name [{duplicate}] in Python", spec.name)
+    min_size, weight, is_fixed = 0, MESSAGE_WEIGHT, True
     for field in spec.fields:
-        size, cost, same = measure(field, classes)
-        minimum, weight, fixed = minimum + size, weight + cost, fixed and same
+        size, cost, is_field_fixed = field_size(field, classes)
+        min_size, weight, is_fixed = min_size + size, weight + cost, is_fixed and is_field_fixed
         if weight > MAX_WEIGHT:
             raise DefinitionError(f"field [{field.name}] makes the type too large", spec.name)
         if size == 0 and cost > MESSAGE_WEIGHT * MAX_EMPTY_FIXED:
-            many = f"{cost // MESSAGE_WEIGHT} messages without content; the limit is {MAX_EMPTY_FIXED}"
-            raise DefinitionError(f"field [{field.name}] holds {many}", spec.name)
+            amount = f"{cost // MESSAGE_WEIGHT} messages without content; the limit is {MAX_EMPTY_FIXED}"
+            raise DefinitionError(f"field [{field.name}] contains {amount}", spec.name)
     short = spec.name.partition("/")[2]
-    body: dict[str, Any] = {
+    members: dict[str, Any] = {
         "__slots__": slots,
         "__module__": module,
         "__qualname__": short,
-        "__doc__": _doc(spec.text) or f"Message type {spec.name}, without fields.",
+        "__doc__": _docstring(spec.text) or f"Message type {spec.name}, without fields.",
         **constants,
         "_type": spec.name,
         "_md5sum": md5sum,
         "_text_source": (digests, spec),
         "_has_header": spec.has_header,
         "_slot_types": [field.type for field in spec.fields],
-        "_fixed_size": minimum if fixed else None,
-        "_min_size": minimum,
+        "_fixed_size": min_size if is_fixed else None,
+        "_min_size": min_size,
         "_weight": weight,
         "_classes": classes,
     }
     try:
-        cls: Any = MessageType(short, (Message,), body)
+        cls: Any = MessageType(short, (Message,), members)
     except (TypeError, ValueError) as error:
         raise DefinitionError(f"cannot make a class of this definition: {error}", spec.name) from error
     made: type[Message] = cls
@@ -92,27 +92,27 @@ def make_message_class(
 def make_service_class(
     spec: ServiceSpec, digests: Digests, lookup: Callable[[str], type[Message]], module: str
 ) -> type[Service]:
-    """Return a new class for a service type, with request and response classes; arguments as for messages."""
+    """Return a new class for a service type, with its request and response classes; arguments as for messages."""
     short = spec.name.partition("/")[2]
-    body: dict[str, Any] = {
+    members: dict[str, Any] = {
         "__module__": module,
-        "__doc__": _doc(spec.text) or f"Service type {spec.name}, without fields.",
+        "__doc__": _docstring(spec.text) or f"Service type {spec.name}, without fields.",
         "_type": spec.name,
         "_md5sum": digests.md5(spec),
         "_full_text": digests.full_text(spec),
         "_request_class": make_message_class(spec.request, digests, lookup, module),
         "_response_class": make_message_class(spec.response, digests, lookup, module),
     }
-    return type(short, (Service,), body)
+    return type(short, (Service,), members)
 
 
-def _doc(text: str) -> str:
+def _docstring(text: str) -> str:
     """Return a definition for a class's ``__doc__``: the same text, without undecodable bytes."""
     return text if text.isascii() else text.encode("utf-8", "replace").decode()
 
 
-def measure(field: Field, classes: Mapping[str, type[Message]]) -> tuple[int, int, bool]:
-    """Return a field's smallest size and rough default memory, both in bytes, and whether its size is fixed."""
+def field_size(field: Field, classes: Mapping[str, type[Message]]) -> tuple[int, int, bool]:
+    """Return a field's minimum size and approximate default memory, both in bytes, and whether its size is fixed."""
     if field.length == -1:
         return 4, 64, False
     count = 1 if field.length is None else field.length

@@ -15,13 +15,13 @@ def fill_message(message: Any, args: Any, now: Time | None = None, keys: Mapping
     """Set a message's fields from plain values.
 
     Args:
-        message: the message or time to fill; fields that are not named keep their values.
-        args: a list with one value for each field in order, or a dict of field names to values, or a list that holds
-            one such dict. A nested message is again a list or dict. A time is a number of nanoseconds,
-            ``[secs, nsecs]``, or a dict. The word ``now`` stands for the current time; the word
-                ``auto`` in place of a header for one with that time.
-        now: the current time; None: the words ``now`` and ``auto`` are not accepted.
-        keys: further words that stand for times and messages, with their values.
+        message: the message or time to fill; fields that are not given keep their values.
+        args: a list with one value for each field in order, or a dict of field names to values, or a list that contains
+            one such dict. A nested message is again a list or dict. A time is a number of nanoseconds, ``[secs,
+            nsecs]``, or a dict. The string ``now`` stands for the current time; the string
+                ``auto`` in place of a header stands for a header with that time.
+        now: the current time; None if the strings ``now`` and ``auto`` are not accepted.
+        keys: other strings that stand for times and messages -> their values.
 
     Raises:
         MessageError: a value does not fit its field; the message names the field.
@@ -48,19 +48,19 @@ class _Filler:
             for name, value in args.items():
                 if name not in types:
                     raise MessageError(f"No field name [{prefix}{name}]")
-                self.set(target, name, types[name], "" if value is None else value, prefix)
+                self.set_field(target, name, types[name], "" if value is None else value, prefix)
         elif isinstance(args, (list, tuple)):
             if len(args) != len(types):
                 amount = "Too many" if len(args) > len(types) else "Not enough"
                 raise MessageError(f"{amount} arguments:\n * Given: {list(args)}\n * Expected: {list(types)}")
             for (name, slot_type), value in zip(types.items(), args, strict=True):
-                self.set(target, name, slot_type, value, prefix)
+                self.set_field(target, name, slot_type, value, prefix)
         else:
             raise MessageError(f"invalid msg_args type: {args}")
         if isinstance(target, TVal):
             self._normalise(target, prefix)
 
-    def set(self, target: Any, name: str, slot_type: str, value: Any, prefix: str) -> None:
+    def set_field(self, target: Any, name: str, slot_type: str, value: Any, prefix: str) -> None:
         """Set one field of ``target``."""
         if isinstance(target, TVal):
             if type(value) is not int:
@@ -71,13 +71,13 @@ class _Filler:
         base, bracket, count = slot_type.partition("[")
         path = prefix + name
         if bracket:
-            setattr(target, name, self._array(cls, base, count, value, path))
+            setattr(target, name, self._make_array(cls, base, count, value, path))
         elif base in cls._classes or base in ("time", "duration"):
-            setattr(target, name, self._object(cls, base, value, getattr(target, name), path))
+            setattr(target, name, self._make_object(cls, base, value, getattr(target, name), path))
         else:
             setattr(target, name, value)
 
-    def _array(self, cls: type[Message], base: str, count: str, value: Any, path: str) -> Any:
+    def _make_array(self, cls: type[Message], base: str, count: str, value: Any, path: str) -> Any:
         if base in ("uint8", "char") and isinstance(value, (str, bytes)):
             return value
         if not isinstance(value, (list, tuple)):
@@ -86,10 +86,10 @@ class _Filler:
             raise MessageError(f"Field [{path}] has incorrect number of elements: {len(value)} != {count[:-1]}")
         if base not in cls._classes and base not in ("time", "duration"):
             return value
-        return [self._object(cls, base, item, None, path) for item in value]
+        return [self._make_object(cls, base, item, None, path) for item in value]
 
-    def _object(self, cls: type[Message], base: str, value: Any, current: Any, path: str) -> Any:
-        """Return a time or message made from ``value``: a new one, or ``current`` if given."""
+    def _make_object(self, cls: type[Message], base: str, value: Any, current: Any, path: str) -> Any:
+        """Return a time or message set from ``value``: a new one, or ``current`` if given."""
         if isinstance(value, str):
             if value in self.keys:
                 return self.keys[value]
@@ -98,14 +98,14 @@ class _Filler:
             if value == "auto" and self.now is not None and base == HEADER:
                 return cls._classes[base](stamp=self.now)
             raise MessageError(f"No key named [{value}]")
-        kind = {"time": Time, "duration": Duration}.get(base)
-        if kind is not None and type(value) is int:
+        time_class = {"time": Time, "duration": Duration}.get(base)
+        if time_class is not None and type(value) is int:
             try:
-                return kind(0, value)
+                return time_class(0, value)
             except TypeError as error:
                 raise MessageError(f"Field [{path}]: {error}") from error
         if current is None:
-            current = cls._classes[base]() if kind is None else kind()
+            current = cls._classes[base]() if time_class is None else time_class()
         self.fill(current, value, path + ".")
         return current
 

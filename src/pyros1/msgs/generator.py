@@ -1,11 +1,11 @@
-"""Builds Python source for constructors and codecs of message classes: the parts that their generators share.
+"""Builds the Python source of constructors and codecs of message classes: the code shared by their generators.
 
-Every name in the source, except for attributes and builtins, is made by `Scope.fresh` and so is unique: it ends in a
-number that no other name of the function has, and no builtin or keyword has that form. Names from a definition, which
-the parser has checked (``[A-Za-z][A-Za-z0-9_]*``), occur only after a dot.
+Every name in the source, except for attributes and builtins, is created by `Scope.unique_name`: it ends in a number
+that no other name of the function has, and no builtin or keyword looks like that. Names from a definition, which the
+parser has checked (``[A-Za-z][A-Za-z0-9_]*``), only occur after a dot.
 
-Adjacent values of fixed size share one ``struct.Struct``, across nested messages: these are inlined up to a limit.
-The length prefixes of strings and arrays are part of the struct before them.
+Adjacent values of fixed size share one ``struct.Struct``, even across nested messages, which are inlined up to a limit.
+The length prefixes of strings and arrays are part of the preceding struct.
 """
 
 from __future__ import annotations
@@ -20,12 +20,14 @@ from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
 
 MAX_INLINE = 200
-"""Maximum number of values that one function handles inline; further values of nested messages are left to their own
-functions."""
+"""Maximum number of values that one function handles inline; beyond that, nested messages are handled by their own
+functions.
+"""
 
 MAX_FIELDS = 500
-"""Maximum number of fields of a message that one function handles; with more fields, several functions share them,
-since Python's compiler needs several kilobytes for each line of a function."""
+"""Maximum number of fields that one function handles; more fields are split among several functions, since Python's
+compiler needs several kilobytes for each line of a function.
+"""
 
 TIME_CODES = {"time": "I", "duration": "i"}
 """Struct codes of both parts of a time."""
@@ -48,18 +50,18 @@ def fields_of(cls: type[Message]) -> Fields:
     return list(zip(cls.__slots__, cls._slot_types, strict=True))
 
 
-def parts_of(cls: type[Message]) -> list[Fields]:
-    """Return lists of a message class's fields, one for each function; most classes need only one."""
+def field_groups(cls: type[Message]) -> list[Fields]:
+    """Split a message class's fields into one list per function; most classes need only one."""
     fields = fields_of(cls)
     return [fields[first : first + MAX_FIELDS] for first in range(0, len(fields), MAX_FIELDS)]
 
 
 def inline_size(cls: type[Message]) -> int:
-    """Return the number of values and messages in ``cls`` if all of it is inlined, counted up to the limit."""
+    """Return the number of values and messages if ``cls`` is inlined completely, counted up to the limit."""
     total = 0
     for slot_type in cls._slot_types:
         base, length = split_type(slot_type)
-        total += 1  # a message counts as well: it may be empty
+        total += 1  # a message counts as well, since it may be empty
         if length is None and base in cls._classes:
             total += inline_size(cls._classes[base])
         if total > MAX_INLINE:
@@ -81,7 +83,7 @@ class Scope:
         self._names: dict[Any, str] = {}
         self._numbers = itertools.count(1)
 
-    def fresh(self, hint: str) -> str:
+    def unique_name(self, hint: str) -> str:
         """Return a name that is unique in the function.
 
         Args:
@@ -90,26 +92,26 @@ class Scope:
         return f"{hint}_{next(self._numbers)}"
 
     def ref(self, value: Any, hint: str, key: Any) -> str:
-        """Return the name of an object in the function: that of the first object with the same key."""
+        """Return the name for an object in the function, which is that of the first object with the same key."""
         name = self._names.get(key)
         if name is None:
-            name = self._names[key] = self.fresh(hint)
+            name = self._names[key] = self.unique_name(hint)
             self.objects[name] = value
         return name
 
 
-class Source:
-    """Lines of a function body.
+class FunctionBuilder:
+    """Collects the lines of a function body.
 
     Args:
         cls: the message class.
-        scope: the scope of the function that this is a part of; None: it begins a function.
+        scope: the scope of the enclosing function; None for a new one.
     """
 
     def __init__(self, cls: type[Message], scope: Scope | None = None) -> None:
         self.cls = cls
         self.scope = Scope() if scope is None else scope
-        self.fresh = self.scope.fresh
+        self.unique_name = self.scope.unique_name
         self.lines: list[str] = []
 
     def emit(self, line: str) -> None:
@@ -122,7 +124,7 @@ class Source:
 
     def assign(self, hint: str, expression: str) -> str:
         """Emit an assignment to a new variable; return its name."""
-        local = self.fresh(hint)
+        local = self.unique_name(hint)
         self.lines.append(f"{local} = {expression}")
         return local
 
@@ -132,16 +134,16 @@ class Source:
         Args:
             value: any object.
             hint: the beginning of the name.
-            key: objects with the same key share a name; None: by the object's identity.
+            key: objects with the same key share a name; None for the object's identity.
         """
         return self.scope.ref(value, hint, id(value) if key is None else key)
 
-    def new(self, cls: str) -> str:
-        """Return the expression of a new object without fields; ``cls`` is the name of its class."""
+    def new_object(self, cls: str) -> str:
+        """Return the expression for a new object without fields; ``cls`` is the name of its class."""
         return f"{self.ref(object.__new__, 'new')}({cls})"
 
-    def class_of(self, base: str, nested: type[Message] | None) -> str:
-        """Return the name of the class of a field that is a message, time or duration."""
+    def class_ref(self, base: str, nested: type[Message] | None) -> str:
+        """Return the name for the class of a field that is a message, time or duration."""
         return self.ref(TIME_CLASSES[base] if nested is None else nested, "cls")
 
     def pack(self, fmt: str) -> str:
@@ -154,12 +156,12 @@ class Source:
         kind = arrays.BoolPackers if base == "bool" else arrays.Packers
         return self.ref(kind(code), "packers", ("packers", kind, code))
 
-    def fits(self, cls: type[Message]) -> bool:
-        """Return whether a nested message of this class may be inlined."""
+    def can_inline(self, cls: type[Message]) -> bool:
+        """Return whether a nested message of this class can be inlined."""
         return inline_size(cls) <= self.scope.budget
 
-    def inlines(self, cls: type[Message]) -> bool:
-        """Return whether a nested message of this class is inlined, and count it."""
+    def reserve_inline(self, cls: type[Message]) -> bool:
+        """Return whether a nested message of this class is inlined; if so, reduce the budget."""
         size = inline_size(cls)
         if size > self.scope.budget:
             return False
@@ -170,28 +172,28 @@ class Source:
         self,
         name: str,
         parameters: Sequence[str],
-        wrong: tuple[type[Exception], ...] = (),
-        otherwise: Callable[[str], str] | None = None,
+        errors: tuple[type[Exception], ...] = (),
+        on_error: Callable[[str], str] | None = None,
     ) -> Callable[..., Any]:
-        """Return the compiled function.
+        """Compile and return the function.
 
         Args:
             name: the beginning of its name.
             parameters: its parameters.
-            wrong: the exceptions that its body raises for wrong input.
-            otherwise: returns the expression to return then, given the name of the exception.
+            errors: the exceptions that the body raises for wrong input.
+            on_error: given the name of such an exception, returns the expression to return then.
         """
-        body = Source(self.cls, self.scope)
-        if otherwise is None:
+        body = FunctionBuilder(self.cls, self.scope)
+        if on_error is None:
             body.lines = self.lines
         else:
-            error = self.fresh("error")
+            error = self.unique_name("error")
             body.block("try:", self.lines)
-            body.block(f"except {self.ref(wrong, 'wrong')} as {error}:", [f"return {otherwise(error)}"])
-        whole = Source(self.cls, self.scope)
-        name = self.fresh(name)
-        whole.block(f"def {name}({', '.join(parameters)}):", body.lines)
-        code = compile("\n".join(whole.lines), f"<codec of {self.cls._type}>", "exec")
+            body.block(f"except {self.ref(errors, 'wrong')} as {error}:", [f"return {on_error(error)}"])
+        definition = FunctionBuilder(self.cls, self.scope)
+        name = self.unique_name(name)
+        definition.block(f"def {name}({', '.join(parameters)}):", body.lines)
+        code = compile("\n".join(definition.lines), f"<codec of {self.cls._type}>", "exec")
         exec(code, self.scope.objects)
         function: Callable[..., Any] = self.scope.objects[name]
         return function

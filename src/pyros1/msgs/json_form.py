@@ -1,8 +1,9 @@
-"""Converts messages to JSON values and back: for ``topic echo --json``, ``topic pub`` and programs outside ROS. Pure.
+"""Converts messages to JSON values and back, for ``topic echo --json``, ``topic pub`` and programs outside of ROS.
+Pure.
 
-A message is an object of its fields; a time or duration ``{"secs": 1, "nsecs": 2}``; ``uint8[]`` and ``char[]`` are
-base64 text; floats that are not JSON numbers are ``"NaN"``, ``"Infinity"`` and ``"-Infinity"``. `from_json` takes the
-digits of an int64 or uint64 also as text, since JavaScript has no such numbers beyond 2^53.
+A message is an object with its fields; a time or duration is ``{"secs": 1, "nsecs": 2}``; ``uint8[]`` and ``char[]``
+are base64 strings; floats that are not JSON numbers are ``"NaN"``, ``"Infinity"`` and ``"-Infinity"``. `from_json` also
+accepts an int64 or uint64 as a string, since JavaScript cannot represent integers beyond 2^53.
 """
 
 from __future__ import annotations
@@ -20,10 +21,10 @@ from pyros1.ground.timing import Time, TVal
 from pyros1.msgs.base import Message, message_class
 from pyros1.msgs.fill import fill_message
 
-_NO_NUMBERS = ("NaN", "Infinity", "-Infinity")
+_SPECIAL_FLOATS = ("NaN", "Infinity", "-Infinity")
 _FLOATS = ("float32", "float64")
 _BYTES = ("uint8", "char")
-_LONG = ("int64", "uint64")
+_INT64_TYPES = ("int64", "uint64")
 _DIGITS = re.compile(r"-?[0-9]{1,20}\Z")
 _SLICE = 3 << 12
 """Number of bytes, characters or numbers that are converted at a time; a multiple of three, as base64 requires."""
@@ -32,7 +33,7 @@ _dumps = json.JSONEncoder(ensure_ascii=False).encode
 
 
 def to_json(value: Any, type_name: str | None = None) -> Any:  # noqa: PLR0911 - one form, one line
-    """Return a value that `json.dumps` writes without loss.
+    """Convert a value to one that `json.dumps` writes without loss.
 
     Args:
         value: a message, or a field's value.
@@ -63,23 +64,23 @@ def emit_json(
     *,
     includes: Callable[[str], bool] = lambda kind: True,
 ) -> None:
-    """Emit the JSON text of a value in pieces, so that a large text is never in memory as a whole.
+    """Emit the JSON of a value in pieces, so that the whole text is never in memory.
 
     Args:
-        emit: called with each piece of text.
+        emit: called with each piece.
         value: as for `to_json`.
         type_name: as for `to_json`.
-        includes: returns for a field's type whether to include such fields.
+        includes: returns whether to include fields of a given type.
     """
     if isinstance(value, Message):
         cls = message_class(type(value))
-        before = "{"
+        separator = "{"
         for name, slot_type in zip(cls.__slots__, cls._slot_types, strict=True):
             if includes(slot_type):
-                emit(f'{before}"{name}": ')
+                emit(f'{separator}"{name}": ')
                 emit_json(emit, getattr(value, name), slot_type, includes=includes)
-                before = ", "
-        emit("}" if before == ", " else "{}")
+                separator = ", "
+        emit("}" if separator == ", " else "{}")
     elif isinstance(value, str) and len(value) > _SLICE:
         emit('"')
         for start in range(0, len(value), _SLICE):
@@ -100,44 +101,45 @@ def _emit_array(
     emit: Callable[[str], object], values: Any, type_name: str | None, includes: Callable[[str], bool]
 ) -> None:
     base = type_name.partition("[")[0] if type_name is not None else None
-    before = "["
+    separator = "["
     if isinstance(values[0], (int, float, TVal)):
         for start in range(0, len(values), _SLICE):
-            emit(before + _dumps([to_json(item, base) for item in values[start : start + _SLICE]])[1:-1])
-            before = ", "
+            emit(separator + _dumps([to_json(item, base) for item in values[start : start + _SLICE]])[1:-1])
+            separator = ", "
     else:
         for item in values:
-            emit(before)
+            emit(separator)
             emit_json(emit, item, base, includes=includes)
-            before = ", "
+            separator = ", "
     emit("]")
 
 
 def from_json(cls: type[Message], value: Any, now: Time | None = None) -> Message:
-    """Return a message made from a value of `to_json`; fields that are not named have their defaults.
+    """Convert a value of `to_json` to a message; missing fields have their defaults.
 
     Args:
-        now: the time that the words ``now`` and ``auto`` stand for, as in `fill_message`.
+        now: the time that the strings ``now`` and ``auto`` stand for, as in `fill_message`.
 
     Raises:
         MessageError: a value does not fit its field; the message names the field.
     """
     message = cls()
-    fill_message(message, _plain(cls, value, ""), now)
+    fill_message(message, _to_plain(cls, value, ""), now)
     return message
 
 
-def _plain(cls: type[Message], value: Any, prefix: str) -> Any:
-    """Return the value with the texts for bytes and special numbers replaced by these."""
+def _to_plain(cls: type[Message], value: Any, prefix: str) -> Any:
+    """Return the value with base64 and the names of special floats replaced with bytes and floats."""
     if not isinstance(value, dict):
         return value
     types = dict(zip(cls.__slots__, cls._slot_types, strict=True))
     return {
-        name: _field(cls, types[name], item, prefix + name) if name in types else item for name, item in value.items()
+        name: _field_to_plain(cls, types[name], item, prefix + name) if name in types else item
+        for name, item in value.items()
     }
 
 
-def _field(cls: type[Message], slot_type: str, value: Any, path: str) -> Any:
+def _field_to_plain(cls: type[Message], slot_type: str, value: Any, path: str) -> Any:
     base, bracket, _ = slot_type.partition("[")
     if bracket and base in _BYTES and isinstance(value, str):
         try:
@@ -145,12 +147,12 @@ def _field(cls: type[Message], slot_type: str, value: Any, path: str) -> Any:
         except (binascii.Error, ValueError):
             raise MessageError(f"Field [{path}] must be base64 text or a list of numbers") from None
     if bracket and isinstance(value, list):
-        return [_field(cls, base, item, f"{path}[{number}]") for number, item in enumerate(value)]
+        return [_field_to_plain(cls, base, item, f"{path}[{number}]") for number, item in enumerate(value)]
     if base in _FLOATS and isinstance(value, str):
-        if value not in _NO_NUMBERS:
+        if value not in _SPECIAL_FLOATS:
             raise MessageError(f"Field [{path}] must be a number instead of: {value!r}")
         return float(value)
-    if base in _LONG and isinstance(value, str) and _DIGITS.match(value):
+    if base in _INT64_TYPES and isinstance(value, str) and _DIGITS.match(value):
         return int(value)
     nested = cls._classes.get(base)
-    return value if nested is None else _plain(nested, value, path + ".")
+    return value if nested is None else _to_plain(nested, value, path + ".")

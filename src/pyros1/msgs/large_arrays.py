@@ -1,6 +1,6 @@
-"""Receives messages that are large because of one byte array, such as images, without copying the array.
+"""Receives messages that are large because of a single byte array, such as images, without copying the array.
 
-The array of such a message can be received straight into its final ``bytes`` object, and the rest beside it.
+The array of such a message can be received directly into its final ``bytes`` object, separately from the rest.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ _read_size = struct.Struct("<I").unpack_from
 
 
 class Layout(NamedTuple):
-    """Place of the byte array of a type.
+    """Position of the byte array in messages of a type.
 
     Attributes:
         field: name of its field.
-        tail: number of encoded bytes that follow the array.
-        has_length_field: whether the array has a length field; not so if the array is the whole message.
+        tail: number of encoded bytes after the array.
+        has_length_field: whether the array has a length field; False if the array is the whole message.
     """
 
     field: str
@@ -50,7 +50,7 @@ class SplitBody:
         self.has_length_field = has_length_field
 
     def array(self, *, in_place: bool) -> Any:
-        """Return the array as bytes; or as a read-only view if it is in foreign memory and a view is wanted."""
+        """Return the array as bytes, or as a read-only view if it is in shared memory and ``in_place`` is true."""
         return self.data
 
     def join(self) -> bytes:
@@ -64,14 +64,14 @@ def layout(cls: type[Any]) -> Layout | None:
     """Return the layout of a message class with a large byte array.
 
     Returns:
-        The layout; None if it has no uint8[] field at its top level, or several, or fields of variable size after it.
+        The layout; None if it has no top-level uint8[] field, several of them, or fields of variable size after it.
     """
     if issubclass(cls, AnyMsg):
         return Layout("_buff", 0, has_length_field=False)
     try:
         cls = message_class(cls)
     except MessageError:
-        return None  # a subscriber's stand-in for messages, as in tf's listeners
+        return None  # not a message class but a subscriber's substitute for one, as in tf's listeners
     arrays = [i for i, slot_type in enumerate(cls._slot_types) if slot_type in ("uint8[]", "char[]")]
     if len(arrays) != 1:
         return None
@@ -97,33 +97,33 @@ def _fixed_size(cls: type[Message], slot_type: str) -> int | None:
 
 
 def decode_split(
-    cls: type[Any], where: Layout | None, body: SplitBody, view: View | None = None, exact: bool = False
+    cls: type[Any], array_layout: Layout | None, body: SplitBody, view: View | None = None, exact: bool = False
 ) -> Any:
     """Decode a message from its pieces.
 
     Args:
         cls: message class or AnyMsg.
-        where: its layout, or None, as also for a class that wants whole messages.
+        array_layout: its layout; None if it has none, or if the class needs whole messages.
         body: the pieces.
-        view: makes numeric arrays, see ``array_views.py``; None for bytes and tuples.
+        view: creates numeric arrays, see ``array_views.py``; None for bytes and tuples.
         exact: whether the message must end with the body.
 
     Raises:
-        LengthError: the message ends before or behind the end of the body, and ``exact`` is true.
+        LengthError: the message ends before or after the end of the body, and ``exact`` is true.
         DeserializationError: the bytes are not a message of this class.
     """
-    if where is not None and where.has_length_field == body.has_length_field:
-        if not where.has_length_field:
+    if array_layout is not None and array_layout.has_length_field == body.has_length_field:
+        if not array_layout.has_length_field:
             return AnyMsg(body.data)
         rest = b"".join((body.head, _EMPTY, body.tail))  # the same message with an empty array
         try:
             message = decode(cls, rest, view, exact=True)
         except (DeserializationError, LengthError):
             message = None
-        # If the array is not empty, the pieces were not cut at the array's borders.
-        if message is not None and not len(getattr(message, where.field)):
+        # If the array is not empty, the pieces were not split at the ends of the array.
+        if message is not None and not len(getattr(message, array_layout.field)):
             array = body.array(in_place=view is not None)
-            setattr(message, where.field, array if view is None else view(array, 0, len(array), "B"))
+            setattr(message, array_layout.field, array if view is None else view(array, 0, len(array), "B"))
             return message
     return decode(cls, body.join(), view, exact)
 
@@ -136,11 +136,11 @@ def decode(cls: type[Any], body: bytes, view: View | None, exact: bool = False) 
 
 
 def split_frame(frame: list[Any], tail: int) -> SplitBody | None:
-    """Return the pieces of an encoder's frame, given as a list of buffers; None if it has another structure.
+    """Return the pieces of an encoder's frame, given as a list of buffers; None if it has a different structure.
 
     Args:
-        frame: u32 length, head and array length; the array; the tail, if there is any.
-        tail: number of bytes behind the array.
+        frame: buffers with the u32 length, the head and the array length; the array; and the tail, if any.
+        tail: number of bytes after the array.
     """
     first, data = frame[0], frame[1]
     last = frame[2] if len(frame) == 3 else b""

@@ -1,8 +1,8 @@
-"""Values of numpy that stock's codecs accept with older versions of numpy: arrays of one element in fields of floats,
-and numpy's booleans in fields of integers.
+"""Converts numpy values that stock's codecs accept with older versions of numpy: arrays of one element in float fields,
+and numpy booleans in integer fields.
 
-Newer versions of numpy no longer convert them (NumPy 2.4 the arrays), but programs for stock rely on it. The generated
-codecs do not look for them: `with_plain_numbers` is called when they have failed.
+Newer versions of numpy no longer convert them (arrays since NumPy 2.4), but programs written for stock rely on it. The
+generated codecs do not check for them: `with_plain_numbers` is called after a codec has failed.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from pyros1.msgs.spec import STRUCT_CODES
 
 
 def with_plain_numbers(cls: type[Message], codec: str, message: Any, error: Exception) -> Any:
-    """Return what a codec makes of a message in which it has met a wrong value, with plain numbers instead.
+    """Retry a codec that failed on a wrong value, with plain numbers in the message, and return its result.
 
     Args:
         cls: the message's class.
         codec: name of the codec, an attribute of the class.
-        message: the message; it stays as it is.
+        message: the message, which is not changed.
         error: the codec's error.
 
     Raises:
-        SerializationError: the value is wrong; the message names its field.
+        SerializationError: the value really is wrong; the message names its field.
     """
     plain = _plain_message(cls, message)
     if plain is message:
@@ -34,7 +34,7 @@ def with_plain_numbers(cls: type[Message], codec: str, message: Any, error: Exce
 
 
 def _plain_message(cls: type[Message], message: Any) -> Any:
-    """Return the message, or, if it has such values, a copy without them."""
+    """Return the message, or a copy with plain numbers if it contains numpy values."""
     changed = {}
     for name, slot_type in fields_of(cls):
         value = getattr(message, name, None)
@@ -55,17 +55,19 @@ def _plain_message(cls: type[Message], message: Any) -> Any:
 
 
 def _plain_array(code: str, values: Any) -> Any:
-    """Return a list in place of an array or list of such values. Messages in arrays are left to their own codecs."""
+    """Return a list of plain numbers if an array or list contains numpy values. Messages in arrays are left to their
+    codecs.
+    """
     if not code or isinstance(values, (str, bytes)) or not hasattr(values, "__len__"):
         return values
     if code == "B" and not isinstance(values, (list, tuple)):
         return values
     try:
-        given = list(values)
-    except TypeError:  # an array of numpy's without a dimension
+        elements = list(values)
+    except TypeError:  # a numpy array without dimensions
         return values
-    plain = [_plain(code, value) for value in given]
-    return values if all(map(lambda new, old: new is old, plain, given)) else plain
+    plain = [_plain(code, value) for value in elements]
+    return values if all(map(lambda new, old: new is old, plain, elements)) else plain
 
 
 def _plain(code: str, value: Any) -> Any:

@@ -1,11 +1,12 @@
-"""Encoded messages with faults that stock accepts: strings that are not UTF-8, and a wrong end.
+"""Repairs encoded messages with faults that stock accepts: strings that are not UTF-8, and a wrong end.
 
-A message is not lost because of a letter in one of its strings. What is not UTF-8 becomes U+FFFD, as in stock (G20),
-and this is reported once for each type: by the handler ``rosmsg`` of `codecs.register_error`, if a program has one (our
-genpy has stock's), else as a UnicodeWarning. Programs that turn warnings into errors refuse such messages.
+A message is not lost because of one character in a string. What is not UTF-8 becomes U+FFFD, as in stock (G20), and
+this is reported once per type: by the error handler ``rosmsg`` of `codecs.register_error`, if the program has one (our
+genpy registers that of stock), or else as a UnicodeWarning. Programs that turn warnings into errors reject such
+messages.
 
-Bytes behind a message are ignored. If bytes are missing at the end of the last string or byte array, it is shorter; so
-is an array of a fixed length, as in stock.
+Bytes after a message are ignored. If bytes are missing at the end of the last string or byte array, it becomes shorter,
+even if it is an array of fixed length, as in stock.
 """
 
 from __future__ import annotations
@@ -18,22 +19,22 @@ from typing import Any
 
 from pyros1.ground.errors import DeserializationError, LengthError, MessageError
 from pyros1.msgs.base import Buffer, Message, View
-from pyros1.msgs.check import Walk, decoding_error
+from pyros1.msgs.check import MessageWalker, decoding_error
 
 HANDLER = "rosmsg"
 """Name of the error handler that genpy registers with `codecs`."""
 
 
 def accept_end(cls: type[Message], surplus: int, exact: bool) -> None:
-    """Check how many bytes are behind a message.
+    """Check the number of bytes after a message.
 
     Args:
         cls: its class.
-        surplus: number of bytes; negative: this many are missing.
+        surplus: number of bytes after the message; negative if bytes are missing.
         exact: whether a surplus is an error.
 
     Raises:
-        LengthError: there is a surplus, and it is an error.
+        LengthError: there is a surplus, and ``exact`` is true.
         ValueError: bytes are missing.
     """
     if surplus < 0:
@@ -45,10 +46,10 @@ def accept_end(cls: type[Message], surplus: int, exact: bool) -> None:
 def decode_repaired(
     cls: type[Message], buffer: Buffer, start: int, end: int, exact: bool, view: View | None = None
 ) -> Any:
-    """Decode a message that could not be decoded as it is; arguments as for the decoders of message classes.
+    """Repair and decode a message that could not be decoded; arguments as for the decoders of message classes.
 
     Raises:
-        LengthError: its last string or byte array is cut off, and ``exact`` is true.
+        LengthError: its last string or byte array is truncated, and ``exact`` is true.
         DeserializationError: there are other faults.
     """
     body = bytes(memoryview(buffer)[start:end])
@@ -73,110 +74,110 @@ def decode_repaired(
 
 
 def repair_strings(cls: type[Message], data: Buffer) -> bytes:
-    """Return an encoded message with UTF-8 in all its strings.
+    """Return an encoded message in which all strings are valid UTF-8.
 
     Args:
         cls: its class.
-        data: the encoded message; bytes behind it stay.
+        data: the encoded message; bytes after it are kept.
 
     Raises:
         DeserializationError: it is too short, or its strings must not be repaired.
     """
-    walk = _RepairWalk(cls, data)
+    walk = _RepairWalker(cls, data)
     try:
-        walk.message(cls, "")
+        walk.visit_message(cls, "")
     except MessageError as error:
         raise DeserializationError(cls._type, walk.position, str(error)) from error
     return walk.result()
 
 
 def restore_end(cls: type[Message], data: bytes) -> tuple[bytes, int, list[int]]:
-    """Complete a message whose last string or byte array is cut off.
+    """Complete a message whose last string or byte array is truncated.
 
     Args:
         cls: the message's class.
         data: the encoded message.
 
     Returns:
-        The message: the length of the string or array is corrected; behind it, those of fixed length are filled with
-        zeros. Then the number of bytes that were missing; 0 if something else is wrong. Then the lengths that the last
-        byte arrays of fixed length had.
+        A tuple: the message, in which the length of the string or array is corrected and following arrays of fixed
+            length are filled with zeros; the number of missing bytes, 0 if something else is wrong; and the lengths
+            that the last byte arrays of fixed length had.
     """
-    walk = _TruncationWalk(memoryview(data))
+    walk = _TruncationWalker(memoryview(data))
     try:
-        walk.message(cls, "")
+        walk.visit_message(cls, "")
     except MessageError:
         return data, 0, []
-    if walk.count_at is not None:
-        length = (walk.whole - walk.count_at - 4).to_bytes(4, "little")
-        data = b"".join((data[: walk.count_at], length, data[walk.count_at + 4 :]))
-    return data + bytes(walk.zeros), walk.missing, walk.cut
+    if walk.length_position is not None:
+        length = (walk.size - walk.length_position - 4).to_bytes(4, "little")
+        data = b"".join((data[: walk.length_position], length, data[walk.length_position + 4 :]))
+    return data + bytes(walk.zeros), walk.missing, walk.cut_lengths
 
 
-class _TruncationWalk(Walk):
-    """A walk that finds the strings and byte arrays at the end that are cut off.
+class _TruncationWalker(MessageWalker):
+    """Finds the strings and byte arrays at the end that are truncated.
 
     Attributes:
         missing: the number of missing bytes.
-        whole: the size of the data.
-        count_at: where the length of a string or array is that is cut off, if it is not fixed.
+        size: the size of the data.
+        length_position: position of the length of the truncated string or array, unless its length is fixed.
         zeros: number of missing bytes in arrays of fixed length.
-        cut: the lengths that are left of these.
+        cut_lengths: the remaining lengths of these arrays.
     """
 
     def __init__(self, data: memoryview) -> None:
         super().__init__(data)
-        self.whole = len(data)
+        self.size = len(data)
         self.missing = self.zeros = 0
-        self.count_at: int | None = None
-        self.cut: list[int] = []
+        self.length_position: int | None = None
+        self.cut_lengths: list[int] = []
 
-    def field(self, cls: type[Message], slot_type: str, name: str) -> None:
+    def visit_field(self, cls: type[Message], slot_type: str, name: str) -> None:
         base, bracket, count = slot_type.partition("[")
         if bracket and base in ("uint8", "char"):
             if count == "]":
-                self._take(self.count(name))
+                self._skip_variable(self.read_length(name))
             else:
-                self._take_fixed(int(count[:-1]))
+                self._skip_fixed(int(count[:-1]))
         else:
-            super().field(cls, slot_type, name)
+            super().visit_field(cls, slot_type, name)
 
-    def single(self, cls: type[Message], base: str, name: str) -> None:
+    def visit_element(self, cls: type[Message], base: str, name: str) -> None:
         if base == "string":
-            self._take(self.count(name))
+            self._skip_variable(self.read_length(name))
         else:
-            super().single(cls, base, name)
+            super().visit_element(cls, base, name)
 
-    def elements(self, cls: type[Message], base: str, number: int, what: str) -> None:
-        """Also visit each element of an array of messages of fixed size, if it is cut off."""
+    def visit_elements(self, cls: type[Message], base: str, number: int, what: str) -> None:
+        """Visit each element of a truncated array of messages of fixed size as well."""
         for _ in range(number):
-            self.single(cls, base, what)
+            self.visit_element(cls, base, what)
 
-    def _take(self, size: int) -> None:
+    def _skip_variable(self, size: int) -> None:
         if size > self.remaining:
-            self.count_at = self.position - 4
-        self._skip(size)
+            self.length_position = self.position - 4
+        self._skip_available(size)
 
-    def _take_fixed(self, size: int) -> None:
+    def _skip_fixed(self, size: int) -> None:
         if size > self.remaining:
-            self.cut.append(self.remaining)
+            self.cut_lengths.append(self.remaining)
             self.zeros += size - self.remaining
-        self._skip(size)
+        self._skip_available(size)
 
-    def _skip(self, size: int) -> None:
+    def _skip_available(self, size: int) -> None:
         self.missing += max(size - self.remaining, 0)
         self.position += min(size, self.remaining)
 
 
 def _shorten(message: Message, lengths: list[int]) -> None:
-    """Cut the last byte arrays of fixed length to these lengths."""
-    places = list(_fixed_bytes(message))
-    for (owner, name), length in zip(places[-len(lengths) :], lengths, strict=True):
+    """Shorten the last byte arrays of fixed length to the given lengths."""
+    fields = list(_fixed_bytes(message))
+    for (owner, name), length in zip(fields[-len(lengths) :], lengths, strict=True):
         setattr(owner, name, getattr(owner, name)[:length])
 
 
 def _fixed_bytes(message: Message) -> Iterator[tuple[Message, str]]:
-    """Yield the byte arrays of fixed length in a message: the messages that have them, and the fields' names."""
+    """Yield the byte arrays of fixed length in a message, each as its message and the name of the field."""
     for name, slot_type in zip(message.__slots__, message._slot_types, strict=True):
         base, bracket, count = slot_type.partition("[")
         value = getattr(message, name)
@@ -188,8 +189,8 @@ def _fixed_bytes(message: Message) -> Iterator[tuple[Message, str]]:
                 yield from _fixed_bytes(part)
 
 
-class _RepairWalk(Walk):
-    """A walk that makes a copy of the message."""
+class _RepairWalker(MessageWalker):
+    """Copies a message, repairing its strings."""
 
     def __init__(self, cls: type[Message], data: Buffer) -> None:
         super().__init__(memoryview(data))
@@ -197,25 +198,25 @@ class _RepairWalk(Walk):
         self._pieces: list[Buffer] = []
         self._copied = 0
 
-    def text(self, begin: int, what: str) -> None:
+    def visit_string(self, begin: int, what: str) -> None:
         data = self.data[begin : self.position]
         try:
             str(data, "utf-8")
         except UnicodeDecodeError as error:
-            place, reason = error.start, error.reason  # without the error, which holds a copy of the data
+            offset, reason = error.start, error.reason  # does not keep the error, which contains a copy of the data
         else:
             return
         try:
             handler = self._handler()
         except UnicodeWarning:
-            self.position = begin + place
+            self.position = begin + offset
             raise MessageError(f"{what} is not UTF-8: {reason}") from None
         text = str(data, "utf-8", handler).encode("utf-8", "replace")
         self._pieces += (self.data[self._copied : begin - 4], len(text).to_bytes(4, "little"), text)
         self._copied = self.position
 
     def _handler(self) -> str:
-        """Return the name of the error handler, which has reported this, or will."""
+        """Return the name of the error handler; report the repair here if that handler does not."""
         try:
             handler = codecs.lookup_error(HANDLER)
         except LookupError:
@@ -224,7 +225,7 @@ class _RepairWalk(Walk):
             )
             return "replace"
         with contextlib.suppress(AttributeError):
-            handler.msg_type = self._type  # type: ignore[attr-defined]  # stock's handler names it
+            handler.msg_type = self._type  # type: ignore[attr-defined]  # stock's handler reports it
         return HANDLER
 
     def result(self) -> bytes:

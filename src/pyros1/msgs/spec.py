@@ -1,4 +1,4 @@
-"""Parser of .msg, .srv and .action definitions (https://wiki.ros.org/msg, https://wiki.ros.org/srv).
+"""Parses .msg, .srv and .action definitions (https://wiki.ros.org/msg, https://wiki.ros.org/srv).
 
 The grammar is line based. ``#`` starts a comment, except in the value of a string constant; a line with ``=`` is a
 constant, any other line is ``type name``; type and name are separated by spaces, not by tabs. Pure.
@@ -44,8 +44,8 @@ class Field(NamedTuple):
     """One field of a message.
 
     ``base`` is the built-in or full message type without brackets; ``length`` is None for a single value, -1 for an
-    array of any length, else the number of elements. ``brackets`` are as they are written, which is what the md5 sees:
-    ``[03]`` is not ``[3]`` there.
+    array of any length, else the number of elements. ``brackets`` are kept as written, since the md5 sum depends on
+    that: ``[03]`` and ``[3]`` differ.
     """
 
     name: str
@@ -65,7 +65,7 @@ class Field(NamedTuple):
 
 
 class Constant(NamedTuple):
-    """One constant: ``text`` is the value as written, which is what the md5 sees."""
+    """One constant: ``text`` is the value as written, on which the md5 sum depends."""
 
     name: str
     type: str
@@ -83,7 +83,7 @@ class MessageSpec(NamedTuple):
 
     @property
     def has_header(self) -> bool:
-        """Whether the first field is the header that publishers fill in (G05)."""
+        """Whether the first field is a header, which publishers fill in (G05)."""
         return bool(self.fields) and self.fields[0][:3] == ("header", HEADER, None)
 
 
@@ -107,7 +107,7 @@ def parse_message(name: str, text: str, where: str | None = None, first_line: in
     Args:
         name: full type name, ``package/Type``.
         text: the definition.
-        where: file name for error texts; None means the type name.
+        where: file name for error messages; None means the type name.
         first_line: line number of the first line of ``text`` in the file.
 
     Raises:
@@ -119,14 +119,14 @@ def parse_message(name: str, text: str, where: str | None = None, first_line: in
     fields: dict[str, Field] = {}
     constants: list[Constant] = []
     for number, line in enumerate(text.split("\n"), first_line):
-        bare = line.partition("#")[0].strip()
-        if not bare:
+        content = line.partition("#")[0].strip()
+        if not content:
             continue
         try:
-            if "=" in bare:
-                constants.append(_constant(line.strip(), bare))
+            if "=" in content:
+                constants.append(_parse_constant(line.strip(), content))
             else:
-                field = _field(bare, package)
+                field = _parse_field(content, package)
                 if field.name in fields:
                     raise ValueError(f"field [{field.name}] occurs twice")
                 fields[field.name] = field
@@ -138,12 +138,12 @@ def parse_message(name: str, text: str, where: str | None = None, first_line: in
 def parse_service(name: str, text: str, where: str | None = None) -> ServiceSpec:
     """Parse the text of a service definition: a request, a line that starts with ``---``, a response (G08).
 
-    As in stock, all is the request without such a line, and further ones in the response are ignored.
+    As in stock, the whole text is the request if there is no such line, and further such lines are ignored.
 
     Raises:
         DefinitionError: the text names place and line.
     """
-    (request_line, request), *rest = _split(text)
+    (request_line, request), *rest = _split_parts(text)
     response_line = rest[0][0] if rest else request_line
     return ServiceSpec(
         name,
@@ -159,15 +159,15 @@ def action_messages(name: str, text: str, where: str | None = None) -> dict[str,
     Args:
         name: full name of the action, ``package/Type``.
         text: goal, result and feedback, separated by lines that start with ``---``.
-        where: file name for error texts.
+        where: file name for error messages.
 
     Returns:
-        Full message type name -> definition text, as stock's generator writes it.
+        Full message type name -> definition text, as written by stock's generator.
 
     Raises:
         DefinitionError: the number of parts is not three.
     """
-    parts = _split(text)
+    parts = _split_parts(text)
     if len(parts) != 3:
         raise DefinitionError(f"an action needs two '---' lines, found {len(parts) - 1}", where or name)
     short = name.partition("/")[2]
@@ -179,7 +179,7 @@ def action_messages(name: str, text: str, where: str | None = None) -> dict[str,
     return {name + part: _ACTION_NOTE + body for part, body in texts.items()}
 
 
-def _split(text: str) -> list[tuple[int, str]]:
+def _split_parts(text: str) -> list[tuple[int, str]]:
     """Split a text at its ``---`` lines; return each part with the number of its first line."""
     parts: list[tuple[int, list[str]]] = [(1, [])]
     for number, line in enumerate(text.split("\n"), 1):
@@ -190,24 +190,24 @@ def _split(text: str) -> list[tuple[int, str]]:
     return [(first, "".join(lines)) for first, lines in parts]
 
 
-def _field(bare: str, package: str) -> Field:
-    words = [word.strip() for word in bare.split(" ") if word.strip()]
+def _parse_field(content: str, package: str) -> Field:
+    words = [word.strip() for word in content.split(" ") if word.strip()]
     if len(words) != 2:
-        raise ValueError(f"[{bare}] is not of the form 'type name'")
+        raise ValueError(f"[{content}] is not of the form 'type name'")
     type_text, name = words
     return parse_field(name, type_text, package)
 
 
 def parse_field(name: str, type_text: str, package: str = "") -> Field:
-    """Return a field.
+    """Parse a field.
 
     Args:
         name: its name.
-        type_text: its type, as in a definition.
+        type_text: its type as written in a definition.
         package: package of types that are written without one.
 
     Raises:
-        ValueError: name or type are not legal.
+        ValueError: the name or the type is not legal.
     """
     if not _FIELD_NAME.match(name):
         raise ValueError(f"[{name}] is not a legal field name")
@@ -226,8 +226,8 @@ def parse_field(name: str, type_text: str, package: str = "") -> Field:
     return Field(name, base, int(count) if count else -1, f"[{count}]")
 
 
-def _constant(line: str, bare: str) -> Constant:
-    type_name, _, rest = bare.partition(" ")
+def _parse_constant(line: str, content: str) -> Constant:
+    type_name, _, rest = content.partition(" ")
     if type_name not in BUILTINS or type_name in ("time", "duration"):
         raise ValueError(f"[{type_name}] is not a legal constant type")
     if type_name == "string":
@@ -236,7 +236,7 @@ def _constant(line: str, bare: str) -> Constant:
     else:
         name, _, text = rest.partition("=")
         if "=" in text:
-            raise ValueError(f"[{bare}] is not of the form 'type NAME=value'")
+            raise ValueError(f"[{content}] is not of the form 'type NAME=value'")
     name, text = name.strip(), text.strip()
     if not _FIELD_NAME.match(name):
         raise ValueError(f"[{name}] is not a legal constant name")
@@ -248,10 +248,10 @@ def constant_value(type_name: str, text: str) -> Value:
 
     Args:
         type_name: its type.
-        text: the value as it is written.
+        text: the value as written.
 
     Raises:
-        ValueError: it is no value of that type.
+        ValueError: it is not a value of that type.
     """
     if type_name == "string":
         return text

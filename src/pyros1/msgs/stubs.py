@@ -1,7 +1,7 @@
-"""Stubs of generated modules, for editors and type checkers: ``pyros1.msgs.<package>.msg`` and ``.srv`` as .pyi text.
+"""Writes .pyi stubs of generated modules (``pyros1.msgs.<package>.msg`` and ``.srv``) for editors and type checkers.
 
-All names that a stub imports begin with an underscore, as no field, constant or type can, so there are no conflicts.
-Pure.
+All names that a stub imports begin with an underscore, which fields, constants and types cannot, so there are no
+conflicts. Pure.
 """
 
 from __future__ import annotations
@@ -38,10 +38,11 @@ def message_stub(package: str, specs: Sequence[MessageSpec], stock_names: bool =
     Args:
         package: the ROS package.
         specs: definitions of its messages.
-        stock_names: types of other packages are from ``std_msgs.msg``, not from ``pyros1.msgs.std_msgs.msg``.
+        stock_names: whether types of other packages are imported from ``std_msgs.msg``, not from
+            ``pyros1.msgs.std_msgs.msg``.
     """
-    body = "".join(_message(spec, spec.name.partition("/")[2]) for spec in specs if _is_usable(spec.name))
-    return _module(package, "Message", specs, body, stock_names)
+    body = "".join(_class_stub(spec, spec.name.partition("/")[2]) for spec in specs if _is_usable(spec.name))
+    return _module_stub(package, "Message", specs, body, stock_names)
 
 
 def service_stub(package: str, specs: Sequence[ServiceSpec], stock_names: bool = False) -> str:
@@ -50,7 +51,7 @@ def service_stub(package: str, specs: Sequence[ServiceSpec], stock_names: bool =
     for spec in specs:
         if _is_usable(spec.name):
             short = spec.name.partition("/")[2]
-            body += _message(spec.request, short + "Request", "_Message") + _message(
+            body += _class_stub(spec.request, short + "Request", "_Message") + _class_stub(
                 spec.response, short + "Response", "_Message"
             )
             body += (
@@ -58,8 +59,10 @@ def service_stub(package: str, specs: Sequence[ServiceSpec], stock_names: bool =
                 f"    _request_class: _ClassVar[_b.type[{short}Request]]\n"
                 f"    _response_class: _ClassVar[_b.type[{short}Response]]\n"
             )
-    both = [message for spec in specs for message in (spec.request, spec.response)]
-    return _module(package, "Service", both, body, stock_names, "from pyros1.msgs import Message as _Message\n")
+    messages = [message for spec in specs for message in (spec.request, spec.response)]
+    return _module_stub(
+        package, "Service", messages, body, stock_names, "from pyros1.msgs import Message as _Message\n"
+    )
 
 
 def used_packages(spec: MessageSpec) -> set[str]:
@@ -67,33 +70,35 @@ def used_packages(spec: MessageSpec) -> set[str]:
     return {field.base.partition("/")[0] for field in spec.fields if not field.is_builtin}
 
 
-def _module(package: str, base: str, specs: Iterable[MessageSpec], body: str, stock_names: bool, more: str = "") -> str:
+def _module_stub(
+    package: str, base: str, specs: Iterable[MessageSpec], body: str, stock_names: bool, extra_import: str = ""
+) -> str:
     used = sorted({name for spec in specs for name in used_packages(spec)})
-    homes = {name: name if stock_names else f"{PREFIX}.{module_name(name)}" for name in used}
-    imports = "".join(f"from {homes[name]} import msg as _{name}\n" for name in used)
-    return _HEAD.format(package=package, base=base) + more + imports + body
+    modules = {name: name if stock_names else f"{PREFIX}.{module_name(name)}" for name in used}
+    imports = "".join(f"from {modules[name]} import msg as _{name}\n" for name in used)
+    return _HEAD.format(package=package, base=base) + extra_import + imports + body
 
 
-def _message(spec: MessageSpec, short: str, base: str = "_Base") -> str:
+def _class_stub(spec: MessageSpec, short: str, base: str = "_Base") -> str:
     fields = [(python_name(field.name), *_types(field)) for field in spec.fields]
     lines = [f"\nclass {short}({base}):"]
     for constant in spec.constants:
         lines.append(f"    {python_name(constant.name)}: _ClassVar[_b.{type(constant.value).__name__}]")
-    for field, (name, given, taken) in zip(spec.fields, fields, strict=True):
+    for field, (name, read_type, accepted_type) in zip(spec.fields, fields, strict=True):
         if field.length is None:
-            lines.append(f"    {name}: {given}")
+            lines.append(f"    {name}: {read_type}")
         else:
-            lines.append(f"    @_b.property\n    def {name}(self) -> {given}: ...")
-            lines.append(f"    @{name}.setter\n    def {name}(self, value: {taken}, /) -> None: ...")
-    arguments = "".join(f", {name}: {taken} = ..." for name, _, taken in fields)
+            lines.append(f"    @_b.property\n    def {name}(self) -> {read_type}: ...")
+            lines.append(f"    @{name}.setter\n    def {name}(self, value: {accepted_type}, /) -> None: ...")
+    arguments = "".join(f", {name}: {accepted_type} = ..." for name, _, accepted_type in fields)
     lines.append(f"    def __init__(self{arguments}) -> None: ...")
     return "\n".join(lines) + "\n"
 
 
 def _types(field: Field) -> tuple[str, str]:
-    """Return the type of a field when it is read, and the type of the values that can be assigned."""
+    """Return the type of a field's value, and the type of the values that can be assigned to it."""
     package, _, short = field.base.partition("/")
-    one, taken = {
+    element_type, accepted_type = {
         "time": ("_Time", "_Time"),
         "duration": ("_Duration", "_Duration"),
         "string": ("_b.str", "_b.str"),
@@ -102,11 +107,15 @@ def _types(field: Field) -> tuple[str, str]:
         "float64": ("_b.float", "_SupportsFloat"),
     }.get(field.base, (f"_{package}.{short}",) * 2 if short else ("_b.int", "_SupportsIndex"))
     if field.length is None:
-        return one, taken
+        return element_type, accepted_type
     if field.base in ("uint8", "char"):
         return "_b.bytes", "_Array"
-    # Received arrays of numbers are tuples, others are lists.
-    return (f"_Sequence[{one}]", "_Array") if field.base in STRUCT_CODES else (f"_b.list[{one}]", f"_Sequence[{one}]")
+    # Received arrays of numbers are tuples; other arrays are lists.
+    return (
+        (f"_Sequence[{element_type}]", "_Array")
+        if field.base in STRUCT_CODES
+        else (f"_b.list[{element_type}]", f"_Sequence[{element_type}]")
+    )
 
 
 def _is_usable(name: str) -> bool:

@@ -1,7 +1,7 @@
-"""Messages as text, as ``rostopic echo`` prints and ``str(message)`` returns them (G25, L38, L40, L41).
+"""Formats messages as text, as ``rostopic echo`` and ``str(message)`` do (G25, L38, L40, L41).
 
-The form is YAML-like: ``name: value`` lines, nested messages indented by two spaces, arrays of numbers in brackets,
-other arrays as ``- `` items. It is part of the interface: programs read it.
+The format is similar to YAML: ``name: value`` lines, nested messages indented by two spaces, arrays of numbers in
+brackets, other arrays as ``- `` items. It is part of the interface, since programs parse it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ FieldFilter = Callable[[Message], Iterable[str]]
 Emit = Callable[[str], object]
 
 _SLICE = 1 << 14
-"""Number of numbers that are converted at a time."""
+"""Number of array elements converted at a time."""
 
 
 class _Style(NamedTuple):
@@ -39,17 +39,17 @@ def format_message(
     type_name: str | None = None,
     indent: str = "",
 ) -> str:
-    """Return a message or a field's value as text, without a final line break.
+    """Format a message or a field's value, without a final line break.
 
     Args:
         value: a message, or any value that a field can have.
-        no_string: print only the length of strings.
-        no_array: print only type and length of arrays.
-        width: number of characters of each number; None prints numbers as they are.
-        time_offset: print times relative to this one.
-        field_filter: returns the names of the fields of a message to print; None prints all.
+        no_string: whether to print only the lengths of strings.
+        no_array: whether to print only the types and lengths of arrays.
+        width: number of characters per number; None prints numbers in full.
+        time_offset: time to which printed times are relative; None for absolute times.
+        field_filter: returns the names of the fields to print of a message; None prints all.
         type_name: the type of ``value`` if it is a field's value, for example ``uint8[]``.
-        indent: the beginning of each line.
+        indent: prefix of each line.
     """
     pieces: list[str] = []
     style = _Style(width, no_string, no_array, time_offset, field_filter)
@@ -67,10 +67,10 @@ def emit_message(
     time_offset: Time | None = None,
     type_name: str | None = None,
 ) -> None:
-    """Emit the text of `format_message` in small pieces, so that a large text is never in memory as a whole.
+    """Emit the text of `format_message` in small pieces, so that the whole text is never in memory.
 
     Args:
-        emit: called with each piece of text.
+        emit: called with each piece.
     """
     _emit_all(emit, value, _Style(width, no_string, no_array, time_offset, None), type_name, "")
 
@@ -84,7 +84,7 @@ def _emit_all(emit: Emit, value: Any, style: _Style, type_name: str | None, inde
 def _format(emit: Emit, value: Any, indent: str, style: _Style) -> None:
     kind = type(value)
     if (kind is int or kind is float) and style.width is not None:
-        emit(_fixed(value, style.width))
+        emit(_fixed_width(value, style.width))
     elif isinstance(value, str):
         if value:
             for piece in quoted_pieces(value):
@@ -101,11 +101,11 @@ def _format(emit: Emit, value: Any, indent: str, style: _Style) -> None:
         emit(str(value))
 
 
-def _fixed(value: float, width: int) -> str:
+def _fixed_width(value: float, width: int) -> str:
     if isinstance(value, int):
         return f"{value:{width}d}"
     text = f"{value:.{width}f}"
-    # Never cut digits before the decimal point.
+    # Never truncate digits before the decimal point.
     return text[: max(text.find("."), width)]
 
 
@@ -140,38 +140,40 @@ def _format_array(emit: Emit, values: Any, indent: str, style: _Style) -> None:
 
 def _format_numbers(emit: Emit, values: Any, style: _Style) -> None:
     width = None if type(values[0]) is bool else style.width
-    before = "["
+    separator = "["
     for start in range(0, len(values), _SLICE):
         part = values[start : start + _SLICE]
         if width is None:
-            shown = str(list(part))[1:-1]
+            text = str(list(part))[1:-1]
         else:
-            shown = ", ".join(_fixed(value, width) if type(value) in (int, float) else str(value) for value in part)
-        emit(before + shown)
-        before = ", "
+            text = ", ".join(
+                _fixed_width(value, width) if type(value) in (int, float) else str(value) for value in part
+            )
+        emit(separator + text)
+        separator = ", "
     emit("]")
 
 
 def _format_message(emit: Emit, message: Message, indent: str, style: _Style) -> None:
     cls = message_class(type(message))
-    shown = None if style.field_filter is None else set(style.field_filter(message))
+    selected = None if style.field_filter is None else set(style.field_filter(message))
     if indent:
         emit("\n")
-    before = indent
+    prefix = indent
     for name, slot_type in zip(cls.__slots__, cls._slot_types, strict=True):
-        if shown is None or name in shown:
+        if selected is None or name in selected:
             value = _field_value(getattr(message, name), slot_type, style)
             # Stock does not hide strings inside arrays of messages.
             inner = style if slot_type[-1] != "]" else style._replace(no_string=False, no_array=False)
-            emit(f"{before}{name}: ")
+            emit(f"{prefix}{name}: ")
             _format(emit, value, "  " + indent, inner)
-            before = "\n" + indent
+            prefix = "\n" + indent
 
 
 def _field_value(value: Any, slot_type: str, style: _Style) -> Any:
     """Return a field's value in the form in which it is displayed."""
     if style.no_array and "[" in slot_type:
-        # For a fixed length, stock leaves the opening bracket and the number.
+        # For a fixed length, stock keeps the opening bracket and the number.
         return f"<array type: {slot_type.rstrip('[]')}, length: {len(value)}>"
     if style.no_string and slot_type == "string":
         return f"<string length: {len(value)}>"

@@ -1,12 +1,12 @@
-"""Strings as YAML text, character for character as PyYAML's default emitter writes them.
+"""Writes strings as YAML, character for character like PyYAML's default emitter.
 
-Programs parse what ``rostopic echo`` prints, so the quoting and the folding of long strings are part of the interface.
-A message needs only two forms: a string alone, always in double quotes, and a block sequence of strings, each plain
-if YAML 1.1 would read it back as a string, else quoted. https://yaml.org/spec/1.1/
+Programs parse the output of ``rostopic echo``, so quoting and the folding of long strings are part of the interface.
+Messages need only two forms: a single string, always in double quotes, and a block sequence of strings, each plain if
+YAML 1.1 would read it back as a string, or else quoted. https://yaml.org/spec/1.1/
 
-PyYAML, with which the tests compare every form, is not used: its emitter is five to eight times slower for short
-strings, such as each field in `echo`, and holds several copies of a long one in memory, while this one emits it in
-pieces. Its fast variant, libyaml, folds at other places.
+PyYAML, with which the tests compare all output, is not used: its emitter is five to eight times slower for short
+strings, such as each field in `echo`, and keeps several copies of a long string in memory, while this one emits it in
+pieces. Its fast variant, libyaml, folds at different positions.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from collections.abc import Iterator
 
 WIDTH = 80
 _PIECE = 9999
-"""Maximum number of characters of a piece of text without a space."""
+"""Maximum length of a piece without a space, in characters."""
 _INDENT = "\n  "
 
 _ESCAPES = {
@@ -74,7 +74,7 @@ def quoted_pieces(text: str, column: int = 0) -> Iterator[str]:
             column += end - start + len(escape)
             start = end + 1
         elif end - start >= _PIECE:
-            yield text[start : end - 1]  # not to `end`, where a line would be folded
+            yield text[start : end - 1]  # not up to `end`, where a line might be folded
             column += end - 1 - start
             start = end - 1
         if 0 < end < last and (char == " " or start >= end) and column + end - start > WIDTH:
@@ -89,9 +89,9 @@ def quoted_pieces(text: str, column: int = 0) -> Iterator[str]:
 
 
 def item_pieces(text: str) -> Iterator[str]:
-    """Yield one element of a block sequence in small pieces.
+    """Yield an element of a block sequence in small pieces.
 
-    It begins in column 2, and its further lines are indented to that column.
+    It begins in column 2, and the following lines are indented to that column.
     """
     if not text:
         return iter(("''",))
@@ -108,7 +108,7 @@ def _single_quoted(text: str) -> Iterator[str]:
 
 
 def _folded(text: str, column: int, *, quoted: bool = False) -> Iterator[str]:
-    """Yield the text, folded at single spaces after column 80; in quotes, with doubled quotes and line breaks."""
+    """Yield the text, folded at single spaces after column 80; if quoted, with quotes and line breaks doubled."""
     position = 0
     for match in _RUN.finditer(text):
         run = match[0]
@@ -120,9 +120,9 @@ def _folded(text: str, column: int, *, quoted: bool = False) -> Iterator[str]:
             yield "\n" + run + _INDENT[1:]
             column = 2
         else:
-            shown = "''" if quoted and run == "'" else run
-            yield shown
-            column += len(shown)
+            output = "''" if quoted and run == "'" else run
+            yield output
+            column += len(output)
 
 
 def _escape(char: str) -> str:

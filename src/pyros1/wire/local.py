@@ -1,16 +1,18 @@
-"""What two pyros1 nodes of one machine and one user say to each other for the local transport: Unix sockets for small
-messages and for services, shared memory for large messages. Pure.
+"""Protocol of the local transport between pyros1 nodes of the same user on the same machine. Pure.
 
-* ``requestTopic``: beside ``["TCPROS"]`` the subscriber offers ``["PYROS1-LOCAL", KEY]``. Programs that can share
-  memory have the same key. A publisher with that key answers ``["PYROS1-LOCAL", NAME]``, the name of a Unix socket in
-  the abstract namespace. All others know nothing of this and answer TCPROS.
-* On that socket follow headers and frames as over TCP. The publisher's header has one field more, ``token``, and comes
-  with a descriptor of another socket, the *control socket*.
-* Services need no question: beside the port of ``rosrpc://host:port`` a provider listens on a Unix socket whose name is
-  made of the key and that URI. A client that finds none there uses TCP. The first request may come with the client's
-header. * A large message's body is in a *block* of shared memory; its frame is a reference, which begins with the
-  token. Over the control socket come the blocks, each before the first reference to it, and go the numbers of the
-  references that the subscriber no longer needs: until then the publisher leaves the block as it is.
+Small messages and services use Unix sockets, large messages use shared memory.
+
+* ``requestTopic``: in addition to ``["TCPROS"]``, the subscriber offers ``["PYROS1-LOCAL", KEY]``. Programs that can
+  share memory have the same key. A publisher with that key responds with ``["PYROS1-LOCAL", NAME]``, the name of a Unix
+  socket in the abstract namespace. All other publishers ignore the offer and respond with TCPROS.
+* On that socket, headers and frames follow as over TCP. The publisher's header has an additional field, ``token``, and
+  is sent together with a descriptor of another socket, the *control socket*.
+* Services need no negotiation: in addition to the port of ``rosrpc://host:port``, a provider listens on a Unix socket
+  whose name is derived from the key and that URI. A client that finds no such socket uses TCP. The first request can be
+  sent together with the client's header.
+* The body of a large message is in a *block* of shared memory; its frame is a reference, which begins with the token.
+  The publisher sends each block over the control socket before the first reference to it. The subscriber sends back the
+  numbers of references that it no longer needs; until then, the publisher does not change the block.
 """
 
 from __future__ import annotations

@@ -94,7 +94,7 @@ class Subscriber(Generic[_M]):
 
     @cached_property
     def _layout(self) -> Layout | None:
-        whole = getattr(self.type, "_wants_whole", False)  # AnyMsg has none
+        whole = getattr(self.type, "_has_own_deserialize", False)  # AnyMsg has none
         return None if whole else layout(self.type)
 
     def take(self, item: Item, exact: bool = False) -> Any:
