@@ -51,10 +51,10 @@ def connection_header(data: bytes) -> None:
         return
     assert decode_header(encode_header(fields)[4:]) == fields
     answers: list[Callable[[], object]] = [
-        lambda: handshake.answer_subscriber(fields, "/n", "/t", _TYPE, False),
-        lambda: handshake.check_publisher_answer(fields, "/t", _TYPE, "/p"),
-        lambda: handshake.answer_service_client(fields, "/n", "/s", _SERVICE),
-        lambda: handshake.check_service_answer(fields, "/s", _SERVICE),
+        lambda: handshake.make_publisher_response(fields, "/n", "/t", _TYPE, False),
+        lambda: handshake.check_publisher_response(fields, "/t", _TYPE, "/p"),
+        lambda: handshake.make_service_response(fields, "/n", "/s", _SERVICE),
+        lambda: handshake.check_service_response(fields, "/s", _SERVICE),
     ]
     for answer in answers:
         with contextlib.suppress(handshake.Refusal, ProtocolError, ConnectionRefusedByPeerError):
@@ -90,9 +90,9 @@ def datagrams(data: bytes) -> None:
     assert assembler.lost <= len(data)
     for said in (["UDPROS", data, "h", 5, 99], ["UDPROS", "h", 5, 7, 99, data], [*data]):
         with contextlib.suppress(ProtocolError):
-            datagram.read_offer(said)
+            datagram.parse_udpros_offer(said)
         with contextlib.suppress(ProtocolError):
-            datagram.read_answer(said)
+            datagram.parse_udpros_response(said)
 
 
 Parser = RequestParser | ResponseParser

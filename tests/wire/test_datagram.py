@@ -24,7 +24,7 @@ def assembled(datagrams: list[bytes], connection: int = 7) -> tuple[list[bytes],
     return bodies, assembler.lost
 
 
-@given(st.lists(st.binary(max_size=5000), max_size=5), st.integers(SMALLEST_SIZE, 2000))
+@given(st.lists(st.binary(max_size=5000), max_size=5), st.integers(MIN_DATAGRAM_SIZE, 2000))
 def test_t60_what_is_split_comes_together(bodies: list[bytes], size: int) -> None:
     sent = [data for number, body in enumerate(bodies, 250) for data in split(frame(body), 7, number, size)]
     assert all(len(data) <= size for data in sent)

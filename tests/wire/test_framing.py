@@ -110,4 +110,4 @@ def test_memory_for_a_very_large_frame_is_given_up_when_it_is_taken() -> None:
 def test_bodies_are_taken_each_by_itself() -> None:
     buffer = FrameBuffer(first=b"\x01\x00\x00\x00a\x00\x00\x00\x00\x02\x00\x00\x00bc\x05")
     assert buffer.take_bodies(buffer.received(0)) == [b"a", b"", b"bc"]
-    assert buffer.partial
+    assert buffer.has_partial_frame

@@ -73,6 +73,6 @@ def test_only_who_has_the_key_shares() -> None:
 def test_transports() -> None:
     assert all(map(is_local_enabled, ("local,tcp", "tcp local", "")))
     assert not is_local_enabled("tcp")
-    for setting, text in (("shm,tcp", "'shm' is none of local, tcp"), ("local", "needs tcp")):
+    for setting, text in (("shm,tcp", "'shm' is not one of local, tcp"), ("local", "needs tcp")):
         with pytest.raises(SettingError, match=text):
             is_local_enabled(setting)

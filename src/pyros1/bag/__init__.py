@@ -61,6 +61,6 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     """Return all public names, loaded or not, for completion."""
-    from pyros1.ground.lazy import listing  # noqa: PLC0415 - most programs never call this
+    from pyros1.ground.lazy import public_names  # noqa: PLC0415 - most programs never call this
 
-    return listing(globals(), __all__)
+    return public_names(globals(), __all__)

@@ -1,1 +1,1 @@
-"""Foundation of all other packages: errors, names, times, expressions and terminal output."""
+"""The foundation of all other packages: errors, names, times, expressions and terminal output."""

@@ -1,4 +1,4 @@
-"""Text files that are written as a whole or not at all."""
+"""Writes text files completely or not at all."""
 
 from __future__ import annotations
 
@@ -8,16 +8,16 @@ import shutil
 
 
 def write_atomically(path: str | os.PathLike[str], text: str) -> None:
-    """Write a text file. If that fails, as on a full disk, the old one stays as it was.
+    """Write a text file. If that fails, for example on a full disk, the old file is unchanged.
 
     Args:
-        path: the file; a pipe or a device is written directly, and so is a file in a folder that cannot be changed.
-        text: written as UTF-8.
+        path: the file; a pipe, a device, or a file in a read-only folder is written directly.
+        text: the content, which is written as UTF-8.
 
     Raises:
-        OSError: it cannot be written; it names the file.
+        OSError: the file cannot be written; the error names it.
     """
-    target = os.path.realpath(path)  # of a link, write the target
+    target = os.path.realpath(path)  # for a link, its target is written
     try:
         if os.path.exists(target) and not os.path.isfile(target):
             _write(target, text, "w")

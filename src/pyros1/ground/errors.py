@@ -1,31 +1,31 @@
-"""Every error that pyros1 itself raises, as one tree.
+"""All errors that pyros1 raises, as one hierarchy.
 
 ::
 
     Error
-    ├── InvalidNameError (ValueError)       a graph resource name breaks the grammar
+    ├── InvalidNameError (ValueError)       a graph resource name is not valid
     ├── MessageError
-    │   ├── DefinitionError                 a .msg/.srv/.action text is wrong; names file and line
+    │   ├── DefinitionError                 a .msg/.srv/.action text is invalid; names file and line
     │   ├── UnknownTypeError                no definition of that message or service type was found
     │   ├── SerializationError              a value does not fit its field
     │   ├── DeserializationError            received bytes cannot be decoded; names type and offset
-    │   └── LengthError                     received bytes are a message, but more, or fewer, than it needs
+    │   └── LengthError                     received bytes are a message, with too many or too few bytes
     ├── TransportError
-    │   ├── ProtocolError                   the peer broke the protocol (header, framing, HTTP, XML)
-    │   ├── ConnectionRefusedByPeerError    the peer answered with an ``error=`` header
+    │   ├── ProtocolError                   the peer violated the protocol (header, framing, HTTP, XML)
+    │   ├── ConnectionRefusedByPeerError    the peer responded with an ``error=`` header
     │   ├── UnreachableError                no connection could be made, or it was lost
-    │   │   └── UnknownHostError            the other side's host name cannot be resolved
-    │   └── DeadlineError (TimeoutError)    the peer did not answer in time
-    ├── XmlRpcFault                         the remote side answered with an XML-RPC fault
-    ├── MasterError                         the master answered with code 0 or -1
-    │   ├── MasterMethodError               the master does not have the method, or failed in it
-    │   └── MasterUnreachableError          the master did not answer at all
+    │   │   └── UnknownHostError            the peer's host name cannot be resolved
+    │   └── DeadlineError (TimeoutError)    the peer did not respond in time
+    ├── XmlRpcFault                         the remote side responded with an XML-RPC fault
+    ├── MasterError                         the master responded with code 0 or -1
+    │   ├── MasterMethodError               the master does not have the method, or the method failed
+    │   └── MasterUnreachableError          the master did not respond at all
     ├── ServiceError                        a service call failed, here or in the handler
-    │   ├── ServiceUnavailableError         nobody provides the service, or its node cannot be reached
-    │   └── ServiceRefusal                  raised by a handler: only the caller gets the text; nothing is logged
+    │   ├── ServiceUnavailableError         the service has no provider, or its node cannot be reached
+    │   └── ServiceRefusal                  raised by a handler: only the caller gets the message; nothing is logged
     ├── ParameterNotSetError (KeyError)     the parameter is not on the parameter server
-    ├── WaitTimeoutError (TimeoutError)     a message, service or the master did not come in time
-    ├── NodeError                           a node cannot do what was asked (closed, declared twice, ...)
+    ├── WaitTimeoutError (TimeoutError)     a message, service or the master was not available in time
+    ├── NodeError                           a node cannot do what was requested (closed, declared twice, ...)
     │   └── NodeShutdownError               a wait was cut short because the node is shutting down
     ├── TimeMovedBackwardsError             simulated time jumped back during a sleep
     ├── PackageNotFoundError (LookupError)  no ROS package has that name
@@ -38,14 +38,14 @@ from pyros1.ground import terminal_text
 
 
 class Error(Exception):
-    """Base of all pyros1 errors; its text is meant for people, and so has no control characters."""
+    """Base of all pyros1 errors; the message is meant for people, so it contains no control characters."""
 
     def __str__(self) -> str:
         return terminal_text.lines(super().__str__())
 
 
 class InvalidNameError(Error, ValueError):
-    """A graph resource name breaks the naming rules (https://wiki.ros.org/Names)."""
+    """A graph resource name violates the naming rules (https://wiki.ros.org/Names)."""
 
 
 class SettingError(Error, ValueError):
@@ -57,7 +57,7 @@ class MessageError(Error):
 
 
 class DefinitionError(MessageError):
-    """A definition text is wrong.
+    """A definition text is invalid.
 
     Args:
         message: what is wrong.
@@ -69,11 +69,11 @@ class DefinitionError(MessageError):
         self.where = where
         self.line = line
         place = f"{where or '<definition>'}:{line}: " if line is not None else f"{where}: " if where else ""
-        super().__init__(terminal_text.one_line(place + message, 10_000))  # it quotes text from elsewhere
+        super().__init__(terminal_text.one_line(place + message, 10_000))  # the message quotes text from elsewhere
 
 
 class UnknownTypeError(MessageError):
-    """No definition of this type was found in any place that was searched."""
+    """No definition of this type was found."""
 
 
 class SerializationError(MessageError):
@@ -84,10 +84,10 @@ class DeserializationError(MessageError):
     """Received bytes are not a message of the expected type.
 
     Args:
-        type_name: for example ``std_msgs/String``. If it is given alone, it is the text: programs and generated message
-            modules raise this error as well.
+        type_name: for example ``std_msgs/String``. If it is the only argument, it is the message, since programs and
+            generated message modules raise this error as well.
         offset: byte offset into the message body at which decoding failed.
-        reason: the fault there.
+        reason: what is wrong there.
     """
 
     def __init__(self, type_name: object = "", offset: int | None = None, reason: str = "") -> None:
@@ -98,24 +98,25 @@ class DeserializationError(MessageError):
 
 
 class LengthError(MessageError):
-    """Received bytes are a message of the expected type, but they do not end where it does.
+    """Received bytes are a message of the expected type, but have the wrong length.
 
-    Only decoders that are asked to be ``exact`` raise this; others ignore it, as stock does.
+    Only decoders with ``exact`` raise this; others ignore the difference, as in stock.
 
     Args:
         type_name: for example ``std_msgs/String``.
-        surplus: number of bytes behind the message; negative: this many are missing from its last string or byte array.
+        surplus: number of bytes after the message; if negative, the number of bytes missing from its last string or
+            byte array.
     """
 
     def __init__(self, type_name: str, surplus: int) -> None:
         self.surplus = surplus
-        many = f"{abs(surplus)} byte{'s' * (abs(surplus) != 1)}"
-        odd = f"{many.replace(' ', ' surplus ')} at its end" if surplus > 0 else f"{many} missing at its end"
-        super().__init__(f"a {type_name} with {odd}")
+        amount = f"{abs(surplus)} byte{'s' * (abs(surplus) != 1)}"
+        difference = f"{amount.replace(' ', ' surplus ')} at its end" if surplus > 0 else f"{amount} missing at its end"
+        super().__init__(f"a {type_name} with {difference}")
 
 
 class TransportError(Error):
-    """Talking to another process failed."""
+    """Communication with another process failed."""
 
 
 class ProtocolError(TransportError):
@@ -123,11 +124,11 @@ class ProtocolError(TransportError):
 
 
 class ConnectionRefusedByPeerError(TransportError):
-    """The peer refused the connection with an ``error`` header; the text is the peer's reason."""
+    """The peer refused the connection with an ``error`` header; the message contains its reason."""
 
 
 class UnreachableError(TransportError):
-    """No connection could be made, or it was lost before the answer came."""
+    """No connection could be made, or it was lost before the response arrived."""
 
 
 class UnknownHostError(UnreachableError):
@@ -135,7 +136,7 @@ class UnknownHostError(UnreachableError):
 
     Args:
         host: the name.
-        reason: the system's error text; None if the look-up gave no address.
+        reason: the system's error; None if the lookup returned no address.
     """
 
     def __init__(self, host: str, reason: OSError | None) -> None:
@@ -145,11 +146,11 @@ class UnknownHostError(UnreachableError):
 
 
 class DeadlineError(TransportError, TimeoutError):
-    """The peer did not answer in time."""
+    """The peer did not respond in time."""
 
 
 class XmlRpcFault(Error):
-    """The remote side answered with an XML-RPC fault.
+    """The remote side responded with an XML-RPC fault.
 
     Args:
         code: the fault code.
@@ -163,7 +164,7 @@ class XmlRpcFault(Error):
 
 
 class MasterError(Error):
-    """The master (or a node's API) answered a call with status 0 (failed) or -1 (wrong call).
+    """The master (or a node's API) responded to a call with status 0 (failed) or -1 (invalid call).
 
     Args:
         message: the status message.
@@ -176,19 +177,19 @@ class MasterError(Error):
 
 
 class MasterMethodError(MasterError):
-    """The master answered, but does not have the method (masters other than stock's have fewer), or failed in it."""
+    """The master responded, but does not have the method (some masters have fewer than stock), or the method failed."""
 
 
 class MasterUnreachableError(MasterError):
-    """The master did not answer at all."""
+    """The master did not respond at all."""
 
 
 class ServiceError(Error):
     """A service call failed; the message says where and why.
 
     Args:
-        message: the text.
-        answer: what the provider answered, as it came; None if it gave no answer.
+        message: the message.
+        answer: the provider's response as received; None if there was no response.
     """
 
     def __init__(self, message: str, answer: bytes | None = None) -> None:
@@ -197,11 +198,11 @@ class ServiceError(Error):
 
 
 class ServiceUnavailableError(ServiceError):
-    """Nobody provides the service, or its provider cannot be reached."""
+    """The service has no provider, or its provider cannot be reached."""
 
 
 class ServiceRefusal(ServiceError):
-    """Raised by the handler of a service: the caller gets exactly this text, and nothing is logged."""
+    """Raised by the handler of a service: the caller gets exactly this message, and nothing is logged."""
 
 
 class ParameterNotSetError(Error, KeyError):
@@ -212,11 +213,11 @@ class ParameterNotSetError(Error, KeyError):
 
 
 class WaitTimeoutError(Error, TimeoutError):
-    """A message, a service or the master did not come in time."""
+    """A message, a service or the master was not available in time."""
 
 
 class NodeError(Error):
-    """A node, publisher, subscriber or service cannot do what was asked, for example because it is closed."""
+    """A node, publisher, subscriber or service cannot do what was requested, for example because it is closed."""
 
 
 class NodeShutdownError(NodeError):
@@ -236,14 +237,14 @@ class TimeMovedBackwardsError(Error):
 
 
 class PackageNotFoundError(Error, LookupError):
-    """No ROS package of that name was found."""
+    """No ROS package with that name was found."""
 
 
 class LaunchError(Error):
-    """A launch file, or what it asks for, cannot be used.
+    """A launch file, or something that it requests, cannot be used.
 
     Args:
-        message: the problem and what to do.
+        message: the problem, and what to do about it.
         where: file name, None if unknown.
         line: 1-based line number, None if unknown.
     """

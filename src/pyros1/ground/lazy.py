@@ -1,4 +1,4 @@
-"""Public names of a package whose modules are loaded when they are first used (PEP 562)."""
+"""Loads the modules of a package's public names when they are first used (PEP 562)."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ _HELPERS = {"Any", "TYPE_CHECKING", "annotations"}
 def module(name: str) -> Any:
     """Import a module that is usually loaded already, as an import statement does.
 
-    `importlib.import_module` takes the module's lock each time before Python 3.11, and a signal handler that does so
-    while the main thread does waits forever.
+    Before Python 3.11, `importlib.import_module` always acquires the module's lock, and a signal handler that does so
+    while the main thread holds the lock deadlocks.
 
     Args:
         name: the module's full name.
@@ -21,7 +21,7 @@ def module(name: str) -> Any:
     Raises:
         ImportError: there is no such module.
     """
-    return __import__(name, fromlist=("__name__",))  # with a name, since the outermost package is returned otherwise
+    return __import__(name, fromlist=("__name__",))  # with a name, since otherwise the outermost package is returned
 
 
 def load(package: str, exports: Mapping[str, str], name: str) -> Any:
@@ -35,17 +35,17 @@ def load(package: str, exports: Mapping[str, str], name: str) -> Any:
     Raises:
         AttributeError: the package has no such name.
     """
-    home = exports.get(name)
-    if home is None:
+    module_name = exports.get(name)
+    if module_name is None:
         raise AttributeError(f"module {package!r} has no attribute {name!r}")
-    return getattr(module(home), name)
+    return getattr(module(module_name), name)
 
 
-def listing(names: Iterable[str], public: Iterable[str]) -> list[str]:
+def public_names(names: Iterable[str], public: Iterable[str]) -> list[str]:
     """Return the names to list, for the package's ``__dir__``.
 
     Args:
-        names: the names that the package has now.
+        names: the names currently defined in the package.
         public: all public names, loaded or not.
     """
     return sorted(({*names} - _HELPERS) | {*public})

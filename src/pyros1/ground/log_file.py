@@ -1,4 +1,4 @@
-"""A log file that is rotated when it reaches a maximum size, and continues after a full disk."""
+"""A log file that is rotated at a maximum size, and continues after a full disk."""
 
 from __future__ import annotations
 
@@ -9,19 +9,20 @@ from io import FileIO
 from time import monotonic
 
 RETRY_INTERVAL = 5.0
-"""Seconds until the next attempt after one that failed."""
+"""Seconds between a failed attempt to write and the next one."""
 
 
 class LogFile:
-    """A log file, created with its folder at the first line. For one thread at a time.
+    """A log file, created together with its folder when the first line is written. Not thread-safe.
 
-    An error, such as a full disk, is reported once on stderr. Lines of the next seconds are dropped; then writing is
-    tried again, and the file says how much is missing.
+    An error, such as a full disk, is reported once on stderr. Lines written in the next seconds are dropped; then
+    writing is tried again, and the file records how many lines are missing.
 
     Args:
-        path: the file; nothing is written if it is empty. Older parts are called ``<path>.1``, ``<path>.2`` and so on.
-        max_size: bytes of one part.
-        backups: older parts to keep.
+        path: path of the file; if it is empty, nothing is written. Older parts are called ``<path>.1``, ``<path>.2``
+            and so on.
+        max_size: maximum size of a part in bytes.
+        backups: number of older parts to keep.
     """
 
     def __init__(self, path: str, max_size: int, backups: int) -> None:
@@ -29,10 +30,10 @@ class LogFile:
         self._max_size = max_size
         self._backups = backups
         self._file: FileIO | None = None
-        self._line_incomplete = False  # the last line is not complete
-        self._lost_lines = 0  # lines
+        self._is_line_incomplete = False  # the last line is not complete
+        self._lost_lines = 0
         self._failure = ""
-        self._retry_at = 0.0  # on the monotonic clock
+        self._retry_at = 0.0  # monotonic time
 
     def write(self, text: str) -> None:
         """Append lines."""
@@ -46,7 +47,7 @@ class LogFile:
                 os.makedirs(os.path.dirname(self._path) or ".", exist_ok=True)
                 self._file = open(self._path, "ab", buffering=0, opener=_open_nonblocking)  # noqa: SIM115 - stays open
             if self._lost_lines:
-                end = "\n" if self._line_incomplete else ""
+                end = "\n" if self._is_line_incomplete else ""
                 self._append(self._file, f"{end}... {self._lost_lines} lines are missing here: {self._failure}\n")
                 self._lost_lines = 0
             self._append(self._file, text)
@@ -58,12 +59,12 @@ class LogFile:
     def _append(self, file: FileIO, text: str) -> None:
         data = memoryview(text.encode("utf-8", "replace"))
         while data:
-            data = data[os.write(file.fileno(), data) :]  # a disk that becomes full takes the beginning
-            self._line_incomplete = bool(data)
+            data = data[os.write(file.fileno(), data) :]  # a disk that becomes full accepts only the beginning
+            self._is_line_incomplete = bool(data)
 
     def _fail(self, path: str, error: OSError, text: str) -> None:
         if self._file is not None:
-            self._file.close()  # the next attempt opens it again: its disk may be available again
+            self._file.close()  # the next attempt reopens it, since its disk may be available again
             self._file = None
         self._failure = error.strerror or str(error)
         if not self._lost_lines:
@@ -85,7 +86,7 @@ class LogFile:
         os.replace(path, f"{path}.1")
 
     def close(self) -> None:
-        """Close the file; what is written later is lost."""
+        """Close the file; anything written later is dropped."""
         if self._file is not None:
             self._file.close()
             self._file = None
@@ -93,5 +94,5 @@ class LogFile:
 
 
 def _open_nonblocking(path: str, flags: int) -> int:
-    """Open a file; a pipe without a reader is an error instead of a wait."""
+    """Open a file; a pipe without a reader is an error, instead of blocking."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0), 0o666)

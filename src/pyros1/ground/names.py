@@ -1,4 +1,4 @@
-"""Graph resource names: validate, resolve, remap, and the arguments that carry remappings.
+"""Graph resource names: validates, resolves and remaps them, and parses arguments with remappings.
 
 Implements https://wiki.ros.org/Names and https://wiki.ros.org/Remapping%20Arguments. Pure: the node's name, its
 namespace and the command line are arguments.
@@ -36,12 +36,12 @@ def is_legal_base_name(name: str) -> bool:
 
 
 def is_global(name: str) -> bool:
-    """Return whether ``name`` starts at the root: ``/a``."""
+    """Return whether ``name`` is global: ``/a``."""
     return name.startswith(SEP)
 
 
 def is_private(name: str) -> bool:
-    """Return whether ``name`` lies under the node's own name: ``~a``."""
+    """Return whether ``name`` is private, that is below the node's own name: ``~a``."""
     return name.startswith("~")
 
 
@@ -55,7 +55,7 @@ def namespace(name: str) -> str:
 
 
 def ns_join(ns: str, name: str) -> str:
-    """Put ``name`` under namespace ``ns``; a global or private ``name`` is returned as it is."""
+    """Join ``name`` to the namespace ``ns``; a global or private ``name`` is returned unchanged."""
     if is_private(name) or is_global(name):
         return name
     if ns == "~":
@@ -66,32 +66,32 @@ def ns_join(ns: str, name: str) -> str:
 
 
 class FullName(str):
-    """A full name that has been resolved and remapped: `resolve_name` does not remap it again.
+    """A full name that has already been resolved and remapped: `resolve_name` does not remap it again.
 
-    Under ``a:=b b:=c`` the name ``a`` stands for ``/b``, however many functions it passes through. What is made of it,
-    as ``f"{name}/goal"``, is an ordinary name.
+    With ``a:=b b:=c``, the name ``a`` resolves to ``/b``, however many functions it passes through. A string derived
+    from it, such as ``f"{name}/goal"``, is an ordinary name.
     """
 
     __slots__ = ()
 
 
 def resolve_name(name: str, node_name: str, remappings: dict[str, str] | None = None, strict: bool = True) -> str:
-    """Return the global name that ``name`` stands for inside a node.
+    """Resolve ``name`` to a global name, as a node does.
 
     Args:
         name: relative, global or private (``~x``); empty means the node's namespace. A `FullName` is not remapped.
         node_name: the node's full name, for example ``/robot/talker``.
-        remappings: resolved name -> resolved name; looked up once, exact match.
-        strict: whether names must keep to the grammar.
+        remappings: resolved name -> resolved name; applied once, with an exact match.
+        strict: whether names must be valid.
 
     Raises:
-        InvalidNameError: ``name`` breaks the grammar.
+        InvalidNameError: ``name`` is not valid.
     """
     if not name:
         return namespace(node_name)
     if strict and not is_legal_name(name):
         raise InvalidNameError(
-            f"{name!r} is not a legal ROS name: a name starts with a letter, '/' or '~' and holds "
+            f"{name!r} is not a legal ROS name: a name starts with a letter, '/' or '~' and contains "
             "letters, digits, '_' and '/'"
         )
     if name[0] == "~":
@@ -107,16 +107,16 @@ def resolve_name(name: str, node_name: str, remappings: dict[str, str] | None = 
 
 
 def anonymous_name(base: str, pid: int, millis: int) -> str:
-    """Return ``base`` made unique by the process id and the time in milliseconds, as rospy does."""
+    """Make ``base`` unique with the process id and the time in milliseconds, like rospy."""
     return f"{base}_{pid}_{millis}"
 
 
 class Arguments:
-    """A command line, sorted.
+    """The parsed arguments of a command line.
 
     Attributes:
         remappings: ``a:=b`` as written, not yet resolved.
-        parameters: ``_p:=v`` as ``{"p": "v"}``, values as text.
+        parameters: ``_p:=v`` as ``{"p": "v"}``; the values are strings.
         special: ``__name:=x`` as ``{"__name": "x"}``.
         rest: everything else, in order (what rospy's ``myargv`` returns).
         malformed: arguments that look like a remapping but have more than one ``:=``.
@@ -130,7 +130,7 @@ class Arguments:
         self.malformed: list[str] = []
 
     def resolved_remappings(self, node_name: str, strict: bool = True) -> dict[str, str]:
-        """Return the remappings with both sides resolved for the node of that full name.
+        """Return the remappings with both sides resolved for a node with the given full name.
 
         Raises:
             InvalidNameError: one of the names is not legal.
@@ -142,10 +142,10 @@ class Arguments:
 
 
 def parse_arguments(argv: list[str]) -> Arguments:
-    """Sort command-line arguments into remappings, private parameters, special keys and the rest.
+    """Divide command-line arguments into remappings, private parameters, special keys and the rest.
 
     Args:
-        argv: without the program's name.
+        argv: the arguments, without the program's name.
     """
     arguments = Arguments()
     for argument in argv:

@@ -1,4 +1,4 @@
-"""Hints at what a misspelt word was meant to be."""
+"""Suggests what a misspelt word was meant to be."""
 
 from __future__ import annotations
 
@@ -14,35 +14,35 @@ _MIN_PORT = 1024
 _MIN_SIMILARITY = 0.6
 _MIN_PREFIX = 2
 SYNONYMS = {"ls": "list", "rm": "delete", "cat": "echo", "show": "info", "stack": "pkg"}
-"""Words from other tools, and what they are called here."""
+"""Words of other tools -> what they are called here."""
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return `` (did you mean 'x'?)``, to be appended to a message, or an empty text if no known word is similar.
+    """Return `` (did you mean 'x'?)``, to be appended to a message, or an empty string if no known word is similar.
 
     Args:
-        word: what was written.
-        known: what could have been written.
+        word: the word that was written.
+        known: the words that could have been meant.
     """
-    from difflib import get_close_matches  # noqa: PLC0415 - few words are misspelt
+    from difflib import get_close_matches  # noqa: PLC0415 - rarely needed
 
-    words = list(known)
-    close = [SYNONYMS[word]] if SYNONYMS.get(word) in words else []
-    close = close or [other for other in words if other.casefold() == word.casefold()]
-    close = close or get_close_matches(word, words, 5, 0.7)
-    suggestion = next((other for other in close if word in SYNONYMS or _is_similar(word, other)), "")
-    suggestion = suggestion or _completion(word, words) or word
+    known_words = list(known)
+    candidates = [SYNONYMS[word]] if SYNONYMS.get(word) in known_words else []
+    candidates = candidates or [other for other in known_words if other.casefold() == word.casefold()]
+    candidates = candidates or get_close_matches(word, known_words, 5, 0.7)
+    suggestion = next((other for other in candidates if word in SYNONYMS or _is_similar(word, other)), "")
+    suggestion = suggestion or _completion(word, known_words) or word
     return f" (did you mean '{one_line(suggestion)}'?)" if suggestion != word else ""
 
 
 def _completion(word: str, words: list[str]) -> str:
-    """Return the only word that begins so; empty if there is none, or several."""
+    """Return the only word that begins with another, or an empty string if there is none or more than one."""
     longer = {other for other in words if other.casefold().startswith(word.casefold())}
     return longer.pop() if len(longer) == 1 and len(word.strip("/")) >= _MIN_PREFIX and word[-1:] != "/" else ""
 
 
 def _is_similar(word: str, other: str) -> bool:
-    """Return whether two names are still similar without the parts that they share: the package, or a file's ending."""
+    """Return whether two names are still similar without the parts they share: the package, or a file extension."""
     from difflib import SequenceMatcher  # noqa: PLC0415
 
     word_parts, other_parts = re.split(r"[/.]", word.casefold()), re.split(r"[/.]", other.casefold())
@@ -53,10 +53,10 @@ def _is_similar(word: str, other: str) -> bool:
 
 
 def similar_option(word: str) -> str | None:
-    """Return the option that a word was meant to be, if it begins with a typographic dash instead of ``-``.
+    """Return the option that an argument was meant to be, if it begins with a typographic dash instead of ``-``.
 
     Args:
-        word: of a command line, for example one that was copied from a PDF.
+        word: the command-line argument, for example one that was copied from a PDF.
     """
     if word.isascii():
         return None
@@ -68,10 +68,11 @@ def similar_option(word: str) -> str | None:
 
 
 def similar_remapping(word: str) -> str | None:
-    """Return the remapping or parameter that a word was meant to be, if the ``:`` or the ``=`` of ``:=`` is missing.
+    """Return the remapping or parameter that an argument was meant to be, if the ``:`` or the ``=`` of ``:=`` is
+    missing.
 
     Args:
-        word: of a command line, for example ``_rate=10`` or ``rate:10``. A possible ``host:port`` gives None.
+        word: the command-line argument, for example ``_rate=10`` or ``rate:10``. A possible ``host:port`` gives None.
     """
     if ":=" in word or not (":" in word or "=" in word):
         return None
@@ -85,10 +86,10 @@ def similar_remapping(word: str) -> str | None:
 
 
 def argument_hint(word: str) -> str:
-    """Return a hint at what to write instead of a word that looks like an option or a remapping, or an empty text.
+    """Return a hint for an argument that looks like a misspelt option or remapping, or an empty string.
 
     Args:
-        word: of a command line.
+        word: the command-line argument.
     """
     option = similar_option(word)
     if option is not None:

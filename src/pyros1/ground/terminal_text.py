@@ -1,9 +1,9 @@
-"""Text from elsewhere, made safe to show in a terminal.
+"""Makes text from elsewhere safe to print in a terminal.
 
-A name, an error text or a message of another process may hold escape sequences, which move the cursor, change the
-window's title or hide text, line breaks, which forge lines of output, and marks that reverse the direction of writing.
-Text from elsewhere passes through here before a person sees it. Each such character is escaped as Python would
-write it in a string: ``\\x1b``.
+A name, an error message or a message of another process can contain escape sequences, which move the cursor, change the
+window's title or hide text, line breaks, which forge lines of output, and characters that reverse the direction of
+writing. Text from elsewhere passes through here before it is displayed. Each such character is escaped as in a Python
+string: ``\\x1b``.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import re
 
 _CONTROL_CHARACTERS = "\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff"
 _UNPRINTABLE = _CONTROL_CHARACTERS + "\ud800-\udfff"  # and surrogates, which cannot be encoded
-# Compiled when a text needs them, which is rare: every command and node starts sooner.
+# Compiled when a text needs them, which is rare, so that commands and nodes start faster.
 _EXCEPT_BYTES = f"\r(?!\n)|(?!\r)[{_CONTROL_CHARACTERS}]"
 _IN_LINES = f"\r(?!\n)|(?!\r)[{_UNPRINTABLE}]"
 _IN_ONE_LINE = f"[\t\n{_UNPRINTABLE}]"
@@ -20,11 +20,11 @@ _EXCEPT_COLOURS = f"(\x1b\\[[0-9;]*m)|\r(?!\n)|(?!\r)[{_UNPRINTABLE}]"
 
 
 def one_line(value: object, max_length: int = 1000) -> str:
-    """Return a value's text as one line without control characters, for names and for parts of sentences.
+    """Return a value as one line without control characters, for names and parts of sentences.
 
     Args:
-        value: anything; ``str`` makes the text.
-        max_length: characters to show; of a longer text, the rest is replaced by a note of its length.
+        value: anything that can be converted with ``str``.
+        max_length: maximum number of characters; the rest of a longer text is replaced with a note about its length.
     """
     text = str(value)
     if len(text) > max_length:
@@ -33,27 +33,27 @@ def one_line(value: object, max_length: int = 1000) -> str:
 
 
 def lines(text: str, *, keep_bytes: bool = False) -> str:
-    """Return a text without control characters except line breaks and tabs, which are assumed to be wanted.
+    """Return a text without control characters other than line breaks and tabs, which are assumed to be intended.
 
     Args:
-        keep_bytes: keep the surrogates that stand for undecodable bytes in file names.
+        keep_bytes: whether to keep the surrogates that represent undecodable bytes in file names.
     """
-    if text.replace("\n", "").isprintable():  # as nearly all are; much quicker than a search
+    if text.replace("\n", "").isprintable():  # true for nearly all texts, and much faster than a search
         return text
     return re.sub(_EXCEPT_BYTES if keep_bytes else _IN_LINES, _escape, text)
 
 
 def coloured_lines(text: str) -> str:
-    """Return the same, but keep colours: for texts that a program writes itself, such as log texts."""
+    """Return the same as `lines`, but keep colours, for text that a program writes itself, such as log messages."""
     if text.replace("\n", "").isprintable():
         return text
     return re.sub(_EXCEPT_COLOURS, lambda found: found.group(1) or _escape(found), text)
 
 
 class UntrustedText(str):
-    """A text from elsewhere that keeps its value for programs, as a name to look up or a value in JSON, but is escaped
-    like by `one_line` when it is printed or formatted. ``join`` and ``+`` use the raw value: join ``map(str, names)``
-    instead.
+    """A string from elsewhere that keeps its value for programs, such as a name to look up or a value in JSON, but is
+    escaped as by `one_line` when it is printed or formatted. ``join`` and ``+`` use the raw value: join ``map(str,
+    names)`` instead.
     """
 
     __slots__ = ()
@@ -66,12 +66,12 @@ class UntrustedText(str):
 
 
 def untrusted(text: str) -> str:
-    """Return a text from elsewhere as `UntrustedText`, or the same object if it is harmless as it is."""
+    """Return a string from elsewhere as `UntrustedText`, or unchanged if it is harmless."""
     return text if text.isprintable() or not re.search(_IN_ONE_LINE, text) else UntrustedText(text)
 
 
 def json_text(text: str) -> str:
-    """Return JSON in which control characters are escaped, also those that JSON allows in strings."""
+    """Return JSON text with all control characters escaped, including those that JSON allows in strings."""
     return (
         text
         if text.isascii() and "\x7f" not in text

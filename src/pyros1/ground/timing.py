@@ -1,8 +1,8 @@
 """Time and Duration, with nanosecond resolution, and their arithmetic (https://wiki.ros.org/roscpp/Overview/Time).
 
-Both hold whole seconds and nanoseconds, normalised to ``0 <= nsecs < 1e9`` unless the attributes are set directly, as
-in parts of received messages. A Time is a point in time and never negative; a Duration may be. Pure: no clock is read
-here.
+Both consist of whole seconds and nanoseconds, normalised to ``0 <= nsecs < 1e9`` unless the attributes are set
+directly, as in nested parts of received messages. A Time is a point in time and never negative; a Duration can be
+negative. Pure: no clock is read here.
 """
 
 from __future__ import annotations
@@ -15,20 +15,23 @@ _T = TypeVar("_T", bound="TVal")
 
 def _as_int(number: Any, what: str) -> int:
     if isinstance(number, (str, bytes)):
-        int(number)  # raises ValueError for what is no number, as stock's times do
+        int(number)  # raises ValueError if it is not a number, as in stock
     if isinstance(number, (str, bytes)) or not hasattr(type(number), "__int__"):
         raise TypeError(f"{what} must be a number, not {number!r:.80}")
     return int(scalar(number))
 
 
 def _has_fractions(number: Any) -> bool:
-    """Return whether a value is of a kind of numbers that need not be whole, such as numpy.float32 or Decimal."""
+    """Return whether a value's type can represent fractions, such as numpy.float32 or Decimal."""
     kind = type(number)
-    return hasattr(kind, "__float__") and (not hasattr(kind, "__index__") or hasattr(kind, "__len__"))  # arrays have it
+    # Numpy arrays have __index__.
+    return hasattr(kind, "__float__") and (not hasattr(kind, "__index__") or hasattr(kind, "__len__"))
 
 
 def scalar(number: Any) -> Any:
-    """Return the element of a numpy array of one, which newer versions of numpy do not convert; others as they are."""
+    """Return the element of a one-element numpy array, which newer versions of numpy do not convert; return others
+    unchanged.
+    """
     return number.item() if getattr(number, "ndim", 0) and number.size == 1 else number
 
 
@@ -36,16 +39,16 @@ class TVal:
     """Base of Time and Duration: seconds and nanoseconds.
 
     Args:
-        secs: seconds; a float, or another number that need not be whole, is allowed when ``nsecs`` is 0.
+        secs: seconds; a float or another fractional number is allowed if ``nsecs`` is 0.
         nsecs: nanoseconds, any integer; whole seconds are carried over into ``secs``.
 
     Raises:
-        ValueError: ``secs`` is a float and ``nsecs`` is not 0; or one of both is a text without a number.
-        TypeError: ``secs`` or ``nsecs`` is no number.
+        ValueError: ``secs`` is a float and ``nsecs`` is not 0, or one of them is a string that is not a number.
+        TypeError: ``secs`` or ``nsecs`` is not a number.
     """
 
-    __slots__ = ("secs", "nsecs")  # noqa: RUF023  in the order in which programs show them
-    _slot_types: ClassVar[list[str]] = ["int32", "int32"]  # programs that walk through messages by their slots need it
+    __slots__ = ("secs", "nsecs")  # noqa: RUF023  in the order in which programs display them
+    _slot_types: ClassVar[list[str]] = ["int32", "int32"]  # needed by programs that traverse messages by their slots
 
     secs: int
     nsecs: int
@@ -57,7 +60,7 @@ class TVal:
                 if nsecs:
                     raise ValueError("if secs is a float, nsecs cannot be set")
                 whole = int(secs)
-                secs, nsecs = whole, int((secs - whole) * 1e9)  # cut, not rounded: stock's programs see the same value
+                secs, nsecs = whole, int((secs - whole) * 1e9)  # truncated, not rounded, as in stock
             else:
                 secs = _as_int(secs, "secs")
         if nsecs.__class__ is not int:
@@ -70,7 +73,7 @@ class TVal:
 
     @classmethod
     def from_sec(cls: type[_T], float_secs: float) -> _T:
-        """Return a value made from seconds as a float."""
+        """Return a value from seconds as a float."""
         if not hasattr(type(float_secs), "__float__"):
             raise TypeError(f"seconds must be a number, not {float_secs!r:.80}")
         return cls(float(scalar(float_secs)))
@@ -79,18 +82,20 @@ class TVal:
 
     @classmethod
     def from_nsec(cls: type[_T], nanoseconds: int) -> _T:
-        """Return a value made from whole nanoseconds."""
+        """Return a value from whole nanoseconds."""
         return cls(*divmod(nanoseconds, _NS))
 
     @classmethod
     def of_clock(cls: type[_T], nanoseconds: int) -> _T:
-        """Return a value made from what a clock says, fast: whole nanoseconds, not negative."""
+        """Return a value from a clock's whole nanoseconds, which must not be negative. Faster than `from_nsec`."""
         value = cls.__new__(cls)
         value.secs, value.nsecs = divmod(nanoseconds, _NS)
         return value
 
     def to_sec(self) -> float:
-        """Return the value in seconds, as a float: exact to microseconds for present-day times, not to nanoseconds."""
+        """Return the value in seconds as a float, which is exact to microseconds for present-day times, not to
+        nanoseconds.
+        """
         return self.secs + self.nsecs / 1e9
 
     def to_nsec(self) -> int:
@@ -106,7 +111,7 @@ class TVal:
         TVal.__init__(self, secs, nsecs)
 
     def canon(self) -> None:
-        """Normalise the attributes after they were set directly."""
+        """Normalise the attributes after they have been set directly."""
         TVal.__init__(self, self.secs, self.nsecs)
 
     def __bool__(self) -> bool:
@@ -150,7 +155,7 @@ class TVal:
         return str(self.to_nsec())
 
     def __repr__(self) -> str:
-        home = type(self).__module__.partition(".")[0]  # stock's classes name theirs: genpy.Time, rospy.Time
+        home = type(self).__module__.partition(".")[0]  # stock's classes include it: genpy.Time, rospy.Time
         name = type(self).__name__
         return f"{name if home == 'pyros1' else f'{home}.{name}'}[{self.to_nsec()}]"
 
@@ -162,12 +167,14 @@ class TVal:
 
 
 def _base_class(value: object) -> type[TVal] | None:
-    """Return Time or Duration, whichever ``value`` is: subclasses compare and compute with their base classes."""
+    """Return the base class of ``value``, Time or Duration: subclasses can be compared and combined with their base
+    classes.
+    """
     return Time if isinstance(value, Time) else Duration if isinstance(value, Duration) else None
 
 
 def _difference(a: TVal, b: object) -> int | None:
-    """Return the difference of two values; None if they are of two kinds, of which a plain TVal is none."""
+    """Return the difference of two values, or None if one is a Time and the other a Duration, or ``b`` is neither."""
     if not isinstance(b, TVal):
         return None
     if _base_class(a) is not _base_class(b) and None not in (_base_class(a), _base_class(b)):
@@ -190,7 +197,7 @@ class Time(TVal):
             raise TypeError("time values must be positive")
 
     def to_time(self) -> float:
-        """Return seconds, as :meth:`to_sec`."""
+        """Return seconds, like :meth:`to_sec`."""
         return self.to_sec()
 
     def __add__(self, other: object) -> Time:
@@ -216,7 +223,7 @@ class Duration(TVal):
     def __add__(self, other: object) -> Any:
         if isinstance(other, Duration):
             return Duration(self.secs + other.secs, self.nsecs + other.nsecs)
-        return NotImplemented  # Time + Duration is Time's
+        return NotImplemented  # Time + Duration is handled by Time
 
     def __sub__(self, other: object) -> Duration:
         if not isinstance(other, Duration):
@@ -241,7 +248,7 @@ class Duration(TVal):
     def __floordiv__(self, other: object) -> Any:
         if isinstance(other, Duration):
             return self.to_nsec() // other.to_nsec()
-        if isinstance(other, (int, float)):  # whole seconds are left
+        if isinstance(other, (int, float)):  # the result is whole seconds
             return Duration.from_sec(self.to_sec() // other)
         return NotImplemented
 
@@ -263,5 +270,5 @@ class Duration(TVal):
         return NotImplemented
 
 
-# Python has made the slots by now; programs that walk through messages expect them here.
+# The slots already exist; programs that traverse messages expect their names here.
 Time.__slots__ = Duration.__slots__ = TVal.__slots__  # type: ignore[assignment]

@@ -199,7 +199,7 @@ class SlaveApi:
 
         publication = self._context.publications[topic]
         try:
-            requested = read_offer(offer)
+            requested = parse_udpros_offer(offer)
             if requested is None:
                 return None
             link = publication.accept_datagrams(*requested)

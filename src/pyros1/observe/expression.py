@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Any
 
 from pyros1.ground.expressions import ExpressionError, Interpreter, UnknownNameError
-from pyros1.ground.expressions.functions import MATH, functions, more_functions
+from pyros1.ground.expressions.functions import MATH, extra_functions, functions
 from pyros1.ground.timing import TVal
 from pyros1.msgs import Message
 from pyros1.observe.modules import Module
@@ -23,7 +23,7 @@ MAX_ITEMS = 1_000_000
 """Maximum size of a value, since values such as the string representation of a message may be long."""
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     **functions(MAX_ITEMS),
-    **more_functions(MAX_ITEMS),
+    **extra_functions(MAX_ITEMS),
     **{name: MATH[name] for name in ("sqrt", "sin", "cos", "atan2", "hypot", "isnan", "isinf")},
 }
 """Functions that every expression can call, besides hasattr and getattr."""

@@ -1,7 +1,7 @@
-"""The arithmetic of ``rad(...)`` and ``!radians`` (https://wiki.ros.org/rosparam#YAML_Format).
+"""Evaluates the arithmetic in ``rad(...)`` and ``!radians`` (https://wiki.ros.org/rosparam#YAML_Format).
 
-Stock lets Python evaluate the text. Values come from elsewhere, so here the safe language of
-`pyros1.ground.expressions` evaluates it, limited to numbers.
+Stock evaluates the text as Python. Since values may come from untrusted sources, it is evaluated here with the safe
+language of `pyros1.ground.expressions`, limited to numbers.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pyros1.ground.expressions import ExpressionError, Interpreter
 
 
 def radians(text: str) -> float:
-    """Return the value of an arithmetic expression of numbers, ``pi`` and parentheses, in floating point.
+    """Evaluate an arithmetic expression of numbers, ``pi`` and parentheses, in floating point.
 
     Args:
         text: the expression, for example ``-pi/2``.
@@ -23,7 +23,7 @@ def radians(text: str) -> float:
         The value.
 
     Raises:
-        ExpressionError: the text holds anything else, or cannot be computed.
+        ExpressionError: the text contains anything else, or cannot be evaluated.
     """
     return float(_Arithmetic(text).evaluate({"pi": math.pi}))
 

@@ -1,11 +1,11 @@
-"""YAML text to values, by ROS 1's rules: PyYAML's safe loader, as in stock ROS, and four notations for angles.
+"""Reads YAML by ROS 1's rules: with PyYAML's safe loader, as in stock ROS, and four notations for angles.
 
 The notations for angles are ``deg(90)``, ``rad(pi/2)``, ``!degrees 90`` and ``!radians pi/2``
-(https://wiki.ros.org/rosparam#YAML_Format). A text cannot create other Python objects: the only values are None,
+(https://wiki.ros.org/rosparam#YAML_Format). A text cannot create any other Python objects: the only values are None,
 bool, int, float, str, bytes, date, datetime, list, dict and set.
 
-Added to PyYAML: angles; limits, since a text of a few hundred bytes can stand for billions of values or keep PyYAML
-busy for minutes; errors with file and line; and a short cut for single words and numbers, since to import PyYAML takes
+This adds to PyYAML: angles; limits, since a text of a few hundred bytes can represent billions of values or keep PyYAML
+busy for minutes; errors with file and line; and a shortcut for single words and numbers, since importing PyYAML takes
 longer than most commands.
 """
 
@@ -19,25 +19,24 @@ from typing import Any
 from pyros1.ground.errors import Error
 
 _MAX_DEPTH = 50
-"""Maximum number of levels of nesting: each takes several nested calls in Python, which limits them."""
+"""Maximum nesting depth: each level needs several nested calls, which Python limits."""
 _MAX_COPIES = 50_000
-"""Maximum number of values that aliases and merge keys may stand for, all together; a long text counts more than
-once."""
+"""Maximum total number of values that aliases and merge keys can represent; long strings count more than once."""
 _TEXT_UNIT = 100
-"""Characters of a text that count as one value, for the limit above."""
+"""Number of characters of a string that count as one value for the limit above."""
 _MAX_INTEGER_DIGITS = 200
-"""Maximum number of characters of an integer: no field holds 2^64, and Python is slow with thousands of digits."""
+"""Maximum number of characters of an integer: no field can store 2^64, and Python is slow with thousands of digits."""
 _MAX_QUOTED = 60
-"""Characters of a wrong value that an error message quotes."""
+"""Maximum number of characters of an invalid value quoted in an error message."""
 
 ANGLES = {"!degrees": (re.compile(r"deg\([^)]*\)\Z"), "d"), "!radians": (re.compile(r"rad\([^)]*\)\Z"), "r")}
-"""Tags of angles: the pattern of their plain scalars, and the characters that these begin with."""
-_SCALARS = frozenset(
+"""Tags of angles -> the pattern of their plain scalars, and the characters that these begin with."""
+_SCALAR_TAGS = frozenset(
     [*ANGLES, *(f"tag:yaml.org,2002:{kind}" for kind in ("null", "bool", "int", "float", "str", "binary", "timestamp"))]
 )
 """Tags of single values."""
 
-# The texts that need no YAML machinery: most parameters given on a command line are one of these.
+# Texts that do not need PyYAML; most parameters on a command line are of this kind.
 _SIMPLE_WORD = re.compile(r"[A-Za-z_/][\w/.-]*", re.ASCII)
 _SIMPLE_INT = re.compile(r"-?(?:0|[1-9][0-9]{0,17})")
 _SIMPLE_FLOAT = re.compile(r"-?[0-9]+\.[0-9]+")
@@ -45,12 +44,12 @@ _SPECIAL_WORDS = frozenset(("yes", "no", "true", "false", "on", "off", "null"))
 
 
 class YamlError(Error, ValueError):
-    """A text is not YAML that can be used.
+    """A text is not valid YAML, or exceeds a limit.
 
     Args:
         message: what is wrong.
-        where: file name or other origin, None if unknown.
-        line: 1-based line number, None if unknown.
+        where: file name or other origin; None if unknown.
+        line: 1-based line number; None if unknown.
     """
 
     def __init__(self, message: str, where: str | None = None, line: int | None = None) -> None:
@@ -61,7 +60,9 @@ class YamlError(Error, ValueError):
 
 
 def simple_value(text: str) -> str | int | float | None:
-    """Return the value of a text that is one word or number and needs no YAML machinery, None for any other text."""
+    """Return the value of a text that is a single word or number and does not need PyYAML, or None for any other
+    text.
+    """
     if _SIMPLE_WORD.fullmatch(text) and text.lower() not in _SPECIAL_WORDS:
         return text
     if _SIMPLE_INT.fullmatch(text):
@@ -72,19 +73,19 @@ def simple_value(text: str) -> str | int | float | None:
 
 
 def load_yaml(text: str, where: str | None = None) -> Any:
-    """Return the value of one YAML document by ROS 1's rules.
+    """Return the value of a single YAML document by ROS 1's rules.
 
     Args:
-        text: the document; empty text is None.
+        text: the document; an empty one is None.
         where: file name for error messages.
 
     Returns:
         None, bool, int, float, str, bytes (``!!binary``), date, datetime, list, dict or set.
 
     Raises:
-        YamlError: the text is not valid YAML, holds more than one document, an unknown tag, or contains itself; it is
-            nested too deeply; or its aliases stand for too many values: these are shared in memory, but a walk
-            through all of them would never end.
+        YamlError: the text is not valid YAML, has more than one document or an unknown tag, contains itself, or is
+            nested too deeply; or its aliases represent too many values, which are shared in memory but would take
+            forever to traverse.
     """
     value = simple_value(text.strip(" "))
     if value is not None:
@@ -96,16 +97,16 @@ def load_yaml(text: str, where: str | None = None) -> Any:
 
 
 def load_all_yaml(text: str, where: str | None = None) -> list[Any]:
-    """Return the values of all documents of a YAML stream (``---`` between them), in order.
+    """Return the values of all documents in a YAML stream, which are separated by ``---``, in order.
 
     Args:
         text: the stream.
         where: file name for error messages.
 
     Raises:
-        YamlError: as `load_yaml`.
+        YamlError: as for `load_yaml`.
     """
-    import yaml  # noqa: PLC0415 - slow to import, and simple values need none of it
+    import yaml  # noqa: PLC0415 - slow to import, and simple values do not need it
 
     try:
         loader = _loader_class()(text)
@@ -124,7 +125,7 @@ def load_all_yaml(text: str, where: str | None = None) -> list[Any]:
     except RecursionError as error:
         raise YamlError("nested too deeply", where) from error
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
-        # Some malformed texts trip the library itself instead of being reported by it.
+        # Some malformed texts make the library itself fail instead of reporting an error.
         raise YamlError(f"malformed YAML ({error})", where) from error
 
 
@@ -134,34 +135,33 @@ def _reason(error: Exception) -> str:
     return reason or str(error).strip().split("\n")[0]
 
 
-def _degrees(text: str) -> float:
-    return (
-        float(_inside(text, "deg(")) * math.pi / 180.0
-    )  # not math.radians, which differs from stock in the last digit
+def _parse_degrees(text: str) -> float:
+    # Not math.radians, which differs from stock in the last digit.
+    return float(_strip_call(text, "deg(")) * math.pi / 180.0
 
 
-def _radians(text: str) -> float:
+def _parse_radians(text: str) -> float:
     from pyros1.values.angles import radians  # noqa: PLC0415 - rarely needed, and it loads Python's parser
 
-    return radians(_inside(text, "rad("))
+    return radians(_strip_call(text, "rad("))
 
 
-def _inside(text: str, begin: str) -> str:
+def _strip_call(text: str, begin: str) -> str:
     return text[len(begin) : -1] if text.startswith(begin) and text.endswith(")") else text
 
 
 @cache
 def _loader_class() -> Any:
-    """Return the loader class, made when it is first needed, since PyYAML is slow to import."""
+    """Return the loader class, which is created when it is first needed, since PyYAML is slow to import."""
     import yaml  # noqa: PLC0415
 
     class Loader(yaml.SafeLoader):
-        """PyYAML's safe loader with angles, and with bounds on what a text may cost."""
+        """PyYAML's safe loader with angles, and with limits on the cost of a text."""
 
         def __init__(self, stream: str) -> None:
             super().__init__(stream)
-            self._measures: dict[int, tuple[int, int]] = {}  # of composed nodes: number of values, levels
-            self._copies = 0
+            self._measures: dict[int, tuple[int, int]] = {}  # id of a composed node -> (number of values, depth)
+            self._copied_values = 0
             self._depth = 0
 
         def compose_node(self, parent: Any, index: Any) -> Any:
@@ -180,9 +180,9 @@ def _loader_class() -> Any:
         def _count_copy(self, node: Any) -> None:
             if id(node) not in self._measures:
                 raise yaml.MarkedYAMLError(problem="a value cannot contain itself", problem_mark=node.start_mark)
-            self._copies += self._measures[id(node)][0]
-            if self._copies > _MAX_COPIES:
-                problem = f"the aliases stand for more than {_MAX_COPIES} values"
+            self._copied_values += self._measures[id(node)][0]
+            if self._copied_values > _MAX_COPIES:
+                problem = f"the aliases represent more than {_MAX_COPIES} values"
                 raise yaml.MarkedYAMLError(problem=problem, problem_mark=node.start_mark)
 
         def _measure(self, node: Any) -> None:
@@ -197,12 +197,12 @@ def _loader_class() -> Any:
             self._measures[id(node)] = 1 + sum(values for values, _ in inside), depth
 
         def compose_document(self) -> Any:
-            self._measures.clear()  # nodes of the next document may have the same addresses in memory
+            self._measures.clear()  # nodes of the next document may have the same ids
             return super().compose_document()
 
         def construct_object(self, node: Any, deep: bool = False) -> Any:
             try:
-                if node.id != "scalar" and node.tag in _SCALARS:
+                if node.id != "scalar" and node.tag in _SCALAR_TAGS:
                     problem = f"expected a scalar node, but found {node.id}"
                     raise yaml.MarkedYAMLError(problem=problem, problem_mark=node.start_mark)
                 if node.tag.endswith(":int") and len(node.value) > _MAX_INTEGER_DIGITS:
@@ -215,11 +215,11 @@ def _loader_class() -> Any:
                 kind = node.tag.rpartition(":")[2].lstrip("!")
                 raise yaml.MarkedYAMLError(problem=f"invalid {kind}: {text}", problem_mark=node.start_mark) from error
 
-    def of_scalar(function: Any) -> Any:
+    def scalar_constructor(function: Any) -> Any:
         return lambda loader, node: function(loader.construct_scalar(node))
 
-    for tag, function in (("!degrees", _degrees), ("!radians", _radians)):
+    for tag, function in (("!degrees", _parse_degrees), ("!radians", _parse_radians)):
         pattern, first = ANGLES[tag]
-        Loader.add_constructor(tag, of_scalar(function))
+        Loader.add_constructor(tag, scalar_constructor(function))
         Loader.add_implicit_resolver(tag, pattern, [first])
     return Loader

@@ -1,7 +1,7 @@
-"""Values to YAML text, in PyYAML's layout, which scripts around the ROS 1 tools expect.
+"""Writes values as YAML in PyYAML's layout, which scripts that use the ROS 1 tools expect.
 
-Added here: the choice of what is written in brackets, quotation marks for strings that look like angles, and numpy's
-numbers; PyYAML leaves all of these to its users.
+This adds to PyYAML: the choice of what is written in brackets, quotes around strings that look like angles, and numpy
+numbers.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from pyros1.values.reading import ANGLES, YamlError, simple_value
 
 
 def dump(value: Any, *, inline: Callable[[Any], bool], ordered: bool = False) -> str:
-    """Return the text of a value.
+    """Return a value as YAML.
 
     Args:
         value: see `pyros1.values.dump_yaml`.
-        inline: returns whether a list or dict is written in brackets; then everything inside it is as well.
-        ordered: dicts keep their order; otherwise their keys are sorted.
+        inline: returns whether to write a list or dict in brackets, together with everything inside it.
+        ordered: whether dicts keep their order; otherwise their keys are sorted.
 
     Raises:
         YamlError: see `pyros1.values.dump_yaml`.
@@ -28,7 +28,7 @@ def dump(value: Any, *, inline: Callable[[Any], bool], ordered: bool = False) ->
         text = str(value)
         if simple_value(text) == value:
             return f"{text}\n...\n"
-    import yaml  # noqa: PLC0415 - slow to import, and most parameters are one word or number
+    import yaml  # noqa: PLC0415 - slow to import, and most parameters are single words or numbers
 
     dumper = _dumper_class()
     try:
@@ -50,7 +50,7 @@ def _dumper_class() -> Any:
             self._ordered = ordered
 
         def ignore_aliases(self, data: Any) -> bool:
-            return True  # no aliases: a value is written wherever it is used
+            return True  # no aliases: a value is written wherever it occurs
 
         def represent_mapping(self, tag: str, mapping: Any, flow_style: bool | None = None) -> Any:
             pairs: Iterable[Any] = mapping
@@ -61,9 +61,9 @@ def _dumper_class() -> Any:
         def represent_sequence(self, tag: str, sequence: Any, flow_style: bool | None = None) -> Any:
             return super().represent_sequence(tag, sequence, flow_style=self._inline(sequence))
 
-    for tag, (pattern, first) in ANGLES.items():  # texts that look like angles get quotation marks
+    for tag, (pattern, first) in ANGLES.items():  # strings that look like angles are quoted
         Dumper.add_implicit_resolver(tag, pattern, [first])
-    for kind in (dict, list, tuple, set, str, bytes, int, float):  # and subclasses, such as numpy's numbers
+    for kind in (dict, list, tuple, set, str, bytes, int, float):  # and subclasses, such as numpy numbers
         Dumper.add_multi_representer(kind, _represent_as(kind))
     Dumper.add_multi_representer(bytearray, lambda dumper, data: dumper.represent_data(bytes(data)))
     return Dumper

@@ -1,13 +1,13 @@
-"""Which programs may connect to each other: the rules of the TCPROS connection headers, for topics and services.
+"""The rules of TCPROS connection headers, which decide whether two programs can connect, for topics and services.
 
-A connecting side sends a header; the accepting side answers with its own, or with the single field ``error`` and
-closes. Rules (https://wiki.ros.org/ROS/TCPROS):
+The connecting side sends a header; the accepting side responds with its own, or with the single field ``error``, and
+then closes the connection. Rules (https://wiki.ros.org/ROS/TCPROS):
 
-* the first header decides: with ``topic`` it is for a publisher, else with ``service`` for a service;
-* ``md5sum`` must be equal, ``*`` on either side matches any; ``type`` may differ if ``md5sum`` is equal;
-* the answer carries the real type, md5sum and full definition, whatever was asked for.
+* a first header with ``topic`` is for a publisher; otherwise, one with ``service`` is for a service;
+* ``md5sum`` must be equal; ``*`` on either side matches any; ``type`` may differ if ``md5sum`` is equal;
+* the response contains the actual type, md5sum and full definition, whatever was requested.
 
-Refusals name both sides' types, because the person who reads them has to find the one that is wrong.
+Refusals name the types of both sides, so that the reader can find out which one is wrong.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ ANY = "*"
 
 
 class Refusal(Exception):
-    """The request cannot be granted; the text goes to the peer as ``error=``."""
+    """The connection is refused; the message is sent to the peer as ``error=``."""
 
 
 class TopicType(NamedTuple):
@@ -43,16 +43,16 @@ class ServiceType(NamedTuple):
 
 
 def subscriber_header(
-    caller_id: str, topic: str, wanted: TopicType, tcp_nodelay: bool, extra: Mapping[str, str] | None = None
+    caller_id: str, topic: str, requested: TopicType, tcp_nodelay: bool, extra: Mapping[str, str] | None = None
 ) -> dict[str, str]:
     """Return the header that a subscriber sends to a publisher (T06)."""
     return {
         **(extra or {}),
         "callerid": caller_id,
         "topic": topic,
-        "type": wanted.name,
-        "md5sum": wanted.md5sum,
-        "message_definition": wanted.definition,
+        "type": requested.name,
+        "md5sum": requested.md5sum,
+        "message_definition": requested.definition,
         "tcp_nodelay": "1" if tcp_nodelay else "0",
     }
 
@@ -63,11 +63,11 @@ def _require(header: Mapping[str, str], *names: str) -> None:
             raise Refusal(f"Missing required '{name}' field")
 
 
-def _md5_equal(a: str, b: str) -> bool:
+def _md5_matches(a: str, b: str) -> bool:
     return a == b or ANY in (a, b)
 
 
-def answer_subscriber(
+def make_publisher_response(
     header: Mapping[str, str],
     node: str,
     topic: str,
@@ -75,14 +75,14 @@ def answer_subscriber(
     latching: bool,
     extra: Mapping[str, str] | None = None,
 ) -> dict[str, str]:
-    """Return a publisher's answer to a subscriber's header (T06, T07, T09-T12).
+    """Return a publisher's response to a subscriber's header (T06, T07, T09-T12).
 
     Raises:
         Refusal: a field is missing or the md5 sums differ.
     """
     _require(header, "topic", "md5sum", "callerid")
     wanted_type, wanted_md5 = header.get("type", offered.name), header["md5sum"]
-    if not _md5_equal(wanted_md5, offered.md5sum):
+    if not _md5_matches(wanted_md5, offered.md5sum):
         if wanted_type != offered.name:
             raise Refusal(f"topic types do not match: [{wanted_type}] vs. [{offered.name}]")
         raise Refusal(
@@ -100,69 +100,70 @@ def answer_subscriber(
     }
 
 
-def _check_answer(header: Mapping[str, str], sent: Mapping[str, str] | None, who: str, *needed: str) -> None:
+def _check_response(header: Mapping[str, str], sent: Mapping[str, str] | None, peer: str, *required: str) -> None:
     if header == sent:
-        raise ProtocolError(f"{who} only sends back what it receives: another program is using its port now")
+        raise ProtocolError(f"{peer} only sends back what it receives: another program is using its port now")
     if "error" in header:
-        raise ConnectionRefusedByPeerError(f"{who} refused the connection: {one_line(header['error'])}")
-    for name in needed:
-        if name not in header:  # it may be empty, as for stock
-            raise ProtocolError(f"{who} answered without the field {name!r}")
+        raise ConnectionRefusedByPeerError(f"{peer} refused the connection: {one_line(header['error'])}")
+    for name in required:
+        if name not in header:  # an empty field is accepted, as in stock
+            raise ProtocolError(f"{peer} responded without the field {name!r}")
 
 
-def check_publisher_answer(
+def check_publisher_response(
     header: Mapping[str, str],
     topic: str,
-    wanted: TopicType,
+    requested: TopicType,
     publisher: str,
     sent: Mapping[str, str] | None = None,
 ) -> str:
-    """Check a publisher's answer to a subscriber's header.
+    """Check a publisher's response to a subscriber's header.
 
-    To compare the md5 sums is the publisher's task: as in stock, a subscriber takes what one sends that does not (T15).
+    Comparing the md5 sums is up to the publisher: as in stock, a subscriber accepts messages from one that does not
+        (T15).
 
     Args:
-        publisher: its name in error messages, usually its API URI.
-        sent: the subscriber's header: a program that echoes would seem to be a publisher. None: there was none.
+        publisher: name of the publisher in error messages, usually its API URI.
+        sent: the subscriber's header, to recognise a program that echoes it; None if there was none.
 
     Returns:
-        A warning if the md5 sums differ, else nothing.
+        A warning if the md5 sums differ, or an empty string.
 
     Raises:
         ConnectionRefusedByPeerError: the publisher refused.
         ProtocolError: a field is missing.
     """
-    _check_answer(header, sent, f"publisher {publisher} of {topic}", "type", "md5sum")
-    if _md5_equal(wanted.md5sum, header["md5sum"]):
+    _check_response(header, sent, f"publisher {publisher} of {topic}", "type", "md5sum")
+    if _md5_matches(requested.md5sum, header["md5sum"]):
         return ""
     return (
         f"publisher {publisher} sends {topic} as {one_line(header['type'])} [{one_line(header['md5sum'])}], "
-        f"but this subscriber wants {wanted.name} [{wanted.md5sum}]: its messages may be wrong"
+        f"but this subscriber wants {requested.name} [{requested.md5sum}]: its messages may be wrong"
     )
 
 
 def service_client_header(
-    caller_id: str, service: str, wanted: ServiceType, persistent: bool, extra: Mapping[str, str] | None = None
+    caller_id: str, service: str, requested: ServiceType, persistent: bool, extra: Mapping[str, str] | None = None
 ) -> dict[str, str]:
     """Return the header that a client sends to a service (T23)."""
     return {
         **(extra or {}),
         "callerid": caller_id,
         "service": service,
-        "type": wanted.name,
-        "md5sum": wanted.md5sum,
+        "type": requested.name,
+        "md5sum": requested.md5sum,
         "persistent": "1" if persistent else "0",
     }
 
 
-def answer_service_client(header: Mapping[str, str], node: str, service: str, offered: ServiceType) -> dict[str, str]:
-    """Return a service's answer to a client's header (T24, T25, T33).
+def make_service_response(header: Mapping[str, str], node: str, service: str, offered: ServiceType) -> dict[str, str]:
+    """Return a service's response to a client's header (T24, T25, T33).
 
     Raises:
         Refusal: a field is missing or the md5 sums differ.
     """
     _require(header, "service", "md5sum", "callerid")
-    if not _md5_equal(header["md5sum"], offered.md5sum):
+    if not _md5_matches(header["md5sum"], offered.md5sum):
         raise Refusal(
             f"request from [{header['callerid']}]: md5sums do not match: [{header['md5sum']}] vs. [{offered.md5sum}]"
             f" (service {service} is of type {offered.name})"
@@ -177,30 +178,30 @@ def answer_service_client(header: Mapping[str, str], node: str, service: str, of
     }
 
 
-def check_service_answer(
-    header: Mapping[str, str], service: str, wanted: ServiceType, sent: Mapping[str, str] | None = None
+def check_service_response(
+    header: Mapping[str, str], service: str, requested: ServiceType, sent: Mapping[str, str] | None = None
 ) -> str:
-    """Check a service's answer to a client's header.
+    """Check a service's response to a client's header.
 
-    roscpp servers send no ``type`` (T24). To compare the md5 sums is the server's task: as in rospy, a
-    client takes the responses of one that does not.
+    roscpp servers send no ``type`` (T24). Comparing the md5 sums is up to the server: as in rospy, a client accepts
+    responses from one that does not.
 
     Args:
-        sent: the client's header, as in `check_publisher_answer`.
+        sent: the client's header, as in `check_publisher_response`.
 
     Returns:
-        A warning if the md5 sums differ, else nothing.
+        A warning if the md5 sums differ, or an empty string.
 
     Raises:
         ConnectionRefusedByPeerError: the service refused.
         ProtocolError: the md5 sum is missing.
     """
-    _check_answer(header, sent, f"service {service}", "md5sum")
-    if _md5_equal(wanted.md5sum, header["md5sum"]):
+    _check_response(header, sent, f"service {service}", "md5sum")
+    if _md5_matches(requested.md5sum, header["md5sum"]):
         return ""
     return (
-        f"service {service} has md5sum [{one_line(header['md5sum'])}], but this client's {wanted.name} has "
-        f"[{wanted.md5sum}]: its responses may be wrong"
+        f"service {service} has md5sum [{one_line(header['md5sum'])}], but this client's {requested.name} has "
+        f"[{requested.md5sum}]: its responses may be wrong"
     )
 
 

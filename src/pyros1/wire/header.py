@@ -5,10 +5,10 @@ On the wire a header is::
     u32  total length of what follows (little-endian)
     repeated:
         u32  field length
-        ...  "key=value"; the value may hold '=' and any bytes
+        ...  "key=value"; the value may contain '=' and any bytes
 
-Values are text here. Bytes that are not UTF-8 (comments in message definitions are often Latin-1) survive as
-surrogate escapes, so that a header can be passed on unchanged.
+Here, values are strings. Bytes that are not UTF-8 (comments in message definitions are often Latin-1) are kept as
+surrogate escapes, so that a header can be forwarded unchanged.
 """
 
 from __future__ import annotations
@@ -19,14 +19,15 @@ from collections.abc import Mapping
 from pyros1.ground.errors import ProtocolError
 
 MAX_HEADER_SIZE = 1 << 24
-"""Largest header accepted from a peer, in bytes. Its largest field is the message definition: mostly tens of kilobytes,
-but stock has no limit. Memory is used as the bytes come."""
+"""Maximum size in bytes of a header from a peer. Its largest field is the message definition, usually tens of
+kilobytes, but stock has no limit. Memory is only used as bytes arrive.
+"""
 
 _U32 = struct.Struct("<I")
 
 
 def encode_header(fields: Mapping[str, str]) -> bytes:
-    """Return the header's bytes with its length in front; keys are sorted, as rospy does."""
+    """Return the header's bytes, preceded by their length; keys are sorted, as in rospy."""
     parts = []
     for key in sorted(fields):
         field = f"{key}={fields[key]}".encode("utf-8", "surrogateescape")
@@ -37,7 +38,7 @@ def encode_header(fields: Mapping[str, str]) -> bytes:
 
 
 def decode_header(body: bytes) -> dict[str, str]:
-    """Return the fields of a header, given without its total length.
+    """Return the fields of a header, given its bytes without the total length.
 
     Raises:
         ProtocolError: a field is empty, has no ``=`` or runs past the end.
@@ -61,13 +62,13 @@ def decode_header(body: bytes) -> dict[str, str]:
 
 
 class HeaderReader:
-    """Reader of one header from bytes that arrive in any pieces.
+    """Reads one header from bytes that arrive in arbitrary pieces.
 
     Args:
-        limit: largest accepted total length in bytes.
+        limit: maximum accepted total length in bytes.
 
     Attributes:
-        rest: bytes that came after the header, once it is complete.
+        rest: bytes that arrived after the header, when it is complete.
     """
 
     def __init__(self, limit: int = MAX_HEADER_SIZE) -> None:
@@ -76,7 +77,7 @@ class HeaderReader:
         self.rest = b""
 
     def feed(self, data: bytes) -> dict[str, str] | None:
-        """Take more bytes; return the fields when the header is complete, else None.
+        """Process more bytes; return the fields when the header is complete, or None.
 
         Raises:
             ProtocolError: the header is too long or malformed.

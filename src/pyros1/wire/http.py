@@ -1,13 +1,14 @@
-"""HTTP/1.0 and 1.1 messages as far as XML-RPC needs them (RFC 9112): bytes in, whole messages out.
+"""Parses and builds HTTP/1.0 and 1.1 messages as far as XML-RPC needs them (RFC 9112).
 
-A parser is fed bytes as they arrive and returns whole messages; several may follow each other on one connection. It
-moves through these states::
+A parser is fed bytes as they arrive and returns complete messages; several can follow each other on a connection. It
+goes through these states::
 
     HEAD ──> BODY (Content-Length) ───────────────────────────────┐
       ├────> CHUNK_SIZE ──> CHUNK ──> CHUNK_SIZE ... ──> TRAILER ──┤──> a message, then HEAD again
-      └────> UNTIL_EOF (an answer without a length) ── eof() ──────┘
+      └────> UNTIL_EOF (a response without length) ─── eof() ──────┘
 
-After an error a parser is dead: where the next message would begin is unknown, so the connection must be closed.
+After an error, a parser cannot be used any more: it is unknown where the next message begins, so the connection must be
+closed.
 """
 
 from __future__ import annotations
@@ -34,8 +35,8 @@ class HttpLimits(NamedTuple):
     """Limits on what a peer may send.
 
     Attributes:
-        head: maximum bytes of a first line with all header fields.
-        body: maximum bytes of a body.
+        head: maximum total size in bytes of the first line and all header fields.
+        body: maximum size of a body in bytes.
     """
 
     head: int = 16 * 1024
@@ -43,7 +44,9 @@ class HttpLimits(NamedTuple):
 
 
 class Request:
-    """A request. ``keep_alive``: the connection stays open after the answer; ``from_page``: a web page made it."""
+    """A request. ``keep_alive``: whether the connection stays open after the response; ``from_page``: whether a web
+    page sent it.
+    """
 
     __slots__ = ("body", "from_page", "keep_alive", "method", "path")
 
@@ -56,7 +59,7 @@ class Request:
 
 
 class Response:
-    """An answer. ``keep_alive``: the connection can be used again."""
+    """A response. ``keep_alive``: whether the connection can be reused."""
 
     __slots__ = ("body", "keep_alive", "reason", "status")
 
@@ -86,12 +89,12 @@ class _State(Enum):
 
 
 class _Parser(Generic[MessageT]):
-    """Base of the parsers of requests and answers."""
+    """Base of the parsers of requests and responses."""
 
     def __init__(self, limits: HttpLimits = HttpLimits()) -> None:  # noqa: B008 - immutable
         self._limits = limits
         self._buffer = bytearray()
-        self._searched = 0
+        self._searched_size = 0
         self._state = _State.HEAD
         self._message: MessageT | None = None
         self._shape = b""
@@ -101,20 +104,20 @@ class _Parser(Generic[MessageT]):
 
     @property
     def buffered(self) -> int:
-        """Number of bytes kept for an incomplete message."""
+        """Number of buffered bytes of an incomplete message."""
         return len(self._buffer) + len(self._chunks)
 
     @property
     def in_message(self) -> bool:
-        """Whether a message has started and is not complete."""
+        """Whether a message has started but is not complete."""
         return bool(self._buffer) or self._state is not _State.HEAD
 
     def feed(self, data: bytes | bytearray | memoryview) -> None:
-        """Take bytes as they arrived; ask ``next_message`` afterwards."""
+        """Add bytes that arrived; call ``next_message`` afterwards."""
         self._buffer += data
 
     def next_message(self) -> MessageT | None:
-        """Return the next whole message, None if more bytes are needed.
+        """Return the next complete message, or None if more bytes are needed.
 
         Raises:
             HttpError: the bytes are not HTTP, or exceed a limit; the parser cannot be used any more.
@@ -142,35 +145,35 @@ class _Parser(Generic[MessageT]):
         """Return a message with the same head, without a body."""
         raise NotImplementedError
 
-    def _length_unknown(self) -> _State | None:
-        """Return the state for a message with neither length nor chunks; None if it has no body."""
+    def _state_without_length(self) -> _State | None:
+        """Return the state for a message with neither a length nor chunks, or None if it has no body."""
         raise NotImplementedError
 
     def _step(self) -> MessageT | None:  # noqa: PLR0911 - one return per state
         if self._state is _State.HEAD:
-            return self._head()
+            return self._parse_next_head()
         if self._state is _State.BODY:
             if len(self._buffer) < self._expected:
                 return None
             return self._finish(self._consume(self._expected))
         if self._state is _State.CHUNK_SIZE:
-            self._chunk_size()
+            self._read_chunk_size()
             return None
         if self._state is _State.CHUNK:
-            self._chunk()
+            self._read_chunk()
             return None
         if self._state is _State.TRAILER:
-            return self._trailer()
+            return self._skip_trailer()
         if self._state is _State.UNTIL_EOF:
             if len(self._buffer) > self._limits.body:
                 raise HttpError(f"an HTTP body of more than {self._limits.body} bytes", 413)
             return None
-        raise HttpError("bytes after a broken HTTP message")
+        raise HttpError("bytes after a malformed HTTP message")
 
-    def _trailer(self) -> MessageT | None:
+    def _skip_trailer(self) -> MessageT | None:
         """Skip the fields after the last chunk."""
         while True:
-            line = self._line(self._expected)
+            line = self._read_line(self._expected)
             if line is None:
                 return None
             if not line:
@@ -191,10 +194,10 @@ class _Parser(Generic[MessageT]):
         self._message = None
         self._chunks = bytearray()
         self._state = _State.HEAD
-        self._searched = 0
+        self._searched_size = 0
         return message
 
-    def _head(self) -> MessageT | None:
+    def _parse_next_head(self) -> MessageT | None:
         self._skipped_interim = False
         buffer = self._buffer
         # Empty lines before the first line must be ignored (RFC 9112, 2.2).
@@ -208,12 +211,12 @@ class _Parser(Generic[MessageT]):
         if (len(buffer) if size is None else size) > self._limits.head:
             raise HttpError(f"an HTTP head of more than {self._limits.head} bytes", 431)
         if size is None:
-            self._searched = len(buffer)
+            self._searched_size = len(buffer)
             return None
         head = bytes(buffer[:size])
         del buffer[: size + (2 if buffer[size + 1 : size + 2] == b"\n" else 3)]
-        self._searched = 0
-        # The heads that a peer sends over a connection usually differ only in the length.
+        self._searched_size = 0
+        # Heads sent by a peer over one connection usually differ only in the length.
         length = _PLAIN_LENGTH.search(head)
         shape = head[: length.start(1)] + head[length.end(1) :] if length else b""
         if length and shape == self._shape and self._template is not None:
@@ -224,17 +227,19 @@ class _Parser(Generic[MessageT]):
         return self._choose_body(headers, shape if unambiguous else b"")
 
     def _head_size(self) -> int | None:
-        """Return the position of the line feed before the empty line that ends the head; None if it has not arrived."""
+        """Return the position of the line feed before the empty line that ends the head, or None if it has not
+        arrived.
+        """
         buffer = self._buffer
-        start = max(0, self._searched - 3)
+        start = max(0, self._searched_size - 3)
         end = buffer.find(b"\n\r\n", start)
-        lax = buffer.find(b"\n\n", start) if end < 0 else buffer.find(b"\n\n", start, end + 1)  # it may end there
+        lax = buffer.find(b"\n\n", start) if end < 0 else buffer.find(b"\n\n", start, end + 1)  # or the head ends there
         if lax >= 0:
             return lax
         return end if end >= 0 else None
 
     def _choose_body(self, headers: dict[str, str], shape: bytes) -> MessageT | None:
-        """Decide how the body ends, and remember the head's shape if all heads of that shape have a length."""
+        """Determine how the body ends, and remember the head's shape if all heads of that shape have a length."""
         coding = headers.get("transfer-encoding")
         length = headers.get("content-length")
         if coding is not None:
@@ -248,7 +253,7 @@ class _Parser(Generic[MessageT]):
             if shape:
                 self._shape, self._template = shape, self._message
             return self._await_body(int(length))
-        state = self._length_unknown()
+        state = self._state_without_length()
         if state is None:
             return self._finish(b"")
         self._state = state
@@ -263,15 +268,15 @@ class _Parser(Generic[MessageT]):
         self._state = _State.BODY
         return None
 
-    def _line(self, limit: int) -> bytes | None:
-        """Return the next line without its line break, None if it is not complete."""
+    def _read_line(self, limit: int) -> bytes | None:
+        """Return the next line without its line break, or None if it is incomplete."""
         end = self._buffer.find(b"\n")
         if (end if end >= 0 else len(self._buffer)) > limit:
             raise HttpError("an HTTP line that is too long")
         return None if end < 0 else self._consume(end + 1).rstrip(b"\r\n")
 
-    def _chunk_size(self) -> None:
-        line = self._line(_CHUNK_LINE_LIMIT)
+    def _read_chunk_size(self) -> None:
+        line = self._read_line(_CHUNK_LINE_LIMIT)
         if line is None:
             return
         size = line.split(b";", 1)[0].strip()
@@ -283,11 +288,11 @@ class _Parser(Generic[MessageT]):
         if self._expected:
             self._state = _State.CHUNK
         else:
-            self._expected = self._limits.head  # maximum bytes of the trailer
+            self._expected = self._limits.head  # maximum size of the trailer
             self._state = _State.TRAILER
 
-    def _chunk(self) -> None:
-        # A chunk ends with CRLF, or, from lax peers, LF.
+    def _read_chunk(self) -> None:
+        # A chunk ends with CRLF or, from lax peers, with LF.
         if len(self._buffer) <= self._expected:
             return
         end = bytes(self._buffer[self._expected : self._expected + 2])
@@ -301,7 +306,7 @@ class _Parser(Generic[MessageT]):
 
 
 class RequestParser(_Parser[Request]):
-    """Parser of requests. A POST must have a Content-Length or chunks."""
+    """Parser of requests. A POST request must have a Content-Length or chunks."""
 
     def _parse_head(self, first: str, headers: dict[str, str]) -> Request:
         match = _REQUEST_LINE.match(first)
@@ -314,17 +319,17 @@ class RequestParser(_Parser[Request]):
     def _from_template(self, template: Request) -> Request:
         return Request(template.method, template.path, template.keep_alive, template.from_page)
 
-    def _length_unknown(self) -> _State | None:
+    def _state_without_length(self) -> _State | None:
         return None
 
 
 class ResponseParser(_Parser[Response]):
-    """Parser of answers. Interim answers (1xx) are skipped."""
+    """Parser of responses. Interim responses (1xx) are skipped."""
 
     def _parse_head(self, first: str, headers: dict[str, str]) -> Response:
         match = _STATUS_LINE.match(first)
         if match is None:
-            raise HttpError(f"not an HTTP answer: {first[:40]!r}")
+            raise HttpError(f"not an HTTP response: {first[:40]!r}")
         return Response(int(match.group(2)), match.group(3) or "", keep_alive(match.group(1), headers))
 
     def _from_template(self, template: Response) -> Response:
@@ -340,26 +345,26 @@ class ResponseParser(_Parser[Response]):
             return self._finish(b"")
         return super()._choose_body(headers, shape)
 
-    def _length_unknown(self) -> _State | None:
+    def _state_without_length(self) -> _State | None:
         if self._message is not None:
             self._message.keep_alive = False
         return _State.UNTIL_EOF
 
     def eof(self) -> Response | None:
-        """Record that the peer has closed its side.
+        """Record that the peer has closed its side of the connection.
 
         Returns:
-            The answer that ends with the connection, None if none had started.
+            The response that ends with the connection, or None if none had started.
 
         Raises:
-            HttpError: an answer was cut off.
+            HttpError: a response was cut off.
         """
         if self._state is _State.UNTIL_EOF:
             return self._finish(self._consume(len(self._buffer)))
         if self._state is _State.DEAD or not self.in_message:
             return None
         self._state = _State.DEAD
-        raise HttpError("the HTTP answer was cut off")
+        raise HttpError("the HTTP response was cut off")
 
 
 _REASONS: Final = {
@@ -378,8 +383,8 @@ def build_request(host: str, path: str, body: bytes) -> bytes:
     """Return a POST request with an XML body.
 
     Args:
-        host: for the Host field: ``name:port``.
-        path: for example ``/``.
+        host: value of the Host field, ``name:port``.
+        path: path of the request, for example ``/``.
     """
     return (
         f"POST {path} HTTP/1.1\r\nHost: {host}\r\nUser-Agent: pyros1\r\nContent-Type: text/xml\r\n"
@@ -387,7 +392,7 @@ def build_request(host: str, path: str, body: bytes) -> bytes:
     ).encode("latin-1") + body
 
 
-_USUAL: Final = (
+_COMMON_HEAD: Final = (
     b"HTTP/1.1 200 OK\r\nServer: pyros1\r\nContent-Type: text/xml\r\n"
     b"Content-Length: %d\r\n%bConnection: keep-alive\r\n\r\n"
 )
@@ -396,10 +401,12 @@ _USUAL: Final = (
 def build_response(
     status: int, body: bytes, *, keep_alive: bool = True, content_type: str = "text/xml", date: bytes = b""
 ) -> bytes:
-    """Return an answer that says whether the connection stays open; ``date`` is the line of `date_field`, or empty."""
-    # Said in both cases, since HTTP/1.0 and 1.1 clients assume different things without it.
+    """Return a response that tells whether the connection stays open; ``date`` is the line from `date_field`, or
+    empty.
+    """
+    # The Connection field is always sent, since the defaults of HTTP/1.0 and 1.1 clients differ.
     if status == 200 and keep_alive and content_type == "text/xml":
-        return _USUAL % (len(body), date) + body
+        return _COMMON_HEAD % (len(body), date) + body
     connection = "keep-alive" if keep_alive else "close"
     return (
         f"HTTP/1.1 {status} {_REASONS.get(status, 'Error')}\r\nServer: pyros1\r\nContent-Type: {content_type}\r\n"

@@ -1,4 +1,4 @@
-"""The head of an HTTP message: its first line and its fields (RFC 9112, 5)."""
+"""Parses the head of an HTTP message: its first line and its fields (RFC 9112, 5)."""
 
 from __future__ import annotations
 
@@ -8,18 +8,18 @@ from typing import Final
 
 from pyros1.ground.errors import ProtocolError
 
-# strftime would use the names of the user's language.
+# strftime would use names in the user's language.
 _DAYS: Final = ("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun")
 _MONTHS: Final = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
 _FIELDS: Final = re.compile(r"^([!#-'*+.^_`|~\w-]+):(.*)$", re.ASCII | re.MULTILINE)
 
 
 class HttpError(ProtocolError):
-    """The peer broke the rules of HTTP, or a limit.
+    """The peer violated HTTP, or exceeded a limit.
 
     Args:
         message: what is wrong.
-        status: the status code that a server answers with.
+        status: the status code of a server's response.
     """
 
     def __init__(self, message: str, status: int = 400) -> None:
@@ -28,7 +28,7 @@ class HttpError(ProtocolError):
 
 
 def split_head(text: str) -> tuple[str, dict[str, str], bool]:
-    """Return the first line, the fields by lower-case name, and whether there is only one Content-Length.
+    """Return the first line, the fields by lower-case name, and whether there is at most one Content-Length.
 
     Raises:
         HttpError: a line is not a field, or there are two different lengths.
@@ -37,8 +37,8 @@ def split_head(text: str) -> tuple[str, dict[str, str], bool]:
     # A bare CR counts as a space (RFC 9112, 2.2).
     fields = [(name.lower(), value.strip(" \t\r")) for name, value in _FIELDS.findall(rest)]
     if rest and len(fields) != rest.count("\n") + 1:
-        bad = next(line for line in rest.split("\n") if not _FIELDS.match(line))
-        raise HttpError("not an HTTP header field: " + repr(bad[:40]))
+        invalid = next(line for line in rest.split("\n") if not _FIELDS.match(line))
+        raise HttpError("not an HTTP header field: " + repr(invalid[:40]))
     headers = dict(fields)
     lengths = [value for name, value in fields if name == "content-length"] if len(headers) != len(fields) else []
     if any(length != lengths[0] for length in lengths):
@@ -47,7 +47,7 @@ def split_head(text: str) -> tuple[str, dict[str, str], bool]:
 
 
 def keep_alive(minor: str, headers: dict[str, str]) -> bool:
-    """Return whether the connection stays open after a message of HTTP/1.``minor``."""
+    """Return whether the connection stays open after an HTTP/1.``minor`` message."""
     connection = headers.get("connection", "").lower()
     if minor == "1":
         return "close" not in connection
@@ -58,7 +58,7 @@ def date_field(when: Sequence[int]) -> bytes:
     """Return the Date field of a head as a line (RFC 9110, 5.6.7 and 6.6.1).
 
     Args:
-        when: in UTC, as `time.gmtime` gives it: year, month, day, hour, minute, second, weekday.
+        when: year, month, day, hour, minute, second and weekday in UTC, as returned by `time.gmtime`.
     """
     year, month, day, hour, minute, second, weekday, *_ = when
     date = f"{_DAYS[weekday]}, {day:02} {_MONTHS[month - 1]} {year:04} {hour:02}:{minute:02}:{second:02} GMT"

@@ -26,7 +26,7 @@ from pyros1.ground.errors import ProtocolError, SettingError
 PROTOCOL = "PYROS1-LOCAL"
 TOKEN_SIZE = 16
 MAX_RECORD = 4096
-"""Maximum number of bytes of a record on the control socket."""
+"""Maximum size in bytes of a record on the control socket."""
 
 _REFERENCE = struct.Struct(f"<{TOKEN_SIZE}sQIIQQQ")
 _BLOCK = struct.Struct("<IQ")
@@ -39,12 +39,12 @@ class Reference(NamedTuple):
     """A message in shared memory.
 
     Attributes:
-        number: of this reference; each link counts its own.
+        number: number of this reference; each link numbers its own.
         block: number of the block.
-        offset: first byte of the message's body in the block.
-        size: bytes of the body.
-        begin: first byte, in the body, of its large byte array; 0 if it has none.
-        array: bytes of that array.
+        offset: offset of the message's body in the block.
+        size: size of the body in bytes.
+        begin: offset, in the body, of its large byte array; 0 if it has none.
+        array: size of that array in bytes.
     """
 
     number: int
@@ -61,10 +61,10 @@ def encode_reference(token: bytes, reference: Reference) -> bytes:
 
 
 def decode_reference(token: bytes, body: bytes) -> Reference | None:
-    """Return what a frame's body refers to, None if it is a message.
+    """Return the reference in a frame's body, or None if it is a message.
 
     Raises:
-        ProtocolError: it is a reference, and impossible.
+        ProtocolError: it is an invalid reference.
     """
     if len(body) != _REFERENCE.size or not body.startswith(token):
         return None
@@ -75,55 +75,59 @@ def decode_reference(token: bytes, body: bytes) -> Reference | None:
 
 
 def encode_block(number: int, size: int) -> bytes:
-    """Return the record that comes with a block's descriptor; or, of size 0, says that the block is no longer used."""
+    """Return the record that is sent with a block's descriptor or, with size 0, tells that the block is no longer
+    used.
+    """
     return _BLOCK.pack(number, size)
 
 
 def decode_block(record: bytes) -> tuple[int, int]:
-    """Return number and size of a block.
+    """Return the number and size of a block.
 
     Raises:
         ProtocolError: the record is of another kind.
     """
     if len(record) != _BLOCK.size:
-        raise ProtocolError(f"a record of {len(record)} bytes about shared memory")
+        raise ProtocolError(f"an invalid record of {len(record)} bytes about shared memory")
     number, size = _BLOCK.unpack(record)
     return number, size
 
 
 def encode_release(number: int) -> bytes:
-    """Return the record that gives a reference back."""
+    """Return the record that releases a reference."""
     return _NUMBER.pack(number)
 
 
 def decode_releases(record: bytes) -> Iterable[int]:
-    """Return the numbers of the references that are given back; an incomplete one is left out."""
+    """Return the numbers of the released references; an incomplete one is ignored."""
     return (number for (number,) in _NUMBER.iter_unpack(record[: len(record) // _NUMBER.size * _NUMBER.size]))
 
 
 def offer(key: str) -> list[Any]:
-    """Return the offer of a subscriber."""
+    """Return a subscriber's offer."""
     return [PROTOCOL, key]
 
 
 def is_offered(protocols: list[Any], key: str) -> bool:
-    """Return whether a subscriber that can share memory with programs of that key has offered to do so."""
+    """Return whether a subscriber offers the local transport with that key."""
     return bool(key) and [PROTOCOL, key] in protocols
 
 
 def is_local_enabled(setting: str) -> bool:
-    """Return whether PYROS1_TRANSPORTS has the local transport.
+    """Return whether PYROS1_TRANSPORTS enables the local transport.
 
     Args:
-        setting: such as ``local,tcp``; empty: the usual ones.
+        setting: the value, for example ``local,tcp``; empty for the default.
 
     Raises:
-        SettingError: an unknown transport, or one that all nodes need is missing.
+        SettingError: a transport is unknown, or one that all nodes need is missing.
     """
-    words = setting.replace(",", " ").split()
-    unknown = [word for word in words if word not in _TRANSPORTS]
+    transports = setting.replace(",", " ").split()
+    unknown = [word for word in transports if word not in _TRANSPORTS]
     if unknown:
-        raise SettingError(f"PYROS1_TRANSPORTS: {unknown[0][:40]!r} is none of {', '.join(_TRANSPORTS)}")
-    if words and "tcp" not in words:
-        raise SettingError("PYROS1_TRANSPORTS needs tcp: it is how nodes of other machines and of stock ROS connect")
-    return not words or "local" in words
+        raise SettingError(f"PYROS1_TRANSPORTS: {unknown[0][:40]!r} is not one of {', '.join(_TRANSPORTS)}")
+    if transports and "tcp" not in transports:
+        raise SettingError(
+            "PYROS1_TRANSPORTS needs tcp: nodes on other machines and nodes of stock ROS connect with it"
+        )
+    return not transports or "local" in transports

@@ -1,11 +1,11 @@
-"""Frames that wait for a slow link: bounded, oldest dropped whole, never a torn frame.
+"""A bounded queue of frames for a slow link: the oldest frames are dropped, but never a part of a frame.
 
-States of a frame: *waiting* (may still be dropped), *begun* (partly sent: must be finished) and
-gone. At most one frame is begun. The limit counts waiting frames only.
+A frame is *waiting* (it can still be dropped) or *partial* (partly sent, so it must be finished). At most one frame is
+partial. The limit only applies to waiting frames.
 
-A signal handler that raises may end any of these methods at any point. So the bytes sent are noted in `sent_bytes`
-before they are removed, and each step of the removal is a sequence of instructions without calls, in which no handler
-can run: `discard_sent` can be called again and continues where it was.
+A signal handler that raises can interrupt any of these methods at any point. So the number of bytes sent is stored in
+`sent_bytes` before they are removed, and each step of the removal is a sequence of instructions without calls, during
+which no handler can run: `discard_sent` can be called again and continues where it was interrupted.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ Frame = bytes | list[Buffer]
 
 
 def frame_size(frame: Frame) -> int:
-    """Return the number of bytes of a frame."""
+    """Return the size of a frame in bytes."""
     return len(frame) if isinstance(frame, bytes) else sum(memoryview(part).nbytes for part in frame)
 
 
@@ -33,27 +33,27 @@ def _remainder(frame: Frame, sent: int) -> list[Buffer]:
     return remainder
 
 
-def _snapshot(frame: list[Buffer]) -> list[Buffer]:
-    """Return a frame that is safe to keep: memory that its owner may change is copied."""
+def _copy_mutable(frame: list[Buffer]) -> list[Buffer]:
+    """Return a frame that can be stored: memory that its owner might change is copied."""
     return [
         part if isinstance(part, bytes) or isinstance(memoryview(part).obj, bytes) else bytes(part) for part in frame
     ]
 
 
 def frame_copy(frame: Frame) -> Frame:
-    """Return a frame that may wait: memory that its owner may change is copied."""
-    return frame if frame.__class__ is bytes else _snapshot(_remainder(frame, 0))
+    """Return a frame that can wait in a queue: memory that its owner might change is copied."""
+    return frame if frame.__class__ is bytes else _copy_mutable(_remainder(frame, 0))
 
 
 class OutQueue:
-    """Queue of the frames of one link that the socket did not take at once.
+    """The frames of one link that the socket did not accept immediately.
 
     Args:
-        limit: maximum number of frames that may wait, None or 0 for no limit.
+        limit: maximum number of waiting frames; None or 0 for no limit.
 
     Attributes:
         dropped: number of frames dropped so far.
-        sent_bytes: bytes of what `buffers()` returned that were sent, for `discard_sent`.
+        sent_bytes: number of bytes sent from what `buffers()` returned, for `discard_sent`.
     """
 
     __slots__ = ("_limit", "_partial", "_waiting", "dropped", "sent_bytes")
@@ -66,23 +66,23 @@ class OutQueue:
         self.sent_bytes = 0
 
     def __len__(self) -> int:
-        """Return the number of frames not fully sent."""
+        """Return the number of frames that are not completely sent."""
         return len(self._waiting) + bool(self._partial)
 
     def push(self, frame: Frame) -> None:
         """Add a frame; drop the oldest waiting one if there are too many."""
         waiting = self._waiting
-        waiting.append(frame if isinstance(frame, bytes) else _snapshot(_remainder(frame, 0)))
+        waiting.append(frame if isinstance(frame, bytes) else _copy_mutable(_remainder(frame, 0)))
         if self._limit and len(waiting) > self._limit:
             waiting.popleft()
             self.dropped += 1
 
     def push_partial(self, frame: Frame, sent: int) -> None:
-        """Add a frame of which ``sent`` bytes are on the wire already. Only for an empty queue."""
-        self._partial = _snapshot(_remainder(frame, sent))
+        """Add a frame of which ``sent`` bytes have already been sent. Only for an empty queue."""
+        self._partial = _copy_mutable(_remainder(frame, sent))
 
     def buffers(self, max_buffers: int = 256) -> list[Buffer]:
-        """Return up to about ``max_buffers`` buffers to send next, in order, for one scatter-gather call."""
+        """Return about ``max_buffers`` buffers to send next, in order, for one scatter-gather call."""
         parts: list[Buffer] = list(self._partial)
         for frame in islice(self._waiting, max(0, max_buffers - len(parts))):
             if isinstance(frame, bytes):
@@ -94,7 +94,7 @@ class OutQueue:
         return parts
 
     def discard_sent(self) -> None:
-        """Remove the first `sent_bytes` bytes of what `buffers()` returned: they were sent."""
+        """Remove the first `sent_bytes` bytes of what `buffers()` returned, which were sent."""
         if self._partial:
             size = sum(len(part) for part in self._partial)
             if self.sent_bytes < size:
@@ -120,7 +120,7 @@ class OutQueue:
             self.sent_bytes = left
 
     def clear(self) -> None:
-        """Remove all frames, for a link that has ended."""
+        """Remove all frames of a link that has been closed."""
         self._waiting.clear()
         self._partial = []
         self.sent_bytes = 0

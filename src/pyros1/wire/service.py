@@ -19,18 +19,18 @@ RESPONSE_HEAD_SIZE = _HEAD.size
 
 
 def encode_success(frame: bytes) -> bytes:
-    """Return a successful response; ``frame`` is the response message with its length in front."""
+    """Return a successful response; ``frame`` is the response message preceded by its length."""
     return b"\x01" + frame
 
 
 def encode_failure(reason: str) -> bytes:
-    """Return a failed response with its reason."""
+    """Return a failure response with its reason."""
     text = reason.encode("utf-8", "replace")
     return _HEAD.pack(0, len(text)) + text
 
 
 def decode_response_head(head: bytes | bytearray, limit: int = MAX_MESSAGE_SIZE) -> tuple[bool, int]:
-    """Return (ok, length of the body) from a response, of which at least RESPONSE_HEAD_SIZE bytes have arrived.
+    """Return (ok, length of the body) of a response of which at least RESPONSE_HEAD_SIZE bytes have arrived.
 
     Raises:
         ProtocolError: the body would be larger than ``limit`` bytes.

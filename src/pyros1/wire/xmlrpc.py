@@ -1,4 +1,5 @@
-"""XML-RPC bodies <-> Python values (http://xmlrpc.com/spec.md; the types of https://wiki.ros.org/Parameter%20Server).
+"""Converts XML-RPC bodies to Python values and back (http://xmlrpc.com/spec.md; the types of
+https://wiki.ros.org/Parameter%20Server).
 
 ======================  =======================================
 XML-RPC                 Python
@@ -14,9 +15,9 @@ struct                  dict with str keys
 nil                     None (read only: ROS has no null)
 ======================  =======================================
 
-Received bytes are parsed by defusedxml's expat parser with document types forbidden, so that there are no entities
-to expand. A table says which elements each element may hold. Depth and number of values are limited. Plain messages,
-nearly all of them, take the short cut of ``xmlrpc_scan``, with the same result.
+Received bytes are parsed by defusedxml's expat parser with document types forbidden, so that there are no entities to
+expand. A table defines which elements each element can contain. The depth and number of values are limited. Plain
+messages, that is nearly all, are read by ``xmlrpc_scan``, which is faster and gives the same result.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ from pyros1.ground.errors import ProtocolError, SerializationError, XmlRpcFault
 from pyros1.wire.xmlrpc_scan import scan_call, scan_response
 
 MAX_DEPTH: Final = 100
-"""Deepest nesting of arrays and structs, read or written."""
+"""Maximum nesting depth of arrays and structs, read or written."""
 
 MAX_VALUES: Final = 1_000_000
 """Maximum number of values (elements of any kind) in one body that is read."""
@@ -41,7 +42,7 @@ _MAX_INT: Final = 2**31 - 1
 
 
 class PreparedList(list[Any]):
-    """A list that is sent often and written to XML once. After a change in it, set ``text`` to None."""
+    """A list that is sent often but encoded as XML once. After changing it, set ``text`` to None."""
 
     __slots__ = ("text",)
 
@@ -51,7 +52,7 @@ class PreparedList(list[Any]):
 
 
 class PreparedDict(dict[str, Any]):
-    """A dict that is sent often, like the list above."""
+    """A dict that is sent often but encoded once, like `PreparedList`."""
 
     __slots__ = ("text",)
 
@@ -61,16 +62,20 @@ class PreparedDict(dict[str, Any]):
 
 
 # --------------------------------------------------------------------------------------------------------------------
-# Writing. Every value gets an explicit type and no element is self-closing: roscpp's parser needs both.
+# Writing. Every value has an explicit type, and no element is self-closing, as roscpp's parser requires.
 
-_NOT_XML: Final = "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"  # compiled when needed: it takes 0.5 ms
+_NOT_XML: Final = (
+    "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"  # compiled when needed, since that takes 0.5 ms
+)
 
 
 def _escape(text: str) -> str:
-    if not text.isprintable():  # much cheaper than a search, and nearly always true
-        bad = re.search(_NOT_XML, text)
-        if bad is not None:
-            raise SerializationError(f"XML-RPC cannot carry the character {bad.group()!r} of the string {text[:40]!r}")
+    if not text.isprintable():  # much faster than a search, and nearly always true
+        invalid = re.search(_NOT_XML, text)
+        if invalid is not None:
+            raise SerializationError(
+                f"XML-RPC cannot transmit the character {invalid.group()!r} of the string {text[:40]!r}"
+            )
     if "&" in text:
         text = text.replace("&", "&amp;")
     if "<" in text:
@@ -81,31 +86,31 @@ def _escape(text: str) -> str:
 
 
 def _write(value: Any, depth: int) -> str:  # noqa: PLR0911 - one return per kind of value
-    """Return the ``<value>`` element for a value."""
-    kind = value.__class__
-    if kind is str:
+    """Return the ``<value>`` element of a value."""
+    cls = value.__class__
+    if cls is str:
         return f"<value><string>{_escape(value)}</string></value>"
-    if kind is float:
+    if cls is float:
         return f"<value><double>{value!r}</double></value>"
-    if kind is int and _MIN_INT <= value <= _MAX_INT:
+    if cls is int and _MIN_INT <= value <= _MAX_INT:
         return f"<value><int>{value}</int></value>"
-    if kind is bool:
+    if cls is bool:
         return "<value><boolean>1</boolean></value>" if value else "<value><boolean>0</boolean></value>"
-    if kind is list or kind is tuple:
+    if cls is list or cls is tuple:
         return _write_array(value, depth)
-    if kind is dict:
+    if cls is dict:
         return _write_struct(value, depth)
     return _write_uncommon(value, depth)
 
 
-def _deeper(depth: int) -> int:
+def _increase_depth(depth: int) -> int:
     if depth >= MAX_DEPTH:
         raise SerializationError(f"a value is nested deeper than {MAX_DEPTH} levels")
     return depth + 1
 
 
 def _write_array(value: Sequence[Any], depth: int) -> str:
-    depth = _deeper(depth)
+    depth = _increase_depth(depth)
     items = [
         f"<value><string>{_escape(item)}</string></value>" if item.__class__ is str else _write(item, depth)
         for item in value
@@ -114,13 +119,13 @@ def _write_array(value: Sequence[Any], depth: int) -> str:
 
 
 def _write_struct(value: dict[Any, Any], depth: int) -> str:
-    depth = _deeper(depth)
+    depth = _increase_depth(depth)
     try:
         names = "".join(value)
     except TypeError:
-        bad = next(key for key in value if not isinstance(key, str))
-        raise SerializationError(f"dictionary keys must be strings, not {bad!r}") from None
-    if _escape(names) is not names:  # checked all together: nearly always there is nothing to escape
+        invalid = next(key for key in value if not isinstance(key, str))
+        raise SerializationError(f"dictionary keys must be strings, not {invalid!r}") from None
+    if _escape(names) is not names:  # checked together, since nearly always there is nothing to escape
         value = {_escape(key): item for key, item in value.items()}
     items = [
         f"<member><name>{key}</name><value><double>{item!r}</double></value></member>"
@@ -139,7 +144,7 @@ def _write_uncommon(value: Any, depth: int) -> str:  # noqa: PLR0911, PLR0912 - 
             text = _write_struct(value, depth) if isinstance(value, dict) else _write_array(value, depth)
             value.text = text
         return text
-    from datetime import datetime  # noqa: PLC0415 - rarely needed, so not paid for by every start
+    from datetime import datetime  # noqa: PLC0415 - rarely needed, so not loaded at every start
 
     if isinstance(value, (bytes, bytearray, memoryview)):
         return "<value><base64>" + binascii.b2a_base64(value, newline=False).decode("ascii") + "</base64></value>"
@@ -154,7 +159,8 @@ def _write_uncommon(value: Any, depth: int) -> str:  # noqa: PLR0911, PLR0912 - 
     if isinstance(value, dict):
         return _write_struct(value, depth)
     if type(value).__name__ == "Binary" and isinstance(getattr(value, "data", None), bytes):
-        return _write_uncommon(value.data, depth)  # of xmlrpc.client, which is not imported here for its sockets
+        # An xmlrpc.client.Binary; the module is not imported, since it loads socket modules.
+        return _write_uncommon(value.data, depth)
     if hasattr(value, "__index__"):
         try:
             number = int(value.__index__())
@@ -182,7 +188,7 @@ def dumps_call(method: str, params: Sequence[Any]) -> bytes:
 
 
 def dumps_response(value: Any) -> bytes:
-    """Return the body of a successful answer.
+    """Return the body of a successful response.
 
     Raises:
         SerializationError: the value is not of one of the types above, or an int is beyond 32 bits.
@@ -191,7 +197,7 @@ def dumps_response(value: Any) -> bytes:
 
 
 def dumps_fault(code: int, text: str) -> bytes:
-    """Return the body of a fault; characters that XML cannot carry are replaced, so this never fails."""
+    """Return the body of a fault; characters that XML cannot represent are replaced, so this never fails."""
     fault = _write({"faultCode": code, "faultString": re.sub(_NOT_XML, "?", text)}, 0)
     return f"{_HEAD}<methodResponse><fault>{fault}</fault></methodResponse>".encode()
 
@@ -217,7 +223,7 @@ def _read_boolean(text: str) -> bool:
 
 
 def _read_datetime(text: str) -> Any:
-    from datetime import datetime  # noqa: PLC0415 - rarely needed, so not paid for by every start
+    from datetime import datetime  # noqa: PLC0415 - rarely needed, so not loaded at every start
 
     return datetime.strptime(text.strip(), "%Y%m%dT%H:%M:%S")
 
@@ -239,7 +245,7 @@ SCALARS: Final[dict[str, Callable[[str], Any]]] = {
 }
 _NO_CHILDREN: Final[frozenset[str]] = frozenset()
 _CHILDREN: Final[dict[str, frozenset[str]]] = {
-    # element: what may stand directly in it; "" is the document
+    # element: its allowed children; "" is the document
     "": frozenset({"methodCall", "methodResponse"}),
     "methodCall": frozenset({"methodName", "params"}),
     "methodResponse": frozenset({"params", "fault"}),
@@ -258,22 +264,33 @@ _CHILDREN: Final[dict[str, frozenset[str]]] = {
 
 
 class Reader:
-    """Builder of values from the parser's events.
+    """Builds values from the parser's events.
 
-    Complete values wait on ``stack``. ``marks`` holds, for each open array or struct, where its own values begin on
-    the stack; in a struct names and values alternate. ``typed`` says whether the innermost open ``<value>`` has had
-    its type element; without one its text is the value.
+    Complete values are on ``stack``. ``marks`` contains, for each open array or struct, the index of its first value on
+    the stack; in a struct, names and values alternate. ``typed`` tells whether the innermost open ``<value>`` already
+    had its type element; without one, its text is the value.
     """
 
-    __slots__ = ("count", "faults", "marks", "method", "open", "parser", "refusals", "root", "stack", "text", "typed")
+    __slots__ = (
+        "count",
+        "faults",
+        "marks",
+        "method",
+        "open",
+        "parser",
+        "parser_errors",
+        "root",
+        "stack",
+        "text",
+        "typed",
+    )
 
     def __init__(self) -> None:
-        # Not at the top: most programs never get a message that needs it. This facade imports 10 ms faster
-        # than defusedxml.expatreader, whose base class pulls in the whole of urllib.
+        # Imported here, since most programs never receive a message that needs it. This facade loads 10 ms faster
         from defusedxml.ElementTree import DefusedXMLParser, ParseError  # type: ignore[import-untyped] # noqa: PLC0415
 
-        # ValueError: defusedxml's refusals, bad numbers, bad base64; LookupError: an unknown XML encoding
-        self.refusals = (ParseError, ValueError, LookupError)
+        # ValueError: refused by defusedxml, invalid numbers or base64; LookupError: an unknown XML encoding
+        self.parser_errors = (ParseError, ValueError, LookupError)
         self.stack: list[Any] = []
         self.marks: list[int] = []
         self.open: list[str] = [""]
@@ -285,7 +302,7 @@ class Reader:
         self.faults = 0
         self.parser = DefusedXMLParser(forbid_dtd=True)
         expat = self.parser.parser
-        # The facade's own handlers build an element tree; only its refusals are wanted here.
+        # The facade's own handlers build an element tree; here it is only used to refuse dangerous XML.
         expat.DefaultHandlerExpand = None
         expat.CommentHandler = None
         expat.ProcessingInstructionHandler = None
@@ -301,7 +318,7 @@ class Reader:
             self.parser.parser.Parse(b"", True)
         except ProtocolError:
             raise
-        except (*self.refusals, self.parser._error) as error:
+        except (*self.parser_errors, self.parser._error) as error:
             raise ProtocolError(f"not an XML-RPC message: {error}") from error
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
@@ -315,7 +332,7 @@ class Reader:
                 raise ProtocolError(f"XML-RPC message with more than {MAX_VALUES} values")
         elif opened[-1] == "value":
             if self.typed:
-                raise ProtocolError("not an XML-RPC message: a <value> holds two values")
+                raise ProtocolError("not an XML-RPC message: a <value> contains two values")
             if tag == "struct" or tag == "array":  # noqa: PLR1714 - the hot path: no tuple search
                 if len(self.marks) >= MAX_DEPTH:
                     raise ProtocolError(f"XML-RPC value nested deeper than {MAX_DEPTH} levels")
@@ -349,10 +366,10 @@ class Reader:
             self.stack[mark:] = [self.stack[mark:]]
             self.typed = True
         else:
-            self._end_of_frame(tag)
+            self._end_container(tag)
         self.text.clear()
 
-    def _end_of_frame(self, tag: str) -> None:
+    def _end_container(self, tag: str) -> None:
         if tag == "member":
             if (len(self.stack) - self.marks[-1]) & 1:
                 raise ProtocolError("not an XML-RPC message: a struct member without a value")
@@ -384,14 +401,14 @@ def loads_call(body: bytes) -> tuple[str, list[Any]]:
 
 
 def loads_response(body: bytes) -> Any:
-    """Read the body of an answer.
+    """Read the body of a response.
 
     Returns:
-        The one value that it carries.
+        The value in it.
 
     Raises:
-        XmlRpcFault: the answer is a fault.
-        ProtocolError: the bytes are not an XML-RPC answer, or a limit is exceeded.
+        XmlRpcFault: the response is a fault.
+        ProtocolError: the bytes are not an XML-RPC response, or a limit is exceeded.
     """
     plain = scan_response(body, SCALARS, MAX_DEPTH, MAX_VALUES)
     if plain is not None:
@@ -399,7 +416,7 @@ def loads_response(body: bytes) -> Any:
     reader = Reader()
     reader.read(body)
     if reader.root != "methodResponse" or len(reader.stack) != 1:
-        raise ProtocolError("not an XML-RPC message: an answer holds exactly one value")
+        raise ProtocolError("not an XML-RPC message: a response contains exactly one value")
     value = reader.stack[0]
     if not reader.faults:
         return value
@@ -407,6 +424,6 @@ def loads_response(body: bytes) -> Any:
     text = value.get("faultString") if isinstance(value, dict) else None
     if code is None or text is None:
         raise ProtocolError("not an XML-RPC message: a fault without faultCode and faultString")
-    if not isinstance(code, int):  # some servers send words
+    if not isinstance(code, int):  # some servers send strings
         code, text = 0, f"{code}: {text}"
     raise XmlRpcFault(code, str(text))

@@ -1,9 +1,10 @@
 """A fast reader for the plain XML-RPC that ROS programs write; several times faster than an event-driven parser.
 
-It knows one token: a ``<value>`` with its scalar, or with the opening of an array or struct, together with the
-``<member>`` or ``<param>`` around it. It has no document types, no entities but XML's five, no comments, attributes,
-processing instructions or CDATA, and so nothing to attack; whatever it does not know makes it give up (return None),
-and the caller then uses the real parser, which decides what is allowed. What it does accept it reads as that one does.
+It knows one token: a ``<value>`` with its scalar, or with the start of an array or struct, together with the
+``<member>`` or ``<param>`` around it. It supports no document types, no entities except for XML's five, no comments,
+attributes, processing instructions or CDATA, so there is nothing to attack. It gives up (returns None) at anything that
+it does not know; the caller then uses the full parser, which decides what is allowed. What it does accept, it reads
+like that parser.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ _MEMBER: Final = re.compile(
     <value>[ \t\n]*<(string|int|i4|double|boolean)>([^<&]*)</\2>[ \t\n]*</value>[ \t\n]*</member>""",
     re.VERBOSE,
 )
-"""The main content of big structs; `_TOKEN` would match it as well."""
+"""Most of the content of large structs; `_TOKEN` would match it as well."""
 _HEAD: Final = r"(?:<\?xml[ ]version=['\"]1\.0['\"](?:[ ]encoding=['\"](?i:utf-8)['\"])?[ ]?\?>)?[ \t\n]*"
 _CALL: Final = re.compile(_HEAD + r"<methodCall>[ \t\n]*<methodName>([^<&]*)</methodName>[ \t\n]*<params>")
 _CALL_END: Final = re.compile(r"[ \t\n]*</params>[ \t\n]*</methodCall>[ \t\n]*\Z")
@@ -43,11 +44,11 @@ Converters = Mapping[str, Callable[[str], Any]]
 
 
 class _NotPlain(Exception):
-    """The text needs the real parser."""
+    """The text needs the full parser."""
 
 
 def _decode(body: bytes) -> str:
-    """Return the document as text with XML's line ends; give up if it holds characters that XML forbids."""
+    """Decode a document and normalise its line endings; give up if it contains characters that XML forbids."""
     if len(body.translate(None, _CONTROL)) != len(body) or b"\xef\xbf" in body or b"]]>" in body:
         raise _NotPlain
     try:
@@ -66,43 +67,43 @@ def _unescape(text: str) -> str:
     return text.replace("&amp;", "&")
 
 
-def _plain_members(text: str, position: int, convert: Converters, into: dict[str, Any]) -> tuple[int, int]:
-    """Take the plain ``<member>`` elements that follow; return their number and the position behind them."""
+def _read_plain_members(text: str, position: int, convert: Converters, target: dict[str, Any]) -> tuple[int, int]:
+    """Read the plain ``<member>`` elements that follow; return their number and the position after them."""
     match = _MEMBER.match
     count = 0
     while (member := match(text, position)) is not None:
         name, kind, scalar = member.groups()
-        into[name] = convert[kind](scalar)
+        target[name] = convert[kind](scalar)
         position = member.end()
         count += 1
     return count, position
 
 
-def _values(  # noqa: PLR0912, PLR0915 - a tokenizer's loop; calls in it would double its time
+def _read_values(  # noqa: PLR0912, PLR0915 - a tokenizer's loop; calls in it would double its time
     text: str, position: int, convert: Converters, max_depth: int, max_values: int
 ) -> tuple[list[Any], int]:
-    """Return the values of all ``<param>`` elements from a position on, and the position behind them."""
+    """Return the values of all ``<param>`` elements from a position on, and the position after them."""
     match = _TOKEN.match
     params: list[Any] = []
-    # The innermost open array or struct (at first the list of parameters), and what surrounds it.
+    # The innermost open array or struct (at first the list of parameters), and those around it.
     current: Any = params
     in_struct = False
-    outer: list[tuple[Any, str | None]] = []
+    enclosing: list[tuple[Any, str | None]] = []
     values = 0
     while True:
         if in_struct:
-            count, position = _plain_members(text, position, convert, current)
+            count, position = _read_plain_members(text, position, convert, current)
             values += count
         token = match(text, position)
         if token is None:
             break
         position = token.end()
-        name, param, kind, scalar, plain, _array, struct, end, after = token.groups()
+        name, param, kind, scalar, plain, _array, struct, end, closing_tag = token.groups()
         if end is not None:
-            if name is not None or param is not None or not outer or (end == "</struct>") is not in_struct:
+            if name is not None or param is not None or not enclosing or (end == "</struct>") is not in_struct:
                 raise _NotPlain
             value = current
-            current, name = outer.pop()
+            current, name = enclosing.pop()
             in_struct = name is not None
         else:
             values += 1
@@ -111,38 +112,38 @@ def _values(  # noqa: PLR0912, PLR0915 - a tokenizer's loop; calls in it would d
                     raise _NotPlain
                 if "&" in name:
                     name = _unescape(name)
-            elif name is not None or (param is None) is not bool(outer):
+            elif name is not None or (param is None) is not bool(enclosing):
                 raise _NotPlain
             if kind is not None:
                 value = convert[kind](_unescape(scalar) if "&" in scalar else scalar)
             elif plain is not None:
                 value = _unescape(plain) if "&" in plain else plain
             else:
-                if after is not None or len(outer) >= max_depth or values > max_values:
+                if closing_tag is not None or len(enclosing) >= max_depth or values > max_values:
                     raise _NotPlain
-                outer.append((current, name))
+                enclosing.append((current, name))
                 in_struct = struct is not None
                 current = {} if in_struct else []
                 continue
         if in_struct:
-            if after != "</member>":
+            if closing_tag != "</member>":
                 raise _NotPlain
             current[name] = value
         else:
-            if after != (None if outer else "</param>"):
+            if closing_tag != (None if enclosing else "</param>"):
                 raise _NotPlain
             current.append(value)
-    if outer or values > max_values:
+    if enclosing or values > max_values:
         raise _NotPlain
     return params, position
 
 
 def scan_call(body: bytes, convert: Converters, max_depth: int, max_values: int) -> tuple[str, list[Any]] | None:
-    """Read a call; return None if it is not plain enough, or wrong, which the parser then reports.
+    """Read a call; return None if it is not plain enough, or invalid, which the full parser then reports.
 
     Args:
-        convert: type element -> conversion of its text.
-        max_depth: deepest nesting.
+        convert: type element -> function that converts its text.
+        max_depth: maximum nesting depth.
         max_values: maximum number of values.
     """
     try:
@@ -150,7 +151,7 @@ def scan_call(body: bytes, convert: Converters, max_depth: int, max_values: int)
         head = _CALL.match(text)
         if head is None:
             return None
-        params, end = _values(text, head.end(), convert, max_depth, max_values)
+        params, end = _read_values(text, head.end(), convert, max_depth, max_values)
         method: str = head.group(1).strip()
         return (method, params) if method and _CALL_END.match(text, end) else None
     except (_NotPlain, ValueError):
@@ -158,13 +159,13 @@ def scan_call(body: bytes, convert: Converters, max_depth: int, max_values: int)
 
 
 def scan_response(body: bytes, convert: Converters, max_depth: int, max_values: int) -> list[Any] | None:
-    """Read an answer; return a list of its one value, None if it is not plain enough (a fault, for example)."""
+    """Read a response; return a list with its value, or None if it is not plain enough (for example a fault)."""
     try:
         text = _decode(body)
         head = _RESPONSE.match(text)
         if head is None:
             return None
-        params, end = _values(text, head.end(), convert, max_depth, max_values)
+        params, end = _read_values(text, head.end(), convert, max_depth, max_values)
         return params if len(params) == 1 and _RESPONSE_END.match(text, end) else None
     except (_NotPlain, ValueError):
         return None

@@ -18,7 +18,7 @@ from pyros1.node.subscribing.hints import Hints
 from pyros1.node.subscribing.subscriber import Subscriber
 from pyros1.node.subscribing.subscription import Subscription
 from pyros1.node.subscribing.udp_source import UdpSource
-from pyros1.wire.datagram import SMALLEST_SIZE, read_answer, read_offer
+from pyros1.wire.datagram import MIN_DATAGRAM_SIZE, parse_udpros_offer, parse_udpros_response
 
 from ..stage import Scenario, Stage
 from .parts import PUBLISHING, SUBSCRIBING, THREAD, check_orders, end_context, make_context, make_publication
@@ -56,7 +56,7 @@ class Datagrams(Scenario):
         talker, context = make_context(stage, "/talker"), make_context(stage, "/listener")
         context.address = LocalAddress("localhost", "127.0.0.1", socket.AF_INET)
         publication = make_publication(talker, 0, message_class=String)
-        hints = Hints(transports=("udp",), max_datagram_size=SMALLEST_SIZE)
+        hints = Hints(transports=("udp",), max_datagram_size=MIN_DATAGRAM_SIZE)
         subscription = Subscription(context, "/t", String, hints)
         numbers: list[int] = []
 
@@ -107,10 +107,10 @@ class Datagrams(Scenario):
     ) -> tuple[UdpSource, UdpLink]:
         """Link a subscription, as a call of `requestTopic` does."""
         source = context.loop.run(subscription.offer_datagrams, talker.uri)
-        offer = read_offer(source.offer())
+        offer = parse_udpros_offer(source.offer())
         assert offer is not None
         link: UdpLink = talker.loop.run(publication.accept_datagrams, *offer)
-        answer = read_answer(link.answer("localhost"))
+        answer = parse_udpros_response(link.answer("localhost"))
         assert answer is not None
 
         def begin() -> None:

@@ -1,7 +1,7 @@
-"""A small, safe subset of Python's expressions, for texts in which ROS 1 lets users compute values.
+"""A small, safe subset of Python's expressions, for places where ROS 1 lets users compute values.
 
-`interpreter` has the language, `operators` and `functions` its operations, `limits` the largest sizes of values, and
-`costs` an estimate of the time of operations. For the reasons against a library, see "Own code, and why" in
+`interpreter` implements the language, `operators` and `functions` its operations, `limits` the maximum sizes of values,
+and `costs` estimates of the time of operations. For the reasons not to use a library, see "Own code, and why" in
 ``pyros1/README.md``.
 """
 

@@ -1,6 +1,6 @@
 """Functions for expressions: builtins, methods of plain values and math, each with a limit on its result.
 
-A function that can make a large result from small arguments computes the size first. No function gives access to
+A function that can create a large result from small arguments computes the size first. No function gives access to
 anything but its arguments.
 """
 
@@ -25,10 +25,10 @@ _ENCODINGS = ("ascii", "latin-1", "utf-8", "utf8", "utf-16")
 MATH: Mapping[str, Any] = {
     name: getattr(math, name)
     for name in dir(math)  # sorted
-    # Those left out can take very long with short arguments.
+    # The excluded functions can take very long with short arguments.
     if not name.startswith("_") and name not in ("factorial", "comb", "perm", "prod")
 }
-"""The functions and constants of the module math."""
+"""The available functions and constants of the module math."""
 
 _STR_METHODS = frozenset(
     (
@@ -57,33 +57,33 @@ _METHODS: Mapping[type, frozenset[str]] = {
 }
 
 
-def method(owner: Any, name: str, limit: int) -> Callable[..., Any] | None:
-    """Return a method of a string, list or other plain value; None if it is not available in expressions.
+def find_method(owner: Any, name: str, limit: int) -> Callable[..., Any] | None:
+    """Return a method of a string, list or other plain value, or None if it is not available in expressions.
 
     Args:
         owner: the value.
         name: name of the method, which must not begin with ``_``.
-        limit: largest size of its result.
+        limit: maximum size of its result.
     """
     if type(owner) is int and name == "is_integer":
-        return lambda: True  # of Python 3.12
+        return lambda: True  # new in Python 3.12
     if name in _SIZE_CHECKED.get(type(owner), ()):
         return functools.partial(_SIZE_CHECKED[type(owner)][name], limit, owner)
     if name in _METHODS.get(type(owner), ()):
-        return getattr(owner, name)  # type: ignore[no-any-return]  # one of those above
+        return getattr(owner, name)  # type: ignore[no-any-return]  # one of those listed above
     return None
 
 
-def owner_of(function: Callable[..., Any]) -> Any:
-    """Return the value of a method that visits the items of that value; None for other functions."""
+def method_owner(function: Callable[..., Any]) -> Any:
+    """Return the value to which a method is bound if the method visits the items of the value, or None."""
     if isinstance(function, functools.partial):
         return None if len(function.args) < 2 else function.args[1]
     owner = getattr(function, "__self__", None)
     return owner if type(owner) in _METHODS else None
 
 
-def name_of(function: Callable[..., Any]) -> str:
-    """Return a function's name in expressions, also if it is a wrapper that computes the size first."""
+def function_name(function: Callable[..., Any]) -> str:
+    """Return a function's name in expressions, even if it is a wrapper that checks the size first."""
     return str(getattr(getattr(function, "func", function), "__name__", "")).lstrip("_")
 
 
@@ -93,7 +93,7 @@ def calls_first_argument(function: Callable[..., Any]) -> bool:
 
 
 def takes_key(function: Callable[..., Any]) -> bool:
-    """Return whether a function calls what it gets as ``key``."""
+    """Return whether a function calls its argument ``key``."""
     return function in (max, min, sorted)
 
 
@@ -109,7 +109,7 @@ def _replace(limit: int, text: str, old: str, new: str, count: int = -1) -> str:
 
 
 def _format(limit: int, template: str, *arguments: Any, **keywords: Any) -> str:
-    """Format as str.format(), but fields are only numbers or names, so that attributes cannot be reached."""
+    """Format like str.format(), but only with numbers or names as fields, so that attributes are not accessible."""
     parts: list[str] = []
     automatic = length = 0
     for literal, field, spec, conversion in string.Formatter().parse(template):
@@ -120,7 +120,7 @@ def _format(limit: int, template: str, *arguments: Any, **keywords: Any) -> str:
         if "{" in (spec or ""):
             raise ExpressionError("nested fields are not allowed here")
         if not field:
-            field, automatic = str(automatic), automatic + 1  # noqa: PLW2901 - numbers itself
+            field, automatic = str(automatic), automatic + 1  # noqa: PLW2901 - automatic numbering
         if field.isdecimal():
             value = arguments[int(field)]
         elif field.isidentifier():
@@ -134,13 +134,13 @@ def _format(limit: int, template: str, *arguments: Any, **keywords: Any) -> str:
 
 
 def format_field(value: Any, conversion: str | None, spec: str, limit: int) -> str:
-    """Return one field of a format string or an f-string.
+    """Format one field of a format string or an f-string.
 
     Args:
         value: the value to format.
         conversion: ``r``, ``s``, ``a`` or None.
-        spec: the text after the colon.
-        limit: largest width.
+        spec: the format specification after the colon.
+        limit: maximum width.
     """
     for number in re.findall(r"\d+", spec):
         require(int(number) if len(number) < 10 else limit + 1, limit)
@@ -153,7 +153,8 @@ def format_field(value: Any, conversion: str | None, spec: str, limit: int) -> s
 
 def _checked_encoding(encoding: str) -> str:
     if str(encoding).lower().replace("_", "-") not in _ENCODINGS:
-        raise ExpressionError(f"the encoding must be one of {', '.join(_ENCODINGS)}")  # others can be very slow
+        # Other encodings can be very slow.
+        raise ExpressionError(f"the encoding must be one of {', '.join(_ENCODINGS)}")
     return encoding
 
 
@@ -165,12 +166,12 @@ def _decode(limit: int, data: bytes, encoding: str = "utf-8", errors: str = "str
     return data.decode(_checked_encoding(encoding), errors)
 
 
-def _padder(pad: Callable[..., str]) -> Callable[..., str]:
-    def padded(limit: int, text: str, width: int, *fill: str) -> str:
+def _limit_padding(pad: Callable[..., str]) -> Callable[..., str]:
+    def pad_limited(limit: int, text: str, width: int, *fill: str) -> str:
         require(width, limit)
         return pad(text, width, *fill)
 
-    return padded
+    return pad_limited
 
 
 _SIZE_CHECKED: Mapping[type, Mapping[str, Callable[..., Any]]] = {
@@ -179,18 +180,18 @@ _SIZE_CHECKED: Mapping[type, Mapping[str, Callable[..., Any]]] = {
         "replace": _replace,
         "format": _format,
         "encode": _encode,
-        **{name: _padder(getattr(str, name)) for name in ("center", "ljust", "rjust", "zfill")},
+        **{name: _limit_padding(getattr(str, name)) for name in ("center", "ljust", "rjust", "zfill")},
     },
     bytes: {"decode": _decode},
 }
-"""Methods that can make large results from small arguments, or can be very slow."""
+"""Methods that can create large results from small arguments, or can be very slow."""
 
 
 def _map(limit: int, function: Callable[..., Any], *iterables: Iterable[Any]) -> list[Any]:
-    """Return the result of map() as a list, so that it is within the limits as well."""
+    """Return the result of map() as a list, so that the limits apply to it as well."""
     results: list[Any] = []
     total = 0
-    for arguments in zip(*iterables):  # noqa: B905 - as map() does it, up to the shortest
+    for arguments in zip(*iterables):  # noqa: B905 - like map(), up to the shortest
         results.append(checked(function(*arguments), limit))
         total += 1 + size(results[-1], limit)
         require(total, limit)
@@ -216,11 +217,11 @@ def _range(limit: int, *arguments: int) -> list[int]:
 
 
 def _zip(*iterables: Iterable[Any]) -> list[Any]:
-    return list(zip(*iterables))  # noqa: B905 - as zip() does it, up to the shortest
+    return list(zip(*iterables))  # noqa: B905 - like zip(), up to the shortest
 
 
 def _round(number: Any, ndigits: int | None = None) -> Any:
-    """Round as round(), with a limit on digits, since it would compute any power of ten for an integer."""
+    """Round like round(), with a limit on digits, since it would compute any power of ten for an integer."""
     if ndigits is not None and abs(ndigits) > _MAX_DIGITS:
         raise ValueError("cannot round to that many digits")
     return round(number, ndigits)
@@ -243,7 +244,7 @@ def _pow(limit: int, base: Any, exponent: Any) -> Any:
 
 
 def _next(items: Iterable[Any], *default: Any) -> Any:
-    """Return the first item, since iterators are lists here."""
+    """Return the first item, since iterators are lists in expressions."""
     for item in items:
         return item
     if not default:
@@ -261,21 +262,21 @@ def _bytearray(limit: int, value: Any = b"") -> bytearray:
     return bytearray(_bytes(limit, value))
 
 
-def more_functions(limit: int) -> dict[str, Any]:
-    """Return builtins that expressions of launch files do not have, by name; see `functions`."""
-    measured: dict[str, Callable[..., Any]] = {"bytearray": _bytearray, "bytes": _bytes, "pow": _pow}
-    return {"next": _next, **{name: functools.partial(function, limit) for name, function in measured.items()}}
+def extra_functions(limit: int) -> dict[str, Any]:
+    """Return builtins that are not available in launch files, by name; see `functions`."""
+    limited: dict[str, Callable[..., Any]] = {"bytearray": _bytearray, "bytes": _bytes, "pow": _pow}
+    return {"next": _next, **{name: functools.partial(function, limit) for name, function in limited.items()}}
 
 
 def functions(limit: int) -> dict[str, Any]:
-    """Return the builtins that expressions may call, by name.
+    """Return the builtins that expressions can call, by name.
 
     Args:
-        limit: largest size of a result.
+        limit: maximum size of a result.
     """
-    measured: dict[str, Callable[..., Any]] = {"map": _map, "range": _range, "format": _format_value}
+    limited: dict[str, Callable[..., Any]] = {"map": _map, "range": _range, "format": _format_value}
     return {
-        **{name: functools.partial(function, limit) for name, function in measured.items()},
+        **{name: functools.partial(function, limit) for name, function in limited.items()},
         **{kind.__name__: kind for kind in (bool, dict, float, int, list, set, str, tuple)},
         **{function.__name__: function for function in (abs, all, any, len, max, min, sorted)},
         **{function.__name__: function for function in (bin, chr, divmod, hex, isinstance, oct, ord, repr)},

@@ -1,11 +1,10 @@
-"""Interpreter of expressions: the allowed subset of Python's syntax, and its meaning.
+"""Interprets expressions: defines the allowed subset of Python's syntax, and its meaning.
 
 A text is parsed to Python's syntax tree, checked to contain only harmless nodes, and interpreted node by node; nothing
-is compiled or executed. Attributes that begin with ``_`` (except for some of messages) and assignments are not
-accessible, and sizes and loops are limited, so that an expression can neither reach into the interpreter nor keep it
-busy for long.
+is compiled or executed. Attributes that begin with ``_`` (except for some of messages) and assignments are not allowed,
+and sizes and loops are limited, so that an expression can neither access the interpreter nor keep it busy for long.
 
-Subclasses of `Interpreter` define the nodes, names, attributes and functions for their users.
+Subclasses of `Interpreter` define the nodes, names, attributes and functions that are available.
 """
 
 from __future__ import annotations
@@ -16,7 +15,14 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any, ClassVar
 
 from pyros1.ground.expressions import costs
-from pyros1.ground.expressions.functions import MATH, calls_first_argument, format_field, method, owner_of, takes_key
+from pyros1.ground.expressions.functions import (
+    MATH,
+    calls_first_argument,
+    find_method,
+    format_field,
+    method_owner,
+    takes_key,
+)
 from pyros1.ground.expressions.lambdas import Lambda, is_plain
 from pyros1.ground.expressions.limits import (
     CALL,
@@ -36,8 +42,8 @@ from pyros1.ground.expressions.limits import (
 )
 from pyros1.ground.expressions.operators import BINARY, COMPARE, UNARY, require_small
 
-# Type of node -> method of Interpreter that returns its value.
-_METHODS: dict[type[ast.expr], str] = {
+# Type of node -> method of Interpreter that evaluates it.
+_EVALUATORS: dict[type[ast.expr], str] = {
     ast.Attribute: "_attribute",
     ast.BinOp: "_binop",
     ast.BoolOp: "_boolop",
@@ -63,7 +69,7 @@ _METHODS: dict[type[ast.expr], str] = {
     ast.UnaryOp: "_unaryop",
 }
 _FAILURES = (ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError, TypeError, ValueError)
-_SMALL = 1 << 63
+_MAX_SMALL_INT = 1 << 63
 
 
 def _is_target(node: ast.expr) -> bool:
@@ -85,8 +91,8 @@ def _assign(target: ast.expr, item: Any, names: dict[str, Any]) -> None:
 class Interpreter:
     """One checked expression.
 
-    Subclasses narrow or extend the language with the class attributes, `check`, `constant`, `name` and `attribute`.
-    By default it has the given names, literals, methods of plain values, and math.
+    Subclasses restrict or extend the language with the class attributes, `check`, `constant`, `name` and `attribute`.
+    By default, the given names, literals, methods of plain values, and math are available.
 
     Args:
         text: the expression.
@@ -95,21 +101,21 @@ class Interpreter:
         ExpressionError: it is malformed, too long, or uses syntax that is not allowed.
     """
 
-    nodes: ClassVar[frozenset[type[ast.expr]]] = frozenset(_METHODS)
-    """The allowed types of syntax nodes, of those that this class supports."""
+    nodes: ClassVar[frozenset[type[ast.expr]]] = frozenset(_EVALUATORS)
+    """The allowed types of syntax nodes, among those that this class supports."""
 
     private: ClassVar[frozenset[str]] = frozenset()
-    """The attributes that begin with ``_`` and may be used."""
+    """The attributes beginning with ``_`` that are allowed."""
 
     max_items: ClassVar[int] = MAX_ITEMS
-    """Largest `size` of a computed value."""
+    """Maximum `size` of a computed value."""
 
     max_work: ClassVar[int] = MAX_WORK
-    """Maximum work of an expression, see `limits`."""
+    """Maximum work of an expression; see `limits`."""
 
     def __init__(self, text: str) -> None:
         self._work = 0
-        self._arguments: list[ast.expr] = []  # of all calls
+        self._arguments: list[ast.expr] = []  # the arguments of all calls
         if len(text) > MAX_TEXT:
             raise ExpressionError(f"the expression has more than {MAX_TEXT} characters")
         try:
@@ -124,13 +130,14 @@ class Interpreter:
             raise ExpressionError(f"not an expression: {str(error) or 'nested too deeply'}") from None
 
     def evaluate(self, names: Mapping[str, Any]) -> Any:
-        """Return the expression's value.
+        """Evaluate the expression.
 
         Args:
             names: the values of the names in it.
 
         Raises:
-            ExpressionError: a name is unknown, types do not fit, a result is too large, or another error.
+            ExpressionError: a name is unknown, types do not match, a result is too large, or the evaluation fails
+                otherwise.
         """
         self._work = 0
         try:
@@ -140,10 +147,11 @@ class Interpreter:
         except _FAILURES as error:
             raise ExpressionError(str(error) or type(error).__name__) from error
 
-    # What a subclass may change ------------------------------------------------------------------------------------
+    # Methods that subclasses can override
+    # ------------------------------------------------------------------------------------
 
     def check(self, node: ast.AST) -> None:
-        """Refuse a forbidden node of the tree, before the evaluation.
+        """Reject a forbidden node of the tree before the evaluation.
 
         Raises:
             ExpressionError: it is not allowed in an expression.
@@ -186,39 +194,39 @@ class Interpreter:
         Raises:
             ExpressionError: there is no such attribute, or it is not available in expressions.
         """
-        found = method(owner, name, self.max_items)
+        found = find_method(owner, name, self.max_items)
         if found is None:
             raise ExpressionError(f"{type(owner).__name__!r} object has no attribute {name!r}")
         return found
 
-    def combine(self, *values: Any) -> None:
-        """Check values before an operator or function combines them, if the language has values such as arrays.
+    def check_operands(self, *values: Any) -> None:
+        """Check values before an operator or function combines them, for languages with values such as arrays.
 
         Raises:
             ExpressionError: the result would be too large.
         """
 
-    def multiply(self, left: Any, right: Any) -> None:
-        """Check matrices before they are multiplied; see `combine`."""
+    def check_matrices(self, left: Any, right: Any) -> None:
+        """Check matrices before they are multiplied; see `check_operands`."""
 
-    def write(self, *values: Any) -> None:
-        """Check values before they are written as text; see `combine`."""
+    def check_formatting(self, *values: Any) -> None:
+        """Check values before they are formatted; see `check_operands`."""
 
-    def choose(self, owner: Any, key: Any) -> None:
-        """Check a value and an index before the item is read; see `combine`."""
+    def check_index(self, owner: Any, key: Any) -> None:
+        """Check a value and an index before the item is accessed; see `check_operands`."""
 
     # The nodes -----------------------------------------------------------------------------------------------------
 
     def value(self, node: ast.expr, names: Mapping[str, Any]) -> Any:
-        """Return the value of a node of the checked tree."""
+        """Evaluate a node of the checked tree."""
         self._work += STEP
         if self._work > self.max_work:
             raise LimitError(TOO_EXPENSIVE)
-        return _EVALUATE[type(node)](self, node, names)
+        return _EVALUATOR_FUNCTIONS[type(node)](self, node, names)
 
     def _checked(self, value: Any) -> Any:
         kind = type(value)
-        if kind is float or kind is bool or (kind is int and -_SMALL < value < _SMALL):
+        if kind is float or kind is bool or (kind is int and -_MAX_SMALL_INT < value < _MAX_SMALL_INT):
             return value
         if kind is int:
             self._charge(STEP)
@@ -235,7 +243,7 @@ class Interpreter:
             raise LimitError(TOO_EXPENSIVE)
 
     def _charge_reading(self, *values: Any) -> None:
-        """Add the cost of an operation that visits whole values."""
+        """Add the cost of an operation that visits entire values."""
         for value in values:
             if type(value) not in SCALARS:
                 self._charge(costs.deep_size(value, self.max_work - self._work))
@@ -247,7 +255,7 @@ class Interpreter:
         return self.name(node.id, names)
 
     def _attribute(self, node: ast.Attribute, names: Mapping[str, Any]) -> Any:
-        if isinstance(node.value, ast.Name) and node.value.id == "math":  # which is not a value itself
+        if isinstance(node.value, ast.Name) and node.value.id == "math":  # the module itself is not a value
             if node.attr not in MATH:
                 raise ExpressionError(
                     f"math.{node.attr} is not available in expressions; available are: {', '.join(MATH)}"
@@ -271,7 +279,7 @@ class Interpreter:
         return self._checked(set(items))
 
     def _values(self, nodes: list[ast.expr], names: Mapping[str, Any]) -> Iterator[Any]:
-        """Yield the values of items or arguments; ``*value`` stands for those in it."""
+        """Yield the values of items or arguments; ``*value`` yields the items of the value."""
         for node in nodes:
             if not isinstance(node, ast.Starred):
                 yield self.value(node, names)
@@ -282,12 +290,12 @@ class Interpreter:
                 yield item
 
     def _starred(self, node: ast.Starred, names: Mapping[str, Any]) -> Any:
-        raise ExpressionError("* is allowed before an argument or an item only")
+        raise ExpressionError("* is only allowed before an argument or an item")
 
     def _lambda(self, node: ast.Lambda, names: Mapping[str, Any]) -> Any:
         return Lambda(self.value, node, names)
 
-    # A generator expression is evaluated at once, so that its result is within the limits as well.
+    # A generator expression is evaluated immediately, so that the limits apply to its result as well.
     def _listcomp(self, node: ast.ListComp | ast.GeneratorExp, names: Mapping[str, Any]) -> Any:
         return self._comprehension(node.generators, names, lambda inner: self.value(node.elt, inner))
 
@@ -305,13 +313,13 @@ class Interpreter:
         return dict(pairs)
 
     def _comprehension(
-        self, loops: list[ast.comprehension], names: Mapping[str, Any], make: Callable[[Mapping[str, Any]], Any]
+        self, loops: list[ast.comprehension], names: Mapping[str, Any], evaluate: Callable[[Mapping[str, Any]], Any]
     ) -> list[Any]:
         results: list[Any] = []
         total = 0
         for inner in self._loop(loops, dict(names)):
-            results.append(make(inner))
-            self._charge(len(loops))  # each result passes through all loops
+            results.append(evaluate(inner))
+            self._charge(len(loops))  # each result goes through all loops
             total += 1
             if type(results[-1]) not in SCALARS or type(results[-1]) is int:
                 size, visited = measure(results[-1], self.max_items)
@@ -334,7 +342,7 @@ class Interpreter:
     def _subscript(self, node: ast.Subscript, names: Mapping[str, Any]) -> Any:
         owner, key = self.value(node.value, names), self.value(node.slice, names)
         self._charge_reading(key)
-        self.choose(owner, key)
+        self.check_index(owner, key)
         result = owner[key]
         if type(key) is slice:
             self._charge(costs.shallow_size(result))
@@ -356,13 +364,13 @@ class Interpreter:
         left = self.value(node.left, names)
         result: Any = True
         for number, (op, comparator) in enumerate(zip(node.ops, node.comparators, strict=True)):
-            if number and not result:  # only a chain needs its truth value, which numpy arrays do not have
+            if number and not result:  # only a chain needs the truth value, which numpy arrays do not have
                 break
             right = self.value(comparator, names)
-            searched = isinstance(op, ast.In | ast.NotIn)
-            if not isinstance(op, ast.Is | ast.IsNot) and not (searched and isinstance(right, dict | set)):
-                self.combine(left, right)
-            if searched:
+            is_membership = isinstance(op, ast.In | ast.NotIn)
+            if not isinstance(op, ast.Is | ast.IsNot) and not (is_membership and isinstance(right, dict | set)):
+                self.check_operands(left, right)
+            if is_membership:
                 self._charge(costs.membership_cost(left, right, self.max_work))
             elif type(left) not in SCALARS and not isinstance(op, ast.Is | ast.IsNot):
                 self._charge_reading(right)
@@ -380,27 +388,27 @@ class Interpreter:
         left, right = self.value(node.left, names), self.value(node.right, names)
         require_small(node.op, left, right, self.max_items)
         if isinstance(node.op, ast.Mod) and isinstance(left, str):
-            self.write(right)
+            self.check_formatting(right)
         else:
-            self.combine(left, right)
+            self.check_operands(left, right)
         if isinstance(node.op, ast.MatMult):
-            self.multiply(left, right)
-        self._charge(costs.binary(node.op, left, right, self.max_work))
+            self.check_matrices(left, right)
+        self._charge(costs.operator_cost(node.op, left, right, self.max_work))
         return self._checked(BINARY[type(node.op)](left, right))
 
     def _call(self, node: ast.Call, names: Mapping[str, Any]) -> Any:
         function = self.value(node.func, names)
         arguments = list(self._values(node.args, names))
         keywords = {str(keyword.arg): self.value(keyword.value, names) for keyword in node.keywords}
-        return self._called(function, *arguments, **keywords)
+        return self._call_function(function, *arguments, **keywords)
 
-    def _called(self, function: Callable[..., Any], *arguments: Any, **keywords: Any) -> Any:
-        self._charge(CALL + costs.call(function, arguments, keywords, self.max_work))
+    def _call_function(self, function: Callable[..., Any], *arguments: Any, **keywords: Any) -> Any:
+        self._charge(CALL + costs.call_cost(function, arguments, keywords, self.max_work))
         if calls_first_argument(function) and arguments and arguments[0] is not None:
-            arguments = (functools.partial(self._called, arguments[0]), *arguments[1:])
+            arguments = (functools.partial(self._call_function, arguments[0]), *arguments[1:])
         if takes_key(function) and keywords.get("key") is not None:
-            keywords["key"] = self._key(keywords["key"])
-        owner = owner_of(function)
+            keywords["key"] = self._limited_key(keywords["key"])
+        owner = method_owner(function)
         if function is set or isinstance(owner, set):
             for argument in arguments:
                 check_hashes(argument)
@@ -408,13 +416,13 @@ class Interpreter:
             check_hashes(pair[0] for pair in map(tuple, arguments[0]) if pair)
         return self._checked(function(*arguments, **keywords))
 
-    def _key(self, function: Callable[..., Any]) -> Callable[[Any], Any]:
-        """Function that is called for each sorted item: its values are kept until all are there, so all are bounded."""
+    def _limited_key(self, function: Callable[..., Any]) -> Callable[[Any], Any]:
+        """Return a key function that limits the total size of its results, which are all in memory while sorting."""
         total = 0
 
         def key(item: Any) -> Any:
             nonlocal total
-            value = self._called(function, item)
+            value = self._call_function(function, item)
             total += 1 + measure(value, self.max_items)[0]
             require(total, self.max_items)
             return value
@@ -429,10 +437,10 @@ class Interpreter:
         conversion = chr(node.conversion) if node.conversion > 0 else None
         value = self.value(node.value, names)
         self._charge_reading(value)
-        self.write(value)
+        self.check_formatting(value)
         return self._checked(format_field(value, conversion, spec, self.max_items))
 
 
-_EVALUATE: dict[type[ast.expr], Callable[[Interpreter, Any, Mapping[str, Any]], Any]] = {
-    kind: getattr(Interpreter, name) for kind, name in _METHODS.items()
+_EVALUATOR_FUNCTIONS: dict[type[ast.expr], Callable[[Interpreter, Any, Mapping[str, Any]], Any]] = {
+    kind: getattr(Interpreter, name) for kind, name in _EVALUATORS.items()
 }

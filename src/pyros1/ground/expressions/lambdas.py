@@ -1,4 +1,4 @@
-"""Functions that an expression makes with ``lambda``."""
+"""Functions that an expression creates with ``lambda``."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import Any
 
 
 class Lambda:
-    """A function of an expression, for arguments such as the ``key`` of ``sorted``.
+    """A function created by an expression, for arguments such as the ``key`` of ``sorted``.
 
     Args:
-        evaluate: returns the value of a node with some names; it counts the work.
+        evaluate: evaluates a node with the given names, and counts the work.
         node: the checked node.
-        names: the names around it.
+        names: the names in the enclosing scope.
     """
 
     def __init__(
@@ -24,7 +24,7 @@ class Lambda:
         self._names = names
 
     def __call__(self, *values: Any) -> Any:
-        """Return the value of its body.
+        """Evaluate the body.
 
         Raises:
             TypeError: the number of arguments is wrong.
@@ -40,5 +40,5 @@ class Lambda:
 
 
 def is_plain(arguments: ast.arguments) -> bool:
-    """Return whether arguments have no defaults, and none of them is optional, a list or named."""
+    """Return whether all arguments are plain: without defaults, ``*args``, ``**kwargs`` and keyword-only arguments."""
     return not any((arguments.vararg, arguments.kwarg, *arguments.kwonlyargs, *arguments.defaults))

@@ -1,4 +1,4 @@
-"""Limits on the values and the work of expressions, and the error of expressions."""
+"""Limits on the values and the work of expressions, and the errors of expressions."""
 
 from __future__ import annotations
 
@@ -11,17 +11,18 @@ MAX_TEXT = 10_000
 """Maximum number of characters of an expression."""
 
 MAX_ITEMS = 10_000
-"""Maximum number of characters or items of a computed value, with those of nested values."""
+"""Maximum number of characters or items of a computed value, including those of nested values."""
 
 MAX_BITS = 4096
 """Maximum number of bits of a computed integer."""
 
 MAX_WORK = 10_000_000
-"""Maximum work of an expression. Operations and functions count one for each item that they visit, or for eight
-characters of a string; in addition, each evaluation of a node counts `STEP`."""
+"""Maximum work of an expression. Operations and functions cost one for each item that they visit, or for eight
+characters of a string; in addition, each evaluation of a node costs `STEP`.
+"""
 
 STEP = 6
-"""Cost to evaluate a node or an item of a comprehension, or to access an item of a list."""
+"""Cost of evaluating a node or an item of a comprehension, or of accessing an item of a list."""
 
 CALL = 30
 """Cost of a call, in addition to that of the function."""
@@ -33,7 +34,7 @@ MAX_SAME_HASH = 100
 
 _FIXED_SIZE = frozenset({bool, float, type(None)})
 SCALARS = _FIXED_SIZE | {int}
-_SMALL = 1 << 63
+_MAX_SMALL_INT = 1 << 63
 TEXTS = (str, bytes, bytearray)
 _VIEWS: tuple[type[Any], ...] = (type({}.keys()), type({}.values()), type({}.items()))
 CONTAINERS: tuple[type[Any], ...] = (list, tuple, dict, set, frozenset, *_VIEWS)
@@ -41,7 +42,7 @@ HASHED: tuple[type[Any], ...] = (dict, set, frozenset, type({}.keys()), type({}.
 
 
 class ExpressionError(Error, ValueError):
-    """An expression is malformed, not allowed, too large, or fails; the message says which."""
+    """An expression is malformed, not allowed or too large, or its evaluation fails; the message says which."""
 
 
 class LimitError(ExpressionError):
@@ -49,15 +50,15 @@ class LimitError(ExpressionError):
 
 
 class UnknownNameError(ExpressionError):
-    """An expression has a name that it cannot use."""
+    """An expression uses an unknown name."""
 
 
 def size(value: Any, limit: int = MAX_ITEMS) -> int:
-    """Return the number of characters and items of a value and of nested values, each as often as it occurs.
+    """Return the number of characters and items in a value and in nested values, counted as often as they occur.
 
     Args:
-        value: any value; an integer counts one for each 64 bits, an array one for each 64 bits of its items, and other
-            values that are not strings or containers 0.
+        value: any value; integers and arrays count one for each 64 bits, and other values that are not strings or
+            containers 0.
         limit: number at which counting stops.
 
     Returns:
@@ -67,7 +68,7 @@ def size(value: Any, limit: int = MAX_ITEMS) -> int:
 
 
 def measure(value: Any, limit: int = MAX_ITEMS) -> tuple[int, int]:
-    """Return the `size` of a value, and the work to make it: two for each number, and `STEP` for each other item."""
+    """Return the `size` of a value, and the work to create it: two for each number, and `STEP` for each other item."""
     if isinstance(value, TEXTS):
         return len(value), len(value) >> 3
     total = visited = 0
@@ -76,7 +77,7 @@ def measure(value: Any, limit: int = MAX_ITEMS) -> tuple[int, int]:
         part = pending.pop()
         if isinstance(part, float):
             continue
-        if isinstance(part, int):  # its digits may become text
+        if isinstance(part, int):  # it might be converted to digits
             total += part.bit_length() // 64
         elif isinstance(part, TEXTS):
             total += len(part)
@@ -99,15 +100,15 @@ def measure(value: Any, limit: int = MAX_ITEMS) -> tuple[int, int]:
 
 
 def array_size(value: Any) -> int:
-    """Return the number of bytes of an array of numpy, divided by eight; 0 for other values."""
+    """Return the number of bytes of a numpy array, divided by eight, or 0 for other values."""
     return int(value.nbytes) >> 3 if type(value).__module__ == "numpy" and hasattr(value, "nbytes") else 0
 
 
 def nested_size(items: Collection[Any], pending: list[Any]) -> int:
-    """Return the number for integers beyond 64 bits, and add to `pending` the items that must be visited separately."""
+    """Return the size of integers beyond 64 bits, and add to `pending` the items that must be visited separately."""
     kinds = set(map(type, items))
     if kinds == {int}:  # as in most messages
-        large: int = sum(number.bit_length() for number in items if not -_SMALL < number < _SMALL)
+        large: int = sum(number.bit_length() for number in items if not -_MAX_SMALL_INT < number < _MAX_SMALL_INT)
         return large // 64
     if kinds <= _FIXED_SIZE:
         return 0
@@ -116,21 +117,21 @@ def nested_size(items: Collection[Any], pending: list[Any]) -> int:
 
 
 def checked(value: Any, limit: int = MAX_ITEMS) -> Any:
-    """Return a computed value unchanged, after a check.
+    """Check a computed value and return it unchanged.
 
     Args:
         value: the value.
-        limit: its largest `size`.
+        limit: maximum `size` of the value.
 
     Raises:
-        ExpressionError: it is larger, or an integer of more than `MAX_BITS` bits.
+        ExpressionError: it is larger, or is an integer of more than `MAX_BITS` bits.
     """
     require(size(value, limit), limit)
     return check_bits(value)
 
 
 def check_bits(value: Any) -> Any:
-    """Return a computed value unchanged, after a check.
+    """Check a computed value and return it unchanged.
 
     Raises:
         ExpressionError: it is an integer of more than `MAX_BITS` bits.
@@ -141,7 +142,7 @@ def check_bits(value: Any) -> Any:
 
 
 def require(needed: int, limit: int = MAX_ITEMS) -> None:
-    """Check the size of a result before it is made.
+    """Check the size of a result before it is computed.
 
     Raises:
         LimitError: `needed` is above `limit`.
@@ -158,14 +159,14 @@ def check_hashes(keys: Iterable[Any]) -> None:
         TypeError: a key has no hash.
     """
     if isinstance(keys, (*TEXTS, dict, set, frozenset)):
-        return  # hashes of strings cannot be predicted, and the others were checked when they were made
+        return  # hashes of strings cannot be predicted, and the other values were checked when they were created
     keys = list(keys)
     if len(keys) - len(set(map(hash, keys))) < MAX_SAME_HASH:
         return
-    found: dict[int, list[Any]] = {}
+    keys_by_hash: dict[int, list[Any]] = {}
     for key in keys:
-        same = found.setdefault(hash(key), [])
-        if key not in same:
-            same.append(key)
-            if len(same) > MAX_SAME_HASH:
+        colliding = keys_by_hash.setdefault(hash(key), [])
+        if key not in colliding:
+            colliding.append(key)
+            if len(colliding) > MAX_SAME_HASH:
                 raise ExpressionError("too many keys have the same hash")

@@ -1,4 +1,4 @@
-"""The operators of expressions, with the size of their results and their cost."""
+"""The operators of expressions, and checks of the sizes of their results."""
 
 from __future__ import annotations
 
@@ -54,13 +54,13 @@ COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
 
 
 def require_small(op: ast.operator, left: Any, right: Any, limit: int) -> None:
-    """Check the size of the result of an operation that can make a large one from small operands.
+    """Check the size of the result of an operation that can create a large one from small operands.
 
     Args:
         op: the operator.
         left: its first operand.
         right: its second operand.
-        limit: largest `size` of the result.
+        limit: maximum `size` of the result.
 
     Raises:
         ExpressionError: it would be larger.
@@ -77,13 +77,13 @@ def require_small(op: ast.operator, left: Any, right: Any, limit: int) -> None:
 def _require_bits(op: ast.operator, left: Any, right: Any) -> None:
     if isinstance(left, int) and isinstance(right, int) and right > 0:
         bits = left.bit_length()
-        # For a power, the smallest possible number of bits; it never has more than twice that.
+        # For a power, the minimum number of bits; it never has more than twice as many.
         require(bits + right if isinstance(op, ast.LShift) else (bits - 1) * right, MAX_BITS)
 
 
 def _require_items(sequence: Any, count: Any, limit: int) -> None:
     if isinstance(sequence, str | bytes | bytearray | list | tuple) and not isinstance(count, float):
-        with contextlib.suppress(TypeError):  # including numpy's integers
+        with contextlib.suppress(TypeError):  # works with numpy integers as well
             require(size(sequence, limit) * operator.index(count), limit)
 
 
@@ -92,6 +92,6 @@ def _require_width(template: str | bytes | bytearray, limit: int) -> None:
         raise ExpressionError("only strings can be formatted with %")
     if _STAR_WIDTH.search(template):
         raise ExpressionError("strings cannot be formatted with a width of *")
-    # Each number in the string counts as if it were a width or precision.
+    # Each number in the string is counted as if it were a width or precision.
     numbers = (number.lstrip("0")[:9] for number in re.findall(r"[0-9]+", template))
     require(sum(int(number or "0") for number in numbers), limit)

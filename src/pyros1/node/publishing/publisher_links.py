@@ -12,7 +12,7 @@ from pyros1.net.keepalive import keep_alive
 from pyros1.node.publishing.local_link import LocalLink
 from pyros1.node.publishing.tcp_link import TcpLink, WaitingLink
 from pyros1.node.strand import Strand
-from pyros1.wire.handshake import Refusal, TopicType, answer_subscriber, is_true
+from pyros1.wire.handshake import Refusal, TopicType, is_true, make_publisher_response
 from pyros1.wire.header import encode_header
 from pyros1.wire.local import TOKEN_SIZE
 from pyros1.wire.outqueue import Frame

@@ -28,7 +28,7 @@ from pyros1.node.checks import check_timeout
 from pyros1.node.log.levels import WARN
 from pyros1.node.services.call import Call
 from pyros1.node.services.server import service_type
-from pyros1.wire.handshake import answer_service_client, check_service_answer, service_client_header
+from pyros1.wire.handshake import check_service_response, make_service_response, service_client_header
 from pyros1.wire.header import HeaderReader, encode_header
 from pyros1.wire.service import RESPONSE_HEAD_SIZE, decode_response_head
 
@@ -167,7 +167,7 @@ class ServiceClient:
         header = service_client_header(self._context.name, self.name, self._wire_type, self._persistent, self._headers)
         response = server.call_local(request, header)
         ok, _ = decode_response_head(response)
-        answer = answer_service_client(header, self._context.name, self.name, service_type(server.type))
+        answer = make_service_response(header, self._context.name, self.name, service_type(server.type))
         return self._read_response(ok, response[RESPONSE_HEAD_SIZE:], answer)
 
     def _look_up(self) -> str:

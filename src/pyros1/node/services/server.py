@@ -13,7 +13,7 @@ from pyros1.msgs import Message, Service
 from pyros1.net.keepalive import set_nodelay_and_keepalive
 from pyros1.node.log.levels import WARN
 from pyros1.node.services.connection import ServiceLink
-from pyros1.wire.handshake import ServiceType, answer_service_client, is_true
+from pyros1.wire.handshake import ServiceType, is_true, make_service_response
 from pyros1.wire.header import encode_header
 from pyros1.wire.service import encode_failure, encode_success
 
@@ -79,7 +79,7 @@ class ServiceServer:
         Raises:
             Refusal: the client expects another type.
         """
-        answer = encode_header(answer_service_client(header, self._context.name, self.name, self._wire_type))
+        answer = encode_header(make_service_response(header, self._context.name, self.name, self._wire_type))
         set_nodelay_and_keepalive(sock)
         if is_true(header.get("probe")):
             sock.send(answer)

@@ -30,7 +30,7 @@ from pyros1.ground.errors import ConnectionRefusedByPeerError, ProtocolError, Un
 from pyros1.net.connectivity import connectivity_hint
 from pyros1.net.hosts import parse_uri
 from pyros1.wire import local as local_wire
-from pyros1.wire.handshake import TopicType, check_publisher_answer
+from pyros1.wire.handshake import TopicType, check_publisher_response
 from pyros1.wire.header import HeaderReader
 
 MIN_BACKOFF = 0.1
@@ -304,7 +304,7 @@ class Dialogue:
         if header is None:
             return []
         try:
-            warning = check_publisher_answer(header, self._topic, self._requested_type(), self._uri, self._sent)
+            warning = check_publisher_response(header, self._topic, self._requested_type(), self._uri, self._sent)
         except (ConnectionRefusedByPeerError, ProtocolError) as refusal:
             return self.publisher_refused(str(refusal))
         self._succeed()
@@ -364,13 +364,13 @@ class Dialogue:
         return [Drop(), RequestTopic(report_silence=not self._silence_reported)]
 
     def _link_datagrams(self, answer: list[Any]) -> list[Action]:
-        from pyros1.wire.datagram import read_answer  # noqa: PLC0415 - few nodes need it
+        from pyros1.wire.datagram import parse_udpros_response  # noqa: PLC0415 - few nodes need it
 
         try:
-            found = read_answer(answer)
+            found = parse_udpros_response(answer)
             if found is None:
                 return self._retry()
-            warning = check_publisher_answer(found[0], self._topic, self._requested_type(), self._uri)
+            warning = check_publisher_response(found[0], self._topic, self._requested_type(), self._uri)
         except (ConnectionRefusedByPeerError, ProtocolError) as refusal:
             return self.publisher_refused(str(refusal))
         self._succeed(datagrams=True)

@@ -28,12 +28,12 @@ class Hints(NamedTuple):
             raise TypeError(f"max_datagram_size must be a whole number of bytes, not {self.max_datagram_size!r:.80}")
         if self.transports in (DEFAULT_TRANSPORTS, ("tcp",)):
             return
-        from pyros1.wire.datagram import LARGEST_SIZE, SMALLEST_SIZE  # noqa: PLC0415 - few nodes need it
+        from pyros1.wire.datagram import MAX_DATAGRAM_SIZE, MIN_DATAGRAM_SIZE  # noqa: PLC0415 - few nodes need it
 
         if not self.transports or not set(self.transports) <= {"local", "tcp", "udp"}:
             raise ValueError(f"transports must be some of 'local', 'tcp' and 'udp', not {self.transports!r}")
         if "local" in self.transports and "tcp" not in self.transports:
             raise ValueError("transports: 'local' is only for publishers of this machine; add 'tcp' for the others")
-        if not SMALLEST_SIZE <= self.max_datagram_size <= LARGEST_SIZE:
-            sizes = f"{SMALLEST_SIZE} to {LARGEST_SIZE}"
+        if not MIN_DATAGRAM_SIZE <= self.max_datagram_size <= MAX_DATAGRAM_SIZE:
+            sizes = f"{MIN_DATAGRAM_SIZE} to {MAX_DATAGRAM_SIZE}"
             raise ValueError(f"max_datagram_size must be {sizes}, not {self.max_datagram_size}")

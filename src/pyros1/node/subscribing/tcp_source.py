@@ -118,7 +118,7 @@ class TcpSource:
             ProtocolError: a frame is too large.
         """
         flags = 0 if wait else DONTWAIT
-        if self.expected is not None and not self.buffer.partial:
+        if self.expected is not None and not self.buffer.has_partial_frame:
             return self._receive_large(self.expected, flags)
         count = self._spin_receive() if wait and self.spins else None
         if count is None:

@@ -115,7 +115,7 @@ class UdpSource:
     def _receive(self, _mask: int) -> None:
         for _ in range(_MAX_PER_TURN):
             try:
-                datagram = self._take(LARGEST_SIZE)
+                datagram = self._take(MAX_DATAGRAM_SIZE)
             except BlockingIOError:
                 return
             except OSError:

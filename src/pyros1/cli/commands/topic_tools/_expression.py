@@ -24,7 +24,7 @@ from pyros1.cli.commands.topic_tools._sizes import (
 )
 from pyros1.ground.errors import Error, UnknownTypeError
 from pyros1.ground.expressions import ExpressionError
-from pyros1.ground.expressions.functions import MATH, name_of, owner_of
+from pyros1.ground.expressions.functions import MATH, function_name, method_owner
 from pyros1.ground.expressions.lambdas import Lambda
 from pyros1.ground.timing import Time
 from pyros1.msgs import load_message
@@ -177,8 +177,8 @@ class MessageExpression(MessageLanguage):
             self.combine(owner_of(function), *arguments, *keywords.values())
         return super()._called(function, *arguments, **keywords)
 
-    def _key(self, function: Callable[..., Any]) -> Callable[[Any], Any]:
-        key = super()._key(function)
+    def _limited_key(self, function: Callable[..., Any]) -> Callable[[Any], Any]:
+        key = super()._limited_key(function)
 
         def checked_key(item: Any) -> Any:
             value = key(item)
