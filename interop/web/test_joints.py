@@ -40,7 +40,7 @@ def robot(make_node: Make) -> Iterator[Buffer]:
     node: Node = make_node("joint_state_publisher")
     node.params["/robot_description"] = ROBOT
     RobotStatePublisher(make_node("robot_state_publisher"), Kinematics(read(ROBOT)), Settings())
-    running = threading.Thread(target=joint_publisher.begin(node).run)
+    running = threading.Thread(target=joint_publisher.make_publisher(node).run)
     running.start()
     buffer = Buffer()
     TransformListener(make_node("ear"), buffer)

@@ -12,7 +12,15 @@ from pyros1.msgs.dynamic_reconfigure.msg import BoolParameter, GroupState, IntPa
 from pyros1.msgs.dynamic_reconfigure.msg import Config as Message
 from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure
 from pyros1.reconfigure import CallbackError, Client, Config, ParameterError, Parameters, Server
-from pyros1.reconfigure.encoding import decode, decode_description, describe, encode, groups_of, parameters_of, tree
+from pyros1.reconfigure.encoding import (
+    build_tree,
+    decode,
+    decode_description,
+    describe,
+    encode,
+    groups_of,
+    parameters_of,
+)
 
 
 @pytest.fixture
@@ -76,10 +84,10 @@ def test_messages() -> None:
 
 def test_strange_trees_of_groups_end() -> None:
     circle = [GroupState("a", True, 1, 2), GroupState("b", True, 2, 1)]
-    assert tree(circle) is None
-    assert tree([GroupState("top", True, 0, 0), *circle])["groups"] == {}
+    assert build_tree(circle) is None
+    assert build_tree([GroupState("top", True, 0, 0), *circle])["groups"] == {}
     deep = [GroupState(str(number), True, number, max(number - 1, 0)) for number in range(50_000)]
-    assert len(list(groups_of(tree(deep)))) == 50_000
+    assert len(list(groups_of(build_tree(deep)))) == 50_000
 
 
 def test_server_and_client(make_node: Any, parameters: Parameters) -> None:

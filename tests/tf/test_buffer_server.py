@@ -149,7 +149,7 @@ def test_a_server_that_does_not_answer_is_told_to_give_up(make_node: Make) -> No
     client = BufferClient(make_node("client"), "/other", timeout_padding=Duration(0, 50_000_000))
     assert client.wait_for_server()
     assert cancelled.wait_for_publishers(timeout=PATIENCE)
-    with pytest.raises(TimeoutException, match="did not answer"):
+    with pytest.raises(TimeoutException, match="did not respond"):
         client.lookup_transform("map", "base")
     assert cancels.get(timeout=PATIENCE).id.startswith("/client-1-")
 

@@ -15,15 +15,15 @@ import pytest
 from pyros1.ground.errors import MessageError
 from pyros1.msgs import load_message
 from pyros1.tf import Buffer, fast_decoder
-from pyros1.tf.fast_decoder import ReceivedTransforms, decoder
-from pyros1.tf.listener import fill
+from pyros1.tf.fast_decoder import ReceivedTransforms, make_decoder
+from pyros1.tf.listener import add_to_buffer
 
 from ..bodies import decode, encode
 
 MESSAGE: Any = load_message("tf2_msgs/TFMessage")
 STAMPED: Any = load_message("geometry_msgs/TransformStamped")
 USUAL = "what the usual decoder is asked for"
-DECODE: Any = decoder(lambda buffer, start, end, exact: (USUAL, buffer, start, end))
+DECODE: Any = make_decoder(lambda buffer, start, end, exact: (USUAL, buffer, start, end))
 NAMES = ["", "/", "//a", "/a", "a", "b", "wörld", "链", "map", "a" * 300]
 
 
@@ -116,7 +116,7 @@ def test_names_that_are_no_text_are_for_the_usual_decoder() -> None:
 
 @pytest.mark.once
 def test_the_memory_for_names_is_bounded() -> None:
-    take = decoder(lambda *_: None)
+    take = make_decoder(lambda *_: None)
     made = MESSAGE([STAMPED()])
     tracemalloc.start()
     try:
@@ -132,7 +132,7 @@ def test_the_memory_for_names_is_bounded() -> None:
 def test_two_threads_may_receive_new_names_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """/tf and /tf_static share the names; one must not look for what the other has just forgotten."""
     monkeypatch.setattr(fast_decoder, "MAX_NAMES", 4)
-    take: Any = decoder(lambda *_: None)
+    take: Any = make_decoder(lambda *_: None)
     bodies, failed, interval = [], [], sys.getswitchinterval()
     for number in range(500):
         made = MESSAGE(transforms=[STAMPED(child_frame_id=f"child{number}")])
@@ -174,8 +174,8 @@ def test_a_buffer_is_filled_in_the_same_way() -> None:
                 one.transform.translation.x = float("nan")
         body = encode(made)
         static = random.random() < 0.1
-        fill(buffers[0], made, "/sender", static=static)
-        fill(buffers[1], DECODE(body, 0, len(body)), "/sender", static=static)
+        add_to_buffer(buffers[0], made, "/sender", static=static)
+        add_to_buffer(buffers[1], DECODE(body, 0, len(body)), "/sender", static=static)
     assert told[0] == told[1]
     assert len(told[0]) > 20
     assert buffers[0].states() == buffers[1].states()

@@ -22,7 +22,7 @@ def test_defaults_are_those_of_stock() -> None:
     found = states()
     assert options(lambda name, default: default) == Options()
     assert found.message() == (NAMES, [0.0, 0.0, 0.75, 0.25, 0.75, 0.6], [], [])
-    assert [(each.lower, each.upper) for each in found.free.values()] == [
+    assert [(each.lower, each.upper) for each in found.free_joints.values()] == [
         *((-1.0, 2.0), (-3.141592653589793, 3.141592653589793), (0.5, 1.0), (0.2, 1.0)),
     ]
 
@@ -37,7 +37,7 @@ def test_all_parameters() -> None:
         dependent_joints={"soft": {"parent": "wheel", "factor": -2, "offset": 0.1}},
     )
     assert found.message()[1] == pytest.approx([7.0, 0.3, 0.75, 0.0, 0.0, -0.5])
-    found.take(["wheel", "nobody", "soft"], [1.0, 2.0, 9.0], [0.5, 1.0], [3.0, 4.0])
+    found.apply(["wheel", "nobody", "soft"], [1.0, 2.0, 9.0], [0.5, 1.0], [3.0, 4.0])
     _, positions, velocities, efforts = found.message()
     assert positions == pytest.approx([7.0, 1.0, 0.75, 0.0, 0.0, -1.9])
     assert velocities == [0.0, 0.5, 0.0, 0.0, 0.0, -1.0]
@@ -47,28 +47,28 @@ def test_all_parameters() -> None:
 def test_without_defaults_there_is_what_sources_say() -> None:
     found = states(publish_default_positions=False, use_mimic_tags=False)
     assert found.message() == (NAMES, [], [], [])
-    found.take(["wheel", "lift"], [], [1.0])
+    found.apply(["wheel", "lift"], [], [1.0])
     assert found.message() == (NAMES, [], [0.0, 1.0, 0.0, 0.0, 0.0, 0.0], [])
-    found.take(["lift"], [9.0, 8.0])
+    found.apply(["lift"], [9.0, 8.0])
     assert found.message()[1] == [0.0, 0.0, 9.0, 0.0, 0.0, 0.0]
     assert states(publish_default_positions=False).message()[1] == [0.0] * 6  # with followers
 
 
 def test_numbers_that_are_none_are_passed_over() -> None:
     found = states()
-    found.take(["turn", "wheel"], [float("nan"), float("inf")])
+    found.apply(["turn", "wheel"], [float("nan"), float("inf")])
     assert found.message()[1][:2] == [0.0, 0.0]
 
 
 def test_followers_of_followers_and_circles() -> None:
     found = states(dependent_joints={"turn": {"parent": "wheel", "factor": 2, "offset": 1}})
-    found.take(["wheel"], [1.0])
+    found.apply(["wheel"], [1.0])
     assert found.message()[1][:5] == [3.0, 1.0, 0.75, 6.25, 18.75]
     circle = states(dependent_joints={"turn": {"parent": "wheel"}, "wheel": {"parent": "turn"}})
-    assert "turn" in circle.free and circle.followers["wheel"].joint == "turn"
-    assert circle.warnings == ["joint turn follows itself: it is free"]
+    assert "turn" in circle.free_joints and circle.followers["wheel"].joint == "turn"
+    assert circle.warnings == ["joint turn follows itself, so it is treated as free"]
     lost = states(dependent_joints={"turn": {"parent": "nobody"}, "ghost": {"parent": "turn"}})
-    assert "turn" in lost.free and lost.followers["twin"].joint == "turn"
+    assert "turn" in lost.free_joints and lost.followers["twin"].joint == "turn"
     assert lost.warnings == [
         "ghost has a parameter, but is not a movable joint",
         "joint turn follows nobody, which does not move",

@@ -47,7 +47,7 @@ def test_rotations_are_those_of_matrices(
         return
     words = [" ".join(map(str, numbers)) for numbers in (rpy, axis)]
     robot = read(pair(joint(f'<origin xyz="1 2 3" rpy="{words[0]}"/><axis xyz="{words[1]}"/>')))
-    x, y, z, *rotation = Kinematics(robot).moving["j"].place(angle)
+    x, y, z, *rotation = Kinematics(robot).moving["j"].pose_at(angle)
     wanted = quaternion_multiply(quaternion_from_euler(*rpy), quaternion_about_axis(angle, axis))
     assert (x, y, z) == (1.0, 2.0, 3.0)
     assert abs(sum(a * b for a, b in zip(rotation, wanted, strict=True))) == pytest.approx(1.0)
@@ -59,12 +59,12 @@ def test_rotations_are_those_of_matrices(
     ("text", "told"),
     [
         (pair(""), "2 links without a parent: one, two"),
-        (pair(joint() + '<joint name="k" type="fixed"><parent link="two"/><child link="one"/></joint>'), "in a circle"),
+        (pair(joint() + '<joint name="k" type="fixed"><parent link="two"/><child link="one"/></joint>'), "form a cycle"),
         (
             '<robot><link name="root"/><link name="one"/><link name="two"/>'
             + joint()
             + '<joint name="k" type="fixed"><parent link="two"/><child link="one"/></joint></robot>',
-            "in a circle: one, two",
+            "form a cycle: one, two",
         ),
     ],
 )

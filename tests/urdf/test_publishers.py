@@ -22,7 +22,7 @@ from pyros1.urdf import joint_publisher
 from pyros1.urdf.kinematics import Kinematics
 from pyros1.urdf.model import UrdfError
 from pyros1.urdf.reading import read
-from pyros1.urdf.state_publisher import RobotStatePublisher, Settings, frame, settings
+from pyros1.urdf.state_publisher import RobotStatePublisher, Settings, frame_name, settings
 
 PATIENCE = 10.0
 Make = Callable[..., Node]
@@ -126,7 +126,7 @@ def test_fixed_links_on_tf_and_a_prefix(make_node: Make) -> None:
     assert {each.header.frame_id for each in found} == {"one/c", "one/base"}
     assert found[0].header.stamp.to_sec() > before + 0.4
     assert arm.fixed.came.empty()
-    assert [frame("", "/a"), frame("/p", "a"), frame("p", "/a")] == ["a", "p/a", "a"]
+    assert [frame_name("", "/a"), frame_name("/p", "a"), frame_name("p", "/a")] == ["a", "p/a", "a"]
 
 
 def test_time_that_jumps_back(make_node: Make) -> None:
@@ -177,7 +177,7 @@ def test_joints_are_published_and_moved(make_node: Make) -> None:
     node.params["~source_list"] = ["more", "joint_states"]  # the last is our own
     node.params["~rate"] = 100
     heard = Ear(user, "/joint_states", JointState)
-    publisher = joint_publisher.begin(node)
+    publisher = joint_publisher.make_publisher(node)
     running = threading.Thread(target=publisher.run)
     running.start()
     assert heard.next().position == (0.0, 0.0, 0.75, 0.25, 0.75, 0.6)
@@ -195,12 +195,12 @@ def test_joints_are_published_and_moved(make_node: Make) -> None:
 def test_a_robot_without_a_description(make_node: Make) -> None:
     node = make_node("tool")
     with pytest.raises(UrdfError, match="Could not find parameter robot_description"):
-        joint_publisher.begin(node)
+        joint_publisher.make_publisher(node)
     node.params["robot_description"] = 5
     with pytest.raises(UrdfError, match="must be the text"):
-        joint_publisher.begin(node)
+        joint_publisher.make_publisher(node)
     node.params["~robot_description"] = pair(joint())
-    assert joint_publisher.begin(node)
+    assert joint_publisher.make_publisher(node)
 
 
 @pytest.mark.parametrize("program", ["state_publisher", "joint_publisher"])

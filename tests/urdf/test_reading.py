@@ -48,7 +48,7 @@ def test_all_that_moves_links_is_read() -> None:
         (pair(joint('<origin rpy="0 0 x"/>')), "three numbers"),
         (pair(joint('<origin xyz="0 0 inf"/>')), "three numbers"),
         (pair(joint('<limit lower="low"/>', "prismatic")), "must be a number"),
-        (pair(joint("<mimic/>")), "its mimic names no joint"),
+        (pair(joint("<mimic/>")), "its mimic element has no joint"),
         (pair(joint('<mimic joint="j"/>')), "follows itself"),
         (pair(joint() + joint()), "two joints j"),
         (pair(joint() + joint(name="k")), "link two is the child of two joints, j and k"),

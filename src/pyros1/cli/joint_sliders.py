@@ -8,7 +8,7 @@ import threading
 
 from pyros1.ground.errors import Error
 from pyros1.node import Node
-from pyros1.urdf.joint_publisher import begin
+from pyros1.urdf.joint_publisher import make_publisher
 
 _EXIT_TIMEOUT = 5.0
 
@@ -21,7 +21,7 @@ def main(argv: list[str]) -> int:
     """
     with Node("joint_state_publisher_gui", argv=argv[1:]) as node:
         try:
-            publisher = begin(node)
+            publisher = make_publisher(node)
         except Error as error:
             node.log.fatal("%s", error)
             return 1

@@ -1,4 +1,4 @@
-"""The state of one part of a node or its hardware, filled by a task."""
+"""The state of one part of a node or its hardware, which a task fills in."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ class Status(DiagnosticStatus):
     """A diagnostic_msgs/DiagnosticStatus with methods for tasks to fill it."""
 
     def summary(self, level: int, message: str) -> None:
-        """Set level (OK, WARN, ERROR or STALE) and message."""
+        """Set the level (OK, WARN, ERROR or STALE) and the message."""
         self.level, self.message = level, message
 
     def merge(self, level: int, message: str) -> None:
-        """Merge a level and message with the current ones: the worse level counts, and the messages of problems remain.
+        """Merge a level and a message with the current ones: the worse level and the messages of problems are kept.
 
         If both are problems, or both are OK, the messages are joined.
         """

@@ -1,4 +1,4 @@
-"""Common tasks: how often something happens, whether its time stamps are right, and several tasks in one.
+"""Common tasks: checking how often something happens, checking time stamps, and combining several tasks.
 
 A task is a function that fills a `Status`.
 """
@@ -16,17 +16,17 @@ Task = Callable[[Status], object]
 
 
 def alive(status: Status) -> None:
-    """Report that the node is alive: a task."""
+    """Report that the node is alive; this function is a task."""
     status.summary(OK, "Alive")
 
 
 class Frequency:
-    """Counts events, and reports whether they come as often as they should; times are those of ``now``.
+    """Counts events, and reports whether they occur as often as they should, in the time of ``now``.
 
     Args:
-        now: returns the time: ``node.now``.
-        minimum, maximum: in Hz; ``maximum`` None: no limit.
-        tolerance: fraction by which the frequency may be outside these limits: 0.1 is 10 %.
+        now: returns the time, for example ``node.now``.
+        minimum, maximum: limits in Hz; a ``maximum`` of None means no limit.
+        tolerance: fraction by which the frequency may exceed these limits; 0.1 is 10 %.
         window: number of runs of the task over which events are counted.
     """
 
@@ -56,27 +56,27 @@ class Frequency:
             self._count += 1
 
     def run(self, status: Status) -> None:
-        """Fill a status: the task."""
+        """Fill in a status; this method is the task."""
         with self._lock:
             now, count = self._now(), self._count
-            since, before = self._runs[0]
+            window_start, count_before = self._runs[0]
             self._runs.append((now, count))
-        events, seconds = count - before, (now - since).to_sec()
-        hertz = events / seconds if seconds else 0.0
+        events, seconds = count - count_before, (now - window_start).to_sec()
+        frequency = events / seconds if seconds else 0.0
         low = self.minimum * (1 - self.tolerance)
         high = None if self.maximum is None else self.maximum * (1 + self.tolerance)
         if not events:
             status.summary(ERROR, "No events recorded.")
-        elif seconds and hertz < low:
+        elif seconds and frequency < low:
             status.summary(WARN, "Frequency too low.")
-        elif high is not None and hertz > high:
+        elif high is not None and frequency > high:
             status.summary(WARN, "Frequency too high.")
         else:
             status.summary(OK, "Desired frequency met")
         status.add("Events in window", events)
         status.add("Events since startup", count)
         status.add("Duration of window (s)", f"{seconds:f}")
-        status.add("Actual frequency (Hz)", f"{hertz:f}")
+        status.add("Actual frequency (Hz)", f"{frequency:f}")
         if self.minimum == self.maximum:
             status.add("Target frequency (Hz)", f"{self.minimum:f}")
         if self.minimum > 0:
@@ -86,11 +86,11 @@ class Frequency:
 
 
 class TimeStamps:
-    """Reports whether the time stamps of messages are near the time of their arrival.
+    """Reports whether the time stamps of messages are close to their arrival times.
 
     Args:
-        now: returns the time: ``node.now``.
-        earliest, latest: seconds that a stamp may be in the past; negative numbers are in the future.
+        now: returns the time, for example ``node.now``.
+        earliest, latest: range of seconds by which a stamp may be in the past; negative numbers are in the future.
     """
 
     def __init__(self, now: Callable[[], Time], earliest: float = -1.0, latest: float = 5.0) -> None:
@@ -112,7 +112,7 @@ class TimeStamps:
             self._delays = [min([delay, *self._delays]), max([delay, *self._delays])]
 
     def run(self, status: Status) -> None:
-        """Fill a status: the task."""
+        """Fill in a status; this method is the task."""
         with self._lock:
             minimum_delay, maximum_delay = self._delays or (0.0, 0.0)
             status.summary(OK, "Timestamps are reasonable.")
@@ -142,7 +142,7 @@ class TimeStamps:
 
 
 class Combined:
-    """Several tasks in one status: their values one after the other, and their summaries combined by `Status.merge`.
+    """Combines several tasks in one status: the values of all, and the summaries merged by `Status.merge`.
 
     Args:
         tasks: the tasks.
@@ -152,7 +152,7 @@ class Combined:
         self.tasks = list(tasks)
 
     def run(self, status: Status) -> None:
-        """Fill a status: the task."""
+        """Fill in a status; this method is the task."""
         before = status.level, status.message
         merged = Status()
         for task in self.tasks:

@@ -1,4 +1,4 @@
-"""Updater, which runs a node's tasks and publishes their results on /diagnostics."""
+"""Runs a node's diagnostic tasks and publishes their results on /diagnostics."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ UNSET = (ERROR, "No message was set")
 
 
 class Updater:
-    """Runs tasks periodically, and publishes their results, until the node ends.
+    """Runs tasks periodically and publishes their results until the node shuts down.
 
     Each new task is announced with "Node starting up".
 
     Args:
-        node: the node.
+        node: the node that publishes.
         hardware_id: identifies this piece of hardware, for example its serial number.
-        period: seconds between two runs; the parameter ``~diagnostic_period``, if set at creation, takes precedence.
-            0: only when `update` is called.
+        period: seconds between two runs; 0 to run only when `update` is called. The parameter ``~diagnostic_period``,
+            if set at creation, takes precedence.
     """
 
     def __init__(self, node: Node, hardware_id: str = "", period: float = 1.0) -> None:
@@ -40,18 +40,18 @@ class Updater:
         self._timer = node.timer(float(requested), lambda event: self.update()) if requested else None
 
     def add(self, name: str, task: Task) -> None:
-        """Run a task from now on; one of the same name is replaced.
+        """Add a task; one with the same name is replaced.
 
         Args:
-            name: the checked part, in words.
-            task: called with a `Status` to fill. If it raises, the error becomes the status.
+            name: description of the checked part.
+            task: called with a `Status` to fill in. If it raises an exception, this becomes the status.
         """
         with self._lock:
             self._tasks[name] = task
-        self._publish([self._status(name, OK, "Node starting up")])
+        self._publish([self._make_status(name, OK, "Node starting up")])
 
     def remove(self, name: str) -> bool:
-        """Remove a task; return whether there was one of that name."""
+        """Remove a task; return whether there was one with that name."""
         with self._lock:
             return self._tasks.pop(name, None) is not None
 
@@ -59,35 +59,35 @@ class Updater:
         """Run all tasks and publish their results now."""
         with self._lock:
             tasks = list(self._tasks.items())
-        found = []
+        results = []
         for name, task in tasks:
-            status = self._status(name, *UNSET)
+            status = self._make_status(name, *UNSET)
             status.hardware_id = self.hardware_id
             try:
                 task(status)
-            except Exception as error:  # noqa: BLE001  the other tasks continue
+            except Exception as error:  # noqa: BLE001  the other tasks must run
                 status.summary(ERROR, f"{type(error).__name__}: {error}")
                 self._node.log.error("the diagnostic task %s has failed: %r", name, error, throttle=60)
-            found.append(status)
-        self._publish(found)
+            results.append(status)
+        self._publish(results)
 
     def broadcast(self, level: int, message: str) -> None:
-        """Publish the same level and message for all tasks, for example before the node ends."""
+        """Publish the same level and message for all tasks, for example before the node shuts down."""
         with self._lock:
             names = list(self._tasks)
-        self._publish([self._status(name, level, message) for name in names])
+        self._publish([self._make_status(name, level, message) for name in names])
 
     def close(self) -> None:
-        """Stop."""
+        """Stop running tasks and publishing."""
         if self._timer is not None:
             self._timer.shutdown()
         self._publisher.unregister()
 
-    def _status(self, name: str, level: int, message: str) -> Status:
+    def _make_status(self, name: str, level: int, message: str) -> Status:
         return Status(level=level, name=f"{self._node.name[1:]}: {name}", message=message)
 
-    def _publish(self, found: Iterable[Any]) -> None:
-        array = DiagnosticArray(status=list(found))
+    def _publish(self, statuses: Iterable[Any]) -> None:
+        array = DiagnosticArray(status=list(statuses))
         array.header.stamp = self._node.now()
         try:
             self._publisher.publish(array)

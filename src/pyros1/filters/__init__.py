@@ -1,4 +1,4 @@
-"""Messages of several topics that belong together, and recent messages (https://wiki.ros.org/message_filters).
+"""Synchronizes messages of several topics, and caches recent messages (https://wiki.ros.org/message_filters).
 
 ::
 

@@ -1,4 +1,4 @@
-"""Filters in a chain: each receives messages from other filters, and passes on its results."""
+"""Filters that form a chain: each receives messages from other filters and passes on its output."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Filter:
-    """Base class of all filters: calls functions with its output.
+    """Base class of all filters: calls callbacks with its output.
 
     Attributes:
         node: the node whose time is used.
@@ -25,11 +25,11 @@ class Filter:
         self._callbacks: list[Callable[..., object]] = []
 
     def connect(self, callback: Callable[..., object]) -> None:
-        """Call a function with all output of the filter from now on."""
+        """Call a function with all future output of the filter."""
         self._callbacks.append(callback)
 
     def emit(self, *messages: Any) -> None:
-        """Output messages: all functions get them, one argument for each."""
+        """Output messages: all callbacks are called with them, one argument per message."""
         for callback in self._callbacks:
             callback(*messages)
 
@@ -40,7 +40,7 @@ class Subscriber(Filter):
     Args:
         node: the node that subscribes.
         topic: name of the topic.
-        type: message class, or a type's name.
+        type: a message class, or the name of a type.
         options: further arguments of :meth:`pyros1.Node.subscribe`, such as ``queue_size``.
     """
 
@@ -54,16 +54,16 @@ class Subscriber(Filter):
 
 
 class Synchronizer(Filter):
-    """Outputs sets of messages of several filters with equal, or nearly equal, time stamps: one of each.
+    """Outputs sets of messages, one from each of several filters, with equal or nearly equal time stamps.
 
     When time jumps back, waiting messages are discarded.
 
     Args:
-        inputs: the filters, with stamped messages.
-        queue_size: maximum number of waiting messages of each filter; those with the oldest stamps are dropped.
-        slop: the stamps of a set are less than this many seconds apart. None: they are equal.
-        headerless: whether messages without a header are stamped with the time of their arrival; otherwise they are
-            an error, which the node logs.
+        inputs: the filters, which must output stamped messages.
+        queue_size: maximum number of waiting messages per filter; those with the oldest stamps are dropped.
+        slop: number of seconds; the stamps of a set are less than this far apart. None if they must be equal.
+        headerless: whether messages without a header are stamped with their arrival time; otherwise they cause an
+            error, which the node logs.
     """
 
     def __init__(
@@ -73,33 +73,33 @@ class Synchronizer(Filter):
             raise ValueError("a synchronizer needs at least one filter")
         super().__init__(inputs[0].node)
         self._matcher = matcher(len(inputs), queue_size, slop)
-        self._headerless = headerless
-        self._last = Time()
+        self._allow_headerless = headerless
+        self._last_time = Time()
         self._lock = threading.RLock()  # a callback may add messages
         for index, each in enumerate(inputs):
             each.connect(lambda message, index=index: self.add(index, message))
 
     def add(self, index: int, message: Any) -> None:
-        """Add a message of the filter with this index.
+        """Add a message from the filter with the given index.
 
         Raises:
-            TypeError: it has no header.
+            TypeError: the message has no header.
         """
         now = self.node.now()
-        stamp = stamp_of(message, now if self._headerless else None)
-        with self._lock:  # even while callbacks run: sets come in order
-            if now < self._last:
+        stamp = stamp_of(message, now if self._allow_headerless else None)
+        with self._lock:  # held even while callbacks run, so that sets are output in order
+            if now < self._last_time:
                 self._matcher.clear()
-            self._last = now
+            self._last_time = now
             for messages in self._matcher.add(index, stamp, message):
                 self.emit(*messages)
 
 
 class Cache(Filter):
-    """Keeps the newest messages of a filter, and passes them on.
+    """Keeps the newest messages of a filter, and passes all messages on.
 
     Args:
-        source: the filter, with stamped messages.
+        source: the filter, which must output stamped messages.
         size: maximum number of messages.
         headerless: as for `Synchronizer`.
     """
@@ -107,7 +107,7 @@ class Cache(Filter):
     def __init__(self, source: Filter, size: int, headerless: bool = False) -> None:
         super().__init__(source.node)
         self._recent = Recent(size)
-        self._headerless = headerless
+        self._allow_headerless = headerless
         self._lock = threading.RLock()
         source.connect(self.add)
 
@@ -115,15 +115,15 @@ class Cache(Filter):
         """Add a message.
 
         Raises:
-            TypeError: it has no header.
+            TypeError: the message has no header.
         """
-        stamp = stamp_of(message, self.node.now() if self._headerless else None)
+        stamp = stamp_of(message, self.node.now() if self._allow_headerless else None)
         with self._lock:
             self._recent.add(stamp, message)
         self.emit(message)
 
     def between(self, first: Time, last: Time) -> list[Any]:
-        """Return the messages with a stamp from ``first`` to ``last``, both included, the oldest first."""
+        """Return the messages with stamps from ``first`` to ``last``, both included, the oldest first."""
         with self._lock:
             return self._recent.between(first, last)
 
@@ -139,12 +139,12 @@ class Cache(Filter):
 
     @property
     def oldest(self) -> Time | None:
-        """Stamp of the oldest message; None without one."""
+        """Stamp of the oldest message; None if there is none."""
         with self._lock:
             return self._recent.oldest
 
     @property
     def newest(self) -> Time | None:
-        """Stamp of the newest message; None without one."""
+        """Stamp of the newest message; None if there is none."""
         with self._lock:
             return self._recent.newest

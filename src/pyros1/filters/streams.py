@@ -22,20 +22,20 @@ async def synchronized(
     slop: float | None = None,
     headerless: bool = False,
 ) -> AsyncIterator[tuple[Any, ...]]:
-    """Iterate over sets of messages that have equal, or nearly equal, time stamps, until the node ends.
+    """Iterate over sets of messages with equal or nearly equal time stamps, until the node shuts down.
 
-    A slow iteration holds the publishers back, like that of one topic. When time jumps back, waiting messages are
+    A slow iteration slows down the publishers, as with a single topic. When time jumps back, waiting messages are
     discarded.
 
     Args:
-        node: a node for asyncio.
-        topics: topic -> message class or type's name; the sets have this order.
+        node: an asyncio node.
+        topics: topic -> message class or type name; the messages of a set are in this order.
         queue_size, slop, headerless: as for `pyros1.filters.Synchronizer`.
 
     Raises:
         TypeError: a message has no header.
     """
-    match = matcher(len(topics), queue_size, slop)
+    synchronizer = matcher(len(topics), queue_size, slop)
     ready: asyncio.Queue[tuple[Any, ...]] = asyncio.Queue(1)
     last = Time()
 
@@ -44,9 +44,9 @@ async def synchronized(
         async for message in stream:
             now = node.now()
             if now < last:
-                match.clear()
+                synchronizer.clear()
             last = now
-            for messages in match.add(index, stamp_of(message, now if headerless else None), message):
+            for messages in synchronizer.add(index, stamp_of(message, now if headerless else None), message):
                 await ready.put(messages)
 
     async with AsyncExitStack() as stack:
@@ -55,16 +55,16 @@ async def synchronized(
         try:
             while True:
                 get = asyncio.ensure_future(ready.get())
-                either: set[asyncio.Future[Any]] = {get, readers}
+                futures: set[asyncio.Future[Any]] = {get, readers}
                 try:
-                    await asyncio.wait(either, return_when=asyncio.FIRST_COMPLETED)
+                    await asyncio.wait(futures, return_when=asyncio.FIRST_COMPLETED)
                     if not get.done() and ready.empty():
                         break
                     messages = await get
                 finally:
                     get.cancel()
                 yield messages
-            await readers  # re-raises the exception of any of them
+            await readers  # raises the exception of any of them
         finally:
             readers.cancel()
             await asyncio.gather(readers, return_exceptions=True)

@@ -1,7 +1,7 @@
-"""Messages that belong together: those of several topics with equal, or nearly equal, time stamps; and recent messages
+"""Finds messages of several topics with equal or nearly equal time stamps, and stores recent messages
 (https://wiki.ros.org/message_filters).
 
-Pure: messages and their stamps go in, and matching ones come out.
+Pure: messages and their stamps go in, and matching sets come out.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 from pyros1.ground.timing import Duration, Time
 
 _NANOSECONDS = methodcaller("to_nsec")
-"""Compares times; several times faster than their own comparison."""
+"""Sort key for times, several times faster than comparing them directly."""
 
 
 class ExactTime:
@@ -22,7 +22,7 @@ class ExactTime:
 
     Args:
         count: number of topics.
-        queue_size: maximum number of waiting messages of each topic; those with the oldest stamps are dropped.
+        queue_size: maximum number of waiting messages per topic; those with the oldest stamps are dropped.
     """
 
     def __init__(self, count: int, queue_size: int) -> None:
@@ -30,11 +30,11 @@ class ExactTime:
         self.queue_size = queue_size
 
     def add(self, index: int, stamp: Time, message: Any) -> list[tuple[Any, ...]]:
-        """Add a message of one topic; return the sets that are now complete, the oldest first.
+        """Add a message of one topic; return the sets that it completes, the oldest first.
 
         Args:
-            index: which topic, from 0.
-            stamp: the message's.
+            index: index of the topic, starting at 0.
+            stamp: the message's time stamp.
             message: the message.
         """
         self.keep(index, stamp, message)
@@ -43,7 +43,7 @@ class ExactTime:
     def complete(self, index: int, stamp: Time) -> list[tuple[Any, ...]]:
         """Remove and return the sets completed by a message of topic ``index``."""
         common = set.intersection(*map(set, self.queues))
-        return [self._take([each] * len(self.queues)) for each in sorted(common)]
+        return [self._pop_set([each] * len(self.queues)) for each in sorted(common)]
 
     def keep(self, index: int, stamp: Time, message: Any) -> None:
         """Queue a message until the matching ones arrive."""
@@ -52,11 +52,11 @@ class ExactTime:
         while len(queue) > self.queue_size:
             del queue[min(queue, key=_NANOSECONDS)]
 
-    def _take(self, stamps: Sequence[Time]) -> tuple[Any, ...]:
+    def _pop_set(self, stamps: Sequence[Time]) -> tuple[Any, ...]:
         return tuple(queue.pop(stamp) for queue, stamp in zip(self.queues, stamps, strict=True))
 
     def clear(self) -> None:
-        """Discard all messages, because time has jumped back."""
+        """Discard all messages, since time has jumped back."""
         for queue in self.queues:
             queue.clear()
 
@@ -64,11 +64,11 @@ class ExactTime:
 class ApproximateTime(ExactTime):
     """Finds messages of all topics whose time stamps are less than ``slop`` apart.
 
-    Each new message is matched with the nearest one of every other topic first.
+    Each new message is first matched with the nearest one of every other topic.
 
     Args:
         count, queue_size: as for `ExactTime`.
-        slop: seconds.
+        slop: number of seconds.
     """
 
     def __init__(self, count: int, queue_size: int, slop: float) -> None:
@@ -76,8 +76,10 @@ class ApproximateTime(ExactTime):
         self.slop = Duration.from_sec(slop)
 
     def complete(self, index: int, stamp: Time) -> list[tuple[Any, ...]]:
-        """Return the set that the newest message of topic ``index`` completes, if it does."""
-        if stamp not in self.queues[index] or not self.slop > Duration():  # too old, or nothing is near enough
+        """Return the set that the newest message of topic ``index`` completes, if any."""
+        if (
+            stamp not in self.queues[index] or not self.slop > Duration()
+        ):  # already dropped, or nothing can be near enough
             return []
         candidates: list[list[Time]] = []
         for position in range(len(self.queues)):
@@ -85,28 +87,30 @@ class ApproximateTime(ExactTime):
             if not stamps:
                 return []
             candidates.append(stamps)
-        found = self._choose(candidates, stamp, stamp)
-        return [self._take(found)] if found is not None else []
+        found = self._find_combination(candidates, stamp, stamp)
+        return [self._pop_set(found)] if found is not None else []
 
     def _nearby_stamps(self, index: int, stamp: Time) -> list[Time]:
-        """Return the stamps of a topic that may match, the nearest first; of two equally near, the first received."""
-        middle, maximum = stamp.to_nsec(), self.slop.to_nsec()
+        """Return the stamps of a topic that may match, the nearest ones first; equally near ones in the order
+        received.
+        """
+        center, maximum = stamp.to_nsec(), self.slop.to_nsec()
         found: list[tuple[int, int, Time]] = []
         for order, each in enumerate(self.queues[index]):
-            distance = abs(each.to_nsec() - middle)
+            distance = abs(each.to_nsec() - center)
             if distance <= maximum:
                 found.append((distance, order, each))
         found.sort()
         return [each for _, _, each in found]
 
-    def _choose(self, candidates: list[list[Time]], low: Time, high: Time) -> list[Time] | None:
-        """Return the first stamp of each topic that fits those before it, which lie from ``low`` to ``high``."""
+    def _find_combination(self, candidates: list[list[Time]], low: Time, high: Time) -> list[Time] | None:
+        """Return the first combination of stamps, one per topic, that fits the range from ``low`` to ``high``."""
         if not candidates:
             return []
         for each in candidates[0]:
             minimum, maximum = min(low, each), max(high, each)
             if maximum - minimum < self.slop:
-                rest = self._choose(candidates[1:], minimum, maximum)
+                rest = self._find_combination(candidates[1:], minimum, maximum)
                 if rest is not None:
                     return [each, *rest]
         return None
@@ -132,7 +136,7 @@ class Recent:
             del self._items[0]
 
     def between(self, first: Time, last: Time) -> list[Any]:
-        """Return the messages with a stamp from ``first`` to ``last``, both included."""
+        """Return the messages with stamps from ``first`` to ``last``, both included."""
         begin = bisect_left(self._items, first, key=lambda item: item[0])
         end = bisect_right(self._items, last, key=lambda item: item[0])
         return [item[2] for item in self._items[begin:end]]
@@ -149,12 +153,12 @@ class Recent:
 
     @property
     def oldest(self) -> Time | None:
-        """Stamp of the oldest message."""
+        """Stamp of the oldest message; None if there is none."""
         return self._items[0][0] if self._items else None
 
     @property
     def newest(self) -> Time | None:
-        """Stamp of the newest message."""
+        """Stamp of the newest message; None if there is none."""
         return self._items[-1][0] if self._items else None
 
 
@@ -163,7 +167,7 @@ def matcher(count: int, queue_size: int, slop: float | None) -> ExactTime:
 
     Args:
         count, queue_size: as for `ExactTime`.
-        slop: seconds, or None.
+        slop: number of seconds, or None.
     """
     return ExactTime(count, queue_size) if slop is None else ApproximateTime(count, queue_size, slop)
 
@@ -172,10 +176,10 @@ def stamp_of(message: Any, default: Time | None = None) -> Time:
     """Return the time stamp in a message's header.
 
     Args:
-        default: returned if there is no header.
+        default: stamp to return if there is no header.
 
     Raises:
-        TypeError: there is no header, and no default.
+        TypeError: there is neither a header nor a default.
     """
     stamp = getattr(getattr(message, "header", None), "stamp", default)
     if stamp is None:

@@ -27,7 +27,7 @@ from pyros1.net.master_client import MasterClient
 from pyros1.node import Node
 from pyros1.observe.statistics import RateMeter
 from pyros1.tf import Buffer, TransformException, TransformListener
-from pyros1.urdf.description import description
+from pyros1.urdf.description import robot_description
 from pyros1.urdf.reading import read
 
 FLOAT = "std_msgs/Float64"
@@ -238,7 +238,7 @@ def camera(context: CheckContext) -> str:
 
 
 def robot_arm(context: CheckContext) -> str:
-    robot = read(description(context.node))
+    robot = read(robot_description(context.node))
     for link in ("arm", "hand"):
         if link not in robot.links:
             return f"the robot has no link {link}, only {', '.join(robot.links)}: launch the new description"

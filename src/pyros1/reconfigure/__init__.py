@@ -1,4 +1,4 @@
-"""Parameters that other nodes and tools change while a node runs (https://wiki.ros.org/dynamic_reconfigure).
+"""Parameters that other nodes and tools can change while a node is running (https://wiki.ros.org/dynamic_reconfigure).
 
 ::
 

@@ -1,4 +1,4 @@
-"""Client: reads and changes parameters of other nodes."""
+"""Reads and changes the parameters of other nodes."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ if TYPE_CHECKING:
 
 
 class Client:
-    """A node's parameters as another node sees them: see https://wiki.ros.org/dynamic_reconfigure.
+    """Accesses the parameters of another node; see https://wiki.ros.org/dynamic_reconfigure.
 
     Args:
         node: this node.
         name: the other node's name, or the namespace of its parameters.
-        timeout: seconds to wait for it; None: no limit.
+        timeout: seconds to wait for the other node; None for no limit.
         on_config: called with each new configuration.
-        on_description: called with the list of parameters, see `description`.
+        on_description: called with the list of parameters; see `description`.
         make: creates dictionaries.
         remap: whether remappings of ``name`` apply, in addition to those of its topics and service.
 
     Raises:
-        WaitTimeoutError: it does not answer in time.
+        WaitTimeoutError: the other node does not respond in time.
         NodeShutdownError: this node is shutting down.
     """
 
@@ -65,22 +65,26 @@ class Client:
         """Return the configuration last published by the other node: a `Config`, with its groups.
 
         Args:
-            timeout: seconds to wait for the first; None: no limit.
+            timeout: seconds to wait for the first one; None for no limit.
 
         Raises:
-            WaitTimeoutError: none came in time.
+            WaitTimeoutError: none arrived in time.
             NodeShutdownError: this node is shutting down.
         """
         self._await(lambda: self._config is not None, "the configuration", timeout)
         return self._with_groups(self._config)
 
     def groups(self, timeout: float | None = None) -> Any:
-        """Return the tree of groups, whose ``parameters`` are lists of dictionaries; raises as `config` does."""
+        """Return the tree of groups, whose ``parameters`` are lists of dictionaries; raises the same errors as
+        `config`.
+        """
         self._await(lambda: self._description is not None, "the description of the parameters", timeout)
         return self._tree
 
     def description(self, timeout: float | None = None) -> list[dict[str, Any]]:
-        """Return all parameters as dictionaries, see `pyros1.reconfigure.encoding`; raises as `config` does."""
+        """Return all parameters as dictionaries, see `pyros1.reconfigure.encoding`; raises the same errors as
+        `config`.
+        """
         tree = self.groups(timeout)
         return parameters_of(tree) if tree is not None else []
 
@@ -88,12 +92,13 @@ class Client:
         """Change parameters; return the other node's new configuration.
 
         Args:
-            changes: parameter -> value, in its type, as text, or a choice's name; ``groups`` -> name -> whether on.
-            timeout: seconds to wait for the description, and for the answer.
+            changes: parameter -> value, which can also be a string or the name of a choice; ``groups`` -> group ->
+                state.
+            timeout: seconds to wait for the description, and for the response.
 
         Raises:
-            ParameterError: there is no such parameter, or it cannot have the value.
-            ServiceError: the other node refuses, or is gone.
+            ParameterError: a parameter does not exist, or cannot have the value.
+            ServiceError: the other node refuses the change, or is no longer running.
             WaitTimeoutError, NodeShutdownError: as for `config`.
         """
         self.groups(timeout)
@@ -103,7 +108,7 @@ class Client:
         return self._with_groups(self._service.call(message, timeout).config)
 
     def close(self) -> None:
-        """Stop watching."""
+        """Stop receiving updates."""
         for subscriber in self._subscribers:
             subscriber.unregister()
 
@@ -127,10 +132,10 @@ class Client:
         if self.on_config is not None:
             self.on_config(self._with_groups(message))
 
-    def _await(self, ready: Callable[[], bool], what: str, timeout: float | None) -> None:
+    def _await(self, ready: Callable[[], bool], awaited: str, timeout: float | None) -> None:
         deadline = None if timeout is None else time.monotonic() + timeout
         while not self._condition.wait_for(ready, POLL_INTERVAL):
             if not self._node.ok():
                 raise NodeShutdownError(f"{self._node.name} is shutting down")
             if deadline is not None and time.monotonic() >= deadline:
-                raise WaitTimeoutError(f"timeout exceeded while waiting for {what} of {self.name}")
+                raise WaitTimeoutError(f"timeout exceeded while waiting for {awaited} of {self.name}")

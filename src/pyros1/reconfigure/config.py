@@ -1,11 +1,11 @@
-"""A configuration: parameter -> value, also as attributes."""
+"""A configuration: a dictionary of parameters that are also available as attributes."""
 
 from __future__ import annotations
 
 from typing import Any
 
 
-class _Missing(AttributeError, KeyError):
+class _MissingParameterError(AttributeError, KeyError):
     """There is no such parameter; both an AttributeError and a KeyError."""
 
     def __str__(self) -> str:
@@ -13,13 +13,13 @@ class _Missing(AttributeError, KeyError):
 
 
 class Config(dict[str, Any]):
-    """Values of parameters by name, also as attributes: ``config.rate`` is ``config["rate"]``."""
+    """The values of parameters by name, also as attributes: ``config.rate`` is ``config["rate"]``."""
 
     def __getattr__(self, name: str) -> Any:
         try:
             return self[name]
         except KeyError:
-            raise _Missing(name) from None
+            raise _MissingParameterError(name) from None
 
     def __setattr__(self, name: str, value: Any) -> None:
         self[name] = value

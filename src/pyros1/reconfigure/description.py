@@ -1,4 +1,4 @@
-"""Descriptions of configurations: parameters in groups, defined in Python. Pure."""
+"""Describes configurations in Python: parameters in groups. Pure."""
 
 from __future__ import annotations
 
@@ -15,16 +15,18 @@ _DEFAULTS_BY_TYPE: dict[str, tuple[type, Any, Any, Any]] = {
     "str": (str, "", "", ""),
     "bool": (bool, False, False, True),
 }
-"""Type name -> Python's type, and the values used if default, minimum and maximum are not given."""
-_KINDS = {bool: "bool", int: "int", float: "double", str: "str"}
+"""Type name -> Python type, and the default, minimum and maximum that are used if these are not given."""
+_TYPE_NAMES = {bool: "bool", int: "int", float: "double", str: "str"}
 
 
 class Group:
-    """Parameters that belong together, and further groups; created by `Parameters.group`.
+    """A group of parameters and of further groups; created by `Parameters.group`.
 
     Attributes:
-        name, type, state, id: as in `pyros1.reconfigure.encoding`. parent: the group above; None for the outermost.
-        parameters: dictionaries. groups: those directly below.
+        name, type, state, id: as in `pyros1.reconfigure.encoding`.
+        parent: the parent group; None for the outermost group.
+        parameters: dictionaries that describe the parameters.
+        groups: the groups directly in this one.
     """
 
     def __init__(self, name: str, type: str = "", state: bool = True, parent: Group | None = None, id: int = 0) -> None:
@@ -48,18 +50,18 @@ class Group:
         """Add a parameter; return its dictionary.
 
         Args:
-            name: letters, digits and ``_``.
+            name: name of the parameter: letters, digits and ``_``.
             default: its initial value.
-            description: displayed to users.
-            type: "bool", "int", "double" or "str"; None: that of the default.
+            description: text displayed to users.
+            type: "bool", "int", "double" or "str"; None for the type of the default.
             minimum, maximum: limits of numbers.
-            level: bits passed to the callback when the parameter changes: the action that is necessary then.
-            choices: name -> value, for lists in tools.
-            edit_method: sent to tools instead of ``choices``.
+            level: bits passed to the callback when the parameter changes, which tell it what to do.
+            choices: name -> value, for selection lists in tools.
+            edit_method: string sent to tools instead of ``choices``.
 
         Raises:
             ValueError: the name is not legal.
-            TypeError: a value has another type than the parameter.
+            TypeError: a value has a different type than the parameter.
         """
         if not re.fullmatch(r"[A-Za-z]\w*", name, re.ASCII):
             raise ValueError(
@@ -68,7 +70,7 @@ class Group:
             )
         if not isinstance(description, str):
             raise TypeError(f"'{name}': the description must be a string, not {description!r}")
-        kind = type if type is not None else _KINDS.get(default.__class__, "")
+        kind = type if type is not None else _TYPE_NAMES.get(default.__class__, "")
         if kind not in _DEFAULTS_BY_TYPE:
             raise TypeError(f"'{name}' must have a default, or a type, of bool, int, double (float) or str")
         _, default_value, low, high = _DEFAULTS_BY_TYPE[kind]
@@ -78,24 +80,24 @@ class Group:
         parameter = {
             "name": name,
             "type": kind,
-            "default": checked(name, kind, "default", default_value if default is None else default),
+            "default": check_type(name, kind, "default", default_value if default is None else default),
             "level": level,
             "description": description,
-            "min": checked(name, kind, "min", low if minimum is None else minimum),
-            "max": checked(name, kind, "max", high if maximum is None else maximum),
+            "min": check_type(name, kind, "min", low if minimum is None else minimum),
+            "max": check_type(name, kind, "max", high if maximum is None else maximum),
             "edit_method": edit_method,
         }
         self.parameters.append(parameter)
         return parameter
 
     def all_groups(self) -> Iterator[Group]:
-        """Yield this group, and all below it."""
+        """Yield this group and all groups below it."""
         yield self
         for group in self.groups:
             yield from group.all_groups()
 
     def as_dict(self) -> dict[str, Any]:
-        """Return the group as a description, see `pyros1.reconfigure.encoding`."""
+        """Return the group as a description; see `pyros1.reconfigure.encoding`."""
         return {
             "name": self.name,
             "type": self.type,
@@ -108,57 +110,57 @@ class Group:
 
 
 class Parameters(Group):
-    """The parameters that other nodes may change while a node runs.
+    """The parameters that other nodes can change while a node is running.
 
-    Its attributes are those of modules generated from ``.cfg`` files of ROS packages: ``config_description``, ``min``,
-    ``max``, ``defaults`` and ``level`` by parameter, and ``all_level``.
+    It has the same attributes as modules generated from the ``.cfg`` files of ROS packages: ``config_description``,
+    ``min``, ``max``, ``defaults`` and ``level`` by parameter, and ``all_level``.
     """
 
     def __init__(self) -> None:
         super().__init__("Default")
-        self._last = 0
+        self._last_id = 0
 
     def group(self, name: str, type: str = "", state: bool = True, parent: Group | None = None) -> Group:
         """Add a group of parameters, and return it.
 
         Args:
-            name: displayed to users.
-            type: how tools display it: "", "collapse", "tab", "hide" or "apply".
-            state: whether it is initially on.
-            parent: the group above; None: the outermost.
+            name: name displayed to users.
+            type: how tools display the group: "", "collapse", "tab", "hide" or "apply".
+            state: whether the group is initially on.
+            parent: the parent group; None for the outermost one.
         """
-        above = self if parent is None else parent
-        self._last += 1
-        above.groups.append(Group(name, type, state, above, self._last))
-        return above.groups[-1]
+        parent_group = self if parent is None else parent
+        self._last_id += 1
+        parent_group.groups.append(Group(name, type, state, parent_group, self._last_id))
+        return parent_group.groups[-1]
 
     @property
     def config_description(self) -> dict[str, Any]:
         """All groups and parameters, as in `pyros1.reconfigure.encoding`."""
         return self.as_dict()
 
-    def _by_name(self, field: str) -> dict[str, Any]:
+    def _field_by_name(self, field: str) -> dict[str, Any]:
         return {each["name"]: each[field] for group in self.all_groups() for each in group.parameters}
 
     @property
     def defaults(self) -> dict[str, Any]:
         """Parameter -> its initial value."""
-        return self._by_name("default")
+        return self._field_by_name("default")
 
     @property
     def min(self) -> dict[str, Any]:
         """Parameter -> its minimum."""
-        return self._by_name("min")
+        return self._field_by_name("min")
 
     @property
     def max(self) -> dict[str, Any]:
         """Parameter -> its maximum."""
-        return self._by_name("max")
+        return self._field_by_name("max")
 
     @property
     def level(self) -> dict[str, int]:
         """Parameter -> its level bits."""
-        return self._by_name("level")
+        return self._field_by_name("level")
 
     @property
     def all_level(self) -> int:
@@ -169,14 +171,14 @@ class Parameters(Group):
         return bits
 
 
-def checked(name: str, kind: str, field: str, value: Any) -> Any:
-    """Return a value of a parameter or constant; integers for a double become floats.
+def check_type(name: str, kind: str, field: str, value: Any) -> Any:
+    """Check and return the value of a parameter or constant; integers for a double become floats.
 
     Raises:
-        TypeError: it has another type.
+        TypeError: it has a different type.
     """
     expected = _DEFAULTS_BY_TYPE[kind][0]
-    fits = isinstance(value, (int, float) if expected is float else expected)
-    if not fits or (expected is not bool and isinstance(value, bool)):
+    is_instance = isinstance(value, (int, float) if expected is float else expected)
+    if not is_instance or (expected is not bool and isinstance(value, bool)):
         raise TypeError(f"'{name}' has type {kind}, but {field} is {value!r}")
     return expected(value)

@@ -1,10 +1,10 @@
-"""Descriptions and configurations of dynamic_reconfigure, as messages and as plain dictionaries.
+"""Converts dynamic_reconfigure's descriptions and configurations between messages and plain dictionaries.
 
 A description is a group: a dictionary with ``name``, ``type``, ``state`` (whether it is on), ``id``, ``parent`` (an
 id), ``parameters`` and ``groups`` (both lists); a parameter has ``name``, ``type``, ``default``, ``min``, ``max``,
 ``level``, ``description`` and ``edit_method``. When decoded from messages, ``groups`` is a dictionary by name.
 
-Pure. Trees are traversed without recursion: they come from other nodes.
+Pure. Trees are traversed without recursion, since they come from other nodes.
 """
 
 from __future__ import annotations
@@ -24,23 +24,23 @@ from pyros1.msgs.dynamic_reconfigure.msg import (
 )
 from pyros1.msgs.dynamic_reconfigure.msg import Config as ConfigMessage
 from pyros1.reconfigure.config import Config
-from pyros1.reconfigure.values import FIELDS, INT_RANGE, KINDS
+from pyros1.reconfigure.values import FIELD_NAMES, INT_RANGE, TYPE_CONVERTERS
 
 _CLASSES = {"bool": BoolParameter, "int": IntParameter, "str": StrParameter, "double": DoubleParameter}
-_KINDS = ((bool, "bool"), (int, "int"), (str, "str"), (float, "double"))
+_TYPE_NAMES = ((bool, "bool"), (int, "int"), (str, "str"), (float, "double"))
 
 Make = Callable[..., Any]
-"""Creates a dictionary."""
+"""A function that creates a dictionary."""
 
 
 def groups_of(root: Mapping[str, Any]) -> Iterator[Any]:
-    """Yield a group and all groups below it, each before those below it."""
-    waiting = [root]
-    while waiting:
-        group = waiting.pop()
+    """Yield a group and all groups below it, parents first."""
+    pending = [root]
+    while pending:
+        group = pending.pop()
         yield group
-        below = group["groups"]
-        waiting.extend(reversed(list(below.values() if isinstance(below, Mapping) else below)))
+        children = group["groups"]
+        pending.extend(reversed(list(children.values() if isinstance(children, Mapping) else children)))
 
 
 def parameters_of(root: Mapping[str, Any]) -> list[Any]:
@@ -54,7 +54,7 @@ def parameters_of(root: Mapping[str, Any]) -> list[Any]:
 def describe(
     root: Mapping[str, Any], maximum: Mapping[str, Any], minimum: Mapping[str, Any], defaults: Mapping[str, Any]
 ) -> Any:
-    """Return a description as a dynamic_reconfigure/ConfigDescription.
+    """Convert a description to a dynamic_reconfigure/ConfigDescription.
 
     Args:
         root: the description.
@@ -70,18 +70,18 @@ def describe(
 
 
 def group_message(group: Mapping[str, Any]) -> Any:
-    """Return one group of a description as a dynamic_reconfigure/Group."""
+    """Convert one group of a description to a dynamic_reconfigure/Group."""
     fields = ("name", "type", "level", "description", "edit_method")
     parameters = [ParamDescription(*(each[field] for field in fields)) for each in group["parameters"]]
     return Group(group["name"], group["type"], parameters, group["parent"], group["id"])
 
 
 def encode(config: Mapping[str, Any], types: Mapping[str, str] | None = None) -> Any:
-    """Return a configuration as a dynamic_reconfigure/Config; values of other kinds are left out.
+    """Convert a configuration to a dynamic_reconfigure/Config; values of other types are left out.
 
     Args:
         config: parameter -> value, and under ``groups`` a tree of groups.
-        types: parameter -> "bool", "int", "str" or "double"; without them the values' own types apply.
+        types: parameter -> "bool", "int", "str" or "double"; None to use the types of the values.
 
     Raises:
         ValueError: an integer has more than 32 bits.
@@ -93,12 +93,12 @@ def encode(config: Mapping[str, Any], types: Mapping[str, str] | None = None) ->
                 GroupState(each["name"], each["state"], each["id"], each["parent"]) for each in groups_of(value)
             ]
             continue
-        kind = (types or {}).get(name) or next((kind for cls, kind in _KINDS if isinstance(value, cls)), None)
+        kind = (types or {}).get(name) or next((kind for cls, kind in _TYPE_NAMES if isinstance(value, cls)), None)
         if kind is not None:
-            value = KINDS[kind](value)  # noqa: PLW2901
+            value = TYPE_CONVERTERS[kind](value)  # noqa: PLW2901
             if kind == "int" and value not in INT_RANGE:
                 raise ValueError(f"parameter '{name}': {value} does not fit into 32 bits")
-            getattr(message, FIELDS[kind]).append(_CLASSES[kind](name, value))
+            getattr(message, FIELD_NAMES[kind]).append(_CLASSES[kind](name, value))
     return message
 
 
@@ -107,20 +107,20 @@ def encode(config: Mapping[str, Any], types: Mapping[str, str] | None = None) ->
 
 def decode(message: Any, make: Make = Config) -> Any:
     """Return the values in a dynamic_reconfigure/Config, without its groups."""
-    found = make()
-    for field in FIELDS.values():
+    values = make()
+    for field in FIELD_NAMES.values():
         for each in getattr(message, field):
-            found[each.name] = each.value
-    return found
+            values[each.name] = each.value
+    return values
 
 
-def tree(groups: Iterable[Any], make: Make = Config, parameters: Callable[[Any], Any] | None = None) -> Any:
-    """Return the tree of groups that messages describe; None without a group 0.
+def build_tree(groups: Iterable[Any], make: Make = Config, parameters: Callable[[Any], Any] | None = None) -> Any:
+    """Return the tree of the groups described by messages, or None if there is no group 0.
 
     Args:
-        groups: messages: dynamic_reconfigure/Group or GroupState.
+        groups: dynamic_reconfigure/Group or GroupState messages.
         make: creates a dictionary.
-        parameters: returns the value for a group's parameters.
+        parameters: returns the entry ``parameters`` of a group.
     """
     nodes: dict[int, Any] = {}
     for each in groups:
@@ -141,9 +141,9 @@ def tree(groups: Iterable[Any], make: Make = Config, parameters: Callable[[Any],
 
 
 def decode_description(message: Any, make: Make = Config) -> Any:
-    """Return a dynamic_reconfigure/ConfigDescription as a tree of groups, whose parameters are a list of dictionaries.
+    """Return a dynamic_reconfigure/ConfigDescription as a tree of groups, whose parameters are lists of dictionaries.
 
-    None without a group 0.
+    Return None if there is no group 0.
     """
     limits = {key: decode(getattr(message, key), dict) for key in ("min", "max", "dflt")}
 
@@ -162,19 +162,20 @@ def decode_description(message: Any, make: Make = Config) -> Any:
             for each in group.parameters
         ]
 
-    return tree(message.groups, make, parameters)
+    return build_tree(message.groups, make, parameters)
 
 
 def with_groups(values: Any, states: Iterable[Any], names: Mapping[int, Iterable[str]], make: Make = Config) -> Any:
-    """Return a configuration with the tree of its groups under ``groups``; each also has its parameters' values.
+    """Return a configuration with the tree of its groups under ``groups``, in which each group has its parameters'
+    values.
 
     Args:
         values: parameter -> value.
-        states: messages: dynamic_reconfigure/GroupState. Without a group 0, there is no tree.
+        states: dynamic_reconfigure/GroupState messages. If there is no group 0, there is no tree.
         names: id of a group -> its parameters.
         make: creates a dictionary.
     """
-    root = tree(states, make)
+    root = build_tree(states, make)
     if root is None:
         return values
     for group in groups_of(root):
@@ -194,8 +195,8 @@ def configuration(config: Any, description: Any) -> Any:
     return with_groups(decode(config, dict), config.groups, names, dict)
 
 
-def initial(values: Any, root: Mapping[str, Any], make: Make = Config) -> Any:
-    """Return a configuration with the tree of groups, in the states of a description, under ``groups``.
+def initial_config(values: Any, root: Mapping[str, Any], make: Make = Config) -> Any:
+    """Return a configuration with the tree of groups under ``groups``, in the states given by a description.
 
     Args:
         values: parameter -> value.

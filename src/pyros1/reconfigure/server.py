@@ -1,4 +1,4 @@
-"""Server: lets other nodes change parameters of this node while it runs."""
+"""Lets other nodes change parameters of this node while it is running."""
 
 from __future__ import annotations
 
@@ -11,29 +11,30 @@ from pyros1.msgs.dynamic_reconfigure.msg import Config as ConfigMessage
 from pyros1.msgs.dynamic_reconfigure.msg import ConfigDescription
 from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure
 from pyros1.reconfigure.config import Config
-from pyros1.reconfigure.encoding import Make, decode, describe, encode, groups_of, initial, parameters_of
-from pyros1.reconfigure.values import FIELDS, KINDS
+from pyros1.reconfigure.encoding import Make, decode, describe, encode, groups_of, initial_config, parameters_of
+from pyros1.reconfigure.values import FIELD_NAMES, TYPE_CONVERTERS
 
 if TYPE_CHECKING:
     from pyros1.node import Node
 
 
 class CallbackError(Error):
-    """A callback has not returned a configuration."""
+    """A callback did not return a configuration."""
 
 
 class Server:
-    """Offers parameters to tools and other nodes: see https://wiki.ros.org/dynamic_reconfigure.
+    """Offers parameters to tools and other nodes; see https://wiki.ros.org/dynamic_reconfigure.
 
-    The initial values are those on the parameter server, or else the defaults; changes are written there as well.
+    The initial values are those on the parameter server, or else the defaults; changes are written to it as well.
 
     Args:
-        node: the node.
+        node: the node that offers the parameters.
         description: `Parameters`, or a module generated from a ``.cfg`` file.
-        callback: called initially and with each change, as ``callback(config, level)``: the new values in a `Config`,
-            and the level bits of all parameters that change; initially -1, which has all bits. It returns the
-            configuration, which it may alter. ``groups`` contains the tree of groups with their states.
-        namespace: of the parameters, topics and service: within the node's private one, unless it begins with ``/``.
+        callback: called initially and for each change as ``callback(config, level)``, with the new values in a `Config`
+            and the level bits of all changed parameters, initially -1, which has all bits set. It returns the
+            configuration, which it may modify. ``groups`` contains the tree of groups with their states.
+        namespace: namespace of the parameters, topics and service, below the node's private one unless it begins with
+            ``/``.
         make: creates the configuration's dictionaries.
         remap: whether remappings of the namespace apply, in addition to those of its topics, service and parameters.
 
@@ -42,7 +43,7 @@ class Server:
         descriptions, updates: publishers. service: the service for changes.
 
     Raises:
-        CallbackError: the callback has not returned a configuration.
+        CallbackError: the callback did not return a configuration.
         NodeError: the node already has a server in this namespace.
     """
 
@@ -55,18 +56,18 @@ class Server:
         make: Make = Config,
         remap: bool = True,
     ) -> None:
-        private = namespace if namespace.startswith(("~", "/")) else f"~{namespace}"
+        full_namespace = namespace if namespace.startswith(("~", "/")) else f"~{namespace}"
         if remap:
-            private = node.resolve(private)
-        self.namespace = private if private.endswith(("~", "/")) else f"{private}/"
+            full_namespace = node.resolve(full_namespace)
+        self.namespace = full_namespace if full_namespace.endswith(("~", "/")) else f"{full_namespace}/"
         self.description = description
         self.callback = callback
         self._node = node
         self._types = {each["name"]: each["type"] for each in parameters_of(description.config_description)}
         self._lock = threading.RLock()  # a callback may request a change
-        self._written: dict[str, Any] = {}
+        self._written_values: dict[str, Any] = {}
         values = make({name: node.params.get(self.namespace + name, value) for name, value in self._defaults()})
-        self.config = initial(self._clamped(values), description.config_description, make)
+        self.config = initial_config(self._clamp(values), description.config_description, make)
         self.message = describe(
             description.config_description, description.max, description.min, dict(description.defaults)
         )
@@ -76,25 +77,25 @@ class Server:
         self.service: Any = None
         try:
             with self._lock:
-                self._change(self.config, -1)
+                self._apply(self.config, -1)
             self.service = node.advertise_service(f"{self.namespace}set_parameters", Reconfigure, self._on_request)
         except BaseException:
             self.close()
             raise
 
     def _defaults(self) -> list[tuple[str, Any]]:
-        """Return all parameters in the order of messages, with their defaults."""
-        places = list(FIELDS)
-        return sorted(self.description.defaults.items(), key=lambda each: places.index(self._types[each[0]]))
+        """Return all parameters with their defaults, in the order of the fields of messages."""
+        type_order = list(FIELD_NAMES)
+        return sorted(self.description.defaults.items(), key=lambda each: type_order.index(self._types[each[0]]))
 
     def update(self, changes: Mapping[str, Any]) -> Any:
-        """Change parameters from within the node; return the new configuration.
+        """Change parameters from within the node, and return the new configuration.
 
         Args:
-            changes: parameter -> value; values beyond the limits are clamped.
+            changes: parameter -> value; values are clamped to the limits.
 
         Raises:
-            CallbackError: the callback has not returned a configuration; nothing is changed.
+            CallbackError: the callback did not return a configuration; nothing is changed.
             ValueError, TypeError: a value does not fit its parameter's type.
         """
         with self._lock:
@@ -102,37 +103,41 @@ class Server:
             config.update({name: changes[name] for name in changes if name in self._types or name == "groups"})
             for name in changes.keys() - config.keys():
                 self._node.log.warn("reconfigure: there is no parameter %s", name, throttle=60)
-            self._clamped(config)
+            self._clamp(config)
             level = 0
             for name, bits in self.description.level.items():
                 if config[name] != self.config[name]:
                     level |= bits
-            return self._change(config, level)
+            return self._apply(config, level)
 
-    def _clamped(self, config: Any) -> Any:
+    def _clamp(self, config: Any) -> Any:
         """Convert all values to their types, and clamp them to the limits."""
         for name, kind in self._types.items():
-            value, low, high = KINDS[kind](config[name]), self.description.min[name], self.description.max[name]
+            value, low, high = (
+                TYPE_CONVERTERS[kind](config[name]),
+                self.description.min[name],
+                self.description.max[name],
+            )
             if kind in ("int", "double"):
                 value = low if value < low else high if value > high else value
             config[name] = value
         return config
 
-    def _change(self, config: Any, level: int) -> Any:
+    def _apply(self, config: Any, level: int) -> Any:
         config = self.callback(config, level)
         if config is None:
             text = "Reconfigure callback should return a possibly updated configuration."
             self._node.log.error(text)
             raise CallbackError(text)
         for name in self._types:
-            if self._written.get(name, self) != config[name]:
-                self._node.params[self.namespace + name] = self._written[name] = config[name]
+            if self._written_values.get(name, self) != config[name]:
+                self._node.params[self.namespace + name] = self._written_values[name] = config[name]
         self.config = config
         self.updates.publish(encode(config, self._types))
         return config
 
     def _on_request(self, request: Any) -> Any:
-        """Answer a service call."""
+        """Handle a service call."""
         with self._lock:
             changes = decode(request.config, dict)
             states = {each.id: each.state for each in request.config.groups}

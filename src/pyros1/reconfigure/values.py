@@ -1,4 +1,4 @@
-"""Configurations of dynamic_reconfigure as plain values: from messages, and to requests (L200). Pure."""
+"""Converts plain values to requests of dynamic_reconfigure (L200). Pure."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from typing import Any
 from pyros1.ground.errors import Error
 from pyros1.ground.suggest import did_you_mean
 
-KINDS: dict[str, Callable[[Any], Any]] = {"bool": bool, "int": int, "str": str, "double": float}
-"""Type name in descriptions -> function that converts to this type."""
+TYPE_CONVERTERS: dict[str, Callable[[Any], Any]] = {"bool": bool, "int": int, "str": str, "double": float}
+"""Type name in descriptions -> function that converts a value to this type."""
 INT_RANGE = range(-(2**31), 2**31)
-"""Integers that fit into messages of dynamic_reconfigure."""
-FIELDS = {"bool": "bools", "int": "ints", "str": "strs", "double": "doubles"}
-"""Type name -> the field of a dynamic_reconfigure/Config."""
-_WORDS = {
+"""The integers that fit into messages of dynamic_reconfigure."""
+FIELD_NAMES = {"bool": "bools", "int": "ints", "str": "strs", "double": "doubles"}
+"""Type name -> name of the field in dynamic_reconfigure/Config."""
+_BOOLEANS = {
     **dict.fromkeys(("yes", "true", "t", "on", "1"), True),
     **dict.fromkeys(("no", "false", "f", "off", "0"), False),
 }
@@ -25,8 +25,8 @@ class ParameterError(Error):
     """A configuration cannot be changed as requested.
 
     Args:
-        text: what is wrong.
-        hint: a suggestion to append to the text; may be empty.
+        text: the error message.
+        hint: a suggestion to append to the message, or an empty string.
     """
 
     def __init__(self, text: str, hint: str = "") -> None:
@@ -38,10 +38,10 @@ def request(changes: Mapping[str, Any], description: Any, config: Any = None) ->
     """Return the fields of a dynamic_reconfigure/Config that requests changes.
 
     Args:
-        changes: parameter -> value; ``groups`` -> a dictionary of group -> whether it is on, or a tree from
-            `configuration`. Strings are converted to the parameter's type, or name one of its choices.
+        changes: parameter -> value; ``groups`` -> a dictionary of group -> state, or a tree from `configuration`.
+            Strings are converted to the parameter's type, or are the name of one of its choices.
         description: the dynamic_reconfigure/ConfigDescription of the node.
-        config: its dynamic_reconfigure/Config with the states of the other groups; needed only for ``groups``.
+        config: its dynamic_reconfigure/Config with the states of the other groups; only needed for ``groups``.
 
     Raises:
         ParameterError: a parameter or group does not exist, or cannot have the value.
@@ -50,18 +50,18 @@ def request(changes: Mapping[str, Any], description: Any, config: Any = None) ->
     fields: dict[str, list[dict[str, Any]]] = {}
     for name, value in changes.items():
         if name == "groups":
-            fields.update(_groups(value, description, config))
+            fields.update(_groups_field(value, description, config))
             continue
         if name not in parameters:
             raise ParameterError(f"don't know parameter: {name}", did_you_mean(str(name), parameters))
         kind = parameters[name].type
-        entry = {"name": name, "value": converted(value, parameters[name])}
-        fields.setdefault(FIELDS[kind], []).append(entry)
+        entry = {"name": name, "value": convert_value(value, parameters[name])}
+        fields.setdefault(FIELD_NAMES[kind], []).append(entry)
     return fields
 
 
-def converted(value: Any, parameter: Any) -> Any:
-    """Return a value converted to the type of a parameter.
+def convert_value(value: Any, parameter: Any) -> Any:
+    """Convert a value to the type of a parameter.
 
     Args:
         value: a plain value.
@@ -70,22 +70,24 @@ def converted(value: Any, parameter: Any) -> Any:
     Raises:
         ParameterError: the value does not fit the type.
     """
-    name, kind = parameter.name, KINDS.get(parameter.type)
+    name, kind = parameter.name, TYPE_CONVERTERS.get(parameter.type)
     if kind is None:
         raise ParameterError(f"parameter '{name}' has an unknown type: {parameter.type}")
     if isinstance(value, str):
-        chosen = choices(parameter.edit_method)
-        by_name = {choice.lower(): each for choice, each in chosen.items()}
+        named_choices = choices(parameter.edit_method)
+        choices_by_lower_name = {choice.lower(): each for choice, each in named_choices.items()}
         word = value.lower()
-        if word in by_name:
-            value = by_name[word]
+        if word in choices_by_lower_name:
+            value = choices_by_lower_name[word]
         elif kind is bool:
-            if word not in _WORDS:
+            if word not in _BOOLEANS:
                 raise ParameterError(f"can't set parameter '{name}' of {kind}: {value!r} is neither true nor false")
-            value = _WORDS[word]
-        elif chosen and kind is not str and not _is_number(value):
-            expected = f"{value!r} is not one of {', '.join(chosen)}"
-            raise ParameterError(f"can't set parameter '{name}' of {kind}: {expected}", did_you_mean(value, chosen))
+            value = _BOOLEANS[word]
+        elif named_choices and kind is not str and not _is_number(value):
+            expected = f"{value!r} is not one of {', '.join(named_choices)}"
+            raise ParameterError(
+                f"can't set parameter '{name}' of {kind}: {expected}", did_you_mean(value, named_choices)
+            )
     try:
         result = kind(value)
     except (TypeError, ValueError, OverflowError) as error:
@@ -96,10 +98,10 @@ def converted(value: Any, parameter: Any) -> Any:
 
 
 def choices(edit_method: str) -> dict[str, Any]:
-    """Return the choices of a parameter, name -> value. Empty if its description has no list, or an invalid one."""
+    """Return the choices of a parameter, name -> value; empty if its description has no valid list of choices."""
     try:
         constants = ast.literal_eval(edit_method)["enum"]
-        return {str(each["name"]): KINDS[each["type"]](each["value"]) for each in constants}
+        return {str(each["name"]): TYPE_CONVERTERS[each["type"]](each["value"]) for each in constants}
     except (SyntaxError, ValueError, TypeError, LookupError, MemoryError, RecursionError):
         return {}
 
@@ -112,16 +114,16 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _groups(expected: Any, description: Any, config: Any) -> dict[str, list[dict[str, Any]]]:
-    """Return the field for groups. Empty if nothing changes, as stock's Python server does not accept groups."""
+def _groups_field(expected: Any, description: Any, config: Any) -> dict[str, list[dict[str, Any]]]:
+    """Return the field for groups; empty if nothing changes, since stock's Python server does not accept groups."""
     states = {group.id: group.state for group in config.groups} if config is not None else {}
     if not isinstance(expected, Mapping):
         raise ParameterError(f"groups must be a dictionary of names and states, not {expected!r}")
-    by_name = _states(expected) if "id" in expected and "groups" in expected else dict(expected)
-    known = [group.name for group in description.groups]
+    by_name = _states_in_tree(expected) if "id" in expected and "groups" in expected else dict(expected)
+    group_names = [group.name for group in description.groups]
     for name, state in by_name.items():
-        if name not in known:
-            raise ParameterError(f"don't know group: {name}", did_you_mean(str(name), known))
+        if name not in group_names:
+            raise ParameterError(f"don't know group: {name}", did_you_mean(str(name), group_names))
         if not isinstance(state, bool):
             raise ParameterError(f"the state of group {name} must be true or false, not {state!r}")
     after = {group.id: by_name.get(group.name, states.get(group.id, True)) for group in description.groups}
@@ -134,11 +136,11 @@ def _groups(expected: Any, description: Any, config: Any) -> dict[str, list[dict
     return {"groups": fields}
 
 
-def _states(tree: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the states in a tree of groups."""
-    found = {str(tree.get("name")): tree.get("state")}
+def _states_in_tree(tree: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the states in a tree of groups, by name."""
+    states = {str(tree.get("name")): tree.get("state")}
     children = tree.get("groups")
     for child in children.values() if isinstance(children, Mapping) else ():
         if isinstance(child, Mapping):
-            found.update(_states(child))
-    return found
+            states.update(_states_in_tree(child))
+    return states

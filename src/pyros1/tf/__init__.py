@@ -1,4 +1,4 @@
-"""Coordinate frames over time (https://wiki.ros.org/tf2): where one frame is in another, now or at an earlier time.
+"""Coordinate frames over time (https://wiki.ros.org/tf2): the pose of one frame in another, now or at an earlier time.
 
 ::
 
@@ -10,7 +10,7 @@
         TransformListener(node, buffer)
         pose = buffer.lookup_transform("map", "base_link", timeout=5.0)
 
-Rules, texts and exceptions are those of tf2, in pure Python. `pyros1.tf.transformations` has calculations with numpy.
+The rules, messages and exceptions are those of tf2, in pure Python. `pyros1.tf.transformations` calculates with numpy.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ class TransformBroadcaster:
     """Publishes transforms on /tf, for frames that move.
 
     Args:
-        node: the sender.
+        node: the node that publishes.
     """
 
     def __init__(self, node: Node) -> None:
@@ -26,7 +26,7 @@ class TransformBroadcaster:
 
     def send_transform(self, transform: Any) -> None:
         """Publish a geometry_msgs/TransformStamped, or several in one message."""
-        self._publisher.publish(self._message(_listed(transform)))
+        self._publisher.publish(self._message(_as_list(transform)))
 
     def close(self) -> None:
         """Stop publishing."""
@@ -36,11 +36,11 @@ class TransformBroadcaster:
 class StaticTransformBroadcaster:
     """Publishes transforms that are valid at all times on /tf_static, latched. One per node is enough.
 
-    Earlier transforms are sent again with each new one, since later subscribers get only the last message; a new
+    Earlier transforms are sent again with each new one, since later subscribers only receive the last message; a new
     transform of the same child frame replaces the old one.
 
     Args:
-        node: the sender.
+        node: the node that publishes.
     """
 
     def __init__(self, node: Node) -> None:
@@ -53,18 +53,20 @@ class StaticTransformBroadcaster:
     def send_transform(self, transform: Any) -> None:
         """Publish a geometry_msgs/TransformStamped, or several."""
         with self._lock:
-            for item in _listed(transform):
-                self._sent[item.child_frame_id] = copy.deepcopy(item)  # programs reuse one message
+            for item in _as_list(transform):
+                self._sent[item.child_frame_id] = copy.deepcopy(item)  # since programs reuse message objects
             self._changes += 1
             published = 0
-            while published != self._changes:  # again if a handler has sent more meanwhile: the last message counts
+            while (
+                published != self._changes
+            ):  # repeated if a handler has sent more in the meantime: the last message must be complete
                 published = self._changes
                 self._publisher.publish(self._message(list(self._sent.values())))
 
     def close(self) -> None:
-        """Stop publishing: later subscribers do not get the transforms."""
+        """Stop publishing; later subscribers will not receive the transforms."""
         self._publisher.unregister()
 
 
-def _listed(transform: Any) -> list[Any]:
+def _as_list(transform: Any) -> list[Any]:
     return list(transform) if isinstance(transform, Iterable) else [transform]

@@ -1,4 +1,4 @@
-"""The buffer of transforms, in which programs look up transforms; safe for any number of threads."""
+"""The buffer in which programs look up transforms; thread-safe."""
 
 from __future__ import annotations
 
@@ -21,25 +21,25 @@ from pyros1.tf.tree import Tree
 
 _T = TypeVar("_T")
 _NS = 1_000_000_000
-_new = object.__new__
+_new_object = object.__new__
 _RETRY_ERRORS = (LookupException, ConnectivityException, ExtrapolationException)
-"""The errors that may be resolved by further transforms."""
+"""Errors that may be resolved when further transforms arrive."""
 
 When = Any
 """A Time (any object with secs and nsecs), seconds as a number, or None or 0 for the latest time."""
 
 Span = Any
-"""Seconds as a number, a Duration, or None or 0 for no wait."""
+"""Seconds as a number, a Duration, or None or 0 for not waiting."""
 
 
 class FrameState(NamedTuple):
-    """State of one frame in a buffer.
+    """The state of one frame in a buffer.
 
     Attributes:
-        parent: None for the root of a tree, and after `Buffer.clear`.
+        parent: name of the parent frame; None for the root of a tree, and after `Buffer.clear`.
         authority: the node that sent the last transform.
         static: whether the transform is valid at all times.
-        rate: transforms per second, in Hz; 0 with fewer than two.
+        rate: transforms per second; 0 if there are fewer than two.
         latest, oldest: stamps in seconds; 0 for a static transform.
         transforms: number of transforms in the buffer.
     """
@@ -55,15 +55,15 @@ class FrameState(NamedTuple):
 
 
 class Buffer:
-    """Buffer of the transforms of the last seconds, with lookups between any two frames.
+    """Stores the transforms of the last seconds, for lookups between any two frames.
 
-    Fed by a `TransformListener`, or with `set_transform`. Frames are named without a leading slash.
+    It is filled by a `TransformListener`, or with `set_transform`. Frame names have no leading slash.
 
     Args:
-        cache_time: seconds for which transforms are kept, counted back from the newest of their frame.
-        warn: called with a text when a transform is ignored; None writes it to stderr until a listener is attached,
-            and then to its node's log. The same problem of a frame is reported the 1st, 10th, 100th... time.
-        time_class: class of the times in answers, created from seconds and nanoseconds.
+        cache_time: seconds for which transforms are kept, relative to the newest one of their frame.
+        warn: called with a warning when a transform is ignored; None writes it to stderr until a listener is attached,
+            and then to the log of its node. The same problem of a frame is reported the 1st, 10th, 100th... time.
+        time_class: class of the times in results, created from seconds and nanoseconds.
     """
 
     def __init__(
@@ -77,7 +77,7 @@ class Buffer:
         self.warn = warn
         self._time = time_class
         self._tree = Tree(round(self.cache_time * _NS))
-        self._lock = threading.RLock()  # a signal handler may look up on top of a method of this object
+        self._lock = threading.RLock()  # a signal handler may do a lookup while it interrupts a method of this object
         self._changed = threading.Condition(self._lock)
         self._waiting = 0
         self._now: Callable[[], float] = monotonic
@@ -115,13 +115,13 @@ class Buffer:
             transform = item.transform
             v = transform.translation
             q = transform.rotation
-            # Answers contain floats, like tf2's, whatever numbers a program has set.
+            # Results contain floats, as in tf2, whatever numbers a program has set.
             numbers = (float(v.x), float(v.y), float(v.z), float(q.x), float(q.y), float(q.z), float(q.w))
             rows.append((header.frame_id, item.child_frame_id, stamp.secs * _NS + stamp.nsecs, numbers))
         self.set_rows(rows, authority, static=static)
 
     def set_rows(self, rows: Iterable[Row], authority: str, *, static: bool = False) -> None:
-        """Add several transforms as `received.Row`; waiting lookups are woken once."""
+        """Add several transforms, given as `Row` tuples; waiting lookups are woken once."""
         with self._lock:
             problems = self._tree.insert_rows(rows, static, authority)
             if self._waiting:
@@ -135,28 +135,32 @@ class Buffer:
             self._tree.clear()
 
     def _warn_ignored(self, problem: str) -> None:
-        """Report why a transform is ignored: the first time, then less and less often, as it may happen every time."""
-        words = problem.split(" at time ", maxsplit=1)[0].split(" in the transform ", maxsplit=1)[0]
-        count = self._num_ignored[words] = self._num_ignored.get(words, 0) + 1
+        """Report why a transform is ignored: the first time, and then less and less often, since it may happen every
+        time.
+        """
+        problem_key = problem.split(" at time ", maxsplit=1)[0].split(" in the transform ", maxsplit=1)[0]
+        count = self._num_ignored[problem_key] = self._num_ignored.get(problem_key, 0) + 1
         if count > 1:
             if str(count).strip("0") != "1":
                 return
             problem += f" ({count} times)"
         problem = one_line(problem)
         if self.warn is None:
-            old = problem.startswith(("TF_OLD_DATA", "TF_REPEATED_DATA"))  # other ones are the sender's fault
-            sys.stderr.write(f"{'Warning: ' if old else 'Error:   '}{problem}\n")
+            is_old_data = problem.startswith(("TF_OLD_DATA", "TF_REPEATED_DATA"))  # others are errors of the sender
+            sys.stderr.write(f"{'Warning: ' if is_old_data else 'Error:   '}{problem}\n")
         else:
             self.warn(problem)
 
     # Lookups ----------------------------------------------------------------------------------------------------------
 
     def lookup_transform(self, target_frame: str, source_frame: str, time: When = None, timeout: Span = None) -> Any:
-        """Return the pose of ``source_frame`` in ``target_frame``: the transform that takes data from source to target.
+        """Return the pose of ``source_frame`` in ``target_frame``: the transform that converts data from source to
+        target.
 
         Args:
-            time: time of the transform; None or 0: the latest common time of all frames between the two.
-            timeout: seconds to wait for it, in the time of the listener's node; the wait ends with that node.
+            time: time of the transform; None or 0 for the latest common time of all frames between the two.
+            timeout: seconds to wait for it, in the time of the listener's node; the wait ends when that node shuts
+                down.
 
         Returns:
             A geometry_msgs/TransformStamped.
@@ -166,14 +170,14 @@ class Buffer:
             ConnectivityException: the frames are not connected.
             ExtrapolationException: there is no data for that time.
             InvalidArgumentException: a frame's name is empty or begins with a slash.
-            NodeShutdownError: the node ended during the wait.
+            NodeShutdownError: the node shut down during the wait.
         """
         when = _ns(time)
         if not timeout:
             with self._lock:
                 stamp, transform = self._tree.lookup(target_frame, source_frame, when)
         else:
-            stamp, transform = self._await(lambda: self._tree.lookup(target_frame, source_frame, when), timeout)
+            stamp, transform = self._retry_until(lambda: self._tree.lookup(target_frame, source_frame, when), timeout)
         return self._message(target_frame, source_frame, stamp, transform)
 
     def lookup_transform_full(
@@ -188,21 +192,24 @@ class Buffer:
         """Return the pose of ``source_frame`` at ``source_time`` in ``target_frame`` at ``target_time``.
 
         Args:
-            fixed_frame: a frame that did not move meanwhile, such as the map.
+            fixed_frame: a frame that did not move in between, such as the map.
             timeout: as for `lookup_transform`, which also lists the errors.
         """
         arguments = (target_frame, _ns(target_time), source_frame, _ns(source_time), fixed_frame)
-        stamp, transform = self._await(lambda: self._tree.lookup_full(*arguments), timeout)
+        stamp, transform = self._retry_until(lambda: self._tree.lookup_full(*arguments), timeout)
         return self._message(target_frame, source_frame, stamp, transform)
 
     def can_transform(self, target_frame: str, source_frame: str, time: When = None, timeout: Span = None) -> bool:
         """Return whether `lookup_transform` would succeed, now or within ``timeout`` seconds.
 
         Raises:
-            NodeShutdownError: the node ended during the wait.
+            NodeShutdownError: the node shut down during the wait.
         """
         when = _ns(time)
-        return self._await_none(lambda: self._tree.can_transform(target_frame, source_frame, when), timeout) is None
+        return (
+            self._wait_until_possible(lambda: self._tree.can_transform(target_frame, source_frame, when), timeout)
+            is None
+        )
 
     def can_transform_full(
         self,
@@ -215,10 +222,10 @@ class Buffer:
     ) -> bool:
         """Return whether `lookup_transform_full` would succeed, now or within ``timeout`` seconds."""
         arguments = (target_frame, _ns(target_time), source_frame, _ns(source_time), fixed_frame)
-        return self._await_none(lambda: self._tree.can_transform_full(*arguments), timeout) is None
+        return self._wait_until_possible(lambda: self._tree.can_transform_full(*arguments), timeout) is None
 
     def why_not(self, target_frame: str, source_frame: str, time: When = None) -> str | None:
-        """Return None if there is such a transform, else the reason in tf2's words (may be empty)."""
+        """Return None if there is such a transform, or the reason in tf2's words, which may be empty."""
         with self._lock:
             return self._tree.can_transform(target_frame, source_frame, _ns(time))
 
@@ -231,7 +238,8 @@ class Buffer:
             return self._tree.can_transform_full(*arguments)
 
     def get_latest_common_time(self, target_frame: str, source_frame: str) -> Any:
-        """Return the latest time at which all frames between the two are known; 0 if all of them are static.
+        """Return the latest time at which all transforms between the two frames are known, or 0 if all of them are
+        static.
 
         Raises:
             LookupException: a frame does not exist.
@@ -246,7 +254,7 @@ class Buffer:
     ) -> list[str]:
         """Return the names of the frames from source (through ``fixed_frame``) to target, both included.
 
-        Raises as `lookup_transform`."""
+        Raises the same errors as `lookup_transform`."""
         return self.chain_full(target_frame, time, source_frame, time, fixed_frame or source_frame)
 
     def chain_full(
@@ -254,18 +262,18 @@ class Buffer:
     ) -> list[str]:
         """Return the names of the frames from source at its time, through ``fixed_frame``, to target at its time.
 
-        Raises as `lookup_transform`."""
+        Raises the same errors as `lookup_transform`."""
         arguments = (target_frame, _ns(target_time), source_frame, _ns(source_time), fixed_frame)
         with self._changed:
             return self._tree.chain(*arguments)
 
     def frames(self) -> list[str]:
-        """Return the names of all frames, in the order in which they became known."""
+        """Return the names of all frames, in the order in which they were added."""
         with self._changed:
             return list(self._tree.frames)
 
     def states(self) -> list[FrameState]:
-        """Return the state of each frame, in the order in which they became known."""
+        """Return the state of each frame, in the order in which they were added."""
         with self._changed:
             return [
                 FrameState(
@@ -282,11 +290,13 @@ class Buffer:
             ]
 
     def has_frame(self, name: str) -> bool:
-        """Return whether a frame of that name is known."""
+        """Return whether there is a frame with that name."""
         return name in self._tree.frames
 
     def all_frames_as_yaml(self, now: float | None = None) -> str:
-        """Return parent, broadcaster, rate and times of each frame as YAML; with ``now``, in seconds, the delay."""
+        """Return parent, broadcaster, rate and times of each frame as YAML; with ``now``, in seconds, also the
+        delay.
+        """
         with self._changed:
             return as_yaml(self._tree.frames.values(), now)
 
@@ -296,26 +306,26 @@ class Buffer:
             return as_string(self._tree.frames.values())
 
     def all_frames_as_dot(self, now: float | None = None) -> str:
-        """Return the tree as a graph of Graphviz's dot; with ``now``, in seconds, the ages, and a legend."""
+        """Return the tree as a graph of Graphviz's dot; with ``now``, in seconds, also ages and a legend."""
         with self._changed:
             return as_dot(self._tree.frames.values(), now)
 
     def _message(self, target: str, source: str, stamp: int, transform: Transform) -> Any:
-        # Bypasses their constructors, which take as long as the lookup.
-        message = _new(self._stamped)
-        message.header = header = _new(self._header)
+        # Bypasses the constructors, which would take as long as the lookup.
+        message = _new_object(self._stamped)
+        message.header = header = _new_object(self._header)
         header.seq, header.stamp, header.frame_id = 0, self._time(stamp // _NS, stamp % _NS), target
         message.child_frame_id = source
-        message.transform = body = _new(self._transform)
-        body.translation = v = _new(self._vector)
-        body.rotation = q = _new(self._quaternion)
+        message.transform = body = _new_object(self._transform)
+        body.translation = v = _new_object(self._vector)
+        body.rotation = q = _new_object(self._quaternion)
         v.x, v.y, v.z, q.x, q.y, q.z, q.w = transform
         return message
 
     # Waiting ----------------------------------------------------------------------------------------------------------
 
     def use_time(self, now: Callable[[], float]) -> None:
-        """Use this clock, in seconds, for timeouts; the caller must call `wake` when its time changes."""
+        """Use a clock, in seconds, for timeouts; the caller must call `wake` whenever its time changes."""
         self._now = now
 
     def wake(self) -> None:
@@ -324,18 +334,18 @@ class Buffer:
             self._changed.notify_all()
 
     def end_waits(self) -> None:
-        """End all current and later waits with NodeShutdownError, as no more transforms will arrive."""
+        """End all current and future waits with NodeShutdownError, since no more transforms will arrive."""
         with self._changed:
             self._ended = True
             self._changed.notify_all()
 
-    def _await(self, ask: Callable[[], _T], timeout: Span) -> _T:
+    def _retry_until(self, lookup: Callable[[], _T], timeout: Span) -> _T:
         """Repeat a lookup until it succeeds; at the timeout, raise its last error."""
         with self._changed:
             deadline: float | None = None
             while True:
                 try:
-                    return ask()
+                    return lookup()
                 except _RETRY_ERRORS:
                     if not timeout:
                         raise
@@ -344,10 +354,10 @@ class Buffer:
                     if not self._wait(deadline):
                         raise
 
-    def _await_none(self, ask: Callable[[], str | None], timeout: Span) -> str | None:
+    def _wait_until_possible(self, check: Callable[[], str | None], timeout: Span) -> str | None:
         with self._changed:
             deadline = self._now() + _seconds(timeout)
-            while (problem := ask()) is not None and timeout and self._wait(deadline):
+            while (problem := check()) is not None and timeout and self._wait(deadline):
                 pass
             return problem
 

@@ -1,4 +1,4 @@
-"""Lookups in the buffer of another node: the client of the action tf2_msgs/LookupTransform."""
+"""Looks up transforms in the buffer of another node: the client of the action tf2_msgs/LookupTransform."""
 
 from __future__ import annotations
 
@@ -30,26 +30,26 @@ _POLL_INTERVAL = 0.1
 
 @dataclass
 class _PendingGoal:
-    """A lookup that waits for its answer.
+    """A lookup that waits for its result.
 
     Attributes:
-        answer: the server's answer.
-        ended: number of status messages in which the lookup has ended.
+        result: the server's result.
+        num_ended: number of status messages in which the lookup has ended.
     """
 
-    answer: Any = None
-    ended: int = 0
+    result: Any = None
+    num_ended: int = 0
 
 
 class BufferClient:
-    """Client that looks up transforms in the buffer of a `BufferServer`, pyros1's or stock's.
+    """Looks up transforms in the buffer of a `BufferServer`, of pyros1 or stock.
 
-    It has the lookups of `Buffer`, and is safe for any number of threads.
+    It has the same lookup methods as `Buffer`, and is thread-safe.
 
     Args:
         node: the node whose topics and time are used.
         name: name of the server's action.
-        timeout_padding: seconds that an answer may take in addition to the timeout of the lookup in the server.
+        timeout_padding: seconds to wait for a result in addition to the timeout of the lookup in the server.
         remap: whether remappings of ``name`` apply, in addition to those of its topics.
     """
 
@@ -71,7 +71,7 @@ class BufferClient:
         node.on_shutdown(self._wake)
 
     def _subscribe(self, topic: str, kind: str, callback: Callable[[Any], None]) -> Subscriber[Any]:
-        # direct: not through the queue of a node that spins, which may be waiting in a lookup
+        # direct, not through the queue of a node that spins, which may be blocked in a lookup
         node = self._node
         return node._topics.subscribe(node.resolve(topic), load_message(kind), callback, _QUEUE, direct=True)
 
@@ -79,7 +79,7 @@ class BufferClient:
         """Wait until the server is connected.
 
         Args:
-            timeout: seconds of wall time; None waits until the node ends.
+            timeout: seconds of wall time; None waits until the node shuts down.
 
         Returns:
             Whether it is connected.
@@ -93,7 +93,7 @@ class BufferClient:
         """Return the pose of ``source_frame`` in ``target_frame``, like `Buffer.lookup_transform`.
 
         Raises:
-            TimeoutException: no server is running, or it does not answer.
+            TimeoutException: no server is running, or it does not respond.
             TransformException: the server's buffer has no such transform; one of the errors of `Buffer`.
             NodeShutdownError: the node ended during the wait.
         """
@@ -111,7 +111,7 @@ class BufferClient:
     ) -> Any:
         """Return the pose of ``source_frame`` at ``source_time`` in ``target_frame`` at ``target_time``.
 
-        See `Buffer.lookup_transform_full`. Raises as `lookup_transform`."""
+        See `Buffer.lookup_transform_full`. Raises the same errors as `lookup_transform`."""
         goal = self._goal(
             target_frame=target_frame,
             source_frame=source_frame,
@@ -164,18 +164,18 @@ class BufferClient:
             self._check_running()
             raise TimeoutException(f"there is no buffer server at {self.name}")
         deadline = self._node.now() + Duration.from_sec(allowed)
-        answer = None
-        while answer is None:  # a server that noticed this client too late has answered only other clients: try again
-            answer = self._send_goal_once(goal, deadline)
-        if answer.status.status != _SUCCEEDED:
-            raise TransformException(f"the server has cancelled the lookup (status {answer.status.status})")
-        error = answer.result.error
+        result = None
+        while result is None:  # if the server noticed this client too late, the result was lost: try again
+            result = self._send_goal_once(goal, deadline)
+        if result.status.status != _SUCCEEDED:
+            raise TransformException(f"the server has cancelled the lookup (status {result.status.status})")
+        error = result.result.error
         if error.error:
             raise CODES.get(error.error, TransformException)(error.error_string)
-        return answer.result.transform
+        return result.result.transform
 
     def _send_goal_once(self, goal: Any, deadline: Time) -> Any:
-        """Send a goal and wait for the answer; return None if the answer was lost."""
+        """Send a goal and wait for the result; return None if it was lost."""
         now = self._node.now()
         goal_id = self._goal_id(now, f"{self._node.name}-{next(self._numbers)}-{now.to_sec():.9f}")
         message = self._action_goal(goal_id=goal_id, goal=goal)
@@ -184,22 +184,22 @@ class BufferClient:
         try:
             self._goals.publish(message)
             with self._changed:
-                while pending.answer is None and pending.ended < 2:
+                while pending.result is None and pending.num_ended < 2:
                     self._check_running()
                     remaining = (deadline - self._node.now()).to_sec()
                     if remaining <= 0:
                         self._cancels.publish(goal_id)
-                        raise TimeoutException(f"the buffer server at {self.name} did not answer")
+                        raise TimeoutException(f"the buffer server at {self.name} did not respond")
                     self._changed.wait(min(remaining, _POLL_INTERVAL))
         finally:
             del self._pending[goal_id.id]
-        return pending.answer
+        return pending.result
 
     def _on_result(self, message: Any) -> None:
         with self._changed:
             pending = self._pending.get(message.status.goal_id.id)
-            if pending is not None:  # otherwise: an answer for another client
-                pending.answer = message
+            if pending is not None:  # otherwise it is for another client
+                pending.result = message
                 self._changed.notify_all()
 
     def _on_status(self, message: Any) -> None:
@@ -207,7 +207,7 @@ class BufferClient:
             for status in message.status_list:
                 pending = self._pending.get(status.goal_id.id)
                 if pending is not None and status.status in _ENDED:
-                    pending.ended += 1
+                    pending.num_ended += 1
                     self._changed.notify_all()
 
     def _wake(self) -> None:

@@ -1,6 +1,6 @@
-"""Lookups for other nodes: the server of the action tf2_msgs/LookupTransform.
+"""Looks up transforms for other nodes: the server of the action tf2_msgs/LookupTransform.
 
-The protocol is actionlib's (https://wiki.ros.org/actionlib/DetailedDescription).
+The protocol is that of actionlib (https://wiki.ros.org/actionlib/DetailedDescription).
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ ACTION = "tf2_buffer_server"
 _CHECK_INTERVAL = 0.01
 _STATUS_INTERVAL = 0.2
 STATUS_RETENTION = Duration(5)
-"""Seconds for which the status of a goal is published after its end."""
+"""Time for which the status of a goal is published after it has ended."""
 _QUEUE = 50
 
 CODES: dict[int, type[errors.TransformException]] = {
@@ -45,8 +45,8 @@ class _Goal:
     Attributes:
         status: its actionlib_msgs/GoalStatus.
         lookup: returns the transform.
-        deadline: time until which it may wait.
-        ended: time at which it ended; None while it waits.
+        deadline: time until which the lookup may wait.
+        ended: time at which the goal ended; None while it waits.
     """
 
     status: Any
@@ -56,10 +56,10 @@ class _Goal:
 
 
 class BufferServer:
-    """Server that answers lookups of other nodes from a buffer, once the transform is available or the timeout is over.
+    """Performs lookups for other nodes; responds when the transform is available or the timeout has expired.
 
     Programs use it through a `BufferClient` instead of receiving all transforms themselves. In a node that spins, it
-    answers while the node spins.
+    responds while the node spins.
 
     Args:
         node: the node whose topics and time are used.
@@ -98,7 +98,7 @@ class BufferServer:
         node.on_shutdown(self._stop)
 
     def close(self) -> None:
-        """Stop answering; waiting lookups get no answer."""
+        """Stop the server; waiting lookups get no response."""
         self._stop()
         for subscriber in self._subscribers:
             subscriber.unregister()
@@ -127,7 +127,7 @@ class BufferServer:
                 self._goals[goal_id.id] = goal
                 if goal_id.stamp <= self._cancelled:
                     self._end(goal, self._status.RECALLED)
-                elif not self._answer(goal):
+                elif not self._try_lookup(goal):
                     self._publish_status_locked()
             elif known.status.status == self._status.RECALLING:
                 self._end(known, self._status.RECALLED)
@@ -145,11 +145,11 @@ class BufferServer:
             if self._closed:
                 return
             for goal in list(self._goals.values()):
-                one = goal.status.goal_id
-                older = bool(goal_id.stamp) and one.stamp <= goal_id.stamp
-                if goal.ended is None and (one.id == goal_id.id or older or not (goal_id.id or goal_id.stamp)):
+                own_id = goal.status.goal_id
+                is_older = bool(goal_id.stamp) and own_id.stamp <= goal_id.stamp
+                if goal.ended is None and (own_id.id == goal_id.id or is_older or not (goal_id.id or goal_id.stamp)):
                     self._end(goal, self._status.PREEMPTED)
-            if goal_id.id and goal_id.id not in self._goals:  # it has overtaken its goal
+            if goal_id.id and goal_id.id not in self._goals:  # it arrived before its goal
                 status, now = self._status(goal_id, self._status.RECALLING, ""), self._node.now()
                 self._goals[goal_id.id] = _Goal(status, lambda: None, now, now)
             self._cancelled = max(self._cancelled, goal_id.stamp)
@@ -157,16 +157,18 @@ class BufferServer:
     def _check(self) -> None:
         with self._lock:
             now = self._node.now()
-            back, self._checked = now < self._checked, now
-            if back:  # simulated time has restarted: goals that wait for earlier times get an answer now
+            jumped_back, self._checked = now < self._checked, now
+            if jumped_back:  # simulated time has restarted: goals that wait for earlier times get a response now
                 self._cancelled = Time()
             for goal in list(self._goals.values()):
                 if goal.ended is None and not self._closed:
-                    goal.deadline = min(goal.deadline, now) if back else goal.deadline
-                    self._answer(goal)
+                    goal.deadline = min(goal.deadline, now) if jumped_back else goal.deadline
+                    self._try_lookup(goal)
 
-    def _answer(self, goal: _Goal) -> bool:
-        """Answer a goal if its transform is available, or its time is over; return whether it was. Lock held."""
+    def _try_lookup(self, goal: _Goal) -> bool:
+        """Respond to a goal if its transform is available or its time is over; return whether that was so. The lock is
+        held.
+        """
         result = self._result()
         try:
             result.transform = goal.lookup()
@@ -181,7 +183,7 @@ class BufferServer:
     def _end(self, goal: _Goal, status: int, result: Any = None) -> None:
         goal.status.status, goal.ended = status, self._node.now()
         result = self._result() if result is None else result
-        self._results.publish(self._outcome(self._stamp(), goal.status, result))
+        self._results.publish(self._outcome(self._make_header(), goal.status, result))
         self._publish_status_locked()
 
     def _publish_status(self) -> None:
@@ -190,14 +192,16 @@ class BufferServer:
                 self._publish_status_locked()
 
     def _publish_status_locked(self) -> None:
-        """Publish the status of all goals, and remove those that ended long ago. Lock held."""
+        """Publish the status of all goals, and remove those that ended long ago. The lock is held."""
         now = self._node.now()
         for name, goal in list(self._goals.items()):
             if (
                 goal.ended is not None and not goal.ended <= now <= goal.ended + STATUS_RETENTION
             ):  # simulated time may jump back
                 del self._goals[name]
-        self._status_publisher.publish(self._statuses(self._stamp(), [goal.status for goal in self._goals.values()]))
+        self._status_publisher.publish(
+            self._statuses(self._make_header(), [goal.status for goal in self._goals.values()])
+        )
 
-    def _stamp(self) -> Any:
+    def _make_header(self) -> Any:
         return self._header(stamp=self._node.now())

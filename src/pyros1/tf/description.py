@@ -1,4 +1,4 @@
-"""Texts about all frames of a tree, as tf2 writes them: plain text, YAML, and the dot language of Graphviz."""
+"""Describes all frames of a tree like tf2: as plain text, as YAML, and in Graphviz's dot language."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from pyros1.tf.frame import Frame, to_sec
 
 
 def as_string(frames: Collection[Frame]) -> str:
-    """Return a text with a line for each frame, in the order in which they became known."""
+    """Return a text with a line for each frame, in the order in which they were added."""
     lines = []
     for frame in frames:
         if frame.static is not None:
             parent = frame.parent
-            above = one_line(parent.name) if parent else "NO_PARENT"
-            lines.append(f"Frame {one_line(frame.name)} exists with parent {above}.\n")
+            parent_name = one_line(parent.name) if parent else "NO_PARENT"
+            lines.append(f"Frame {one_line(frame.name)} exists with parent {parent_name}.\n")
     return "".join(lines)
 
 
@@ -23,31 +23,31 @@ def as_yaml(frames: Collection[Frame], now: float | None = None) -> str:
     """Return parent, broadcaster, rate and times of each frame as YAML.
 
     Args:
-        now: the time in seconds, for the age of the transforms; None: without ages.
+        now: the time in seconds, for the ages of the transforms; None for no ages.
     """
     if not frames:
         return "{}"
-    out = []
+    parts = []
     for frame in frames:
         parent = frame.parent
         if parent is None:
             continue
         latest, oldest = to_sec(frame.latest), to_sec(frame.oldest)
-        out.append(
+        parts.append(
             f"{frame.name}: \n  parent: '{parent.name}'\n  broadcaster: '{frame.authority}'\n"
             f"  rate: {frame.rate:.3f}\n  most_recent_transform: {latest:.3f}\n  oldest_transform: {oldest:.3f}\n"
         )
         if now:
-            out.append(f"  transform_delay: {now - latest:.3f}\n")
-        out.append(f"  buffer_length: {latest - oldest:.3f}\n")
-    return "".join(out)
+            parts.append(f"  transform_delay: {now - latest:.3f}\n")
+        parts.append(f"  buffer_length: {latest - oldest:.3f}\n")
+    return "".join(parts)
 
 
 def as_dot(frames: Collection[Frame], now: float | None = None) -> str:
     """Return the tree as a graph in Graphviz's dot language, with tf2's labels.
 
     Args:
-        now: the time in seconds, for the age of the transforms and a legend; None: without them.
+        now: the time in seconds, for the ages of the transforms and a legend; None for neither.
     """
     if not frames:
         return 'digraph G {\n"no tf data recieved"}'

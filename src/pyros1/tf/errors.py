@@ -1,4 +1,4 @@
-"""Errors of lookups; names and texts are those of tf2."""
+"""Errors of lookups; their names and messages are those of tf2."""
 
 from __future__ import annotations
 
@@ -26,4 +26,4 @@ class InvalidArgumentException(TransformException):
 
 
 class TimeoutException(TransformException):
-    """No answer came in time."""
+    """No response arrived in time."""

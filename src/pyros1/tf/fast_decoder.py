@@ -1,6 +1,6 @@
-"""Transforms of received tf2_msgs/TFMessage as tuples, for listeners: no message objects are created. Pure.
+"""Decodes tf2_msgs/TFMessage to tuples, for listeners, without creating message objects. Pure.
 
-A message with 20 transforms has 141 objects; a buffer needs only the numbers of 20 poses.
+A message with 20 transforms consists of 141 objects; a buffer needs only the numbers of 20 poses.
 """
 
 from __future__ import annotations
@@ -14,21 +14,21 @@ from pyros1.msgs.base import Message, MessageType
 from pyros1.tf.rotation import Transform
 
 Row = tuple[str, str, int, Transform]
-"""Parent, child, time in ns, and the pose of the child in the parent."""
+"""(parent, child, time in ns, pose of the child in the parent)."""
 
 _COUNT = Struct("<I").unpack_from
-_HEAD = Struct("<4I").unpack_from  # number, seconds, nanoseconds, length of the parent's name
+_HEAD = Struct("<4I").unpack_from  # sequence number, seconds, nanoseconds, length of the parent's name
 _NUMBERS = Struct("<7d").unpack_from
 _NS = 1_000_000_000
 MAX_NAMES = 10_000
-"""Maximum number of cached names; a sender that keeps inventing new ones must not fill the memory."""
+"""Maximum number of cached names, since a sender that keeps inventing new ones must not exhaust memory."""
 
 
 class ReceivedTransforms:
-    """Transforms that a listener gets in place of a message.
+    """The transforms that a listener receives instead of a message.
 
     Attributes:
-        rows: its transforms.
+        rows: the transforms in the message.
     """
 
     __slots__ = ("_connection_header", "rows")
@@ -39,20 +39,21 @@ class ReceivedTransforms:
 
 
 def received_class(tf_message: type[Any]) -> type[Message]:
-    """Return a class to subscribe with: its messages are `ReceivedTransforms`, or of ``tf_message`` if unusual.
+    """Return a class to subscribe with, which decodes to `ReceivedTransforms`, or to ``tf_message`` in unusual cases.
 
     Args:
         tf_message: tf2_msgs/TFMessage.
     """
-    members = {"__slots__": (), "_decode": staticmethod(decoder(tf_message._decode))}
+    members = {"__slots__": (), "_decode": staticmethod(make_decoder(tf_message._decode))}
     return cast(type[Message], MessageType(tf_message.__name__, (tf_message,), members))
 
 
-def decoder(decode_message: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a decoder of messages, with the same arguments as those of message classes.
+def make_decoder(decode_message: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a decoder with the same arguments as those of message classes.
 
     Args:
-        decode_message: the usual decoder; it gets incomplete messages or ones with non-UTF-8 names, to report them.
+        decode_message: the regular decoder, which is called for incomplete messages and for non-UTF-8 names, to report
+            them.
     """
     names: dict[bytes, str] = {}
 
@@ -60,34 +61,35 @@ def decoder(decode_message: Callable[..., Any]) -> Callable[..., Any]:
         rows: list[Row] = []
         try:
             (count,) = _COUNT(buffer, start)
-            at = start + 4
+            position = start + 4
             for _ in range(count):
-                _, secs, nsecs, length = _HEAD(buffer, at)
-                begin = at + 16
-                at = begin + length
-                parent = buffer[begin:at]
-                (length,) = _COUNT(buffer, at)
-                begin = at + 4
-                at = begin + length
-                child = buffer[begin:at]
-                numbers = _NUMBERS(buffer, at)
-                at += 56
-                if at > end:
+                _, secs, nsecs, length = _HEAD(buffer, position)
+                begin = position + 16
+                position = begin + length
+                parent = buffer[begin:position]
+                (length,) = _COUNT(buffer, position)
+                begin = position + 4
+                position = begin + length
+                child = buffer[begin:position]
+                numbers = _NUMBERS(buffer, position)
+                position += 56
+                if position > end:
                     break
                 try:
                     rows.append((names[parent], names[child], secs * _NS + nsecs, numbers))
                 except KeyError:
                     if len(names) >= MAX_NAMES:
                         names.clear()
-                    # /tf_static is received in another thread: a cache that it clears must not be looked up again here.
-                    names[parent] = above = parent.decode()
-                    names[child] = below = child.decode()
-                    rows.append((above, below, secs * _NS + nsecs, numbers))
+                    # /tf_static is received in another thread, which may clear the cache, so it must not be accessed
+                    # again here.
+                    names[parent] = parent_name = parent.decode()
+                    names[child] = child_name = child.decode()
+                    rows.append((parent_name, child_name, secs * _NS + nsecs, numbers))
         except (StructError, UnicodeDecodeError):
             return decode_message(buffer, start, end, exact)
         return (
             ReceivedTransforms(rows)
-            if at == end or (at < end and not exact)
+            if position == end or (position < end and not exact)
             else decode_message(buffer, start, end, exact)
         )
 

@@ -1,4 +1,4 @@
-"""One frame: its transforms to its parent, by time."""
+"""A frame with its transforms into its parent, by time."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from pyros1.tf.rotation import Transform
 _COMPACT_AFTER = 512
 
 Entry = tuple["Frame", Transform, float]
-"""A frame's parent, the transform from the frame into it, and the square of its quaternion's length."""
+"""(parent of the frame, transform from the frame into the parent, square of the quaternion's length)."""
 
 
 class Frame:
-    """A frame and its recent past. Times are nanoseconds.
+    """A frame and its recent past. Times are in nanoseconds.
 
     Attributes:
         name: name without a leading slash.
-        static: whether its transform is valid at all times; None while the frame is known only as a parent. As in
-            tf2, the first transform decides permanently.
+        static: whether its transform is valid at all times; None while the frame is only known as a parent. As in tf2,
+            this is determined by the first transform.
         authority: the node that sent the last transform.
-        stamps, entries: times and transforms, in order of time; those before the head are outdated.
+        stamps, entries: times and transforms, in order of time; those before `_head` are outdated.
     """
 
     __slots__ = ("_cached_entry", "_cached_time", "_head", "authority", "entries", "name", "stamps", "static")
@@ -32,19 +32,19 @@ class Frame:
         self.authority = "no recorded authority"
         self.stamps: list[int] = []
         self.entries: list[Entry] = []
-        self._head = 0  # items before it are removed many at a time
-        self._cached_time: int | None = None  # the time of the last interpolation, and its result: programs look up the
-        self._cached_entry: Entry | None = None  # same time again, for several frames, or first whether it is available
+        self._head = 0  # earlier items are removed in batches
+        self._cached_time: int | None = None  # time and result of the last interpolation: programs often look up
+        self._cached_entry: Entry | None = None  # the same time again, for several frames, or after can_transform
 
     def insert(self, time: int, entry: Entry, keep: int) -> str | None:
         """Add a transform.
 
         Args:
             time: its stamp.
-            keep: age in ns, counted back from the newest, up to which transforms are kept.
+            keep: maximum age in ns, relative to the newest one, of transforms that are kept.
 
         Returns:
-            None, or the reason why it is not added, in tf2's words.
+            None, or the reason why it was not added, in tf2's words.
         """
         if self.static:
             self.stamps = [0]
@@ -82,10 +82,10 @@ class Frame:
                 head = 0
             self._head = head
 
-    def at(self, time: int) -> Entry | None:  # noqa: PLR0911 - it is called for each frame of each lookup
-        """Return parent and transform at a time, 0 for the newest; None if there are none, see `why_not`.
+    def at(self, time: int) -> Entry | None:  # noqa: PLR0911 - called for each frame of each lookup, so it must be fast
+        """Return the entry at a time, 0 for the newest; None if there is none, see `why_not`.
 
-        Between two transforms it is interpolated on the straight line and the shortest arc of rotation (slerp).
+        Between two transforms, the position is interpolated linearly, and the rotation along the shortest arc (slerp).
         """
         entries = self.entries
         if self.static or (not time and entries):
@@ -105,22 +105,22 @@ class Frame:
         parent, (x, y, z, ax, ay, az, aw), square = older
         newer, (x2, y2, z2, bx, by, bz, bw), square2 = entries[index + 1]
         if newer is not parent:
-            return older  # the frame has changed its parent between the two
-        part = (time - before) / (stamps[index + 1] - before)
-        rest = 1.0 - part
-        x = rest * x + part * x2
-        y = rest * y + part * y2
-        z = rest * z + part * z2
+            return older  # the frame changed its parent between the two
+        fraction = (time - before) / (stamps[index + 1] - before)
+        remainder = 1.0 - fraction
+        x = remainder * x + fraction * x2
+        y = remainder * y + fraction * y2
+        z = remainder * z + fraction * z2
         dot = ax * bx + ay * by + az * bz + aw * bw
-        cosine = (dot if dot > 0.0 else -dot) / sqrt(square * square2)  # calls of min and abs would take longer
+        cosine = (dot if dot > 0.0 else -dot) / sqrt(square * square2)  # faster than calling min and abs
         theta = acos(cosine) if cosine < 1.0 else 0.0
         if theta:
             scale = 1.0 / sin(theta)
-            s = sin(rest * theta)
-            t = sin(part * theta)
+            s = sin(remainder * theta)
+            t = sin(fraction * theta)
             if dot < 0.0:
-                t = -t  # q and -q are the same rotation: take the nearer of the two
-            step = (
+                t = -t  # q and -q are the same rotation; the nearer of the two is used
+            transform = (
                 x,
                 y,
                 z,
@@ -130,13 +130,13 @@ class Frame:
                 (aw * s + bw * t) * scale,
             )
         else:
-            step = x, y, z, ax, ay, az, aw
+            transform = x, y, z, ax, ay, az, aw
         self._cached_time = time
-        self._cached_entry = answer = parent, step, 1.0  # not used for further interpolation
-        return answer
+        self._cached_entry = result = parent, transform, 1.0  # not used for further interpolation
+        return result
 
     def before(self, time: int) -> Entry | None:
-        """Return parent and transform like `at`, without interpolation: the transform is an earlier one."""
+        """Return the entry like `at`, but without interpolation: the last one before the time."""
         entries = self.entries
         if self.static or (not time and entries):
             return entries[-1]
@@ -167,7 +167,7 @@ class Frame:
         )
 
     def clear(self) -> None:
-        """Remove all transforms, except a static one."""
+        """Remove all transforms except for static ones."""
         if not self.static:
             self.stamps = []
             self.entries = []
@@ -176,12 +176,12 @@ class Frame:
 
     @property
     def latest(self) -> int:
-        """Stamp of the newest transform; 0 without one and for a static one."""
+        """Stamp of the newest transform; 0 if there is none, or if it is static."""
         return self.stamps[-1] if self.stamps else 0
 
     @property
     def oldest(self) -> int:
-        """Stamp of the oldest transform; 0 without one and for a static one."""
+        """Stamp of the oldest transform; 0 if there is none, or if it is static."""
         return self.stamps[self._head] if self.stamps else 0
 
     @property
@@ -197,17 +197,17 @@ class Frame:
 
     @property
     def frequency(self) -> float:
-        """Rate of the transforms in Hz; 0 with fewer than two."""
+        """Rate of the transforms in Hz; 0 if there are fewer than two."""
         return (len(self) - 1) / (to_sec(self.latest) - to_sec(self.oldest)) if len(self) > 1 else 0.0
 
     @property
     def rate(self) -> float:
-        """The rate as tf2 computes it: with one transform too many, and 10000 for a single one."""
+        """The rate as tf2 computes it, which counts one transform too many, and is 10000 for a single one."""
         return len(self) / max(to_sec(self.latest) - to_sec(self.oldest), 0.0001)
 
 
 def to_sec(time: int) -> float:
-    """Return seconds rounded like roscpp's, so that printed times agree to the last digit."""
+    """Convert to seconds with roscpp's rounding, so that printed times agree to the last digit."""
     return time // 1_000_000_000 + 1e-9 * (time % 1_000_000_000)
 
 

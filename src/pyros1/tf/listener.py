@@ -1,4 +1,4 @@
-"""Listener, which fills a buffer from /tf and /tf_static."""
+"""Fills a buffer with the transforms from /tf and /tf_static."""
 
 from __future__ import annotations
 
@@ -18,10 +18,11 @@ _QUEUE = 100
 
 
 class TransformListener:
-    """Puts transforms from /tf and /tf_static into a buffer, until the node ends. Also a context manager.
+    """Adds transforms from /tf and /tf_static to a buffer until the node shuts down. Also a context manager.
 
     The callbacks run in separate threads, even in a node that spins, since a lookup may wait for them. When simulated
-    time jumps back, the buffer is cleared; static transforms stay. The service ``~tf2_frames`` describes the buffer.
+    time jumps back, the buffer is cleared except for static transforms. The service ``~tf2_frames`` describes the
+    buffer.
 
     Args:
         node: the node whose topics and time are used.
@@ -32,7 +33,7 @@ class TransformListener:
         self.buffer = buffer
         self._node = node
         self._lock = threading.RLock()
-        self._last = node.now()
+        self._last_time = node.now()
         self._closed = False
         self._subscribers: list[Any] = []
         if buffer.warn is None:
@@ -40,41 +41,41 @@ class TransformListener:
         transforms = received_class(load_message("tf2_msgs/TFMessage"))
         if node.params.get("/use_sim_time", False) is True:
             buffer.use_time(lambda: node.now().to_sec())
-            # never undone: lookups that wait in the buffer need the ticks even after `close`
-            self._subscribe("/clock", load_message("rosgraph_msgs/Clock"), self._ticked, 1)
+            # never undone, since lookups that wait in the buffer need the ticks even after `close`
+            self._subscribe("/clock", load_message("rosgraph_msgs/Clock"), self._on_clock, 1)
         self._subscribers = [
-            self._subscribe("/tf", transforms, self._received, _QUEUE),
-            self._subscribe("/tf_static", transforms, self._received_static, None),
+            self._subscribe("/tf", transforms, self._on_transforms, _QUEUE),
+            self._subscribe("/tf_static", transforms, self._on_static_transforms, None),
         ]
         node.on_shutdown(self._end)
-        with suppress(NodeError):  # the node has another listener already
+        with suppress(NodeError):  # the node already has another listener
             node.advertise_service("~tf2_frames", "tf2_msgs/FrameGraph", lambda _: buffer.all_frames_as_yaml())
 
     def _subscribe(self, topic: str, message_class: Any, callback: Any, queue_size: int | None) -> Any:
-        # direct: not through the queue of a node that spins, which may be waiting in a lookup
+        # direct, not through the queue of a node that spins, which may be blocked in a lookup
         topics = self._node._topics
         name = self._node.resolve(topic)
         return topics.subscribe(name, message_class, callback, queue_size, direct=True)
 
-    def _received(self, message: Any) -> None:
+    def _on_transforms(self, message: Any) -> None:
         self._check_time()
-        fill(self.buffer, message, _sender(message), static=False)
+        add_to_buffer(self.buffer, message, _sender(message), static=False)
 
-    def _received_static(self, message: Any) -> None:
+    def _on_static_transforms(self, message: Any) -> None:
         self._check_time()
-        fill(self.buffer, message, _sender(message), static=True)
+        add_to_buffer(self.buffer, message, _sender(message), static=True)
 
-    def _ticked(self, _: Any) -> None:
+    def _on_clock(self, _: Any) -> None:
         self._check_time()
         self.buffer.wake()
 
     def _check_time(self) -> None:
         with self._lock:
             now = self._node.now()
-            jump = (now - self._last).to_sec()
-            self._last = now
+            jump = (now - self._last_time).to_sec()
+            self._last_time = now
             if jump < 0 and not self._closed:
-                self.buffer.clear()  # within the lock: transforms that arrive from now on have the new time, and stay
+                self.buffer.clear()  # with the lock held, so that transforms with the new time are not removed
         if jump < 0 and not self._closed:
             self._node.log.warn("Detected jump back in time of %fs. Clearing TF buffer.", -jump)
 
@@ -82,7 +83,7 @@ class TransformListener:
         self.buffer.end_waits()
 
     def close(self) -> None:
-        """Stop listening; the buffer keeps what it has."""
+        """Stop listening; the buffer keeps its transforms."""
         self._closed = True
         for subscriber in self._subscribers:
             subscriber.unregister()
@@ -95,8 +96,8 @@ class TransformListener:
         self.close()
 
 
-def fill(buffer: Any, message: Any, sender: str, *, static: bool) -> None:
-    """Put a message into a buffer: a TFMessage, or `ReceivedTransforms`."""
+def add_to_buffer(buffer: Any, message: Any, sender: str, *, static: bool) -> None:
+    """Add the transforms of a TFMessage, or of `ReceivedTransforms`, to a buffer."""
     if message.__class__ is ReceivedTransforms:
         buffer.set_rows(message.rows, sender, static=static)
     else:

@@ -1,8 +1,8 @@
-"""Quaternions and rigid transforms as tuples, in tf2's order of operations: results agree to the last bits.
+"""Quaternions and rigid transforms as tuples, with tf2's order of operations, so that results agree to the last bits.
 
 A quaternion is (x, y, z, w), a transform (x, y, z, qx, qy, qz, qw). Quaternions need not have unit length: tf2 accepts
-deviations up to half a percent and does not normalise, and neither does this module. It uses floats, since numpy is
-slower for so few numbers and takes a tenth of a second to load; `pyros1.tf.transformations` uses numpy.
+deviations of up to half a percent without normalising, and so does this module. It uses floats, since numpy is slower
+for so few numbers and takes a tenth of a second to import; `pyros1.tf.transformations` uses numpy.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ Quaternion = tuple[float, float, float, float]
 Transform = tuple[float, float, float, float, float, float, float]
 
 EPS = 4 * 2.0**-52
-"""Lengths below this count as 0."""
+"""Lengths below this are treated as 0."""
 
 IDENTITY: Transform = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)
 
@@ -32,14 +32,14 @@ def from_angles(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def to_angles(rotation: Quaternion) -> Vector:
-    """Return roll, pitch and yaw in radians; where the pitch is 90 degrees up or down, the yaw is 0."""
+    """Return roll, pitch and yaw in radians; if the pitch is 90 degrees up or down, the yaw is 0."""
     x, y, z, w = rotation
     square = x * x + y * y + z * z + w * w
     # elements of the rotation matrix, times the square of the length
     xx, yx, zx = w * w + x * x - y * y - z * z, 2.0 * (x * y + w * z), 2.0 * (x * z - w * y)
-    level = hypot(xx, yx)
-    pitch = atan2(-zx, level)
-    if level <= EPS * square:
+    horizontal = hypot(xx, yx)
+    pitch = atan2(-zx, horizontal)
+    if horizontal <= EPS * square:
         return atan2(2.0 * (w * x - y * z), w * w - x * x + y * y - z * z), pitch, 0.0
     return atan2(2.0 * (y * z + w * x), w * w - x * x - y * y + z * z), pitch, atan2(yx, xx)
 
@@ -48,7 +48,7 @@ def chain(first: Transform, second: Transform) -> Transform:
     """Return the product of two transforms: ``first`` (parent <- child) times ``second`` (child <- grandchild)."""
     tx, ty, tz, ax, ay, az, aw = first
     x, y, z, bx, by, bz, bw = second
-    # first's rotation times the vector, as quaternion with -w (its conjugate follows below)
+    # the rotation of `first` times the vector, as a quaternion with -w (the conjugate is applied below)
     px = aw * x + ay * z - az * y
     py = aw * y + az * x - ax * z
     pz = aw * z + ax * y - ay * x
@@ -65,9 +65,9 @@ def chain(first: Transform, second: Transform) -> Transform:
 
 
 def product(steps: Sequence[Transform]) -> Transform:
-    """Return the product of one or more transforms, multiplied like in `chain`: the last times ... times the first."""
+    """Return the product of one or more transforms, as in `chain`: the last one times ... times the first one."""
     x, y, z, bx, by, bz, bw = steps[0]
-    for tx, ty, tz, ax, ay, az, aw in steps[1:]:  # like in chain, whose calls would take most of the time
+    for tx, ty, tz, ax, ay, az, aw in steps[1:]:  # inlined from `chain`, since calls would take most of the time
         px = aw * x + ay * z - az * y
         py = aw * y + az * x - ax * z
         pz = aw * z + ax * y - ay * x
@@ -86,14 +86,16 @@ def product(steps: Sequence[Transform]) -> Transform:
 def invert(transform: Transform) -> Transform:
     """Return the inverse of a transform."""
     x, y, z, qx, qy, qz, qw = transform
-    moved = chain((0.0, 0.0, 0.0, -qx, -qy, -qz, qw), (-x, -y, -z, 0.0, 0.0, 0.0, 1.0))
-    return (moved[0], moved[1], moved[2], -qx, -qy, -qz, qw)
+    inverted = chain((0.0, 0.0, 0.0, -qx, -qy, -qz, qw), (-x, -y, -z, 0.0, 0.0, 0.0, 1.0))
+    return (inverted[0], inverted[1], inverted[2], -qx, -qy, -qz, qw)
 
 
 def chain_normalized(first: Transform, second: Transform) -> Transform:
-    """Return `chain` of both with normalised quaternions, with the sign that a rotation matrix gives."""
+    """Return `chain` of both with normalised quaternions, and with the sign that conversion to a matrix and back
+    gives.
+    """
     x, y, z, *rotation = chain(_unit(first), _unit(second))
-    # A matrix gives a quaternion with positive w or, if w is small, with its largest part positive.
+    # Conversion from a matrix gives a positive w or, if w is small, a positive largest component.
     largest = 3 if rotation[3] * rotation[3] > 0.25 else max(range(3), key=lambda i: abs(rotation[i]))
     qx, qy, qz, qw = rotation if rotation[largest] >= 0 else [-part for part in rotation]
     return (x, y, z, qx, qy, qz, qw)

@@ -21,20 +21,20 @@ _MAX_DEPTH = 1000
 """Maximum number of frames on a path; a longer one must be a loop."""
 
 _TOLERANCE = 10e-3
-"""Largest deviation of the square of a quaternion's length from 1."""
+"""Maximum deviation from 1 of the square of a quaternion's length."""
 
 
 class Tree:
     """The tree of frames, by name.
 
     Args:
-        keep: age in ns up to which transforms are kept.
+        keep: maximum age in ns of transforms that are kept.
     """
 
     def __init__(self, keep: int) -> None:
         self.keep = keep
         self.frames: dict[str, Frame] = {}
-        self._odd_names = False  # whether a name still begins with a slash after one has been removed
+        self._has_slash_names = False  # whether a name still begins with a slash after one has been removed
 
     # Filling ----------------------------------------------------------------------------------------------------------
 
@@ -42,15 +42,15 @@ class Tree:
         """Add several transforms.
 
         Returns:
-            The reasons why some were ignored, in tf2's words.
+            The reasons why transforms were ignored, in tf2's words.
         """
         problems: list[str] = []
         frames, keep = self.frames, self.keep
         for parent, child, time, transform in rows:
             frame = frames.get(child)
-            above = frames.get(parent)
-            if frame is not None and above is not None and frame is not above and frame.static is False:
-                # The usual case, here for speed: the frames are known, and the transform is their newest.
+            parent_frame = frames.get(parent)
+            if frame is not None and parent_frame is not None and frame is not parent_frame and frame.static is False:
+                # The usual case, inlined for speed: the frames are known, and the transform is the newest one.
                 x, y, z, qx, qy, qz, qw = transform
                 length = qx * qx + qy * qy + qz * qz + qw * qw
                 stamps = frame.stamps
@@ -59,9 +59,9 @@ class Tree:
                     and not isnan(x + y + z)
                     and stamps
                     and time > stamps[-1]
-                    and not self._odd_names
+                    and not self._has_slash_names
                 ):
-                    frame.append(time, (above, transform, length), time - keep)
+                    frame.append(time, (parent_frame, transform, length), time - keep)
                     frame.authority = authority
                     continue
             problems += self.insert(parent, child, time, transform, static, authority)
@@ -73,50 +73,51 @@ class Tree:
         """Add a transform.
 
         Returns:
-            The reasons why it was ignored, in tf2's words; empty if it was not ignored.
+            The reasons why it was ignored, in tf2's words; empty if it was added.
         """
         frames = self.frames
         frame = frames.get(child)
-        above = frames.get(parent)
-        if frame is None or above is None or frame is above or self._odd_names:
+        parent_frame = frames.get(parent)
+        if frame is None or parent_frame is None or frame is parent_frame or self._has_slash_names:
             if parent[:1] == "/":
                 parent = parent[1:]
             if child[:1] == "/":
                 child = child[1:]
-            problems = _problems(parent, child, transform, authority)
+            problems = _find_problems(parent, child, transform, authority)
             if problems:
                 return problems
-            frame, above = self._known(child), self._known(parent)
+            frame, parent_frame = self._get_or_add(child), self._get_or_add(parent)
         x, y, z, qx, qy, qz, qw = transform
         length = qx * qx + qy * qy + qz * qz + qw * qw
         if isnan(x + y + z) or not -_TOLERANCE < length - 1.0 < _TOLERANCE:
-            problems = _problems(parent, child, transform, authority)
+            problems = _find_problems(parent, child, transform, authority)
             if problems:
                 return problems
         if frame.static is None:
             frame.static = static
-        problem = frame.insert(time, (above, transform, length), self.keep)
+        problem = frame.insert(time, (parent_frame, transform, length), self.keep)
         if problem is None:
             frame.authority = authority
             return []
         return [f"{problem} for frame {child} at time {to_sec(time):.6f} according to authority {authority}"]
 
-    def _known(self, name: str) -> Frame:
+    def _get_or_add(self, name: str) -> Frame:
         frame = self.frames.get(name)
         if frame is None:
             frame = self.frames[name] = Frame(name)
-            self._odd_names = self._odd_names or name[0] == "/"
+            self._has_slash_names = self._has_slash_names or name[0] == "/"
         return frame
 
     def clear(self) -> None:
-        """Remove all transforms that are not static. The frames stay known."""
+        """Remove all transforms except for static ones. The frames remain."""
         for frame in self.frames.values():
             frame.clear()
 
     # Lookups ----------------------------------------------------------------------------------------------------------
 
     def lookup(self, target: str, source: str, time: int) -> tuple[int, Transform]:
-        """Return stamp and transform of ``source`` in ``target``; time 0 is the latest common time of all frames.
+        """Return the stamp and the transform of ``source`` in ``target``; time 0 is the latest common time of all
+        frames.
 
         Raises:
             TransformException: see `pyros1.tf.errors`.
@@ -124,13 +125,14 @@ class Tree:
         if target == source:
             frame = self.frames.get(target)
             return (frame.latest if frame is not None and not time else time), IDENTITY
-        into = self._find("lookupTransform argument target_frame", target)
-        return self._walk(into, self._find("lookupTransform argument source_frame", source), time)
+        target_frame = self._find("lookupTransform argument target_frame", target)
+        return self._find_transform(target_frame, self._find("lookupTransform argument source_frame", source), time)
 
     def lookup_full(
         self, target: str, target_time: int, source: str, source_time: int, fixed: str
     ) -> tuple[int, Transform]:
-        """Return stamp and transform of ``source`` at one time in ``target`` at another, if ``fixed`` does not move.
+        """Return the stamp and the transform of ``source`` at one time in ``target`` at another, if ``fixed`` does not
+        move.
 
         Raises:
             TransformException: see `pyros1.tf.errors`.
@@ -143,14 +145,14 @@ class Tree:
         return stamp, chain_normalized(second, first)
 
     def latest_common_time(self, target: str, source: str) -> int:
-        """Return the newest time at which all frames between the two are known; 0 if all are static.
+        """Return the newest time at which all transforms between the two are known, or 0 if all are static.
 
         Raises:
             LookupException: a frame does not exist, or there is a loop.
             ConnectivityException: they are not connected.
         """
-        into = self._find("get_latest_common_time", target)
-        return self._common_time(into, self._find("get_latest_common_time", source))
+        target_frame = self._find("get_latest_common_time", target)
+        return self._common_time(target_frame, self._find("get_latest_common_time", source))
 
     def chain(self, target: str, target_time: int, source: str, source_time: int, fixed: str) -> list[str]:
         """Return the names of the frames on the path from source through ``fixed`` to target, both included.
@@ -158,11 +160,11 @@ class Tree:
         Raises:
             TransformException: see `pyros1.tf.errors`.
         """
-        into = self._find("chainAsVector argument target_frame", target)
-        start = self._find("chainAsVector argument source_frame", source)
-        middle = self._find("chainAsVector argument fixed_frame", fixed)
-        names = self._names(middle, start, source_time)
-        rest = self._names(into, middle, target_time)
+        target_frame = self._find("chainAsVector argument target_frame", target)
+        source_frame = self._find("chainAsVector argument source_frame", source)
+        fixed_frame = self._find("chainAsVector argument fixed_frame", fixed)
+        names = self._names(fixed_frame, source_frame, source_time)
+        rest = self._names(target_frame, fixed_frame, target_time)
         if names and rest and names[-1] == rest[0]:
             rest = rest[1:]
         return names + rest
@@ -171,13 +173,13 @@ class Tree:
         frame = self.frames.get(name)
         if frame is not None and name[0] != "/":
             return frame
-        problem = bad_name(argument, name)
+        problem = name_problem(argument, name)
         if problem:
             raise InvalidArgumentException(problem)
         raise LookupException(f'"{name}" passed to {argument} does not exist. ')
 
-    def _walk(self, target: Frame, source: Frame, time: int) -> tuple[int, Transform]:
-        """Return stamp and transform of ``source`` in ``target``."""
+    def _find_transform(self, target: Frame, source: Frame, time: int) -> tuple[int, Transform]:
+        """Return the stamp and the transform of ``source`` in ``target``."""
         time, source_steps, target_steps = self._path(target, source, time, Frame.at)
         up = product(source_steps) if source_steps else IDENTITY
         if not target_steps:
@@ -191,50 +193,50 @@ class Tree:
         """Go up from both frames to their common ancestor.
 
         Args:
-            find: finds the parent of a frame and the transform into it.
+            find: returns the entry of a frame at a time.
 
         Returns:
-            The time, the transforms from source to the ancestor, and those from target to it.
+            The time, the transforms from source up to the ancestor, and those from target up to it.
         """
         if target is source:
             return time or source.latest, [], []
         if not time:
             time = self._common_time(target, source)
         source_steps: list[Transform] = []
-        top = source
+        current = source
         for _ in range(_MAX_DEPTH):
-            entry = find(top, time)
+            entry = find(current, time)
             if entry is None:
                 break
-            top, step, _square = entry
-            source_steps.append(step)
-            if top is target:
+            current, transform, _square = entry
+            source_steps.append(transform)
+            if current is target:
                 return time, source_steps, []
         else:
-            raise self._loop()
-        stuck = top
+            raise self._loop_error()
+        last_source = current
         target_steps: list[Transform] = []
         frame = target
-        while frame is not top:
+        while frame is not current:
             entry = find(frame, time)
             if entry is None:
                 if frame.static is not None:
-                    raise ExtrapolationException(frame.why_not(time) + _between(source, target))
-                if stuck.static is not None:
-                    raise ExtrapolationException(stuck.why_not(time) + _between(source, target))
-                raise _apart(source, target)
-            frame, step, _ = entry
-            target_steps.append(step)
+                    raise ExtrapolationException(frame.why_not(time) + _lookup_suffix(source, target))
+                if last_source.static is not None:
+                    raise ExtrapolationException(last_source.why_not(time) + _lookup_suffix(source, target))
+                raise _unconnected_error(source, target)
+            frame, transform, _ = entry
+            target_steps.append(transform)
             if frame is source:
                 return time, [], target_steps
             if len(target_steps) > _MAX_DEPTH:
-                raise self._loop()
+                raise self._loop_error()
         return time, source_steps, target_steps
 
     def _common_time(self, target: Frame, source: Frame) -> int:
         if target is source:
             return source.latest
-        times: dict[Frame, int] = {}  # ancestor of source -> newest time at which it can be reached from there
+        times: dict[Frame, int] = {}  # ancestor of source -> newest time at which it can be reached
         frame = source
         common = 0
         while entries := frame.entries:
@@ -245,7 +247,7 @@ class Tree:
             if frame is target:
                 return common
             if frame in times:
-                raise self._loop()
+                raise self._loop_error()
             times[frame] = common
         frame = target
         common = 0
@@ -262,8 +264,8 @@ class Tree:
                 return common
             seen += 1
             if seen > _MAX_DEPTH:
-                raise self._loop()
-        raise _apart(source, target)
+                raise self._loop_error()
+        raise _unconnected_error(source, target)
 
     def _names(self, target: Frame, source: Frame, time: int) -> list[str]:
         time, _, _ = self._path(target, source, time, Frame.before)
@@ -287,7 +289,7 @@ class Tree:
         return found
 
     def can_transform(self, target: str, source: str, time: int) -> str | None:
-        """Return None if `lookup` would succeed, else the reason."""
+        """Return None if `lookup` would succeed, or the reason why not."""
         if target == source:
             return None
         return self._missing(target_frame=target, source_frame=source) or self._try(target, source, time)
@@ -295,21 +297,23 @@ class Tree:
     def can_transform_full(
         self, target: str, target_time: int, source: str, source_time: int, fixed: str
     ) -> str | None:
-        """Return None if `lookup_full` would succeed, else the reason."""
+        """Return None if `lookup_full` would succeed, or the reason why not."""
         return (
             self._missing(target_frame=target, source_frame=source, fixed_frame=fixed)
             or self._try(target, fixed, target_time)
             or self._try(fixed, source, source_time)
         )
 
-    def _missing(self, **named: str) -> str:
-        """Return a text about frames that have a bad name or do not exist; empty if all exist."""
-        for role, name in named.items():
-            problem = bad_name(f"canTransform argument {role}", name)
+    def _missing(self, **names_by_role: str) -> str:
+        """Return a message about frames that have an invalid name or do not exist, or an empty string if all exist."""
+        for role, name in names_by_role.items():
+            problem = name_problem(f"canTransform argument {role}", name)
             if problem:
                 return problem
         missing = [
-            f"canTransform: {role} {name} does not exist." for role, name in named.items() if name not in self.frames
+            f"canTransform: {role} {name} does not exist."
+            for role, name in names_by_role.items()
+            if name not in self.frames
         ]
         return " ".join(missing)
 
@@ -320,14 +324,14 @@ class Tree:
             return str(error)
         return None
 
-    def _loop(self) -> LookupException:
+    def _loop_error(self) -> LookupException:
         return LookupException(
             f"The tf tree is invalid because it contains a loop.\n{as_string(self.frames.values())}\n"
         )
 
 
-def bad_name(argument: str, name: str) -> str:
-    """Return the problem with a frame's name in a lookup, in tf2's words; empty if there is none.
+def name_problem(argument: str, name: str) -> str:
+    """Return the problem with a frame's name in a lookup, in tf2's words, or an empty string.
 
     Raises:
         TypeError: it is not a str.
@@ -341,19 +345,19 @@ def bad_name(argument: str, name: str) -> str:
     return ""
 
 
-def _between(source: Frame, target: Frame) -> str:
+def _lookup_suffix(source: Frame, target: Frame) -> str:
     return f", when looking up transform from frame [{source.name}] to frame [{target.name}]"
 
 
-def _apart(source: Frame, target: Frame) -> ConnectivityException:
+def _unconnected_error(source: Frame, target: Frame) -> ConnectivityException:
     return ConnectivityException(
         f"Could not find a connection between '{target.name}' and '{source.name}' because they are not part of the "
         f"same tree.Tf has two or more unconnected trees."
     )
 
 
-def _problems(parent: str, child: str, transform: Transform, authority: str) -> list[str]:
-    """Return the reasons why a transform cannot be used; empty if it can."""
+def _find_problems(parent: str, child: str, transform: Transform, authority: str) -> list[str]:
+    """Return the reasons why a transform cannot be used, if any."""
     found = []
     if child == parent:
         found.append(

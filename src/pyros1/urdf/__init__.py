@@ -1,1 +1,1 @@
-"""Descriptions of robots (URDF), poses of their links, and the nodes that publish the states of their joints."""
+"""Robot descriptions (URDF), the poses of links, and the nodes that publish joint states and poses."""

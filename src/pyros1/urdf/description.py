@@ -1,4 +1,4 @@
-"""The description of a node's robot, and the node's other parameters."""
+"""Reads a node's robot description, and its other parameters."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ if TYPE_CHECKING:
 PARAMETER = "robot_description"
 
 
-def description(node: Node) -> str:
-    """Return the parameter robot_description: the node's own, or that of its namespace or one above.
+def robot_description(node: Node) -> str:
+    """Return the parameter robot_description of the node itself, of its namespace, or of one above.
 
     Raises:
-        UrdfError: it is not set, or is not a text.
+        UrdfError: it is not set, or is not a string.
     """
     name = node.params.search(PARAMETER)
     value = None if name is None else node.params.get(name)
@@ -27,12 +27,14 @@ def description(node: Node) -> str:
             f'{PARAMETER}" textfile="ROBOT.urdf"/>, or command="xacro ROBOT.xacro"'
         )
     if not isinstance(value, str):
-        raise UrdfError(f"the parameter {name} must be the text of a robot's description")
+        raise UrdfError(f"the parameter {name} must be a string with the robot's description")
     return value
 
 
-def getter(node: Node) -> Any:
-    """Return a function that takes a parameter's name and default, and returns the node's value, or its namespace's."""
+def parameter_getter(node: Node) -> Any:
+    """Return a function that, given a parameter's name and default, returns its value in the node or in its
+    namespace.
+    """
 
     def get(name: str, default: Any) -> Any:
         value = node.params.get(f"~{name}")

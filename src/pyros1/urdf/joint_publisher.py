@@ -1,4 +1,6 @@
-"""joint_state_publisher: positions of all joints on joint_states (https://wiki.ros.org/joint_state_publisher)."""
+"""joint_state_publisher: publishes positions of all joints on joint_states
+(https://wiki.ros.org/joint_state_publisher).
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,7 @@ from typing import Any
 from pyros1.ground.errors import Error
 from pyros1.msgs.sensor_msgs.msg import JointState
 from pyros1.node import Node
-from pyros1.urdf.description import description, getter
+from pyros1.urdf.description import parameter_getter, robot_description
 from pyros1.urdf.joints import SLIDERS, JointStates, options
 from pyros1.urdf.reading import read
 
@@ -17,10 +19,10 @@ _QUEUE = 100
 
 
 class JointStatePublisher:
-    """Publishes the states of a robot's joints until the node ends.
+    """Publishes the states of a robot's joints until the node shuts down.
 
     Args:
-        node: the node.
+        node: the node that publishes.
         states: the joints.
     """
 
@@ -32,13 +34,13 @@ class JointStatePublisher:
         own = node.resolve("joint_states")
         for source in (*states.options.source_list, f"~{SLIDERS}"):
             if node.resolve(source) == own:
-                node.log.error("source_list names %s, on which this node publishes: it is left out", own)
+                node.log.error("source_list contains %s, to which this node publishes: it is ignored", own)
                 continue
             node.subscribe(source, JointState, self._receive, queue_size=_QUEUE)
 
     def _receive(self, message: Any) -> None:
         with self._lock:
-            self._states.take(message.name, message.position, message.velocity, message.effort)
+            self._states.apply(message.name, message.position, message.velocity, message.effort)
 
     def publish(self) -> None:
         """Publish the states once."""
@@ -46,26 +48,26 @@ class JointStatePublisher:
             self._states.step()
             names, positions, velocities, efforts = self._states.message()
         if not names:
-            return  # like stock: a robot without movable joints has no states
+            return  # as in stock, a robot without movable joints has no states
         message = JointState(name=names, position=positions, velocity=velocities, effort=efforts)
         message.header.stamp = self._node.now()
         self._publisher.publish(message)
 
     def run(self) -> None:
-        """Publish periodically until the node ends."""
+        """Publish periodically until the node shuts down."""
         rate = self._node.rate(self._states.options.rate)
         while self._node.ok():
             self.publish()
             rate.sleep()
 
 
-def begin(node: Node) -> JointStatePublisher:
-    """Return the publisher that a node's parameters describe.
+def make_publisher(node: Node) -> JointStatePublisher:
+    """Create the publisher from a node's parameters.
 
     Raises:
-        UrdfError: the description or a parameter is wrong.
+        UrdfError: the description or a parameter is invalid.
     """
-    states = JointStates(read(description(node)), options(getter(node)))
+    states = JointStates(read(robot_description(node)), options(parameter_getter(node)))
     for warning in states.warnings:
         node.log.warn("%s", warning)
     return JointStatePublisher(node, states)
@@ -79,7 +81,7 @@ def main(argv: list[str]) -> int:
     """
     with Node("joint_state_publisher", argv=argv[1:]) as node:
         try:
-            publisher = begin(node)
+            publisher = make_publisher(node)
         except Error as error:
             node.log.fatal("%s", error)
             return 1

@@ -1,4 +1,4 @@
-"""The state of a joint_state_publisher: joints with limits, their positions, and which joint follows which. Pure."""
+"""The state of a joint_state_publisher: joints with their limits and positions, and which joint follows which. Pure."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from pyros1.urdf.model import MOVING, Joint, Mimic, Robot, UrdfError, limit_warn
 
 MAX_SOURCES = 100
 SLIDERS = "sliders"
-"""The topic of the node joint_state_publisher, below its own name, on which a page sets the positions of joints."""
+"""Topic below the name of the node joint_state_publisher, on which a web page sets the positions of joints."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """How joints are published; the names are those of stock's parameters.
+    """Options for publishing joints; the names are those of stock's parameters.
 
     Attributes:
         rate: messages per second.
         source_list: topics with positions to use.
-        zeros: joint -> position at the start, in radians or metres.
+        zeros: joint -> initial position in radians or metres.
         dependent_joints: joint -> the joint that it follows.
         use_mimic_tags: whether joints follow other joints as described by mimic tags.
         use_smallest_joint_limits: whether a safety_controller's limits apply.
-        publish_default_positions, publish_default_velocities, publish_default_efforts: whether there are values before
-            a source provides them.
-        delta: how far free joints move with each message, back and forth between their limits; 0: they do not move.
+        publish_default_positions, publish_default_velocities, publish_default_efforts: whether values are published
+            before a source provides them.
+        delta: distance by which free joints move with each message, back and forth between their limits; 0 for none.
     """
 
     rate: float = 10.0
@@ -47,10 +47,10 @@ def options(get: Callable[[str, Any], Any]) -> Options:
     """Read options from parameters.
 
     Args:
-        get: takes a parameter's name and default; returns its value.
+        get: returns the value of a parameter, given its name and default.
 
     Raises:
-        UrdfError: a value is of the wrong kind; the message names the parameter.
+        UrdfError: a value has the wrong type; the message names the parameter.
     """
     sources = get("source_list", [])
     if not isinstance(sources, (list, tuple)) or not all(isinstance(each, str) for each in sources):
@@ -75,7 +75,7 @@ def options(get: Callable[[str, Any], Any]) -> Options:
         source_list=tuple(sources),
         zeros={name: _number(each, f"zeros/{name}") for name, each in _mapping(get("zeros", {}), "zeros").items()},
         dependent_joints={
-            name: _dependent(each, f"dependent_joints/{name}")
+            name: _read_dependent_joint(each, f"dependent_joints/{name}")
             for name, each in _mapping(get("dependent_joints", {}), "dependent_joints").items()
         },
         delta=_number(get("delta", 0.0), "delta"),
@@ -89,7 +89,7 @@ class FreeJoint:
 
     Attributes:
         joint: the joint.
-        lower, upper: its limits, in radians or metres. For a continuous joint, half a turn to each side.
+        lower, upper: its limits, in radians or metres. For a continuous joint, half a turn in each direction.
         zero: its initial and centre position.
         position, velocity, effort: current values; None if not available.
     """
@@ -101,15 +101,15 @@ class FreeJoint:
     position: float | None = None
     velocity: float | None = None
     effort: float | None = None
-    _back: bool = False
+    _moves_back: bool = False
 
     def step(self, delta: float) -> None:
-        """Move by ``delta``, and turn back at the limits."""
-        here = (self.zero if self.position is None else self.position) + (-delta if self._back else delta)
-        if not self.lower <= here <= self.upper:
-            self._back = here > self.upper
-            here = min(max(here, self.lower), self.upper)
-        self.position = here
+        """Move by ``delta``, and reverse at the limits."""
+        position = (self.zero if self.position is None else self.position) + (-delta if self._moves_back else delta)
+        if not self.lower <= position <= self.upper:
+            self._moves_back = position > self.upper
+            position = min(max(position, self.lower), self.upper)
+        self.position = position
 
 
 class JointStates:
@@ -120,11 +120,11 @@ class JointStates:
         options: how they are published.
 
     Attributes:
-        names: of all joints that have a position, as in the description.
-        kinds: their types, by name.
-        free: those that do not follow another joint.
-        followers: joint -> the joint that it follows, always a free one.
-        warnings: oddities that do not prevent its use.
+        names: names of all joints that have a position, in the order of the description.
+        joint_types: their types, by name.
+        free_joints: the joints that do not follow another joint, by name.
+        followers: joint -> the joint that it follows, which is always free.
+        warnings: problems that do not prevent its use.
     """
 
     def __init__(self, robot: Robot, options: Options) -> None:
@@ -135,27 +135,29 @@ class JointStates:
         leaders.update({name: each for name, each in options.dependent_joints.items() if name in joints})
         for name in [*options.zeros, *options.dependent_joints]:
             if name not in joints:
-                self.warnings.append(f"{_quoted(name)} has a parameter, but is not a movable joint")
+                self.warnings.append(f"{_escaped(name)} has a parameter, but is not a movable joint")
         for name in [name for name, each in leaders.items() if each.joint not in joints]:
             self.warnings.append(
-                f"joint {_quoted(name)} follows {_quoted(leaders.pop(name).joint)}, which does not move"
+                f"joint {_escaped(name)} follows {_escaped(leaders.pop(name).joint)}, which does not move"
             )
         self.followers = _followers(leaders, self.warnings)
         self.warnings = limit_warnings(self.warnings)
         self.names = tuple(joints)
-        self.kinds = {name: joint.type for name, joint in joints.items()}
-        self.free = {name: self._free(joint) for name, joint in joints.items() if name not in self.followers}
+        self.joint_types = {name: joint.type for name, joint in joints.items()}
+        self.free_joints = {
+            name: self._make_free_joint(joint) for name, joint in joints.items() if name not in self.followers
+        }
 
-    def take(
+    def apply(
         self,
         names: Sequence[str],
         positions: Sequence[float] = (),
         velocities: Sequence[float] = (),
         efforts: Sequence[float] = (),
     ) -> None:
-        """Apply a message of a source. Unknown joints, joints that follow other joints, and NaNs are ignored."""
+        """Apply a message from a source. Unknown joints, joints that follow other joints, and NaNs are ignored."""
         for index, name in enumerate(names):
-            joint = self.free.get(name)
+            joint = self.free_joints.get(name)
             if joint is None:
                 continue
             if index < len(positions) and isfinite(positions[index]):
@@ -168,47 +170,49 @@ class JointStates:
     def step(self) -> None:
         """Move the joints by the option ``delta``."""
         if self.options.delta:
-            for joint in self.free.values():
+            for joint in self.free_joints.values():
                 joint.step(self.options.delta)
 
     def message(self) -> tuple[list[str], list[float], list[float], list[float]]:
-        """Return names, positions, velocities and efforts. The last three are empty if no joint has any."""
-        free = self.free.values()
-        # With followers there are always positions, like in stock.
-        positioned = bool(self.followers) or any(each.position is not None for each in free)
-        positions = [self._position(name) for name in self.names] if positioned else []
-        moving = any(each.velocity is not None for each in free)
-        velocities = [self._scaled(name) for name in self.names] if moving else []
-        working = any(each.effort is not None for each in free)
-        efforts = [self._of(name).effort or 0.0 for name in self.names] if working else []
+        """Return names, positions, velocities and efforts. Each of the last three is empty if no joint has such a
+        value.
+        """
+        free = self.free_joints.values()
+        # As in stock, there are always positions if there are followers.
+        has_positions = bool(self.followers) or any(each.position is not None for each in free)
+        positions = [self._position(name) for name in self.names] if has_positions else []
+        has_velocities = any(each.velocity is not None for each in free)
+        velocities = [self._velocity(name) for name in self.names] if has_velocities else []
+        has_efforts = any(each.effort is not None for each in free)
+        efforts = [self._leader(name).effort or 0.0 for name in self.names] if has_efforts else []
         return list(self.names), positions, velocities, efforts
 
-    def _of(self, name: str) -> FreeJoint:
+    def _leader(self, name: str) -> FreeJoint:
         follower = self.followers.get(name)
-        return self.free[follower.joint if follower else name]
+        return self.free_joints[follower.joint if follower else name]
 
     def _position(self, name: str) -> float:
-        position = self._of(name).position
+        position = self._leader(name).position
         if position is None:
             return 0.0
         follower = self.followers.get(name)
         return position * follower.multiplier + follower.offset if follower else position
 
-    def _scaled(self, name: str) -> float:
+    def _velocity(self, name: str) -> float:
         follower = self.followers.get(name)
-        return (self._of(name).velocity or 0.0) * (follower.multiplier if follower else 1.0)
+        return (self._leader(name).velocity or 0.0) * (follower.multiplier if follower else 1.0)
 
-    def _free(self, joint: Joint) -> FreeJoint:
+    def _make_free_joint(self, joint: Joint) -> FreeJoint:
         lower, upper = limits(joint, self.options.use_smallest_joint_limits)
         zero = self.options.zeros.get(joint.name, (lower + upper) / 2 if lower > 0 or upper < 0 else 0.0)
-        made = FreeJoint(joint, lower, upper, zero)
+        free_joint = FreeJoint(joint, lower, upper, zero)
         if self.options.publish_default_positions:
-            made.position = zero
+            free_joint.position = zero
         if self.options.publish_default_velocities:
-            made.velocity = 0.0
+            free_joint.velocity = 0.0
         if self.options.publish_default_efforts:
-            made.effort = 0.0
-        return made
+            free_joint.effort = 0.0
+        return free_joint
 
 
 def limits(joint: Joint, smallest: bool = True) -> tuple[float, float]:
@@ -216,7 +220,7 @@ def limits(joint: Joint, smallest: bool = True) -> tuple[float, float]:
 
     Args:
         joint: of a type in `MOVING`.
-        smallest: whether the limits of a safety_controller also apply.
+        smallest: whether the limits of a safety_controller apply as well.
     """
     if joint.type == "continuous" or joint.limit is None:
         return -pi, pi
@@ -229,9 +233,9 @@ def limits(joint: Joint, smallest: bool = True) -> tuple[float, float]:
 
 
 def _followers(leaders: Mapping[str, Mimic], warnings: list[str]) -> dict[str, Mimic]:
-    """Return the leading free joint for each joint that follows another one.
+    """Return the free joint that each following joint ultimately follows.
 
-    Among joints that follow each other in a cycle, one is free.
+    If joints follow each other in a cycle, one of them is made free.
     """
     found: dict[str, Mimic] = {}
     free: set[str] = set()
@@ -243,7 +247,7 @@ def _followers(leaders: Mapping[str, Mimic], warnings: list[str]) -> dict[str, M
             each = leaders[each].joint
         if each in path:
             free.add(each)
-            warnings.append(f"joint {_quoted(each)} follows itself: it is free")
+            warnings.append(f"joint {_escaped(each)} follows itself, so it is treated as free")
         for follower in reversed(path):
             if follower not in free:
                 mimic = leaders[follower]
@@ -256,26 +260,26 @@ def _followers(leaders: Mapping[str, Mimic], warnings: list[str]) -> dict[str, M
     return found
 
 
-def _dependent(value: object, name: str) -> Mimic:
+def _read_dependent_joint(value: object, name: str) -> Mimic:
     values = _mapping(value, name)
     parent = values.get("parent")
     if not isinstance(parent, str):
-        raise UrdfError(f"the parameter {_quoted(name)} must have a parent: the name of a joint")
+        raise UrdfError(f"the parameter {_escaped(name)} must have a parent: the name of a joint")
     factor, offset = _number(values.get("factor", 1.0), f"{name}/factor"), _number(values.get("offset", 0.0), name)
     return Mimic(parent, factor, offset)
 
 
 def _mapping(value: object, name: str) -> Mapping[str, Any]:
     if not isinstance(value, Mapping):
-        raise UrdfError(f"the parameter {_quoted(name)} must be a mapping: joint -> value")
+        raise UrdfError(f"the parameter {_escaped(name)} must be a mapping: joint -> value")
     return value
 
 
 def _number(value: object, name: str) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value):
-        raise UrdfError(f"the parameter {_quoted(name)} must be a number")
+        raise UrdfError(f"the parameter {_escaped(name)} must be a number")
     return float(value)
 
 
-def _quoted(name: str) -> str:
+def _escaped(name: str) -> str:
     return one_line(name, 200)

@@ -1,4 +1,4 @@
-"""The poses of a robot's links, from the positions of its joints. Pure."""
+"""Computes the poses of a robot's links from the positions of its joints. Pure."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pyros1.tf.rotation import IDENTITY, Transform, chain_normalized
 from pyros1.urdf.model import MOVING, Joint, Robot, UrdfError
 
 FIXED = frozenset({"fixed", "planar"})
-"""Types of joints that are published once, like in stock: for planar ones, only the origin is known."""
+"""Types of joints that are published once, as in stock; for planar joints, only the origin is known."""
 
 
 class Edge(NamedTuple):
@@ -19,11 +19,11 @@ class Edge(NamedTuple):
 
     Attributes:
         joint: the joint between them.
-        place: returns the child's pose in the parent at a position of the joint, in radians or metres.
+        pose_at: returns the child's pose in the parent for a position of the joint, in radians or metres.
     """
 
     joint: Joint
-    place: Callable[[float], Transform]
+    pose_at: Callable[[float], Transform]
 
 
 class Kinematics:
@@ -33,23 +33,23 @@ class Kinematics:
         robot: the robot.
 
     Attributes:
-        root: the link at the top of the tree.
+        root: name of the link at the top of the tree.
         fixed: joint and pose of each link that does not move.
-        moving: by joint, the links that move.
+        moving: the links that move, by the names of their joints.
 
     Raises:
-        UrdfError: the links are not a tree.
+        UrdfError: the links do not form a tree.
     """
 
     def __init__(self, robot: Robot) -> None:
         self.root = _root(robot)
         joints = robot.joints.values()
         self.fixed = [(joint, chain_normalized(joint.origin, IDENTITY)) for joint in joints if joint.type in FIXED]
-        self.moving = {joint.name: Edge(joint, placing(joint)) for joint in joints if joint.type in MOVING}
-        self._followers = _in_order(robot)
+        self.moving = {joint.name: Edge(joint, pose_function(joint)) for joint in joints if joint.type in MOVING}
+        self._followers = _ordered_followers(robot)
 
     def complete(self, positions: dict[str, float]) -> None:
-        """Add the positions of joints that mimic other joints. Existing ones are not changed.
+        """Add the positions of joints that mimic other joints. Existing positions are not changed.
 
         Args:
             positions: joint -> radians or metres.
@@ -63,23 +63,23 @@ class Kinematics:
         """Return the poses of links: child -> (parent, transform).
 
         Args:
-            positions: joint -> radians or metres. Links of joints that are neither named nor follow a named joint are
-                left out, unless they are fixed.
+            positions: joint -> radians or metres. Links of joints that are not included, and do not follow an included
+                joint, are left out unless they are fixed.
         """
-        known = dict(positions)
-        self.complete(known)
-        found = {joint.child: (joint.parent, place) for joint, place in self.fixed}
-        for name, (joint, place) in self.moving.items():
-            if name in known:
-                found[joint.child] = (joint.parent, place(known[name]))
-        return found
+        all_positions = dict(positions)
+        self.complete(all_positions)
+        poses = {joint.child: (joint.parent, pose) for joint, pose in self.fixed}
+        for name, (joint, pose_at) in self.moving.items():
+            if name in all_positions:
+                poses[joint.child] = (joint.parent, pose_at(all_positions[name]))
+        return poses
 
 
-def placing(joint: Joint) -> Callable[[float], Transform]:
-    """Return a function that takes a joint's position, and returns the child's pose in the parent.
+def pose_function(joint: Joint) -> Callable[[float], Transform]:
+    """Return a function that returns the child's pose in the parent for a position of the joint.
 
     Args:
-        joint: of a type in `MOVING`.
+        joint: a joint of a type in `MOVING`.
     """
     x, y, z, qx, qy, qz, qw = chain_normalized(joint.origin, IDENTITY)
     ax, ay, az = joint.axis
@@ -88,21 +88,21 @@ def placing(joint: Joint) -> Callable[[float], Transform]:
         return lambda position: (x + dx * position, y + dy * position, z + dz * position, qx, qy, qz, qw)
     if not (ax or ay or az):
         return lambda position: (x, y, z, qx, qy, qz, qw)
-    # The product of the origin's rotation and the axis, as quaternions: the factor of the sine.
+    # The product of the origin's rotation and the axis, as quaternions: the coefficient of the sine.
     sx = qw * ax + qy * az - qz * ay
     sy = qw * ay + qz * ax - qx * az
     sz = qw * az + qx * ay - qy * ax
     sw = -qx * ax - qy * ay - qz * az
 
-    def turned(position: float) -> Transform:
+    def pose_at(position: float) -> Transform:
         half = position * 0.5
         s, c = sin(half), cos(half)
         i, j, k, w = sx * s + qx * c, sy * s + qy * c, sz * s + qz * c, sw * s + qw * c
         if w < 0.5 and (max(i, j, k, key=abs) if w > -0.5 else w) < 0.0:
-            return (x, y, z, -i, -j, -k, -w)  # the same rotation, with the sign from a matrix: w, or the largest
+            return (x, y, z, -i, -j, -k, -w)  # the same rotation, with the sign that conversion from a matrix gives
         return (x, y, z, i, j, k, w)
 
-    return turned
+    return pose_at
 
 
 def _root(robot: Robot) -> str:
@@ -114,24 +114,22 @@ def _root(robot: Robot) -> str:
             f"{' ...' if len(roots) > 5 else ''}. Join them with joints, for example fixed ones"
         )
     if not roots:
-        raise UrdfError("no link is the root: the joints go in a circle")
+        raise UrdfError("no link is the root: the joints form a cycle")
     reached = {roots[0]}
     for link in robot.links:
         path: dict[str, None] = {}
         each = link
         while each not in reached:
             if each in path:
-                raise UrdfError(
-                    f"the joints go in a circle: {', '.join(one_line(name, 100) for name in list(path)[:5])}"
-                )
+                raise UrdfError(f"the joints form a cycle: {', '.join(one_line(name, 100) for name in list(path)[:5])}")
             path[each] = None
             each = parents[each]
         reached.update(path)
     return roots[0]
 
 
-def _in_order(robot: Robot) -> list[tuple[str, str, float, float]]:
-    """Return (joint, leader, multiplier, offset) of joints that mimic other joints, leaders first."""
+def _ordered_followers(robot: Robot) -> list[tuple[str, str, float, float]]:
+    """Return (joint, leader, multiplier, offset) of the joints that mimic other joints, leaders first."""
     ordered: dict[str, tuple[str, str, float, float]] = {}
     for joint in robot.joints.values():
         path = []

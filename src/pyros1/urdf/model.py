@@ -1,4 +1,4 @@
-"""The content of a robot's description, as far as it concerns moving links: https://wiki.ros.org/urdf/XML. Pure."""
+"""The content of a robot description, as far as it concerns moving links: https://wiki.ros.org/urdf/XML. Pure."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pyros1.ground.errors import Error
 from pyros1.tf.rotation import IDENTITY, Transform, Vector
 
 MOVING = frozenset({"revolute", "continuous", "prismatic"})
-"""Types of joints whose position is one number."""
+"""Types of joints whose position is a single number."""
 TYPES = MOVING | {"fixed", "floating", "planar"}
 
 
@@ -16,7 +16,7 @@ MAX_WARNINGS = 50
 
 
 class UrdfError(Error):
-    """A description of a robot cannot be used; the message names the element, and suggests a fix."""
+    """A robot description cannot be used; the message names the element, and suggests a fix."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Limit:
 
     Attributes:
         lower, upper: the limits.
-        soft_lower, soft_upper: those of its safety_controller; None if it has none.
+        soft_lower, soft_upper: the limits of its safety_controller; None if it has none.
     """
 
     lower: float = 0.0
@@ -36,7 +36,7 @@ class Limit:
 
 @dataclass(frozen=True)
 class Mimic:
-    """A joint's position is ``multiplier`` times that of another one, plus ``offset``."""
+    """Relation to another joint: the position is ``multiplier`` times that of the other joint, plus ``offset``."""
 
     joint: str
     multiplier: float = 1.0
@@ -51,10 +51,10 @@ class Joint:
         name: its name.
         type: one of `TYPES`.
         parent, child: the links that it connects.
-        origin: the child's pose at position 0, in the parent.
-        axis: of length 1, in the child; (0, 0, 0) for a joint that cannot move.
-        limit: None if there is none.
-        mimic: the joint that it follows; None if there is none.
+        origin: the child's pose in the parent at position 0.
+        axis: unit vector in the child's frame; (0, 0, 0) for a joint that cannot move.
+        limit: its range; None if it has none.
+        mimic: the joint that it follows; None if it does not follow another joint.
     """
 
     name: str
@@ -74,8 +74,8 @@ class Robot:
     Attributes:
         name: its name.
         links: names of its links, in the order of the description.
-        joints: by name, in the order of the description.
-        warnings: oddities that do not prevent its use.
+        joints: its joints by name, in the order of the description.
+        warnings: problems that do not prevent its use.
     """
 
     name: str
@@ -85,6 +85,6 @@ class Robot:
 
 
 def limit_warnings(warnings: list[str]) -> list[str]:
-    """Return at most `MAX_WARNINGS`, and a note about the remaining ones."""
-    more = len(warnings) - MAX_WARNINGS
-    return [*warnings[:MAX_WARNINGS], f"and {more} more like these"] if more > 0 else warnings
+    """Return at most `MAX_WARNINGS` warnings, and a note about the remaining ones."""
+    num_more = len(warnings) - MAX_WARNINGS
+    return [*warnings[:MAX_WARNINGS], f"and {num_more} more like these"] if num_more > 0 else warnings

@@ -1,6 +1,6 @@
-"""Reads descriptions of robots (URDF). Pure.
+"""Reads robot descriptions (URDF). Pure.
 
-Nothing is fetched from outside the text, and there are no entities (defusedxml). Elements that do not affect the poses
+Nothing outside of the text is accessed, and there are no entities (defusedxml). Elements that do not affect the poses
 of links, such as visual and transmission, are ignored.
 """
 
@@ -16,26 +16,26 @@ from pyros1.tf.rotation import IDENTITY, Transform, Vector, from_angles
 from pyros1.urdf.model import MOVING, TYPES, Joint, Limit, Mimic, Robot, UrdfError, limit_warnings
 
 MAX_LENGTH = 64 << 20
-"""Maximum number of characters of a description."""
+"""Maximum length of a description in characters."""
 MAX_JOINTS = 100_000
 _MAX_HINT_NAMES = 1_000
-"""Maximum number of names that a misspelt one is compared with."""
+"""Maximum number of names with which a misspelt name is compared."""
 _MAX_HINTS = 5
-"""Maximum number of misspelt names that are compared, if they only cause warnings."""
-_SPACE = "{http://www.ros.org/wiki/xacro}"
+"""Maximum number of misspelt names that are compared if they only cause warnings."""
+_XACRO_NAMESPACE = "{http://www.ros.org/wiki/xacro}"
 
 
 def read(text: str) -> Robot:
-    """Read a description.
+    """Read a robot description.
 
     Args:
-        text: the parameter robot_description.
+        text: the value of the parameter robot_description.
 
     Raises:
-        UrdfError: it is not URDF, or an element is wrong.
+        UrdfError: it is not URDF, or an element is invalid.
     """
     root = _parse(text)
-    links = _links(root)
+    links = _read_links(root)
     elements = root.findall("joint")
     if len(elements) > MAX_JOINTS:
         raise UrdfError(f"a robot has at most {MAX_JOINTS} joints")
@@ -43,19 +43,19 @@ def read(text: str) -> Robot:
     joints: dict[str, Joint] = {}
     children: dict[str, str] = {}
     for element in elements:
-        joint = _joint(element, warnings)
+        joint = _read_joint(element, warnings)
         if joint.name in joints:
-            raise UrdfError(f"there are two joints {_quoted(joint.name)}: give one of them another name")
-        for word, name in (("parent", joint.parent), ("child", joint.child)):
+            raise UrdfError(f"there are two joints {_escaped(joint.name)}: rename one of them")
+        for attribute, name in (("parent", joint.parent), ("child", joint.child)):
             if name not in links:
                 hint = did_you_mean(name, list(links)[:_MAX_HINT_NAMES])
                 raise UrdfError(
-                    f"joint {_quoted(joint.name)}: its {word} {_quoted(name)} is not a link of the robot{hint}"
+                    f"joint {_escaped(joint.name)}: its {attribute} {_escaped(name)} is not a link of the robot{hint}"
                 )
         if joint.child in children:
             raise UrdfError(
-                f"link {_quoted(joint.child)} is the child of two joints, {_quoted(children[joint.child])} and "
-                f"{_quoted(joint.name)}: a link has one parent"
+                f"link {_escaped(joint.child)} is the child of two joints, {_escaped(children[joint.child])} and "
+                f"{_escaped(joint.name)}: a link has one parent"
             )
         children[joint.child] = joint.name
         joints[joint.name] = joint
@@ -73,79 +73,79 @@ def _parse(text: str) -> Element:
         root: Element = fromstring(text)
     except (ParseError, DefusedXmlException, ValueError, LookupError) as error:
         hint = "; is it xacro? Then: xacro FILE.xacro" if "xacro:" in text else ""
-        raise UrdfError(f"the description is not readable XML: {_quoted(str(error))}{hint}") from None
+        raise UrdfError(f"the description is not readable XML: {_escaped(str(error))}{hint}") from None
     if root.tag == "COLLADA" or root.tag.endswith("}COLLADA"):
         raise UrdfError("the description is COLLADA, which is not supported for robots: convert it to URDF")
     if root.tag != "robot":
-        raise UrdfError(f"the description begins with <{_quoted(root.tag)}>, where URDF has <robot>")
-    if any(str(element.tag).startswith(_SPACE) for element in root):
+        raise UrdfError(f"the description begins with <{_escaped(root.tag)}>, where URDF has <robot>")
+    if any(str(element.tag).startswith(_XACRO_NAMESPACE) for element in root):
         raise UrdfError("the description is xacro, not URDF: set the parameter to the output of xacro FILE.xacro")
     return root
 
 
-def _links(root: Element) -> dict[str, None]:
+def _read_links(root: Element) -> dict[str, None]:
     links: dict[str, None] = {}
     for element in root.findall("link"):
         name = element.get("name", "")
         if not name:
             raise UrdfError("a link has no name: <link name=...>")
         if name in links:
-            raise UrdfError(f"there are two links {_quoted(name)}: give one of them another name")
+            raise UrdfError(f"there are two links {_escaped(name)}: rename one of them")
         links[name] = None
     if not links:
         raise UrdfError("the robot has no links: <link name=...>")
     return links
 
 
-def _joint(element: Element, warnings: list[str]) -> Joint:
+def _read_joint(element: Element, warnings: list[str]) -> Joint:
     name = element.get("name", "")
     if not name:
         raise UrdfError("a joint has no name: <joint name=... type=...>")
-    what = f"joint {_quoted(name)}"
+    context = f"joint {_escaped(name)}"
     kind = element.get("type", "")
     if kind not in TYPES:
-        raise UrdfError(f"{what}: its type is {_quoted(kind)}; there are {', '.join(sorted(TYPES))}")
-    ends = []
-    for word in ("parent", "child"):
-        end = element.find(word)
+        raise UrdfError(f"{context}: its type is {_escaped(kind)}; there are {', '.join(sorted(TYPES))}")
+    links = []
+    for attribute in ("parent", "child"):
+        end = element.find(attribute)
         link = "" if end is None else end.get("link", "")
         if not link:
-            raise UrdfError(f"{what} has no {word}: <{word} link=.../>")
-        ends.append(link)
-    limit = _limit(element, what)
+            raise UrdfError(f"{context} has no {attribute}: <{attribute} link=.../>")
+        links.append(link)
+    limit = _read_limit(element, context)
     if limit is None and kind in ("revolute", "prismatic"):
         raise UrdfError(
-            f"{what} is {kind} and has no limit: <limit lower=... upper=... effort=... velocity=.../>"
+            f"{context} is {kind} and has no limit: <limit lower=... upper=... effort=... velocity=.../>"
             + (", or make it continuous" if kind == "revolute" else "")
         )
-    axis = _axis(element, what) if kind in MOVING else (1.0, 0.0, 0.0)
+    axis = _read_axis(element, context) if kind in MOVING else (1.0, 0.0, 0.0)
     if axis == (0.0, 0.0, 0.0):
-        warnings.append(f"{what} has the axis 0 0 0: it does not move")
-    mimic = _mimic(element, what) if kind in MOVING else None
-    return Joint(name, kind, ends[0], ends[1], _origin(element, what), axis, limit, mimic)
+        warnings.append(f"{context} has the axis 0 0 0: it does not move")
+    mimic = _read_mimic(element, context) if kind in MOVING else None
+    return Joint(name, kind, links[0], links[1], _read_origin(element, context), axis, limit, mimic)
 
 
-def _origin(element: Element, what: str) -> Transform:
+def _read_origin(element: Element, context: str) -> Transform:
     origin = element.find("origin")
     if origin is None:
         return IDENTITY
-    x, y, z = _vector(origin, "xyz", what)
-    roll, pitch, yaw = _vector(origin, "rpy", what)
+    x, y, z = _read_vector(origin, "xyz", context)
+    roll, pitch, yaw = _read_vector(origin, "rpy", context)
     return (x, y, z, *from_angles(roll, pitch, yaw))
 
 
-def _axis(element: Element, what: str) -> Vector:
+def _read_axis(element: Element, context: str) -> Vector:
     axis = element.find("axis")
     if axis is None or axis.get("xyz") is None:
         return (1.0, 0.0, 0.0)
-    x, y, z = _vector(axis, "xyz", what)
+    x, y, z = _read_vector(axis, "xyz", context)
     largest = max(abs(x), abs(y), abs(z)) or 1.0
     x, y, z = x / largest, y / largest, z / largest
     length = sqrt(x * x + y * y + z * z) or 1.0
     return (x / length, y / length, z / length)
 
 
-def _limit(element: Element, what: str) -> Limit | None:
+def _read_limit(element: Element, context: str) -> Limit | None:
     limit = element.find("limit")
     if limit is None:
         return None
@@ -153,18 +153,23 @@ def _limit(element: Element, what: str) -> Limit | None:
     soft: list[float | None] = [None, None]
     if safety is not None:
         words = ("soft_lower_limit", "soft_upper_limit")
-        soft = [_number(safety, word, what, 0.0) if safety.get(word) is not None else None for word in words]
-    return Limit(_number(limit, "lower", what, 0.0), _number(limit, "upper", what, 0.0), soft[0], soft[1])
+        soft = [
+            _read_number(safety, attribute, context, 0.0) if safety.get(attribute) is not None else None
+            for attribute in words
+        ]
+    return Limit(
+        _read_number(limit, "lower", context, 0.0), _read_number(limit, "upper", context, 0.0), soft[0], soft[1]
+    )
 
 
-def _mimic(element: Element, what: str) -> Mimic | None:
+def _read_mimic(element: Element, context: str) -> Mimic | None:
     mimic = element.find("mimic")
     if mimic is None:
         return None
     joint = mimic.get("joint", "")
     if not joint:
-        raise UrdfError(f"{what}: its mimic names no joint: <mimic joint=.../>")
-    return Mimic(joint, _number(mimic, "multiplier", what, 1.0), _number(mimic, "offset", what, 0.0))
+        raise UrdfError(f"{context}: its mimic element has no joint: <mimic joint=.../>")
+    return Mimic(joint, _read_number(mimic, "multiplier", context, 1.0), _read_number(mimic, "offset", context, 0.0))
 
 
 def _check_mimics(joints: dict[str, Joint], warnings: list[str]) -> None:
@@ -174,42 +179,41 @@ def _check_mimics(joints: dict[str, Joint], warnings: list[str]) -> None:
         each = joints.get(name)
         while each is not None and each.mimic is not None and each.name not in checked:
             if each.name in path:
-                raise UrdfError(f"joint {_quoted(name)} follows itself, by way of mimic: {_names(path)}")
+                raise UrdfError(f"joint {_escaped(name)} follows itself, by way of mimic: {_names(path)}")
             path[each.name] = None
             leader = joints.get(each.mimic.joint)
             if leader is None or leader.type not in MOVING:
                 hint = f": it is {leader.type}" if leader else ""
                 if leader is None and len(warnings) < _MAX_HINTS:  # comparing names is slow
                     hint = did_you_mean(each.mimic.joint, list(joints)[:_MAX_HINT_NAMES])
-                warnings.append(
-                    f"joint {_quoted(each.name)} mimics {_quoted(each.mimic.joint)}, which is not a movable joint{hint}"
-                )
+                names = f"joint {_escaped(each.name)} mimics {_escaped(each.mimic.joint)}"
+                warnings.append(f"{names}, which is not a movable joint{hint}")
             each = leader
         checked.update(path)
 
 
-def _vector(element: Element, word: str, what: str) -> Vector:
-    text = element.get(word)
+def _read_vector(element: Element, attribute: str, context: str) -> Vector:
+    text = element.get(attribute)
     if text is None:
         return (0.0, 0.0, 0.0)
-    numbers = [_float(part) for part in text.split()[:4]]
+    numbers = [_parse_float(part) for part in text.split()[:4]]
     if len(numbers) != 3 or None in numbers:
-        raise UrdfError(f'{what}: <{element.tag} {word}="{_quoted(text)}"> must be three numbers')
+        raise UrdfError(f'{context}: <{element.tag} {attribute}="{_escaped(text)}"> must be three numbers')
     x, y, z = (part or 0.0 for part in numbers)
     return (x, y, z)
 
 
-def _number(element: Element, word: str, what: str, default: float) -> float:
-    text = element.get(word)
+def _read_number(element: Element, attribute: str, context: str, default: float) -> float:
+    text = element.get(attribute)
     if text is None:
         return default
-    number = _float(text)
+    number = _parse_float(text)
     if number is None:
-        raise UrdfError(f'{what}: <{element.tag} {word}="{_quoted(text)}"> must be a number')
+        raise UrdfError(f'{context}: <{element.tag} {attribute}="{_escaped(text)}"> must be a number')
     return number
 
 
-def _float(text: str) -> float | None:
+def _parse_float(text: str) -> float | None:
     try:
         number = float(text)
     except ValueError:
@@ -218,8 +222,8 @@ def _float(text: str) -> float | None:
 
 
 def _names(names: Iterable[str]) -> str:
-    return ", ".join(_quoted(name) for name in list(names)[:10])
+    return ", ".join(_escaped(name) for name in list(names)[:10])
 
 
-def _quoted(name: str) -> str:
+def _escaped(name: str) -> str:
     return one_line(name, 200)

@@ -1,4 +1,6 @@
-"""robot_state_publisher: poses of links, from positions of joints (https://wiki.ros.org/robot_state_publisher)."""
+"""robot_state_publisher: publishes poses of links, computed from positions of joints
+(https://wiki.ros.org/robot_state_publisher).
+"""
 
 from __future__ import annotations
 
@@ -17,20 +19,20 @@ from pyros1.msgs.tf2_msgs.msg import TFMessage
 from pyros1.node import Node
 from pyros1.node.topic_type import topic_type
 from pyros1.tf.rotation import Transform
-from pyros1.urdf.description import description, number
+from pyros1.urdf.description import number, robot_description
 from pyros1.urdf.kinematics import Kinematics
 from pyros1.urdf.reading import read
-from pyros1.urdf.tf_encoder import Batch
+from pyros1.urdf.tf_encoder import TransformBatch
 
 _QUEUE = 100
 _LEAD_TIME = 500_000_000
-"""Nanoseconds by which poses of fixed links on /tf are ahead of the time, so that they hold until the next ones."""
-_OLD_AGE = 30.0
-"""Age in seconds from which an old message is logged."""
+"""Nanoseconds by which poses of fixed links on /tf are dated ahead, so that they are valid until the next ones."""
+_MAX_AGE = 30.0
+"""Age in seconds above which a message is reported as old."""
 _MAX_UNKNOWN = 1_000
 """Maximum number of names in a message that are not joints of the robot."""
 _MAX_JOINT_SETS = 32
-"""Maximum number of sets of joints in messages for which the layout of the answer is cached."""
+"""Maximum number of different sets of joints for which the layout of the published message is cached."""
 
 
 @dataclass(frozen=True)
@@ -39,9 +41,9 @@ class Settings:
 
     Attributes:
         publish_frequency: maximum number of messages per second for a joint, at least 1.
-        ignore_timestamp: whether every message is used, even one that is older than the last one or comes too soon.
+        ignore_timestamp: whether every message is used, even if it is older than the last one or arrives too early.
         use_tf_static: whether fixed links are published once, on /tf_static; otherwise repeatedly, on /tf.
-        prefix: of the names of frames; empty for none.
+        prefix: prefix of frame names; empty for none.
     """
 
     publish_frequency: float = 50.0
@@ -52,26 +54,26 @@ class Settings:
 
 @dataclass(frozen=True)
 class _JointSet:
-    """The common part of answers to messages with the same joints.
+    """What is common to the results of messages with the same joints.
 
     Attributes:
-        batch: the answer.
-        joints: those of the answer, in its order.
-        unknown: a joint that the description does not have; empty if there is none.
+        batch: the message to publish.
+        joints: the joints in that message, in its order.
+        unknown: name of a joint that is not in the description; empty if there is none.
     """
 
-    batch: Batch
+    batch: TransformBatch
     joints: tuple[str, ...]
     unknown: str
 
 
 class RobotStatePublisher:
-    """Publishes the poses of a robot's links until the node ends.
+    """Publishes the poses of a robot's links until the node shuts down.
 
     Args:
         node: the node, which subscribes to joint_states.
-        kinematics: the robot.
-        settings: the parameters.
+        kinematics: the kinematics of the robot.
+        settings: the node's parameters.
     """
 
     def __init__(self, node: Node, kinematics: Kinematics, settings: Settings) -> None:
@@ -80,66 +82,68 @@ class RobotStatePublisher:
         self._settings = settings
         self._interval = int(1e9 / max(settings.publish_frequency, 1.0))
         self._max_joints = len(kinematics.moving) + len(kinematics.fixed) + _MAX_UNKNOWN
-        self._published: dict[str, int] = {}  # joint -> nanoseconds
+        self._published: dict[str, int] = {}  # joint -> time of the last message used, in nanoseconds
         self._last_time = 0
         self._joint_sets: dict[tuple[str, ...], _JointSet] = {}
         self._lock = threading.Lock()
-        kind = topic_type(TFMessage)
-        self._moving = node.advertise("/tf", AnyMsg, queue_size=_QUEUE, raw_type=kind)
-        static = node.advertise("/tf_static", AnyMsg, queue_size=_QUEUE, latch=True, raw_type=kind)
+        tf_type = topic_type(TFMessage)
+        self._tf_publisher = node.advertise("/tf", AnyMsg, queue_size=_QUEUE, raw_type=tf_type)
+        static = node.advertise("/tf_static", AnyMsg, queue_size=_QUEUE, latch=True, raw_type=tf_type)
         if kinematics.fixed:
-            places = [place for _, place in kinematics.fixed]
-            self._fixed = self._batch(
-                [(joint.parent, joint.child, _constant(place)) for joint, place in kinematics.fixed]
+            poses = [place for _, place in kinematics.fixed]
+            self._fixed = self._make_batch(
+                [(joint.parent, joint.child, _constant_pose(pose)) for joint, pose in kinematics.fixed]
             )
-            self._nothing = [0.0] * len(places)
+            self._zero_positions = [0.0] * len(poses)
             if settings.use_tf_static:
                 static.publish(self._fixed_message(0))
             else:
-                node.timer(self._interval / 1e9, lambda event: self._moving.publish(self._fixed_message(_LEAD_TIME)))
+                node.timer(
+                    self._interval / 1e9, lambda event: self._tf_publisher.publish(self._fixed_message(_LEAD_TIME))
+                )
         node.subscribe("joint_states", JointState, self._receive, queue_size=_QUEUE)
 
     def _fixed_message(self, ahead: int) -> AnyMsg:
-        return AnyMsg(self._fixed.encode(*divmod(self._node.now().to_nsec() + ahead, 10**9), self._nothing))
+        return AnyMsg(self._fixed.encode(*divmod(self._node.now().to_nsec() + ahead, 10**9), self._zero_positions))
 
     def _receive(self, message: Any) -> None:
         with self._lock:
-            self._take(message)
+            self._process(message)
 
-    def _take(self, message: Any) -> None:
+    def _process(self, message: Any) -> None:
         names, positions, stamp = message.name, message.position, message.header.stamp
         if len(names) != len(positions) or len(names) > self._max_joints:
-            self._refuse(names, positions)
+            self._report_invalid(names, positions)
             return
-        now, at = self._node.now().to_nsec(), stamp.to_nsec()
+        now, stamp_ns = self._node.now().to_nsec(), stamp.to_nsec()
         if now < self._last_time:
             self._node.log.warn("Moved backwards in time, re-publishing joint transforms!")
             self._published.clear()
         self._last_time = now
-        if now - at > _OLD_AGE * 1e9:
-            self._node.log.warn("Received JointState is %f seconds old.", (now - at) / 1e9, throttle=30)
+        if now - stamp_ns > _MAX_AGE * 1e9:
+            self._node.log.warn("Received JointState is %f seconds old.", (now - stamp_ns) / 1e9, throttle=30)
         published = self._published
         last = min(map(published.get, names, [0] * len(names)), default=0)
-        if not names or (at < last + self._interval and not self._settings.ignore_timestamp):
+        if not names or (stamp_ns < last + self._interval and not self._settings.ignore_timestamp):
             return
         key = tuple(names)
-        kind = self._joint_sets.get(key) or self._new_joint_set(key)
-        if kind.unknown:
+        joint_set = self._joint_sets.get(key) or self._new_joint_set(key)
+        if joint_set.unknown:
             text = 'Joint state with name: "%s" was received but not found in URDF'
-            self._node.log.warn(text, one_line(kind.unknown, 200), throttle=10)
-        known = dict(zip(names, positions, strict=True))
-        self._kinematics.complete(known)
-        places = [known[name] for name in kind.joints]
-        if not isfinite(sum(places)) and not all(map(isfinite, places)):
+            self._node.log.warn(text, one_line(joint_set.unknown, 200), throttle=10)
+        positions_by_name = dict(zip(names, positions, strict=True))
+        self._kinematics.complete(positions_by_name)
+        joint_positions = [positions_by_name[name] for name in joint_set.joints]
+        if not isfinite(sum(joint_positions)) and not all(map(isfinite, joint_positions)):
             self._node.log.warn("messages with positions that are not numbers are ignored", throttle=10)
             return
-        if places:
-            self._moving.publish(AnyMsg(kind.batch.encode(stamp.secs, stamp.nsecs, places)))
-        published.update(dict.fromkeys(names, at))
-        if len(published) > 2 * self._max_joints:  # a sender makes up names
+        if joint_positions:
+            self._tf_publisher.publish(AnyMsg(joint_set.batch.encode(stamp.secs, stamp.nsecs, joint_positions)))
+        published.update(dict.fromkeys(names, stamp_ns))
+        if len(published) > 2 * self._max_joints:  # a sender keeps inventing names
             self._published = {}
 
-    def _refuse(self, names: Sequence[str], positions: Sequence[float]) -> None:
+    def _report_invalid(self, names: Sequence[str], positions: Sequence[float]) -> None:
         if positions:
             self._node.log.error("Robot state publisher ignored an invalid JointState message", throttle=1)
             return
@@ -150,29 +154,31 @@ class RobotStatePublisher:
         self._node.log.warn(text, one_line(names[0], 200), throttle=300)
 
     def _new_joint_set(self, names: tuple[str, ...]) -> _JointSet:
-        known = dict.fromkeys(names, 0.0)
-        self._kinematics.complete(known)
+        positions = dict.fromkeys(names, 0.0)
+        self._kinematics.complete(positions)
         moving = self._kinematics.moving
-        joints = tuple(name for name in known if name in moving)
-        edges = [(moving[name].joint.parent, moving[name].joint.child, moving[name].place) for name in joints]
+        joints = tuple(name for name in positions if name in moving)
+        edges = [(moving[name].joint.parent, moving[name].joint.child, moving[name].pose_at) for name in joints]
         fixed = {joint.name for joint, _ in self._kinematics.fixed}
         unknown = next((name for name in names if name not in moving and name not in fixed), "")
         if len(self._joint_sets) >= _MAX_JOINT_SETS:
             del self._joint_sets[next(iter(self._joint_sets))]
-        kind = self._joint_sets[names] = _JointSet(self._batch(edges), joints, unknown)
-        return kind
+        joint_set = self._joint_sets[names] = _JointSet(self._make_batch(edges), joints, unknown)
+        return joint_set
 
-    def _batch(self, edges: Sequence[tuple[str, str, Callable[[float], Transform]]]) -> Batch:
+    def _make_batch(self, edges: Sequence[tuple[str, str, Callable[[float], Transform]]]) -> TransformBatch:
         prefix = self._settings.prefix
-        return Batch((frame(prefix, parent), frame(prefix, child), place) for parent, child, place in edges)
+        return TransformBatch(
+            (frame_name(prefix, parent), frame_name(prefix, child), place) for parent, child, place in edges
+        )
 
 
-def frame(prefix: str, link: str) -> str:
-    """Return the name of a link's frame.
+def frame_name(prefix: str, link: str) -> str:
+    """Return the frame name of a link.
 
     Args:
         prefix: the parameter tf_prefix.
-        link: the link's name; one that begins with / gets no prefix.
+        link: the link's name; a name that begins with / gets no prefix.
     """
     prefix = prefix.strip("/")
     return f"{prefix}/{link}" if prefix and not link.startswith("/") else link.removeprefix("/")
@@ -182,7 +188,7 @@ def settings(node: Node) -> Settings:
     """Read the node's parameters.
 
     Raises:
-        UrdfError: a value is of the wrong kind.
+        UrdfError: a value has the wrong type.
     """
     params = node.params
     prefix = params.search("tf_prefix")
@@ -194,7 +200,7 @@ def settings(node: Node) -> Settings:
     )
 
 
-def _constant(place: Transform) -> Callable[[float], Transform]:
+def _constant_pose(place: Transform) -> Callable[[float], Transform]:
     return lambda position: place
 
 
@@ -206,7 +212,7 @@ def main(argv: list[str]) -> int:
     """
     with Node("robot_state_publisher", argv=argv[1:]) as node:
         try:
-            robot = read(description(node))
+            robot = read(robot_description(node))
             for warning in robot.warnings:
                 node.log.warn("%s", warning)
             for joint in robot.joints.values():
@@ -225,7 +231,7 @@ def main(argv: list[str]) -> int:
     return 0
 
 
-_UNSUPPORTED = {"floating": "another node must publish where its link is", "planar": "its link stays at the origin"}
+_UNSUPPORTED = {"floating": "another node must publish the pose of its link", "planar": "its link stays at the origin"}
 
 if __name__ == "__main__":
     sys.exit(main(sys.argv))

@@ -29,7 +29,7 @@ from pyros1.msgs.dynamic_reconfigure.msg import (
 from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure
 from pyros1.node import Node
 from pyros1.reconfigure.encoding import configuration
-from pyros1.reconfigure.values import ParameterError, choices, converted, request
+from pyros1.reconfigure.values import ParameterError, choices, convert_value, request
 
 Run = Callable[..., tuple[int, str, str]]
 SIZES = "{'enum': [{'name': 'Small', 'type': 'int', 'value': 0}, {'name': 'Large', 'type': 'int', 'value': 2}]}"
@@ -202,7 +202,7 @@ def test_without_a_master(run: Run, monkeypatch: pytest.MonkeyPatch, free_port: 
     ],
 )  # fmt: skip
 def test_values_become_the_type_of_their_parameter(kind: str, value: Any, result: Any) -> None:
-    found = converted(value, ParamDescription("p", kind, 0, "", ""))
+    found = convert_value(value, ParamDescription("p", kind, 0, "", ""))
     assert found == result and type(found) is type(result)
 
 
@@ -212,7 +212,7 @@ def test_values_become_the_type_of_their_parameter(kind: str, value: Any, result
 )
 def test_other_values_are_refused(kind: str, value: Any) -> None:
     with pytest.raises(ParameterError):
-        converted(value, ParamDescription("p", kind, 0, "", ""))
+        convert_value(value, ParamDescription("p", kind, 0, "", ""))
 
 
 def test_choices_are_read_and_never_run() -> None:

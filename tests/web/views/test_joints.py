@@ -29,7 +29,7 @@ def publisher(make_node: Make) -> Iterator[Node]:
     node.params["/robot_description"] = ARM
     node.params["~zeros"] = {"turn": 0.5}
     node.params["~rate"] = 50
-    running = threading.Thread(target=joint_publisher.begin(node).run)
+    running = threading.Thread(target=joint_publisher.make_publisher(node).run)
     running.start()
     yield node
     node.shutdown()

@@ -1,11 +1,11 @@
 """Rotations and homogeneous matrices, with numpy: the functions of ``tf.transformations`` (https://wiki.ros.org/tf).
 
-Results are arrays of float64; arguments may be arrays or sequences. A quaternion is [x, y, z, w] (4,), a matrix (4, 4),
-a point or direction (3,), whose further numbers are ignored. Angles are in radians. Undefined results, such as the
-unit vector of a vector of length 0, are nan, and numpy warns.
+Results are arrays of float64; arguments can be arrays or sequences. A quaternion is [x, y, z, w] (4,), a matrix (4, 4),
+a point or direction (3,); further numbers are ignored. Angles are in radians. Undefined results, such as the unit
+vector of a vector of length 0, are nan, and numpy issues a warning.
 
-Euler angles are named by four letters: ``s`` (about static axes) or ``r`` (about axes that rotate as well), and three
-axes in the order of rotation. ``sxyz`` is ROS's roll, pitch, yaw; ``rzyx`` is the same in reverse order.
+The convention of Euler angles is given by four letters: ``s`` (static axes) or ``r`` (rotating axes), and three axes in
+the order of rotation. ``sxyz`` is ROS's roll, pitch, yaw; ``rzyx`` is the same in reverse order.
 """
 
 from __future__ import annotations

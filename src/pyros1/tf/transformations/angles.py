@@ -1,4 +1,4 @@
-"""Conversions of Euler angles in all 24 conventions: see `pyros1.tf.transformations`."""
+"""Converts Euler angles in all 24 conventions; see `pyros1.tf.transformations`."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from pyros1.tf.transformations.vectors import Array
 Axes = str | tuple[int, int, int, int]
 
 
-def _name(first: int, odd: int, twice: int, turning: int) -> str:
+def _axes_name(first: int, is_odd: int, repeats_first: int, is_rotating: int) -> str:
     """Return the name of an axis sequence, such as ``sxyz``, for its code of four integers."""
-    j = (first + 1 + odd) % 3
-    letters = "".join("xyz"[axis] for axis in (first, j, first if twice else 3 - first - j))
-    return "r" + letters[::-1] if turning else "s" + letters
+    j = (first + 1 + is_odd) % 3
+    letters = "".join("xyz"[axis] for axis in (first, j, first if repeats_first else 3 - first - j))
+    return "r" + letters[::-1] if is_rotating else "s" + letters
 
 
-_CODES = {key: code for code in product(range(3), range(2), range(2), range(2)) for key in (_name(*code), code)}
+_CODES = {key: code for code in product(range(3), range(2), range(2), range(2)) for key in (_axes_name(*code), code)}
 
 
-def _code(axes: Axes) -> tuple[int, int, int, int]:
+def _axes_code(axes: Axes) -> tuple[int, int, int, int]:
     key = axes.lower() if isinstance(axes, str) else axes
     if key not in _CODES:
         raise KeyError(f"axes must be s or r and three of x, y, z, without repetition of neighbours, not {axes!r}")
@@ -38,21 +38,21 @@ def quaternion_from_euler(ai: float, aj: float, ak: float, axes: Axes = "sxyz") 
     Raises:
         KeyError: the axes are unknown.
     """
-    i, odd, twice, turning = _code(axes)
-    if turning:  # rotations about rotating axes are those about static axes, in the opposite order
+    i, is_odd, repeats_first, is_rotating = _axes_code(axes)
+    if is_rotating:  # rotations about rotating axes equal those about static axes in reverse order
         ai, ak = ak, ai
-    sign = -0.5 if odd else 0.5  # left-handed axes rotate the other way
+    sign = -0.5 if is_odd else 0.5  # left-handed axes rotate in the opposite direction
     a, b, c = sign * ai, sign * aj, sign * ak
-    if twice:
+    if repeats_first:
         x, y, z, w = cos(b) * sin(c + a), sin(b) * cos(c - a), sin(b) * sin(c - a), cos(b) * cos(c + a)
     else:
         ca, sa, cb, sb, cc, sc = cos(a), sin(a), cos(b), sin(b), cos(c), sin(c)
         x, y = cc * cb * sa - sc * sb * ca, cc * sb * ca + sc * cb * sa
         z, w = sc * cb * ca - cc * sb * sa, cc * cb * ca + sc * sb * sa
-    if odd:
+    if is_odd:
         x, y, z = -x, -y, -z
     parts = [0.0, 0.0, 0.0, w]
-    parts[i], parts[(i + 1 + odd) % 3], parts[(i + 2 - odd) % 3] = x, y, z
+    parts[i], parts[(i + 1 + is_odd) % 3], parts[(i + 2 - is_odd) % 3] = x, y, z
     return np.array(parts)
 
 
@@ -69,15 +69,15 @@ def euler_matrix(ai: float, aj: float, ak: float, axes: Axes = "sxyz") -> Array:
 def euler_from_matrix(matrix: ArrayLike, axes: Axes = "sxyz") -> tuple[float, float, float]:
     """Return the angles of the rotation in a matrix (3, 3) or (4, 4), by default (roll, pitch, yaw).
 
-    Where only the sum or the difference of two angles is determined (pitch of 90 degrees), one of them is 0.
+    If only the sum or the difference of two angles is determined (at a pitch of 90 degrees), one of them is 0.
 
     Raises:
         KeyError: the axes are unknown.
     """
-    i, odd, twice, turning = _code(axes)
-    j, k = (i + 1 + odd) % 3, (i + 2 - odd) % 3
+    i, is_odd, repeats_first, is_rotating = _axes_code(axes)
+    j, k = (i + 1 + is_odd) % 3, (i + 2 - is_odd) % 3
     m = np.asarray(matrix, np.float64).tolist()
-    if twice:
+    if repeats_first:
         size = hypot(m[i][j], m[i][k])
         middle = atan2(size, m[i][i])
         first, last = atan2(m[i][j], m[i][k]), atan2(m[j][i], -m[k][i])
@@ -87,6 +87,6 @@ def euler_from_matrix(matrix: ArrayLike, axes: Axes = "sxyz") -> tuple[float, fl
         first, last = atan2(m[k][j], m[k][k]), atan2(m[j][i], m[i][i])
     if not size > EPS:  # or nan
         first, last = atan2(-m[j][k], m[j][j]), 0.0
-    if turning:
+    if is_rotating:
         first, last = last, first
-    return (-first, -middle, -last) if odd else (first, middle, last)
+    return (-first, -middle, -last) if is_odd else (first, middle, last)

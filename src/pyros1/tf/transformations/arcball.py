@@ -21,32 +21,32 @@ class Arcball:
     """A sphere that is rotated by dragging points on it (Shoemake's arcball).
 
     Args:
-        initial: its initial rotation, a quaternion (4,) or a matrix (4, 4); None: none.
+        initial: initial rotation, a quaternion (4,) or a matrix (4, 4); None for none.
 
     Raises:
-        ValueError: ``initial`` has another shape.
+        ValueError: ``initial`` has a different shape.
     """
 
     def __init__(self, initial: ArrayLike | None = None) -> None:
         self._center = np.zeros(2)
         self._radius = 1.0
         self._axes: list[Array] | None = None
-        self._axis: Array | None = None  # axis of the current drag; None: any
+        self._axis: Array | None = None  # axis of the current drag; None for any
         self._constrain = False
         self._grabbed = np.array((0.0, 0.0, 1.0))
         self._start = self._last = self._now = _rotation(initial)
 
     def place(self, center: ArrayLike, radius: float) -> None:
-        """Set the sphere's place on the screen: its center (2,) and its radius, in pixels."""
+        """Set the sphere's position on the screen: its center (2,) and its radius, in pixels."""
         self._center = numbers(center, 2).copy()
         self._radius = float(radius)
 
     def setaxes(self, *axes: ArrayLike) -> None:
-        """Set the axes (3,) about which it rotates while it is constrained; none: any."""
+        """Set the axes (3,) about which it can rotate while it is constrained; without arguments, any."""
         self._axes = [unit_vector(axis) for axis in axes] if axes else None
 
     def setconstrain(self, constrain: bool) -> None:
-        """Set whether it only rotates about one of its axes: the one nearest to the dragged point."""
+        """Set whether it only rotates about one of its axes, the one nearest to the dragged point."""
         self._constrain = constrain is True
 
     def getconstrain(self) -> bool:
@@ -54,7 +54,7 @@ class Arcball:
         return self._constrain
 
     def down(self, point: ArrayLike) -> None:
-        """Begin a drag at a point of the screen (2,)."""
+        """Start a drag at a point on the screen (2,)."""
         self._grabbed = arcball_map_to_sphere(point, self._center, self._radius)
         self._start = self._last = self._now
         self._axis = None
@@ -63,19 +63,19 @@ class Arcball:
             self._grabbed = arcball_constrain_to_axis(self._grabbed, self._axis)
 
     def drag(self, point: ArrayLike) -> None:
-        """Continue a drag to a point of the screen (2,)."""
-        there = arcball_map_to_sphere(point, self._center, self._radius)
+        """Continue a drag to a point on the screen (2,)."""
+        dragged = arcball_map_to_sphere(point, self._center, self._radius)
         if self._axis is not None:
-            there = arcball_constrain_to_axis(there, self._axis)
+            dragged = arcball_constrain_to_axis(dragged, self._axis)
         self._last = self._now
-        normal = np.cross(self._grabbed, there)
+        normal = np.cross(self._grabbed, dragged)
         if normal @ normal < EPS:
             self._now = self._start
-        else:  # the quaternion of twice the angle between the two points
-            self._now = quaternion_multiply(np.append(normal, self._grabbed @ there), self._start)
+        else:  # the quaternion for twice the angle between the two points
+            self._now = quaternion_multiply(np.append(normal, self._grabbed @ dragged), self._start)
 
     def next(self, acceleration: float = 0.0) -> None:
-        """Continue the last step's rotation by the same angle plus ``acceleration`` times that angle."""
+        """Continue the rotation of the last step by the same angle, plus ``acceleration`` times that angle."""
         self._last, self._now = self._now, quaternion_slerp(self._last, self._now, 2.0 + acceleration, 0)
 
     def matrix(self) -> Array:
@@ -84,9 +84,9 @@ class Arcball:
 
 
 def arcball_map_to_sphere(point: ArrayLike, center: ArrayLike, radius: float) -> Array:
-    """Return the point (3,) of the unit sphere that is visible at a point of the screen (2,).
+    """Return the point (3,) of the unit sphere that is visible at a point on the screen (2,).
 
-    Points outside the sphere give the nearest point on its edge.
+    For points outside of the sphere, return the nearest point on its edge.
 
     Args:
         center: center of the sphere on the screen (2,), where y goes down.
@@ -102,7 +102,9 @@ def arcball_map_to_sphere(point: ArrayLike, center: ArrayLike, radius: float) ->
 
 
 def arcball_constrain_to_axis(point: ArrayLike, axis: ArrayLike) -> Array:
-    """Return the point (3,) of the unit sphere's front half nearest to a point, in the plane normal to an axis (3,)."""
+    """Return the point (3,) of the unit sphere's front half nearest to a point, in the plane perpendicular to an axis
+    (3,).
+    """
     p, a = numbers(point, 3), numbers(axis, 3)
     flat = p - a * (a @ p)
     length = vector_norm(flat)
@@ -114,7 +116,7 @@ def arcball_constrain_to_axis(point: ArrayLike, axis: ArrayLike) -> Array:
 
 
 def arcball_nearest_axis(point: ArrayLike, axes: list[Array]) -> Array:
-    """Return the axis (3,) out of several whose plane is nearest to a point (3,); the first of equals."""
+    """Return the axis (3,) whose plane is nearest to a point (3,); the first one of several equally near."""
     p = numbers(point, 3)
     return max(axes, key=lambda axis: float(arcball_constrain_to_axis(p, axis) @ p))
 

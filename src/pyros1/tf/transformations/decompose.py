@@ -1,4 +1,4 @@
-"""Parameters of homogeneous matrices, such as the axis of a rotation: see `pyros1.tf.transformations`."""
+"""Extracts parameters of homogeneous matrices, such as the axis of a rotation; see `pyros1.tf.transformations`."""
 
 from __future__ import annotations
 
@@ -24,22 +24,26 @@ def translation_from_matrix(matrix: ArrayLike) -> Array:
 def rotation_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array]:
     """Return angle, direction (3,) and a point (x, y, z, 1) of the axis about which a matrix (4, 4) rotates.
 
-    The point is the axis's nearest to the origin, even if the matrix also moves along the axis.
+    The point is the one on the axis that is nearest to the origin, even if the matrix also translates along the axis.
 
     Raises:
         ValueError: the matrix is of another kind.
     """
     m = np.asarray(matrix, np.float64)
-    point, turn = _fixed_point(m), m[:3, :3]
-    direction = _eigenvector(turn.T, 1.0)
-    double_sine = direction @ (turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1])
-    return atan2(double_sine, turn.trace() - 1.0), direction, point
+    point, rotation = _fixed_point(m), m[:3, :3]
+    direction = _eigenvector(rotation.T, 1.0)
+    double_sine = direction @ (
+        rotation[2, 1] - rotation[1, 2],
+        rotation[0, 2] - rotation[2, 0],
+        rotation[1, 0] - rotation[0, 1],
+    )
+    return atan2(double_sine, rotation.trace() - 1.0), direction, point
 
 
 def reflection_from_matrix(matrix: ArrayLike) -> tuple[Array, Array]:
     """Return a point (x, y, z, 1) and the normal (3,) of the plane at which a matrix (4, 4) reflects.
 
-    The point is the plane's nearest to the origin.
+    The point is the one on the plane that is nearest to the origin.
 
     Raises:
         ValueError: the matrix is of another kind.
@@ -50,7 +54,8 @@ def reflection_from_matrix(matrix: ArrayLike) -> tuple[Array, Array]:
 
 
 def scale_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array | None]:
-    """Return factor, origin (x, y, z, 1) and direction (3,) of a matrix (4, 4) that scales; direction None: all.
+    """Return factor, origin (x, y, z, 1) and direction (3,) of a matrix (4, 4) that scales; a direction of None means
+    all.
 
     Raises:
         ValueError: the matrix is of another kind.
@@ -66,7 +71,7 @@ def scale_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array | None]:
 def shear_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array, Array]:
     """Return angle, direction (3,), a point (x, y, z, 1) and the plane's normal (3,) of a matrix (4, 4) that shears.
 
-    The point is the plane's nearest to the origin.
+    The point is the one on the plane that is nearest to the origin.
 
     Raises:
         ValueError: the matrix is of another kind, or the identity.
@@ -83,11 +88,11 @@ def shear_from_matrix(matrix: ArrayLike) -> tuple[float, Array, Array, Array]:
 def projection_from_matrix(
     matrix: ArrayLike, pseudo: bool = False
 ) -> tuple[Array, Array, Array | None, Array | None, bool]:
-    """Return the arguments from which `projection_matrix` creates a matrix (4, 4).
+    """Return the arguments with which `projection_matrix` creates a matrix (4, 4).
 
     Args:
         matrix: a projection matrix (4, 4).
-        pseudo: whether it keeps the depth, which cannot be seen from its elements.
+        pseudo: whether it keeps the depth, which cannot be inferred from its elements.
 
     Returns:
         The plane's point nearest to the origin (x, y, z, 1), its normal (3,), direction (3,) and perspective (3,) (one
@@ -119,40 +124,40 @@ def decompose_matrix(matrix: ArrayLike) -> tuple[Array, list[float], list[float]
     if abs(m[3, 3]) < EPS:
         raise ValueError("the last element of the matrix is 0")
     m = m / m[3, 3]
-    flat = m.copy()
-    flat[3] = 0.0, 0.0, 0.0, 1.0
-    if not np.linalg.det(flat):
+    affine = m.copy()
+    affine[3] = 0.0, 0.0, 0.0, 1.0
+    if not np.linalg.det(affine):
         raise ValueError("the matrix is singular")
-    turn, rest = np.linalg.qr(m[:3, :3])
-    signs = np.copysign(1.0, rest.diagonal())
-    signs *= np.sign(np.linalg.det(turn * signs))  # left-handed axes are not a rotation
-    turn, rest = turn * signs, (rest.T * signs).T
-    scale = rest.diagonal().copy()
-    shear: list[float] = (rest / scale)[[0, 0, 1], [1, 2, 2]].tolist()
-    return scale, shear, list(euler_from_matrix(turn)), m[:3, 3].copy(), m[3] @ np.linalg.inv(flat)
+    rotation, upper = np.linalg.qr(m[:3, :3])
+    signs = np.copysign(1.0, upper.diagonal())
+    signs *= np.sign(np.linalg.det(rotation * signs))  # left-handed axes are not a rotation
+    rotation, upper = rotation * signs, (upper.T * signs).T
+    scale = upper.diagonal().copy()
+    shear: list[float] = (upper / scale)[[0, 0, 1], [1, 2, 2]].tolist()
+    return scale, shear, list(euler_from_matrix(rotation)), m[:3, 3].copy(), m[3] @ np.linalg.inv(affine)
 
 
 def _eigenvector(matrix: Array, value: float) -> Array:
-    """Return the unit eigenvector (3,) of a matrix (3, 3) for an eigenvalue; the last if there are several.
+    """Return the unit eigenvector (3,) of a matrix (3, 3) for an eigenvalue; the last one if there are several.
 
     Raises:
         ValueError: there is no such vector.
     """
     values, vectors = np.linalg.eig(matrix)
-    apart = abs(values - value)[::-1]
-    nearest = apart.argmin()
-    if not apart[nearest] < _TOLERANCE:
-        raise ValueError(f"the matrix has no eigenvalue {value:g}, so it does something else")
+    differences = abs(values - value)[::-1]
+    nearest = differences.argmin()
+    if not differences[nearest] < _TOLERANCE:
+        raise ValueError(f"the matrix has no eigenvalue {value:g}, so it is of another kind")
     return unit_vector(vectors[:, 2 - nearest].real)
 
 
 def _fixed_point(matrix: Array) -> Array:
-    """Return the point (x, y, z, 1) nearest to the origin among those that a matrix (4, 4) moves least.
+    """Return the point (x, y, z, 1) nearest to the origin among those that a matrix (4, 4) moves the least.
 
     Raises:
         ValueError: its last row is not 0, 0, 0, 1, or it contains infinite numbers or nan.
     """
-    if not np.isfinite(matrix).all():  # LAPACK would never return for some of them
+    if not np.isfinite(matrix).all():  # LAPACK would hang on some of them
         raise ValueError("the matrix contains infinite numbers or nan")
     if not abs(matrix[3] - (0.0, 0.0, 0.0, 1.0)).max() < _TOLERANCE:
         raise ValueError("the last row of the matrix must be 0, 0, 0, 1")

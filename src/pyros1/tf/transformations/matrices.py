@@ -1,4 +1,4 @@
-"""Creates and multiplies homogeneous matrices: see `pyros1.tf.transformations`."""
+"""Creates and multiplies homogeneous matrices; see `pyros1.tf.transformations`."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def identity_matrix() -> Array:
 
 
 def translation_matrix(direction: ArrayLike) -> Array:
-    """Return the matrix (4, 4) that moves by a vector (3,)."""
+    """Return the matrix (4, 4) that translates by a vector (3,)."""
     matrix = np.identity(4)
     matrix[:3, 3] = numbers(direction, 3)
     return matrix
@@ -30,24 +30,24 @@ def translation_matrix(direction: ArrayLike) -> Array:
 
 def rotation_matrix(angle: float, direction: ArrayLike, point: ArrayLike | None = None) -> Array:
     """Return the matrix (4, 4) that rotates about an axis in a direction (3,), through a point (3,) or the origin."""
-    return _about(quaternion_matrix(quaternion_about_axis(angle, _unit(direction)))[:3, :3], point)
+    return _about_point(quaternion_matrix(quaternion_about_axis(angle, _unit(direction)))[:3, :3], point)
 
 
 def random_rotation_matrix(rand: ArrayLike | None = None) -> Array:
-    """Return the matrix (4, 4) of a random rotation, see `random_quaternion`."""
+    """Return the matrix (4, 4) of a random rotation; see `random_quaternion`."""
     return quaternion_matrix(random_quaternion(rand))
 
 
 def scale_matrix(factor: float, origin: ArrayLike | None = None, direction: ArrayLike | None = None) -> Array:
     """Return the matrix (4, 4) that scales about a point (3,) or the origin, in a direction (3,) or everywhere."""
     if direction is None:
-        return _about(factor * np.identity(3), origin)
+        return _about_point(factor * np.identity(3), origin)
     u = _unit(direction)
-    return _about(np.identity(3) + (factor - 1.0) * np.outer(u, u), origin)
+    return _about_point(np.identity(3) + (factor - 1.0) * np.outer(u, u), origin)
 
 
 def reflection_matrix(point: ArrayLike, normal: ArrayLike) -> Array:
-    """Return the matrix (4, 4) that reflects at the plane through a point (3,), perpendicular to ``normal`` (3,)."""
+    """Return the matrix (4, 4) that reflects in the plane through a point (3,), perpendicular to ``normal`` (3,)."""
     return scale_matrix(-1.0, point, normal)
 
 
@@ -55,18 +55,18 @@ def shear_matrix(angle: float, direction: ArrayLike, point: ArrayLike, normal: A
     """Return the matrix (4, 4) that shears by an angle, in a direction, along the plane through a point.
 
     Args:
-        angle: angle in radians by which perpendiculars to the plane are tilted.
+        angle: angle in radians by which lines perpendicular to the plane are tilted.
         direction: direction in the plane (3,).
-        point: a point of the plane (3,).
+        point: a point in the plane (3,).
         normal: the plane's normal (3,).
 
     Raises:
-        ValueError: direction and normal are not perpendicular.
+        ValueError: the direction and the normal are not perpendicular.
     """
     d, n = _unit(direction), _unit(normal)
     if abs(d @ n) > _PERPENDICULAR:
         raise ValueError("the direction must lie in the plane: perpendicular to its normal")
-    return _about(np.identity(3) + tan(angle) * np.outer(d, n), point)
+    return _about_point(np.identity(3) + tan(angle) * np.outer(d, n), point)
 
 
 def projection_matrix(
@@ -79,16 +79,17 @@ def projection_matrix(
     """Return the matrix (4, 4) that projects onto the plane through a point.
 
     Args:
-        point: a point of the plane (3,).
+        point: a point in the plane (3,).
         normal: the plane's normal (3,).
-        direction: direction of projection (3,); None without ``perspective``: along the normal.
-        perspective: the point (3,) through which all rays go.
-        pseudo: whether to keep the depth behind the plane: only a projection along the normal then remains to do.
+        direction: direction of projection (3,); if neither this nor ``perspective`` is given, along the normal.
+        perspective: the point (3,) through which all rays pass.
+        pseudo: whether to keep the depth behind the plane, so that only a projection along the normal remains to be
+            done.
     """
     n = _unit(normal)
     if perspective is None:
         d = n if direction is None else numbers(direction, 3)
-        return _about(np.identity(3) - np.outer(d, n) / (d @ n), point)
+        return _about_point(np.identity(3) - np.outer(d, n) / (d @ n), point)
     p, height = numbers(perspective, 3), numbers(point, 3) @ n
     # For a point x: (distance x - p n.x + height p) / (p.n - x.n); pseudo adds the part outside the plane, along n.
     q = p + n if pseudo else p
@@ -135,7 +136,7 @@ def orthogonalization_matrix(lengths: ArrayLike, angles: ArrayLike) -> Array:
     a, b, c = numbers(lengths)
     alpha, beta, _ = radians = np.radians(angles)
     cos_alpha, cos_beta, cos_gamma = np.cos(radians)
-    # c along z, b in the plane of y and z; the parts of a follow from its angles with them
+    # c along z, b in the plane of y and z; the components of a follow from its angles to them
     y = (cos_gamma - cos_alpha * cos_beta) / np.sin(alpha)
     matrix = np.identity(4)
     matrix[:3, 0] = a * sqrt(np.sin(beta) ** 2 - y * y), a * y, a * cos_beta
@@ -151,9 +152,9 @@ def compose_matrix(
     translate: ArrayLike | None = None,
     perspective: ArrayLike | None = None,
 ) -> Array:
-    """Return the matrix (4, 4) that scales, shears, rotates, moves and projects, in this order.
+    """Return the matrix (4, 4) that scales, shears, rotates, translates and projects, in this order.
 
-    `decompose_matrix` undoes it.
+    `decompose_matrix` is the inverse.
 
     Args:
         scale: factors of x, y, z (3,).
@@ -170,9 +171,9 @@ def compose_matrix(
     if angles is not None:
         matrix = matrix @ euler_matrix(*numbers(angles, 3).tolist())
     if shear is not None:
-        leaning = np.identity(4)
-        leaning[[0, 0, 1], [1, 2, 2]] = numbers(shear, 3)
-        matrix = matrix @ leaning
+        shear_part = np.identity(4)
+        shear_part[[0, 0, 1], [1, 2, 2]] = numbers(shear, 3)
+        matrix = matrix @ shear_part
     if scale is not None:
         x, y, z = numbers(scale, 3)
         matrix = matrix * (x, y, z, 1.0)
@@ -183,7 +184,7 @@ def superimposition_matrix(v0: ArrayLike, v1: ArrayLike, scaling: bool = False, 
     """Return the matrix (4, 4) that best maps points to other points, by rotation, translation and scaling.
 
     Args:
-        v0: the points' x, y and z, as three rows (3, n), n at least 3; further rows are ignored.
+        v0: x, y and z of the points, as three rows (3, n) with n of at least 3; further rows are ignored.
         v1: the other points (3, n).
         scaling: whether to scale by a common factor as well.
         usesvd: ignored; both of stock's methods give the same result.
@@ -194,15 +195,15 @@ def superimposition_matrix(v0: ArrayLike, v1: ArrayLike, scaling: bool = False, 
     start, end = numbers(v0, 3), numbers(v1, 3)
     if start.shape != end.shape or min(start.shape) < 3:
         raise ValueError("the points must be three rows each, of equal lengths of at least 3")
-    middle0, middle1 = start.mean(1), end.mean(1)
-    start, end = start - middle0[:, None], end - middle1[:, None]
+    center0, center1 = start.mean(1), end.mean(1)
+    start, end = start - center0[:, None], end - center1[:, None]
     left, _, right = np.linalg.svd(end @ start.T)  # W. Kabsch, 1976
     left[:, 2] *= np.sign(np.linalg.det(left @ right))  # a rotation, not a reflection
     linear = left @ right
     if scaling:
         linear *= np.linalg.norm(end) / np.linalg.norm(start)
-    matrix = _about(linear, None)
-    matrix[:3, 3] = middle1 - linear @ middle0
+    matrix = _about_point(linear, None)
+    matrix[:3, 3] = center1 - linear @ center0
     return matrix
 
 
@@ -221,7 +222,7 @@ def inverse_matrix(matrix: ArrayLike) -> Array:
 
 
 def is_same_transform(matrix0: ArrayLike, matrix1: ArrayLike) -> bool:
-    """Return whether two matrices (4, 4) are equal, up to a common factor."""
+    """Return whether two matrices (4, 4) are equal up to a common factor."""
     one, other = np.asarray(matrix0, np.float64), np.asarray(matrix1, np.float64)
     return np.allclose(one / one[3, 3], other / other[3, 3])
 
@@ -230,8 +231,8 @@ def _unit(direction: ArrayLike) -> Array:
     return unit_vector(numbers(direction, 3))
 
 
-def _about(linear: Array, point: ArrayLike | None) -> Array:
-    """Return the matrix (4, 4) that acts about a point (3,) like ``linear`` (3, 3) about the origin."""
+def _about_point(linear: Array, point: ArrayLike | None) -> Array:
+    """Return the matrix (4, 4) that acts about a point (3,) as ``linear`` (3, 3) does about the origin."""
     matrix = np.identity(4)
     matrix[:3, :3] = linear
     if point is not None:

@@ -1,4 +1,4 @@
-"""Rotations as quaternions [x, y, z, w]: see `pyros1.tf.transformations`."""
+"""Rotations as quaternions [x, y, z, w]; see `pyros1.tf.transformations`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def quaternion_multiply(quaternion1: ArrayLike, quaternion0: ArrayLike) -> Array
 
 
 def quaternion_conjugate(quaternion: ArrayLike) -> Array:
-    """Return the conjugate (4,) of a quaternion (4,): for unit length, its inverse."""
+    """Return the conjugate (4,) of a quaternion (4,), which is the inverse if it has unit length."""
     return numbers(quaternion, 4) * (-1.0, -1.0, -1.0, 1.0)
 
 
@@ -37,7 +37,7 @@ def quaternion_inverse(quaternion: ArrayLike) -> Array:
 
 
 def quaternion_about_axis(angle: float, axis: ArrayLike) -> Array:
-    """Return the quaternion (4,) of a rotation by an angle in radians about an axis (3,), of any length."""
+    """Return the quaternion (4,) of a rotation by an angle in radians about an axis (3,) of any length."""
     x, y, z = numbers(axis, 3).tolist()
     length = sqrt(x * x + y * y + z * z)
     scale = 1.0 if length <= EPS else sin(angle / 2.0) / length
@@ -75,7 +75,7 @@ def random_quaternion(rand: ArrayLike | None = None) -> Array:
     """Return a random unit quaternion (4,); all rotations are equally likely.
 
     Args:
-        rand: three numbers from 0 to 1 (3,) that determine the result; None: random ones.
+        rand: three numbers from 0 to 1 (3,) that determine the result; None for random ones.
     """
     a, b, c = np.random.rand(3) if rand is None else numbers(rand)
     near, far, b, c = np.sqrt(1.0 - a), np.sqrt(a), 2.0 * pi * b, 2.0 * pi * c
@@ -83,7 +83,7 @@ def random_quaternion(rand: ArrayLike | None = None) -> Array:
 
 
 def quaternion_matrix(quaternion: ArrayLike) -> Array:
-    """Return the rotation matrix (4, 4) of a quaternion (4,) of any length; length 0 gives the identity."""
+    """Return the rotation matrix (4, 4) of a quaternion (4,) of any length; the identity for length 0."""
     x, y, z, w = numbers(quaternion, 4).tolist()
     square = x * x + y * y + z * z + w * w
     if square < EPS:
@@ -102,11 +102,11 @@ def quaternion_matrix(quaternion: ArrayLike) -> Array:
 def quaternion_from_matrix(matrix: ArrayLike) -> Array:
     """Return the unit quaternion (4,) of the rotation in a matrix (4, 4).
 
-    Its w is positive or, for rotations by more than 120 degrees, its largest other component.
+    Its w is positive or, for rotations by more than 120 degrees, the largest other component is.
     """
     m = np.asarray(matrix, np.float64).tolist()  # see quaternion_multiply
     factor, trace = m[3][3], m[0][0] + m[1][1] + m[2][2]
-    # The products of one component with all, times four: a multiple of the quaternion.
+    # Four times the products of one component with all components: a multiple of the quaternion.
     if trace > 0.0:
         square = factor + trace
         products = [m[2][1] - m[1][2], m[0][2] - m[2][0], m[1][0] - m[0][1], square]

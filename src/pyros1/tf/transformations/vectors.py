@@ -1,4 +1,4 @@
-"""Lengths and unit vectors: see `pyros1.tf.transformations`."""
+"""Lengths and unit vectors; see `pyros1.tf.transformations`."""
 
 from __future__ import annotations
 
@@ -20,11 +20,12 @@ def vector_norm(data: ArrayLike, axis: int | None = None, out: NDArray[Any] | No
 
     Args:
         data: numbers, of any shape.
-        axis: axis along which the vectors lie; None: all numbers are one vector.
+        axis: axis along which the vectors lie; None if all numbers are one vector.
         out: the array for the result; None for a new one.
 
     Returns:
-        A float for data of shape (n,), else an array of data's shape without the axis, (1,) without any; None with out.
+        A float for data of shape (n,); otherwise an array of data's shape without the axis, or of shape (1,) without
+        ``axis``; None with ``out``.
     """
     data = np.asarray(data, np.float64)
     if out is not None:
@@ -40,15 +41,15 @@ def unit_vector(data: ArrayLike, axis: int | None = None, out: None = None) -> A
 @overload
 def unit_vector(data: ArrayLike, axis: int | None = None, *, out: NDArray[Any]) -> None: ...
 def unit_vector(data: ArrayLike, axis: int | None = None, out: NDArray[Any] | None = None) -> Array | None:
-    """Return the unit vector in the same direction, or that of each vector along an axis.
+    """Return the unit vector in the direction of a vector, or of each vector along an axis.
 
     Args:
         data: numbers, of any shape.
-        axis: axis along which the vectors lie; None: all numbers are one vector.
+        axis: axis along which the vectors lie; None if all numbers are one vector.
         out: the array for the result, of data's shape; None for a new one.
 
     Returns:
-        An array of data's shape; None with out.
+        An array of data's shape; None with ``out``.
     """
     data = np.asarray(data, np.float64)
     length = np.sqrt(data @ data) if data.ndim == 1 else np.sqrt(np.sum(data * data, axis, keepdims=True))
@@ -57,5 +58,5 @@ def unit_vector(data: ArrayLike, axis: int | None = None, out: NDArray[Any] | No
 
 
 def random_vector(size: int | tuple[int, ...]) -> Array:
-    """Return an array of random numbers from 0 to 1, of a given size or shape; `numpy.random.seed` sets their seed."""
+    """Return an array of random numbers from 0 to 1, of a given size or shape; `numpy.random.seed` sets the seed."""
     return np.random.random(size)

@@ -10,7 +10,7 @@ from pyros1.msgs.dynamic_reconfigure.msg import Config
 from pyros1.msgs.dynamic_reconfigure.srv import Reconfigure
 from pyros1.msgs.fill import fill_message
 from pyros1.reconfigure.encoding import encode
-from pyros1.reconfigure.values import KINDS
+from pyros1.reconfigure.values import TYPE_CONVERTERS
 from pyros1.web.robot import Robot
 from pyros1.web.server.wire import RequestError
 from pyros1.web.views.reconfigure import values

@@ -23,13 +23,13 @@ def describe(states: JointStates) -> list[dict[str, Any]]:
 
 def _joint(states: JointStates, name: str) -> dict[str, Any]:
     mimic = states.followers.get(name)
-    joint = states.free[mimic.joint if mimic else name]
+    joint = states.free_joints[mimic.joint if mimic else name]
     limits = [joint.lower, joint.zero, joint.upper]
     if mimic:
         limits = [position * mimic.multiplier + mimic.offset for position in limits]
     found = {
         "name": name,
-        "type": states.kinds[name],
+        "type": states.joint_types[name],
         "lower": min(limits[::2]),
         "upper": max(limits[::2]),
         "zero": limits[1],

@@ -120,7 +120,7 @@ class JointsView(View):
         if publish and not self._other_publishers:
             with self._lock:
                 if self._states is not None:
-                    self._states.take(list(positions), list(positions.values()))
+                    self._states.apply(list(positions), list(positions.values()))
             if self._publisher is None:
                 self._publisher = RepeatedPublisher(self._publish, _HZ)
         elif positions:

@@ -66,7 +66,7 @@ def decode_description(msg: Any) -> Any:
 
 def get_tree(m: Any, group: Any = None) -> Any:
     """Return the tree of the groups in a Config or ConfigDescription, or of those below one of them."""
-    root = _encoding.tree(m.groups, Config)
+    root = _encoding.build_tree(m.groups, Config)
     if group is None:
         return root
     return next((each["groups"] for each in _encoding.groups_of(root) if each["id"] == group.id), Config())
@@ -80,7 +80,7 @@ def initial_config(msg: Any, description: Any = None) -> Any:
     values = _encoding.decode(msg, Config)
     if description is None or not any(each.id == 0 for each in msg.groups):
         return values
-    return _encoding.initial(values, description, Config)
+    return _encoding.initial_config(values, description, Config)
 
 
 def decode_config(msg: Any, description: Any = None) -> Any:

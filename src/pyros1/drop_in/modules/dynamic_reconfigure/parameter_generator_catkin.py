@@ -12,7 +12,7 @@ import sys
 from typing import Any
 
 from pyros1.drop_in import configs
-from pyros1.reconfigure.description import Group, Parameters, checked
+from pyros1.reconfigure.description import Group, Parameters, check_type
 
 str_t = "str"
 bool_t = "bool"
@@ -135,7 +135,7 @@ class ParameterGenerator:
 
     def check_type(self, param: dict[str, Any], field: str) -> None:
         """Check a value of a parameter or constant, and make it one of its type; raises TypeError."""
-        param[field] = checked(param["name"], param["type"], field, param[field])
+        param[field] = check_type(param["name"], param["type"], field, param[field])
 
     def fill_type(self, param: dict[str, Any]) -> None:
         """Add the types that C++ has."""
@@ -151,7 +151,7 @@ class ParameterGenerator:
     def const(self, name: str, type: str, value: Any, descr: str) -> dict[str, Any]:
         """Return a constant, for `enum`; it is added to the module as well."""
         self.pytype(type)
-        constant = {"name": name, "type": type, "value": checked(name, type, "value", value), **_place()}
+        constant = {"name": name, "type": type, "value": check_type(name, type, "value", value), **_place()}
         constant.update(description=descr, **_C_TYPES[type])
         check_description(descr)
         self.constants.append(constant)

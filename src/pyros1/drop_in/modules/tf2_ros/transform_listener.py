@@ -10,7 +10,7 @@ from tf2_py import BufferCore
 
 from pyros1.msgs.tf2_msgs.msg import TFMessage
 from pyros1.tf.fast_decoder import received_class
-from pyros1.tf.listener import fill
+from pyros1.tf.listener import add_to_buffer
 
 
 class TransformListener:
@@ -83,7 +83,7 @@ class TransformListener:
         self.check_for_reset()
         sender = (data._connection_header or {}).get("callerid", "default_authority")
         if self._whole:
-            fill(self.buffer, data, sender, static=static)
+            add_to_buffer(self.buffer, data, sender, static=static)
             return
         take = self.buffer.set_transform_static if static else self.buffer.set_transform
         for transform in data.transforms:
