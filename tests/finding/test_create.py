@@ -34,7 +34,7 @@ def test_package_with_examples(tmp_path: Path) -> None:
     assert {"my_robot/package.xml", "my_robot/scripts/minimal_publisher", "my_robot/launch/minimal.launch"} <= {*made}
     manifest = read_manifest(tmp_path / "my_robot" / "package.xml")
     assert (manifest.name, manifest.version) == ("my_robot", "0.0.0")
-    assert manifest.runs_with() == ["message_runtime", "python3-numpy", "std_msgs"]
+    assert manifest.run_dependencies() == ["message_runtime", "python3-numpy", "std_msgs"]
     library = Library({"ROS_PACKAGE_PATH": str(tmp_path)}, installs=[])
     assert [field.name for field in library.message("my_robot/Measurement").fields] == ["stamp", "value"]
     for name in made:
@@ -52,7 +52,7 @@ def test_bare_package_and_metapackage(tmp_path: Path) -> None:
     ]
     create(NewPackage("all_of_it", ["bare"], meta=True), tmp_path)
     manifest = read_manifest(tmp_path / "all_of_it" / "package.xml")
-    assert manifest.metapackage and manifest.runs_with() == ["bare"]
+    assert manifest.metapackage and manifest.run_dependencies() == ["bare"]
 
 
 def test_the_places_that_tutorials_name_are_there_to_be_uncommented(tmp_path: Path) -> None:
@@ -71,7 +71,7 @@ def test_the_places_that_tutorials_name_are_there_to_be_uncommented(tmp_path: Pa
     assert "<!-- <build_depend>message_generation</build_depend> -->" in (tmp_path / "plain/package.xml").read_text()
     rich = (tmp_path / "rich" / "CMakeLists.txt").read_text()
     assert "\nadd_message_files(\n  FILES\n  Measurement.msg\n)" in rich and "\n# add_service_files(" in rich
-    assert read_manifest(tmp_path / "plain/package.xml").runs_with() == ["roscpp", "std_msgs"]
+    assert read_manifest(tmp_path / "plain/package.xml").run_dependencies() == ["roscpp", "std_msgs"]
 
 
 def test_nothing_is_overwritten(tmp_path: Path) -> None:

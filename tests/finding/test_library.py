@@ -70,8 +70,12 @@ def test_errors(library: Library) -> None:
         library.message("pkg/Nope")
     with pytest.raises(UnknownTypeError, match=r"no package \[none\] with definitions; is ROS_PACKAGE_PATH set"):
         library.service("none/Nope")
-    assert Library({}).no_package("std_msg").endswith("(did you mean 'std_msgs'?); is ROS_PACKAGE_PATH set?")
-    assert Library({"ROS_PACKAGE_PATH": "/ws"}).no_package("std_msg").endswith("(did you mean 'std_msgs'?)")
+    assert (
+        Library({}).missing_package_message("std_msg").endswith("(did you mean 'std_msgs'?); is ROS_PACKAGE_PATH set?")
+    )
+    assert (
+        Library({"ROS_PACKAGE_PATH": "/ws"}).missing_package_message("std_msg").endswith("(did you mean 'std_msgs'?)")
+    )
     for name in ("A", "", "pkg/", "pkg/../A", "/A", "pkg/A/B", "../pkg/A"):
         with pytest.raises(UnknownTypeError, match="package/Type"):
             library.message(name)

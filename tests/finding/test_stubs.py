@@ -90,7 +90,7 @@ def test_the_programs_of_the_readme_have_types(tmp_path: Path, number: int) -> N
 
 
 def test_the_stubs_that_are_installed_are_current() -> None:
-    shipped = stubs.shipped()
+    shipped = stubs.shipped_library()
     files = dict(stubs.stubs(shipped, shipped.packages()))
     there = {path.relative_to(stubs.HOME) for path in stubs.HOME.glob("*/*.pyi")}
     assert there == {*files}, "made by the build backend: install pyros1 again"
@@ -168,14 +168,14 @@ def test_names_that_hide_others(tmp_path: Path) -> None:
 
 def test_an_unknown_package(tmp_path: Path) -> None:
     with pytest.raises(UnknownTypeError, match="did you mean 'std_msgs'"):
-        list(stubs.stubs(stubs.shipped(), ["std_msg"]))
+        list(stubs.stubs(stubs.shipped_library(), ["std_msg"]))
 
 
 @pytest.mark.parametrize("form", ["{}", "/{}", "../{}", "", ".", "std_msgs/"])
 def test_a_path_is_not_a_package(tmp_path: Path, form: str) -> None:
     (tmp_path / "msg").mkdir()
     with pytest.raises(UnknownTypeError, match="there is no package"):
-        list(stubs.stubs(stubs.shipped(), [form.format(tmp_path)]))
+        list(stubs.stubs(stubs.shipped_library(), [form.format(tmp_path)]))
 
 
 def test_msg_stubs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -208,7 +208,7 @@ def manifest(data: bytes) -> None:
         path = Path(folder, "package.xml")
         path.write_bytes(data)
         found = read_manifest(path)
-        found.runs_with()
+        found.run_dependencies()
         found.exported("python", "path")
 
 

@@ -55,7 +55,7 @@ def test_a_copy_is_complete(folder: Path, capfd: pytest.CaptureFixture[str], nam
         if path.parent.name == "scripts":
             check_script(path, text)
     manifest = read_manifest(package / "package.xml")
-    assert {*example(name).needs(face)} <= {*manifest.runs_with()}
+    assert {*example(name).needs(face)} <= {*manifest.run_dependencies()}
     built = re.findall(r"<depend>(\w+)<", (package / "package.xml").read_text())
     assert not {"tf2_ros", "rosbag", "robot_state_publisher"} & {*built}  # which need not be there to build
     cmake = (package / "CMakeLists.txt").read_text()

@@ -59,7 +59,10 @@ def test_rotations_are_those_of_matrices(
     ("text", "told"),
     [
         (pair(""), "2 links without a parent: one, two"),
-        (pair(joint() + '<joint name="k" type="fixed"><parent link="two"/><child link="one"/></joint>'), "form a cycle"),
+        (
+            pair(joint() + '<joint name="k" type="fixed"><parent link="two"/><child link="one"/></joint>'),
+            "form a cycle",
+        ),
         (
             '<robot><link name="root"/><link name="one"/><link name="two"/>'
             + joint()

@@ -197,7 +197,7 @@ def test_a_robot_without_a_description(make_node: Make) -> None:
     with pytest.raises(UrdfError, match="Could not find parameter robot_description"):
         joint_publisher.make_publisher(node)
     node.params["robot_description"] = 5
-    with pytest.raises(UrdfError, match="must be the text"):
+    with pytest.raises(UrdfError, match="must be a string"):
         joint_publisher.make_publisher(node)
     node.params["~robot_description"] = pair(joint())
     assert joint_publisher.make_publisher(node)

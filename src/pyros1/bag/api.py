@@ -403,9 +403,7 @@ def open(
 
 
 def bag_topics(path: str | os.PathLike[str]) -> dict[str, tuple[str, int, int]]:
-    """Return topic -> (type, messages, connections) of a bag, sorted by topic; raises the same errors as
-    :func:`open`.
-    """
+    """Return topic -> (type, messages, connections), sorted by topic; raises the same errors as :func:`open`."""
     with Bag(path) as bag:
         return {topic.name: (topic.type, topic.messages, topic.connections) for topic in bag.summary().topics}
 

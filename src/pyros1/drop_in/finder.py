@@ -110,7 +110,7 @@ class Finder:
                     return PathFinder.find_spec(name, [folder])
                 if package.endswith("_msgs"):
                     raise ModuleNotFoundError(
-                        f"No module named {name!r}: {self._library.no_package(package)}", name=name
+                        f"No module named {name!r}: {self._library.missing_package_message(package)}", name=name
                     )
             case ["cfg", *inner]:
                 return self._config_spec(package, inner, name)

@@ -8,7 +8,7 @@ from pathlib import Path, PurePosixPath
 
 from pyros1.drop_in.finder import MODULES
 from pyros1.finding.library import Library
-from pyros1.finding.stubs import shipped
+from pyros1.finding.stubs import shipped_library
 from pyros1.ground.errors import MessageError
 from pyros1.ground.generated import PREFIX, module_name
 from pyros1.msgs.stubs import message_stub, service_stub
@@ -32,7 +32,7 @@ def write_stubs(folder: Path, library: Library) -> list[str]:
     if folder.is_dir():
         shutil.rmtree(folder)
     errors = []
-    our_stubs = shipped()
+    our_stubs = shipped_library()
     for package in library.packages():
         try:
             _write(folder / f"{package}-stubs", _shipped(our_stubs, package) or _messages(library, package))

@@ -91,9 +91,7 @@ class ApproximateTime(ExactTime):
         return [self._pop_set(found)] if found is not None else []
 
     def _nearby_stamps(self, index: int, stamp: Time) -> list[Time]:
-        """Return the stamps of a topic that may match, the nearest ones first; equally near ones in the order
-        received.
-        """
+        """Return the stamps of a topic that may match, the nearest first; equally near ones in the order received."""
         center, maximum = stamp.to_nsec(), self.slop.to_nsec()
         found: list[tuple[int, int, Time]] = []
         for order, each in enumerate(self.queues[index]):

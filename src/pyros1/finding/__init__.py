@@ -1,1 +1,1 @@
-"""Where packages, definitions and executables are on this machine; manifests; templates of new packages."""
+"""Finds packages, definitions and executables; reads manifests; creates new packages."""

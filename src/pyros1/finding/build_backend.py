@@ -1,6 +1,6 @@
 """The build backend of this project (PEP 517, PEP 660): setuptools, which first generates the stubs of the messages.
 
-So wheels and editable installs have current stubs of all definitions that come with pyros1.
+So wheels and editable installs have up-to-date stubs of all definitions that come with pyros1.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import warnings
 from typing import Any
 
-from setuptools import build_meta  # type: ignore[import-untyped]  # it has no types
+from setuptools import build_meta  # type: ignore[import-untyped]  # has no types
 from setuptools.build_meta import (  # type: ignore[import-untyped]  # as above
     build_sdist,
     get_requires_for_build_editable,
@@ -21,14 +21,14 @@ from setuptools.build_meta import (  # type: ignore[import-untyped]  # as above
 from pyros1.finding import stubs
 
 Settings = dict[str, Any] | None
-# Folders of data are no packages: modules lose their exec bit, and scripts of ROS packages need theirs.
+# Data folders are not declared as packages: modules lose their executable bit, which the scripts of ROS packages need.
 warnings.filterwarnings("ignore", r"(?s).*is absent from the `packages` configuration")
 
 
 def make_stubs() -> None:
     """Write the stubs of the definitions that come with pyros1."""
-    library = stubs.shipped()
-    for old in stubs.HOME.glob("*/*.pyi"):  # stubs of a user's own packages do not belong in the wheel
+    library = stubs.shipped_library()
+    for old in stubs.HOME.glob("*/*.pyi"):  # stubs of the user's own packages do not belong in the wheel
         old.unlink()
     stubs.write(stubs.stubs(library, library.packages()), stubs.HOME)
 

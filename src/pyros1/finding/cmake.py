@@ -1,4 +1,6 @@
-"""The CMakeLists.txt of a new package, with the commented-out sections that ROS's tutorials ask people to fill in."""
+"""Writes the CMakeLists.txt of a new package, with the commented-out sections that the ROS tutorials ask users to fill
+in.
+"""
 
 from __future__ import annotations
 
@@ -28,17 +30,17 @@ _PROGRAMS = """# Programs and libraries in C++
 """
 
 
-_DEFINED = {
+_DEFINITION_FOLDERS = {
     "msg": ("add_message_files", "Message1.msg"),
     "srv": ("add_service_files", "Service1.srv"),
     "action": ("add_action_files", "Action1.action"),
 }
-"""Folder -> the call that names its files, and the placeholder to be filled in."""
+"""Folder -> (the CMake function that lists its files, placeholder for a file name)."""
 
 
 def has_definitions(files: Collection[str]) -> bool:
-    """Return whether there are messages, services or actions among the files of a package."""
-    return any(PurePosixPath(name).parts[0] in _DEFINED for name in files)
+    """Return whether the files of a package include messages, services or actions."""
+    return any(PurePosixPath(name).parts[0] in _DEFINITION_FOLDERS for name in files)
 
 
 def cmake_lists(package: NewPackage, files: Collection[str]) -> str:
@@ -46,28 +48,28 @@ def cmake_lists(package: NewPackage, files: Collection[str]) -> str:
 
     Args:
         package: the new package.
-        files: the paths in it of its definitions, scripts and launch files.
+        files: paths of its definitions, scripts and launch files, relative to the package.
     """
     head = _HEAD.format(name=package.name)
     if package.meta:
         return f"{head}\nfind_package(catkin REQUIRED)\ncatkin_metapackage()\n"
     depends = sorted({*package.depends} - {"catkin", "message_generation", "message_runtime"})
-    defines = has_definitions(files)
+    has_messages = has_definitions(files)
     return "\n".join(
         [
             head,
-            _found(package, [*depends, *(["message_generation"] if defines else [])]),
-            _definitions(depends, files),
-            _exported(depends, defines),
-            _included(depends),
+            _find_package_block(package, [*depends, *(["message_generation"] if has_messages else [])]),
+            _definitions_block(depends, files),
+            _catkin_package_block(depends, has_messages),
+            _include_directories_block(depends),
             _PROGRAMS,
-            _installed(files),
+            _install_block(files),
         ]
     )
 
 
-def _within(folder: str, files: Collection[str]) -> list[str]:
-    """Return the files of a folder, without its name."""
+def _files_in(folder: str, files: Collection[str]) -> list[str]:
+    """Return the names of the files in a folder."""
     return sorted(PurePosixPath(name).name for name in files if PurePosixPath(name).parts[0] == folder)
 
 
@@ -76,11 +78,11 @@ def _call(function: str, *lines: str) -> str:
     return "\n".join([f"{function}(", *(f"  {line}" for line in lines), ")", ""])
 
 
-def _commented(text: str) -> str:
+def _comment_out(text: str) -> str:
     return "".join(f"# {line}\n" for line in text.splitlines())
 
 
-def _found(package: NewPackage, components: Sequence[str]) -> str:
+def _find_package_block(package: NewPackage, components: Sequence[str]) -> str:
     text = "# Dependencies of this package\n"
     text += (
         _call("find_package", "catkin REQUIRED COMPONENTS", *components).replace("(\n  ", "(", 1)
@@ -89,29 +91,29 @@ def _found(package: NewPackage, components: Sequence[str]) -> str:
     )
     text += "".join(f"find_package({each} REQUIRED)\n" for each in package.system)
     boost = f"find_package(Boost REQUIRED COMPONENTS {' '.join(package.boost or ['system'])})\n"
-    return text + (boost if package.boost else _commented(boost))
+    return text + (boost if package.boost else _comment_out(boost))
 
 
-def _definitions(depends: Sequence[str], files: Collection[str]) -> str:
+def _definitions_block(depends: Sequence[str], files: Collection[str]) -> str:
     text = _DEFINITIONS
-    for folder, (function, default_file) in _DEFINED.items():
-        existing_files = _within(folder, files)
+    for folder, (function, default_file) in _DEFINITION_FOLDERS.items():
+        existing_files = _files_in(folder, files)
         call = _call(function, "FILES", *(existing_files or [default_file]))
-        text += call if existing_files else _commented(call)
+        text += call if existing_files else _comment_out(call)
     text += "# After DEPENDENCIES: the packages whose messages are fields of yours\n"
     fields = [each for each in depends if each.endswith("_msgs")] or ["std_msgs"]
-    if _within("action", files):
+    if _files_in("action", files):
         text += _call("generate_messages", "DEPENDENCIES", *fields)
     elif has_definitions(files):
         text += _call("generate_messages", *(f"# {each}" for each in ["DEPENDENCIES", *fields]))
     else:
-        text += _commented(_call("generate_messages", "DEPENDENCIES", *fields))
-    settings = [f"cfg/{name}" for name in _within("cfg", files)]
+        text += _comment_out(_call("generate_messages", "DEPENDENCIES", *fields))
+    settings = [f"cfg/{name}" for name in _files_in("cfg", files)]
     options = _call("generate_dynamic_reconfigure_options", *(settings or ["cfg/Settings1.cfg"]))
-    return f"{text}# Settings for dynamic_reconfigure\n{options if settings else _commented(options)}"
+    return f"{text}# Settings for dynamic_reconfigure\n{options if settings else _comment_out(options)}"
 
 
-def _exported(depends: Sequence[str], has_messages: bool) -> str:
+def _catkin_package_block(depends: Sequence[str], has_messages: bool) -> str:
     lines = ["# INCLUDE_DIRS include", "# LIBRARIES ${PROJECT_NAME}"]
     exported = [*depends, *(["message_runtime"] if has_messages else [])]
     lines.append(f"{'' if exported else '# '}CATKIN_DEPENDS{''.join(f' {each}' for each in exported)}")
@@ -119,23 +121,23 @@ def _exported(depends: Sequence[str], has_messages: bool) -> str:
     return "# What this package exports to packages that depend on it\n" + _call("catkin_package", *lines)
 
 
-def _included(depends: Sequence[str]) -> str:
+def _include_directories_block(depends: Sequence[str]) -> str:
     text = _call("include_directories", "# include", "${catkin_INCLUDE_DIRS}")
-    return text if "roscpp" in depends else _commented(text)
+    return text if "roscpp" in depends else _comment_out(text)
 
 
-def _installed(files: Collection[str]) -> str:
-    programs = _within("scripts", files)
+def _install_block(files: Collection[str]) -> str:
+    programs = _files_in("scripts", files)
     scripts = _call(
         "catkin_install_python",
         "PROGRAMS",
         *(f"scripts/{name}" for name in programs or ["my_node"]),
         "DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION}",
     )
-    folders = [folder for folder in ("config", "launch", "urdf") if _within(folder, files)]
+    folders = [folder for folder in ("config", "launch", "urdf") if _files_in(folder, files)]
     others = f"install(DIRECTORY {' '.join(folders or ['launch'])} DESTINATION ${{CATKIN_PACKAGE_SHARE_DESTINATION}})\n"
     targets = "install(TARGETS ${PROJECT_NAME}_node RUNTIME DESTINATION ${CATKIN_PACKAGE_BIN_DESTINATION})\n"
     text = "# What `catkin_make install` installs\n"
-    text += scripts if programs else _commented(scripts)
-    text += others if folders else _commented(others)
-    return text + _commented(targets)
+    text += scripts if programs else _comment_out(scripts)
+    text += others if folders else _comment_out(others)
+    return text + _comment_out(targets)

@@ -1,8 +1,8 @@
-"""All packages of this machine, from a crawl of the folders whose results are cached between commands.
+"""Finds all packages on this machine with a crawl of folders, whose results are cached between commands.
 
-The record of a crawl holds the modification time and the content of each folder. A later command asks the system only
-for the times, and reads the folders that have changed: what was added, moved or removed is seen at once. Folders that
-changed just now are not recorded, since a second change within the clock's granularity would not show.
+The record of a crawl contains the modification time and the content of each folder. A later command only checks the
+times, and reads the folders that have changed, so additions, moves and removals are noticed immediately. Folders that
+have just changed are not recorded, since a second change within the clock's resolution would not be noticed.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ from pyros1.finding.packages import PackageIndex, manifest_text, package_name_in
 MANIFESTS = ("package.xml", "manifest.xml", "stack.xml")
 _IGNORED = frozenset({"CATKIN_IGNORE", "AMENT_IGNORE", "COLCON_IGNORE", "rospack_nosubdirs"})
 _VERSION = 1
-_MIN_TRUSTED_AGE = 2_000_000_000  # ns; file systems with the coarsest clocks count in steps of two seconds
+_MIN_TRUSTED_AGE = 2_000_000_000  # ns; some file systems store times in steps of two seconds
 
-# One folder's record: [time of change, names of folders in it, manifest's file name, its time, package name, meta?]
+# Record of a folder: [its mtime, names of its subfolders, file name of its manifest, that file's mtime, package name,
+# meta]
 Record = list[Any]
 
 
@@ -32,7 +33,7 @@ class FoundPackage(NamedTuple):
     Attributes:
         name: the package's name.
         folder: its path.
-        manifest: file name of its manifest: ``package.xml``, ``manifest.xml`` or ``stack.xml`` (a stack of rosbuild).
+        manifest: file name of its manifest: ``package.xml``, ``manifest.xml`` or, for a rosbuild stack, ``stack.xml``.
         meta: whether it is a metapackage.
     """
 
@@ -43,17 +44,19 @@ class FoundPackage(NamedTuple):
 
     @property
     def catkin(self) -> bool:
-        """Whether it is a catkin package, not one of rosbuild."""
+        """Whether it is a catkin package, not a rosbuild package."""
         return self.manifest == "package.xml"
 
 
 def search_folders(environ: Mapping[str, str]) -> list[tuple[str, int]]:
-    """Return the folders in which packages are searched, in order, each with the number of levels to search."""
+    """Return the folders to search for packages, in order, each with the number of levels to search."""
     return [(_normalized(folder), depth) for folder, depth in PackageIndex(environ).search_folders()]
 
 
 def _normalized(folder: str) -> str:
-    """Return a path as ``pathlib`` writes it: loading that module takes much of a short command's time."""
+    """Normalise a path like ``pathlib``, which is not used since importing it takes a large part of a short command's
+    time.
+    """
     steps = "/".join(step for step in folder.split("/") if step not in ("", "."))
     return f"/{steps}" if folder.startswith("/") else steps or "."
 
@@ -65,17 +68,17 @@ def cache_folder(environ: Mapping[str, str]) -> str:
 
 
 def all_packages(environ: Mapping[str, str], *, roots: list[tuple[str, int]] | None = None) -> list[FoundPackage]:
-    """Return all packages in the order in which they are found; of several with the same name the first counts.
+    """Return all packages in the order in which they are found; the first one with a name takes precedence.
 
-    Below one root, a package in a folder of its name directly in the root comes first, as for `PackageIndex`.
+    Below one root, a package whose folder has its name and is directly in the root comes first, as for `PackageIndex`.
 
     Args:
-        environ: environment variables: they say where to search and where the cache is.
-        roots: the folders to search, each with the number of levels; None means those of this machine.
+        environ: environment variables, which determine where to search and where the cache is.
+        roots: the folders to search, each with the number of levels; None for the default ones.
     """
     roots = search_folders(environ) if roots is None else roots
     file = _record_file(environ, roots)
-    crawl = Crawl(_load(file))
+    crawl = Crawl(_load_records(file))
     found: dict[str, FoundPackage] = {}
     for root, depth in roots:
         below = list(crawl.packages(root, depth))
@@ -83,25 +86,25 @@ def all_packages(environ: Mapping[str, str], *, roots: list[tuple[str, int]] | N
         for package in sorted(below, key=lambda package: package.name in direct and not _is_direct(package, root)):
             found.setdefault(package.folder, package)
     if crawl.changed:
-        _save(file, crawl.trusted_records())
+        _save_records(file, crawl.trusted_records())
     return list(found.values())
 
 
 def find_cached(environ: Mapping[str, str], name: str) -> FoundPackage | None:
-    """Return a package from the record of an earlier crawl, without a check of all other packages.
+    """Return a package from the record of an earlier crawl, without checking all other packages.
 
-    Folders that hold packages are checked, and so is the package itself.
+    Folders that contain packages are checked, and so is the package itself.
 
     Args:
-        environ: environment variables: they say where to search and where the cache is.
+        environ: environment variables, which determine where to search and where the cache is.
         name: the package's name.
 
     Returns:
-        The package; None if a full crawl (:func:`all_packages`) must answer: something has changed, or there is no such
-        package.
+        The package; None if a full crawl (:func:`all_packages`) is needed, because something has changed or there is no
+        such package.
     """
     roots = search_folders(environ)
-    records = _load(_record_file(environ, roots))
+    records = _load_records(_record_file(environ, roots))
     try:
         for root, depth in roots:
             found = list(_cached_packages(records, root, depth, name))
@@ -117,7 +120,7 @@ def _is_direct(package: FoundPackage, root: str) -> bool:
 
 
 def _cached_packages(records: Mapping[str, Record], folder: str, depth: int, name: str) -> Iterator[FoundPackage]:
-    """Yield the packages of that name; raise LookupError if a record is missing or too old."""
+    """Yield the packages with a name; raise LookupError if a record is missing or outdated."""
     record = records.get(folder)
     if record is None:
         if os.path.isdir(folder):
@@ -125,7 +128,7 @@ def _cached_packages(records: Mapping[str, Record], folder: str, depth: int, nam
         return
     changed, folders, manifest, written, package, meta = record
     if not manifest or package == name:
-        if os.stat(folder).st_mtime_ns != changed or (manifest and _changed(folder, manifest) != written):
+        if os.stat(folder).st_mtime_ns != changed or (manifest and _modification_time(folder, manifest) != written):
             raise LookupError
         if manifest:
             yield FoundPackage(package, folder, manifest, meta)
@@ -133,30 +136,31 @@ def _cached_packages(records: Mapping[str, Record], folder: str, depth: int, nam
         for each in folders:
             path = f"{folder.rstrip('/')}/{each}"
             known = records.get(path)
-            if known is None or not known[2] or known[4] == name or known[1]:  # else: another package
+            if known is None or not known[2] or known[4] == name or known[1]:  # otherwise it is another package
                 yield from _cached_packages(records, path, depth - 1, name)
 
 
 def _record_file(environ: Mapping[str, str], roots: list[tuple[str, int]]) -> str:
-    # If two sets of places had the same number, they would share a file; the other's records do no harm.
+    # If two sets of roots had the same checksum, they would share a file, which is harmless.
     return os.path.join(cache_folder(environ), f"packages-{crc32(repr(roots).encode()):08x}.json")
 
 
 class Crawl:
-    """A walk through folders with the help of the records of an earlier one.
+    """A crawl through folders that uses the records of an earlier crawl.
 
     Args:
         records: folder -> record.
-        now: the present time in nanoseconds; None: by the clock.
+        now: the current time in nanoseconds; None to use the clock.
 
     Attributes:
-        changed: whether something differed from the records.
+        changed: whether anything differed from the records.
     """
 
     def __init__(self, records: Mapping[str, Record], now: int | None = None) -> None:
-        self._old = records
-        self._new: dict[str, Record] = {}
-        self._seen: set[tuple[int, int]] = set()  # folders entered below a root: no link leads to one of them again
+        self._old_records = records
+        self._new_records: dict[str, Record] = {}
+        # Folders visited below the current root, to which links are not followed.
+        self._seen: set[tuple[int, int]] = set()
         self._now = time.time_ns() if now is None else now
         self.changed = False
 
@@ -166,7 +170,7 @@ class Crawl:
         Args:
             folder: the folder to search.
             depth: number of levels to search.
-            ancestors: device and inode of the folders on the way, so that links that lead back are not followed.
+            ancestors: device and inode of the parent folders, so that links back to them are not followed.
         """
         try:
             status = os.stat(folder)
@@ -178,7 +182,7 @@ class Crawl:
         if here in ancestors or (here in self._seen and os.path.islink(folder)):
             return
         self._seen.add(here)
-        record = self._record(folder, status.st_mtime_ns)
+        record = self._current_record(folder, status.st_mtime_ns)
         if record is None:
             return
         _, folders, manifest, _, name, meta = record
@@ -189,30 +193,30 @@ class Crawl:
                 yield from self.packages(f"{folder.rstrip('/')}/{each}", depth - 1, (*ancestors, here))
 
     def trusted_records(self) -> dict[str, Record]:
-        """Return the records that a later walk may rely on."""
+        """Return the records on which a later crawl can rely."""
         limit = self._now - _MIN_TRUSTED_AGE
-        return {folder: record for folder, record in self._new.items() if max(record[0], record[3]) < limit}
+        return {folder: record for folder, record in self._new_records.items() if max(record[0], record[3]) < limit}
 
-    def _record(self, folder: str, changed: int) -> Record | None:
-        record = self._old.get(folder)
-        if record is None or record[0] != changed or (record[2] and _changed(folder, record[2]) != record[3]):
+    def _current_record(self, folder: str, changed: int) -> Record | None:
+        record = self._old_records.get(folder)
+        if record is None or record[0] != changed or (record[2] and _modification_time(folder, record[2]) != record[3]):
             try:
-                record = _read(folder, changed)
+                record = _read_folder(folder, changed)
             except OSError:
                 return None
             self.changed = True
-        self._new[folder] = record
+        self._new_records[folder] = record
         return record
 
 
 def profile(roots: list[tuple[str, int]]) -> list[tuple[float, str, bool]]:
-    """Return the seconds that it takes to read each folder, with all below it, without a record; slowest first.
+    """Measure how long it takes to read each folder and everything below it, without records; slowest first.
 
     Args:
         roots: the folders to search, each with the number of levels.
 
     Returns:
-        (seconds, folder, whether it or a folder below holds a package) of each folder.
+        For each folder (seconds, folder, whether it or a folder below contains a package).
     """
     result: list[tuple[float, str, bool]] = []
 
@@ -225,48 +229,48 @@ def profile(roots: list[tuple[str, int]]) -> list[tuple[float, str, bool]]:
             return True
         seen.add(real)
         try:
-            record = _read(folder, 0)
+            record = _read_folder(folder, 0)
         except OSError:
             return False
-        inside = [walk(os.path.join(folder, each), depth - 1) for each in record[1]] if depth else []
-        holds = bool(record[2]) or any(inside)
+        results = [walk(os.path.join(folder, each), depth - 1) for each in record[1]] if depth else []
+        has_packages = bool(record[2]) or any(results)
         if not record[2]:
-            result.append((time.perf_counter() - start, folder, holds))
-        return holds
+            result.append((time.perf_counter() - start, folder, has_packages))
+        return has_packages
 
     for root, depth in roots:
         walk(root, depth)
     return sorted(result, reverse=True)
 
 
-def _changed(folder: str, name: str) -> int:
+def _modification_time(folder: str, name: str) -> int:
     try:
         return os.stat(folder + os.sep + name).st_mtime_ns
     except OSError:
         return 0
 
 
-def _read(folder: str, changed: int) -> Record:
+def _read_folder(folder: str, changed: int) -> Record:
     with os.scandir(folder) as listing:
         entries = {entry.name: entry for entry in listing}
     manifest = next((name for name in MANIFESTS if name in entries), "")
     if manifest and "CATKIN_IGNORE" in entries:
         return [changed, [], "", 0, "", False]
-    if manifest and manifest != "stack.xml":  # packages do not nest; stacks hold packages
-        time_read = _changed(folder, manifest)
+    if manifest and manifest != "stack.xml":  # packages do not nest, but stacks contain packages
+        time_read = _modification_time(folder, manifest)
         name, meta = identity(folder, manifest)
         return [changed, [], manifest, time_read, name, meta]
     if not _IGNORED.isdisjoint(entries):
         folders: list[str] = []
-    else:  # broken links stay in the list: their targets may appear later
+    else:  # broken links are kept, since their targets may appear later
         folders = sorted(n for n, entry in entries.items() if n[0] != "." and (entry.is_symlink() or entry.is_dir()))
     if manifest:
-        return [changed, folders, manifest, _changed(folder, manifest), os.path.basename(folder), False]
+        return [changed, folders, manifest, _modification_time(folder, manifest), os.path.basename(folder), False]
     return [changed, folders, "", 0, "", False]
 
 
 def identity(folder: str, manifest: str) -> tuple[str, bool]:
-    """Return the package name in a manifest, and whether the package is a metapackage."""
+    """Return the name of the package in a folder, and whether it is a metapackage."""
     base = os.path.basename(folder)
     if manifest != "package.xml":
         return base, False
@@ -278,9 +282,9 @@ def identity(folder: str, manifest: str) -> tuple[str, bool]:
     return package_name_in(text) or base, "<metapackage" in text
 
 
-def _load(file: str) -> dict[str, Record]:
+def _load_records(file: str) -> dict[str, Record]:
     try:
-        version, records = json.loads(_content(file) if os.path.isfile(file) else b"")
+        version, records = json.loads(_read_file(file) if os.path.isfile(file) else b"")
     except (OSError, ValueError, TypeError, RecursionError):
         return {}
     if version != _VERSION or not isinstance(records, dict):
@@ -288,7 +292,7 @@ def _load(file: str) -> dict[str, Record]:
     return records if all(map(_is_record, records.values())) else {}
 
 
-def _content(file: str) -> bytes:
+def _read_file(file: str) -> bytes:
     with open(file, "rb") as stream:
         return stream.read()
 
@@ -300,8 +304,8 @@ def _is_record(value: Any) -> bool:
     return False
 
 
-def _save(file: str, records: Mapping[str, Record]) -> None:
-    """Write the records for the next command. If that fails, the next command reads the folders itself."""
+def _save_records(file: str, records: Mapping[str, Record]) -> None:
+    """Write the records for the next command. If that fails, the next command reads all folders."""
     temporary = f"{file}.{os.getpid()}"
     try:
         os.makedirs(os.path.dirname(file), exist_ok=True, mode=0o700)

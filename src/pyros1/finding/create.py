@@ -1,4 +1,4 @@
-"""Creates new packages, for pyros1 and for stock catkin."""
+"""Creates new packages that work with pyros1 and with stock catkin."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import keyword
 import os
 import re
 from collections.abc import Collection
-from html import escape  # HTML's escapes include XML's; xml.sax is slow to import
+from html import escape  # also escapes for XML; xml.sax is slow to import
 from pathlib import Path
 
 from pyros1.finding.cmake import cmake_lists, has_definitions
@@ -23,7 +23,7 @@ class CreateError(Error):
 
 
 def name_problem(name: str) -> str:
-    """Return the fault of a package's name (REP 144); empty if it is valid."""
+    """Return the problem with a package name (REP 144), or an empty string if it is valid."""
     if not name:
         return "it is empty"
     if name[0].isdigit() or name[0] in "_-":
@@ -45,10 +45,10 @@ def create(package: NewPackage, parent: Path) -> list[str]:
         parent: the folder in which the package is created.
 
     Returns:
-        The paths of the new files and folders (these with a trailing slash), relative to ``parent``, in order.
+        The paths of the new files and folders relative to ``parent``, in order; folders have a trailing slash.
 
     Raises:
-        CreateError: the name is not valid, or a file exists already (then nothing is written), or a file cannot be
+        CreateError: the name is not valid, a file already exists (nothing is written then), or a file cannot be
             written.
     """
     if not re.fullmatch(r"[^\W]([\w-]*)", package.name):
@@ -60,7 +60,7 @@ def create(package: NewPackage, parent: Path) -> list[str]:
     for path in [folder, *(folder / name for name in files)]:
         if path.exists() and (path != folder or not path.is_dir()):
             raise CreateError(f"{path} already exists; nothing was changed")
-    made = []
+    created = []
     try:
         for name, text in files.items():
             path = folder / name
@@ -68,16 +68,16 @@ def create(package: NewPackage, parent: Path) -> list[str]:
             path.write_text(text, encoding="utf-8")
             if text.startswith("#!") or name.startswith("scripts/"):
                 path.chmod(0o755)
-            made.append(f"{package.name}/{name}")
-        for name in _folders(package):
+            created.append(f"{package.name}/{name}")
+        for name in _empty_folders(package):
             (folder / name).mkdir(parents=True, exist_ok=True)
-            made.append(f"{package.name}/{name}/")
+            created.append(f"{package.name}/{name}/")
     except OSError as error:
         raise CreateError(f"cannot write {error.filename}: {error.strerror}") from error
-    return made
+    return created
 
 
-def _folders(package: NewPackage) -> list[str]:
+def _empty_folders(package: NewPackage) -> list[str]:
     if package.meta or package.examples or package.files:
         return []
     return [
@@ -87,12 +87,12 @@ def _folders(package: NewPackage) -> list[str]:
 
 
 def _files(package: NewPackage) -> dict[str, str]:
-    more = _content(package)
-    return {"package.xml": package_xml(package, more), "CMakeLists.txt": cmake_lists(package, more), **more}
+    content = _content(package)
+    return {"package.xml": package_xml(package, content), "CMakeLists.txt": cmake_lists(package, content), **content}
 
 
 def _content(package: NewPackage) -> dict[str, str]:
-    """Return the files except for manifest and CMakeLists.txt: path -> text."""
+    """Return the files other than the manifest and CMakeLists.txt: path -> text."""
     if package.meta:
         return {}
     files = {}
@@ -111,21 +111,21 @@ def _description(package: NewPackage) -> str:
 
 
 def package_xml(package: NewPackage, files: Collection[str]) -> str:
-    """Return the text of package.xml, format 2.
+    """Return the text of package.xml in format 2.
 
     Args:
         package: the new package.
-        files: the paths in it of its definitions, if it has some.
+        files: paths of its files, relative to the package.
     """
-    defines = has_definitions(files)
+    has_messages = has_definitions(files)
     lines = ['<?xml version="1.0"?>', '<package format="2">', f"  <name>{package.name}</name>"]
     lines += [
         f"  <version>{package.version}</version>",
         f"  <description>{escape(_description(package))}</description>",
     ]
     user = os.environ.get("USER") or "user"
-    lines += ["", *(_person("maintainer", each) for each in package.maintainers or [f"{user} <{user}@todo.todo>"])]
-    lines += [_person("author", each) for each in package.authors]
+    lines += ["", *(_person_tag("maintainer", each) for each in package.maintainers or [f"{user} <{user}@todo.todo>"])]
+    lines += [_person_tag("author", each) for each in package.authors]
     lines += [f"  <license>{escape(each)}</license>" for each in package.licenses or ["TODO"]]
     lines += [f'  <!-- <url type="website">http://wiki.ros.org/{package.name}</url> -->']
     lines += ["", "  <buildtool_depend>catkin</buildtool_depend>"]
@@ -133,10 +133,10 @@ def package_xml(package: NewPackage, files: Collection[str]) -> str:
         lines += [f"  <exec_depend>{escape(each)}</exec_depend>" for each in sorted(package.depends)]
         lines += ["", "  <export>", "    <metapackage/>", "  </export>"]
     else:
-        depends = _depends(package, defines)
+        depends = _depends(package, has_messages)
         lines += [f"  <depend>{escape(each)}</depend>" for each in depends]
         lines += [f"  <exec_depend>{escape(each)}</exec_depend>" for each in sorted({*package.runs} - {*depends})]
-        if defines:
+        if has_messages:
             lines += ["  <build_depend>message_generation</build_depend>"]
             lines += [f"  <{tag}>message_runtime</{tag}>" for tag in ("build_export_depend", "exec_depend")]
         else:
@@ -146,12 +146,12 @@ def package_xml(package: NewPackage, files: Collection[str]) -> str:
     return "\n".join([*lines, "</package>", ""])
 
 
-def _depends(package: NewPackage, defines: bool) -> list[str]:
-    generated = {"message_generation", "message_runtime"} if defines else set()
+def _depends(package: NewPackage, has_messages: bool) -> list[str]:
+    generated = {"message_generation", "message_runtime"} if has_messages else set()
     return sorted({*package.depends, *package.system, *(["boost"] if package.boost else [])} - generated)
 
 
-def _person(tag: str, text: str) -> str:
+def _person_tag(tag: str, text: str) -> str:
     match = _PERSON.fullmatch(text)
     if match:
         return f'  <{tag} email="{escape(match[2])}">{escape(match[1] or match[2])}</{tag}>'

@@ -1,4 +1,4 @@
-"""Dependencies between packages, by rospack's rules."""
+"""Determines dependencies between packages, by rospack's rules."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from pyros1.ground.errors import PackageNotFoundError
 
 
 class Packages:
-    """Packages and their dependencies; manifests are read when they are needed.
+    """Packages and their dependencies; manifests are read when needed.
 
     Args:
-        found: the packages, in the order of preference; of several with the same name the first counts.
+        found: the packages in order of precedence; the first one with a name is used.
     """
 
     def __init__(self, found: Sequence[FoundPackage]) -> None:
@@ -49,82 +49,84 @@ class Packages:
             self._manifests[name] = manifest
         return manifest
 
-    def direct(self, name: str) -> list[str]:
-        """Return the direct dependencies of a package; names that are not packages are dependencies on the system.
+    def direct_dependencies(self, name: str) -> list[str]:
+        """Return the direct dependencies of a package; names that are not packages are system dependencies.
 
         Raises:
-            ManifestError: a rosbuild package names a package that does not exist, or a manifest cannot be read.
+            ManifestError: a rosbuild package depends on a package that does not exist, or a manifest cannot be read.
         """
         manifest = self.manifest(name)
-        names = manifest.runs_with()
+        names = manifest.run_dependencies()
         missing = [each for each in names if each not in self.by_name]
         if missing and not manifest.catkin:
             raise ManifestError(f"package '{name}' depends on non-existent package '{missing[0]}'")
         return [each for each in names if each in self.by_name]
 
-    def needs(self, name: str) -> list[str]:
-        """Return all dependencies of a package, direct and indirect, each one before those that need it."""
-        return list(self._after(name, {name}))
+    def dependencies(self, name: str) -> list[str]:
+        """Return all direct and indirect dependencies of a package, each one before the packages that need it."""
+        return list(self._iter_dependencies(name, {name}))
 
-    def needs_first(self, name: str) -> list[str]:
-        """Return all dependencies of a package, direct and indirect, each one after those that need it."""
+    def dependencies_top_down(self, name: str) -> list[str]:
+        """Return all direct and indirect dependencies of a package, each one after the packages that need it."""
         result: dict[str, None] = {}
-        waiting = [*reversed(self.direct(name))]
-        while waiting:
-            each = waiting.pop()
+        pending = [*reversed(self.direct_dependencies(name))]
+        while pending:
+            each = pending.pop()
             if each not in result and each != name:
                 result[each] = None
-                waiting += reversed(self.direct(each))
+                pending += reversed(self.direct_dependencies(each))
         return list(result)
 
-    def needed_by(self, name: str) -> list[str]:
+    def dependents(self, name: str) -> list[str]:
         """Return the packages that depend on a package directly, sorted."""
-        return sorted(each for each in self.by_name if name in self._known(each))
+        return sorted(each for each in self.by_name if name in self._readable_dependencies(each))
 
-    def all_needed_by(self, name: str) -> list[str]:
-        """Return the packages that depend on a package, directly or through others, sorted."""
+    def all_dependents(self, name: str) -> list[str]:
+        """Return the packages that depend on a package directly or indirectly, sorted."""
         users: dict[str, list[str]] = {}
         for each in self.by_name:
-            for needed in self._known(each):
+            for needed in self._readable_dependencies(each):
                 users.setdefault(needed, []).append(each)
         result: set[str] = set()
-        waiting = list(users.get(name, []))
-        while waiting:
-            each = waiting.pop()
+        pending = list(users.get(name, []))
+        while pending:
+            each = pending.pop()
             if each not in result:
                 result.add(each)
-                waiting += users.get(each, [])
+                pending += users.get(each, [])
         return sorted(result - {name})
 
-    def tree(self, name: str, level: int = 0, above: tuple[str, ...] = ()) -> Iterator[tuple[int, str]]:
-        """Yield (level, package) of the tree of a package's dependencies, from the top down."""
-        for each in self.direct(name):
+    def tree(self, name: str, level: int = 0, ancestors: tuple[str, ...] = ()) -> Iterator[tuple[int, str]]:
+        """Yield (level, package) for the tree of a package's dependencies, from the top down."""
+        for each in self.direct_dependencies(name):
             yield level, each
-            if each not in above:
-                yield from self.tree(each, level + 1, (*above, name))
+            if each not in ancestors:
+                yield from self.tree(each, level + 1, (*ancestors, name))
 
     def chains(self, name: str, target: str) -> Iterator[tuple[str, ...]]:
         """Yield all chains of dependencies from one package to another."""
-        leading = {target, *self.all_needed_by(target)}
-        yield from self._chains((name,), target, leading)
+        candidates = {target, *self.all_dependents(target)}
+        yield from self._chains((name,), target, candidates)
 
-    def _chains(self, way: tuple[str, ...], target: str, leading: set[str]) -> Iterator[tuple[str, ...]]:
-        for each in self.direct(way[-1]):
+    def _chains(self, chain: tuple[str, ...], target: str, candidates: set[str]) -> Iterator[tuple[str, ...]]:
+        for each in self.direct_dependencies(chain[-1]):
             if each == target:
-                yield (*way, each)
-            elif each in leading and each not in way:
-                yield from self._chains((*way, each), target, leading)
+                yield (*chain, each)
+            elif each in candidates and each not in chain:
+                yield from self._chains((*chain, each), target, candidates)
 
-    def _after(self, name: str, seen: set[str]) -> Iterator[str]:
-        for each in self.direct(name):
+    def _iter_dependencies(self, name: str, seen: set[str]) -> Iterator[str]:
+        for each in self.direct_dependencies(name):
             if each not in seen:
                 seen.add(each)
-                yield from self._after(each, seen)
+                yield from self._iter_dependencies(each, seen)
                 yield each
 
-    def _known(self, name: str) -> Iterable[str]:
-        """Return a package's direct dependencies, none if its manifest is broken: that must not stop a search."""
+    def _readable_dependencies(self, name: str) -> Iterable[str]:
+        """Return a package's direct dependencies, or none if its manifest is invalid, since that must not stop a
+        search.
+        """
         try:
-            return self.manifest(name).runs_with()
+            return self.manifest(name).run_dependencies()
         except ManifestError:
             return []

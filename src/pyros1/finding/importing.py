@@ -1,4 +1,4 @@
-"""Modules generated from definitions on import, as in ``from pyros1.msgs.std_msgs.msg import Float64``.
+"""Generates modules from definitions on import, as in ``from pyros1.msgs.std_msgs.msg import Float64``.
 
 `pyros1.ground.generated` asks for ``pyros1.msgs.<package>``, ``.msg`` and ``.srv``. A class is made when it is first
 used and then kept in its module: each type has one class per process, and pickles find it.
@@ -26,8 +26,9 @@ class MessageFinder:
         environ: environment variables, read when the first definition is needed.
 
     Attributes:
-        stock_names: whether classes say that they are from the modules of stock's generator, ``std_msgs.msg._String``:
-            in programs for stock, some of which look there for the package, and whose pickles stock can read.
+        stock_names: whether the ``__module__`` of classes is that of stock's generator, ``std_msgs.msg._String``. This
+            is set in programs written for stock, some of which take the package from it, and whose pickles stock can
+            read.
     """
 
     def __init__(self, environ: Mapping[str, str]) -> None:
@@ -37,7 +38,7 @@ class MessageFinder:
 
     @property
     def library(self) -> Any:
-        """The :class:`pyros1.finding.library.Library` that definitions come from."""
+        """The :class:`pyros1.finding.library.Library` that provides the definitions."""
         if self._library is None:
             self._library = Library(self._environ)
         return self._library
@@ -57,7 +58,7 @@ class MessageFinder:
         module, *kind = name[len(PREFIX) + 1 :].split(".")
         package = ros_name(module)
         if not self.library.has_package(package):
-            text = f"No module named {name!r}: {self.library.no_package(package)}"
+            text = f"No module named {name!r}: {self.library.missing_package_message(package)}"
             raise ModuleNotFoundError(text, name=name)
         match kind:
             case ["msg" | "srv" as part, short]:
@@ -85,8 +86,8 @@ class MessageFinder:
         vars(module)["__getattr__"] = __getattr__
         vars(module)["__dir__"] = lambda: names(package)
 
-    def _missing(self, name: str, kind: str) -> str:
-        """Return why a type cannot be imported from a msg or srv module."""
+    def _import_problem(self, name: str, kind: str) -> str:
+        """Return the reason why a type cannot be imported from a msg or srv module."""
         make, other, other_kind = (
             (self.message, self.library.services, "srv")
             if kind == "msg"
@@ -108,30 +109,30 @@ class MessageFinder:
 
         Raises:
             UnknownTypeError: no definition was found.
-            DefinitionError: the definition is wrong.
+            DefinitionError: the definition is invalid.
         """
 
         def make(module: str) -> type[Message]:
-            home = self._home(name, "msg", module)
-            return make_message_class(self.library.message(name), self.library.digests, self.message, home)
+            module_of_class = self._module_of(name, "msg", module)
+            return make_message_class(self.library.message(name), self.library.digests, self.message, module_of_class)
 
-        return self._cached_class(name, "msg", make)  # type: ignore[no-any-return]  # it is what make returns
+        return self._cached_class(name, "msg", make)  # type: ignore[no-any-return]  # the type that make returns
 
     def service(self, name: str) -> type[Service]:
-        """Return the class of a service type; raises as :meth:`message`."""
+        """Return the class of a service type; raises the same errors as :meth:`message`."""
 
         def make(module: str) -> type[Service]:
-            home = self._home(name, "srv", module)
-            return make_service_class(self.library.service(name), self.library.digests, self.message, home)
+            module_of_class = self._module_of(name, "srv", module)
+            return make_service_class(self.library.service(name), self.library.digests, self.message, module_of_class)
 
-        return self._cached_class(name, "srv", make)  # type: ignore[no-any-return]  # it is what make returns
+        return self._cached_class(name, "srv", make)  # type: ignore[no-any-return]  # the type that make returns
 
-    def _home(self, name: str, kind: str, module: str) -> str:
+    def _module_of(self, name: str, kind: str, module: str) -> str:
         package, _, short = name.partition("/")
         return f"{package}.{kind}._{short}" if self.stock_names else module
 
     def _service_part(self, name: str) -> type[Any]:
-        """Return the class of that name in a srv module: a service, a request or a response."""
+        """Return the class with a name in a srv module: a service, a request or a response."""
         short = name.partition("/")[2]
         if short not in self.library.services(name.partition("/")[0]):
             for part, attribute in (("Request", "_request_class"), ("Response", "_response_class")):
@@ -143,12 +144,12 @@ class MessageFinder:
     def _cached_class(self, name: str, kind: str, make: Callable[[str], type[Any]]) -> Any:
         package, _, short = name.partition("/")
         if not is_type_name(name) or not self.library.has_package(package):
-            # Raises the error that lists the searched places.
+            # Raises an error with a suggestion.
             return self.library.message(name) if kind == "msg" else self.library.service(name)
         module = importlib.import_module(f"{PREFIX}.{module_name(package)}.{kind}")
         cached = vars(module).get(short)
         if cached is None:
-            # Another thread may have made the class meanwhile: the first one stays.
+            # Another thread may have created the class in the meantime; the first one is kept.
             cached = vars(module).setdefault(short, make(module.__name__))
         return cached
 

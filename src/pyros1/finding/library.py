@@ -1,7 +1,7 @@
-"""Definitions of messages and services by name: finds the text of ``package/Type`` on this machine (G28).
+"""Finds and parses definitions of messages and services by name, ``package/Type`` (G28).
 
-It searches the packages that `packages` finds, then the definitions that come with pyros1. A package's
-folder has ``msg``, ``srv`` and ``action``; the messages of an action need no .msg files.
+It searches the packages found by `packages`, then the definitions that come with pyros1. A package's folder can contain
+``msg``, ``srv`` and ``action``; the messages of an action need no .msg files.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from pyros1.msgs.spec import (
 )
 
 SHIPPED = os.path.join(os.path.dirname(os.path.dirname(os.path.realpath(__file__))), "msgs", "definitions")
-"""Folder of the definitions that are part of pyros1."""
+"""Folder of the definitions that come with pyros1."""
 
 _MAX_HINTS = 3
 _ACTION_PARTS = ("ActionGoal", "ActionResult", "ActionFeedback", "Action", "Goal", "Result", "Feedback")
@@ -34,8 +34,8 @@ class Library:
 
     Args:
         environ: environment variables, for ``ROS_PACKAGE_PATH``.
-        installs: ``share`` folders of stock installations; None means those of this machine.
-        shipped: folder of pyros1's own definitions.
+        installs: ``share`` folders of stock installations; None for those on this machine.
+        shipped: folder of the definitions that come with pyros1.
     """
 
     def __init__(
@@ -59,20 +59,20 @@ class Library:
 
         Raises:
             UnknownTypeError: there is no such type.
-            DefinitionError: the definition is wrong; the message names file and line.
+            DefinitionError: the definition is invalid; the message names the file and the line.
         """
         spec = self.find_message(name)
         if spec is None:
-            raise UnknownTypeError(self._not_found(name, "message"))
+            raise UnknownTypeError(self._unknown_type_message(name, "message"))
         return spec
 
     def find_message(self, name: str) -> MessageSpec | None:
-        """Return the parsed definition of a message type; None if there is no such type.
+        """Return the parsed definition of a message type, or None if there is no such type.
 
-        For names received from peers: the search for similar names, as for an error, takes long.
+        This is for names received from peers, since searching for similar names for an error message is slow.
 
         Raises:
-            DefinitionError: the definition is wrong; the message names file and line.
+            DefinitionError: the definition is invalid; the message names the file and the line.
         """
         spec = self._messages.get(name)
         if spec is None:
@@ -87,16 +87,16 @@ class Library:
         if spec is None:
             path = self._find(name, "srv")
             if path is None:
-                raise UnknownTypeError(self._not_found(name, "service"))
-            spec = self._services[name] = parse_service(name, _read(path), path)
+                raise UnknownTypeError(self._unknown_type_message(name, "service"))
+            spec = self._services[name] = parse_service(name, _read_definition(path), path)
         return spec
 
     def has_package(self, package: str) -> bool:
-        """Return whether a package of that name has definitions."""
+        """Return whether there is a package with that name and with definitions."""
         return any(map(_has_definitions, self.folders(package)))
 
     def messages(self, package: str) -> list[str]:
-        """Return the short names of a package's messages, sorted, those of its actions included."""
+        """Return the short names of a package's messages, including those of its actions, sorted."""
         names = set(self._names(package, "msg"))
         for action in self._names(package, "action"):
             names.update(action + part for part in _ACTION_PARTS)
@@ -110,16 +110,19 @@ class Library:
         """Return the names of all packages that have definitions, sorted."""
         found: dict[str, None] = dict.fromkeys(self._packages.paths())
         for root in self._roots:
-            found.update(dict.fromkeys(name for name in _listed(root) if _has_definitions(os.path.join(root, name))))
+            found.update(
+                dict.fromkeys(name for name in _list_folder(root) if _has_definitions(os.path.join(root, name)))
+            )
         return sorted(name for name in found if self.has_package(name))
 
     def folders(self, package: str) -> list[str]:
-        """Return the folders that may hold definitions of a package, in the order of search."""
+        """Return the folders that may contain definitions of a package, in search order."""
         if "/" in package or not package.strip("."):
-            return []  # a path: it would leave the folders that are searched
+            return []  # a path could lead outside of the searched folders
         folders = self._folders.get(package)
         if folders is None:
-            # Debian installs some message packages without a package.xml, so these folders are packages by their name.
+            # Debian installs some message packages without a package.xml, so folders with the package's name are
+            # accepted as well.
             folders = [folder for root in self._roots if os.path.isdir(folder := os.path.join(root, package))]
             try:
                 found = self._packages.find_folder(package)
@@ -133,14 +136,14 @@ class Library:
     def _load_message(self, name: str) -> MessageSpec | None:
         path = self._find(name, "msg")
         if path is not None:
-            return parse_message(name, _read(path), path)
+            return parse_message(name, _read_definition(path), path)
         for part in _ACTION_PARTS:
             action = name.removesuffix(part)
             if action == name:
                 continue
             path = self._find(action, "action")
             if path is not None:
-                return parse_message(name, action_messages(action, _read(path), path)[name], path)
+                return parse_message(name, action_messages(action, _read_definition(path), path)[name], path)
         return None
 
     def _find(self, name: str, kind: str) -> str | None:
@@ -155,32 +158,32 @@ class Library:
 
     def _names(self, package: str, kind: str) -> Iterator[str]:
         for folder in self.folders(package):
-            for name in _listed(os.path.join(folder, kind)):
+            for name in _list_folder(os.path.join(folder, kind)):
                 if name.endswith("." + kind):
                     yield name.removesuffix("." + kind)
 
-    def no_package(self, package: str) -> str:
-        """Return a text that says that there is no such package, with a hint at what may have been meant."""
+    def missing_package_message(self, package: str) -> str:
+        """Return the message that there is no such package, with a suggestion."""
         hint = did_you_mean(package, self.packages())
         path = "" if hint and self._has_path else "; is ROS_PACKAGE_PATH set?"
         return f"there is no package [{package}] with definitions{hint}{path}"
 
-    def _not_found(self, name: str, what: str) -> str:
-        names: Callable[[str], list[str]] = self.services if what == "service" else self.messages
+    def _unknown_type_message(self, name: str, kind: str) -> str:
+        names: Callable[[str], list[str]] = self.services if kind == "service" else self.messages
         if not is_type_name(name):
             known = [f"'{full}'" for full in self._full_names(name, names)]
             hint = f" (did you mean {' or '.join(known)}?)" if known else ""
-            return f"[{name}] is not a {what} type: it must have the form package/Type{hint}"
+            return f"[{name}] is not a {kind} type: it must have the form package/Type{hint}"
         package = name.partition("/")[0]
         short_names = names(package)
         if not self.has_package(package):
-            return f"{what} type [{name}] is unknown: {self.no_package(package)}"
+            return f"{kind} type [{name}] is unknown: {self.missing_package_message(package)}"
         hint = did_you_mean(name, (f"{package}/{short}" for short in short_names))
-        instead = f"; package [{package}] has {', '.join(short_names) or f'no {what}s'}"
-        return f"{what} type [{name}] is unknown{hint or instead}"
+        available = f"; package [{package}] has {', '.join(short_names) or f'no {kind}s'}"
+        return f"{kind} type [{name}] is unknown{hint or available}"
 
     def _full_names(self, name: str, names: Callable[[str], list[str]]) -> list[str]:
-        """Return a few full names that a name without a package, or with a folder as in ROS 2, may stand for."""
+        """Return a few full names that may be meant by a name without a package, or with a folder as in ROS 2."""
         package, short = name.partition("/")[0], name.rpartition("/")[2]
         if "/" in name:
             suggestion = f"{package}/{short}"
@@ -193,16 +196,16 @@ def _has_definitions(folder: str) -> bool:
     return any(os.path.isdir(os.path.join(folder, kind)) for kind in ("msg", "srv", "action"))
 
 
-def _listed(folder: str) -> list[str]:
-    """Return the names in a folder that are not hidden; nothing if it cannot be read."""
+def _list_folder(folder: str) -> list[str]:
+    """Return the names in a folder that are not hidden, or none if it cannot be read."""
     try:
         return [name for name in os.listdir(folder) if name[0] != "."]
     except OSError:
         return []
 
 
-def _read(path: str) -> str:
-    """Return the text of a definition file, with ``\\n`` as line ends."""
+def _read_definition(path: str) -> str:
+    """Return the text of a definition file with ``\\n`` as line endings."""
     try:
         with open(path, "rb") as file:
             data = file.read()

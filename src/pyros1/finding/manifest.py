@@ -1,4 +1,4 @@
-"""Manifests of packages: package.xml of formats 1 to 3 (REP 127, 140, 149) and rosbuild's manifest.xml."""
+"""Reads the manifests of packages: package.xml in formats 1 to 3 (REP 127, 140, 149) and rosbuild's manifest.xml."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Manifest:
         depends: (tag, package) of each dependency, as written.
         exports: (tag, attributes) of each export.
         system: names of system packages, from a manifest.xml's ``rosdep`` tags.
-        version: as written; empty if the file gives none.
+        version: the version as written; empty if there is none.
         metapackage: whether it is a metapackage.
     """
 
@@ -52,14 +52,14 @@ class Manifest:
     system: list[str] = field(default_factory=list)
     metapackage: bool = False
 
-    def runs_with(self) -> list[str]:
-        """Return the run-time dependencies, each once."""
+    def run_dependencies(self) -> list[str]:
+        """Return the run-time dependencies without duplicates."""
         if not self.catkin:
             return list(dict.fromkeys(name for _, name in self.depends))
         return list(dict.fromkeys(name for tag in RUN_TAGS for each, name in self.depends if each == tag))
 
     def exported(self, language: str, attribute: str) -> list[str]:
-        """Return the values of an export's attribute, with ``${prefix}`` replaced."""
+        """Return the values of an attribute of exports, with ``${prefix}`` replaced."""
         prefix = str(self.path.parent)
         values = [values[attribute] for tag, values in self.exports if tag == language and attribute in values]
         return [value.replace("${prefix}", prefix) for value in values]
@@ -70,15 +70,15 @@ def read_manifest(path: Path, name: str = "") -> Manifest:
 
     Args:
         path: path of package.xml, manifest.xml or stack.xml.
-        name: name of the package if the file has none; empty: the folder's name.
+        name: name of the package if the file contains none; empty for the folder's name.
 
     Raises:
         ManifestError: the file cannot be read, or is not a manifest.
     """
-    from defusedxml.common import DefusedXmlException  # type: ignore[import-untyped] # noqa: PLC0415 - most commands need names only
+    from defusedxml.common import DefusedXmlException  # type: ignore[import-untyped] # noqa: PLC0415 - most commands only need names
     from defusedxml.ElementTree import fromstring  # type: ignore[import-untyped] # noqa: PLC0415
 
-    if path.exists() and not path.is_file():  # a device may never end, and a pipe may never deliver anything
+    if path.exists() and not path.is_file():  # reading a device might never end, and a pipe might block
         raise ManifestError(f"cannot read {path}: it is not a regular file")
     try:
         root = fromstring(path.read_bytes())

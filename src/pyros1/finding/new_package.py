@@ -12,14 +12,14 @@ class NewPackage:
 
     Attributes:
         name: name of the package.
-        depends: packages on which it depends, to build and to run.
-        runs: packages on which it depends to run only.
-        system: dependencies on the system, by their rosdep keys.
-        boost: components of Boost to link with.
-        version, description, licenses, authors, maintainers: for package.xml; people as ``Name <address>``.
+        depends: packages on which it depends for building and running.
+        runs: packages on which it depends for running only.
+        system: rosdep keys of its system dependencies.
+        boost: Boost components to link with.
+        version, description, licenses, authors, maintainers: content of package.xml; people as ``Name <address>``.
         meta: whether it is a metapackage.
         examples: whether to add example nodes, a message and a launch file.
-        files: further files: path in the package -> text. Those that begin with ``#!`` are made executable.
+        files: further files: path in the package -> text. Files that begin with ``#!`` are made executable.
     """
 
     name: str

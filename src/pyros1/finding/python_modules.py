@@ -1,4 +1,6 @@
-"""Where Python programs find modules: those of stock ROS 1 by pyros1 (`pyros1.drop_in`), or those of the system."""
+"""Determines which modules Python programs use: pyros1's replacements of stock ROS 1 (`pyros1.drop_in`), or those of
+the system.
+"""
 
 from __future__ import annotations
 
@@ -7,21 +9,22 @@ import sys
 from collections.abc import Mapping
 
 DROP_IN_START = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "drop_in", "start")
-"""Folder for PYTHONPATH: programs that find it there have our rospy and its siblings, if they have no real rospy."""
+"""Folder for PYTHONPATH, which provides our rospy and related modules to programs without a real rospy."""
 MODULES = os.path.join(os.path.dirname(DROP_IN_START), "modules")
-"""Folder of our modules."""
+"""Folder of the replacement modules."""
 SYSTEM_PYTHON = "/usr/bin/python3"
-"""The Python for which the system's packages install modules."""
+"""The Python interpreter for which the system's packages install modules."""
 _ANY_PYTHON = ([b"/usr/bin/env", b"python3"], [b"/usr/bin/env", b"python"])
 SYSTEM_FOLDERS = ("/usr/lib/", "/usr/share/")
-"""Folder of the programs of the system's packages."""
+"""Folders of the programs of the system's packages."""
 
 
 def modules_environment(environ: Mapping[str, str]) -> dict[str, str]:
-    """Return the variables with which Python programs find our modules, and can say where pyros1 is if they do not.
+    """Return the environment variables with which Python programs find our modules, or can report where pyros1 is
+    otherwise.
 
     Args:
-        environ: environment variables; with ``PYROS1_ROSPY=stock`` nothing is changed.
+        environ: environment variables; with ``PYROS1_ROSPY=stock``, nothing is changed.
     """
     if environ.get("PYROS1_ROSPY") == "stock":
         return {}
@@ -30,14 +33,14 @@ def modules_environment(environ: Mapping[str, str]) -> dict[str, str]:
 
 
 def system_python(program: str | os.PathLike[str], environ: Mapping[str, str]) -> str:
-    """Return the Python that must run a script; empty: the one that its first line names, as for all other programs.
+    """Return the interpreter that must run a script, or an empty string for the one in its first line.
 
-    Scripts of a Linux distribution's packages (Debian's ROS) may ask for the first Python on the PATH, which in a
-    virtual environment lacks their modules: those lie where only the system's Python looks.
+    Scripts in a Linux distribution's packages (Debian's ROS) may request the first Python on the PATH. In a virtual
+    environment, that one lacks their modules, which are installed where only the system's Python finds them.
 
     Args:
-        program: the file.
-        environ: environment variables; with ``PYROS1_ROSPY=pyros1`` scripts run in the first Python, which has pyros1.
+        program: path of the script.
+        environ: environment variables; with ``PYROS1_ROSPY=pyros1``, scripts run in the first Python, which has pyros1.
     """
     path = os.path.realpath(program)
     if (
@@ -48,7 +51,7 @@ def system_python(program: str | os.PathLike[str], environ: Mapping[str, str]) -
         return ""
     try:
         with open(path, "rb") as file:
-            first = file.readline(100)
+            first_line = file.readline(100)
     except OSError:
         return ""
-    return SYSTEM_PYTHON if first.startswith(b"#!") and first[2:].split() in _ANY_PYTHON else ""
+    return SYSTEM_PYTHON if first_line.startswith(b"#!") and first_line[2:].split() in _ANY_PYTHON else ""

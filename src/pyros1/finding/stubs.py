@@ -11,11 +11,11 @@ from pyros1.ground.generated import module_name
 from pyros1.msgs.stubs import message_stub, package_stub, service_stub, used_packages
 
 HOME = Path(SHIPPED).parent
-"""Folder of the stubs of the definitions that come with pyros1: ``pyros1.msgs``."""
+"""Folder of the stubs for the definitions that come with pyros1: that of ``pyros1.msgs``."""
 
 
 def stubs(library: Library, packages: Iterable[str]) -> Iterator[tuple[Path, str]]:
-    """Yield (path, text) of the stub files of packages; paths are relative to the folder of ``pyros1.msgs``.
+    """Yield (path, text) of the stub files for packages; paths are relative to the folder of ``pyros1.msgs``.
 
     Args:
         library: the source of the definitions.
@@ -23,11 +23,11 @@ def stubs(library: Library, packages: Iterable[str]) -> Iterator[tuple[Path, str
 
     Raises:
         UnknownTypeError: there is no such package.
-        DefinitionError: a definition is wrong; the message names file and line.
+        DefinitionError: a definition is invalid; the message names the file and the line.
     """
     for package in packages:
         if not library.has_package(package):
-            raise UnknownTypeError(library.no_package(package))
+            raise UnknownTypeError(library.missing_package_message(package))
         folder = Path(module_name(package))
         messages = [library.message(f"{package}/{short}") for short in library.messages(package)]
         services = [library.service(f"{package}/{short}") for short in library.services(package)]
@@ -38,11 +38,11 @@ def stubs(library: Library, packages: Iterable[str]) -> Iterator[tuple[Path, str
             yield folder / "srv.pyi", service_stub(package, services)
 
 
-def needed(library: Library, package: str) -> set[str]:
-    """Return the packages whose messages are fields in a package's definitions, as far as they exist.
+def required_packages(library: Library, package: str) -> set[str]:
+    """Return the existing packages whose messages are used as fields in a package's definitions.
 
     Raises:
-        DefinitionError: a definition is wrong; the message names file and line.
+        DefinitionError: a definition is invalid; the message names the file and the line.
     """
     specs = [library.message(f"{package}/{short}") for short in library.messages(package)]
     for short in library.services(package):
@@ -51,8 +51,8 @@ def needed(library: Library, package: str) -> set[str]:
     return {name for spec in specs for name in used_packages(spec) if library.has_package(name)}
 
 
-def shipped() -> Library:
-    """Return a library of only the definitions that come with pyros1."""
+def shipped_library() -> Library:
+    """Return a library with only the definitions that come with pyros1."""
     return Library({}, installs=())
 
 

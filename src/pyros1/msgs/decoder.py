@@ -81,9 +81,7 @@ class Decoder(FunctionBuilder):
     # Positions --------------------------------------------------------------------------------------------------------
 
     def switch_position(self) -> str:
-        """Switch to the other variable, which the caller must set to the next position; return the previous
-        variable.
-        """
+        """Switch to the other variable, which the caller must set to the next position; return the previous one."""
         begin, self.position, self.has_moved = (
             self.position,
             self._position_names[self.position == self._position_names[0]],

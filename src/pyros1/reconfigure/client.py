@@ -82,9 +82,7 @@ class Client:
         return self._tree
 
     def description(self, timeout: float | None = None) -> list[dict[str, Any]]:
-        """Return all parameters as dictionaries, see `pyros1.reconfigure.encoding`; raises the same errors as
-        `config`.
-        """
+        """Return all parameters as dictionaries (see `pyros1.reconfigure.encoding`); raises the errors of `config`."""
         tree = self.groups(timeout)
         return parameters_of(tree) if tree is not None else []
 

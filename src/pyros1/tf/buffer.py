@@ -294,9 +294,7 @@ class Buffer:
         return name in self._tree.frames
 
     def all_frames_as_yaml(self, now: float | None = None) -> str:
-        """Return parent, broadcaster, rate and times of each frame as YAML; with ``now``, in seconds, also the
-        delay.
-        """
+        """Return parent, broadcaster, rate and times of each frame as YAML; with ``now`` in seconds, also the delay."""
         with self._changed:
             return as_yaml(self._tree.frames.values(), now)
 

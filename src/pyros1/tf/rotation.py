@@ -91,9 +91,7 @@ def invert(transform: Transform) -> Transform:
 
 
 def chain_normalized(first: Transform, second: Transform) -> Transform:
-    """Return `chain` of both with normalised quaternions, and with the sign that conversion to a matrix and back
-    gives.
-    """
+    """Return `chain` with normalised quaternions, and with the sign that conversion to a matrix and back gives."""
     x, y, z, *rotation = chain(_unit(first), _unit(second))
     # Conversion from a matrix gives a positive w or, if w is small, a positive largest component.
     largest = 3 if rotation[3] * rotation[3] > 0.25 else max(range(3), key=lambda i: abs(rotation[i]))

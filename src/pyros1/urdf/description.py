@@ -32,9 +32,7 @@ def robot_description(node: Node) -> str:
 
 
 def parameter_getter(node: Node) -> Any:
-    """Return a function that, given a parameter's name and default, returns its value in the node or in its
-    namespace.
-    """
+    """Return a function that takes a parameter's name and default, and looks it up in the node and its namespace."""
 
     def get(name: str, default: Any) -> Any:
         value = node.params.get(f"~{name}")

@@ -60,9 +60,7 @@ class YamlError(Error, ValueError):
 
 
 def simple_value(text: str) -> str | int | float | None:
-    """Return the value of a text that is a single word or number and does not need PyYAML, or None for any other
-    text.
-    """
+    """Return the value of a single word or number that does not need PyYAML, or None for any other text."""
     if _SIMPLE_WORD.fullmatch(text) and text.lower() not in _SPECIAL_WORDS:
         return text
     if _SIMPLE_INT.fullmatch(text):

@@ -10,7 +10,7 @@ from pathlib import Path
 from time import monotonic
 from urllib.parse import unquote, urlsplit
 
-from pyros1.finding.packages import PackageIndex, package_of
+from pyros1.finding.packages import PackageIndex, enclosing_package
 from pyros1.ground.errors import Error
 
 MAX_SIZE = 64 << 20

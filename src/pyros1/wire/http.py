@@ -227,9 +227,7 @@ class _Parser(Generic[MessageT]):
         return self._choose_body(headers, shape if unambiguous else b"")
 
     def _head_size(self) -> int | None:
-        """Return the position of the line feed before the empty line that ends the head, or None if it has not
-        arrived.
-        """
+        """Return the position of the line feed before the empty line that ends the head; None if not yet there."""
         buffer = self._buffer
         start = max(0, self._searched_size - 3)
         end = buffer.find(b"\n\r\n", start)
@@ -401,9 +399,7 @@ _COMMON_HEAD: Final = (
 def build_response(
     status: int, body: bytes, *, keep_alive: bool = True, content_type: str = "text/xml", date: bytes = b""
 ) -> bytes:
-    """Return a response that tells whether the connection stays open; ``date`` is the line from `date_field`, or
-    empty.
-    """
+    """Return a response that tells whether the connection stays open; ``date`` is a line from `date_field` or empty."""
     # The Connection field is always sent, since the defaults of HTTP/1.0 and 1.1 clients differ.
     if status == 200 and keep_alive and content_type == "text/xml":
         return _COMMON_HEAD % (len(body), date) + body

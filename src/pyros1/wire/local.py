@@ -75,9 +75,7 @@ def decode_reference(token: bytes, body: bytes) -> Reference | None:
 
 
 def encode_block(number: int, size: int) -> bytes:
-    """Return the record that is sent with a block's descriptor or, with size 0, tells that the block is no longer
-    used.
-    """
+    """Return the record sent with a block's descriptor or, with size 0, when the block is no longer used."""
     return _BLOCK.pack(number, size)
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.finding.packages import PackageIndex, package_of
+from pyros1.finding.packages import PackageIndex, enclosing_package
 from pyros1.launch.plan import Plan, TestPlan
 from pyros1.launch.testing.junit import Case, Results, read_results, summary, write_results
 from pyros1.launch.testing.tests import TestRun, name_from_path, results_folder
@@ -117,5 +117,5 @@ def test_the_summary_counts_both_kinds() -> None:
 def test_names_come_from_paths(tmp_path: Path) -> None:
     (tmp_path / "package.xml").write_text(PACKAGE)
     file = tmp_path / "test" / "deep" / "my.file.test"
-    assert package_of(file) == (tmp_path.resolve(), "tested")
+    assert enclosing_package(file) == (tmp_path.resolve(), "tested")
     assert name_from_path(tmp_path, file) == "test_deep_my.file"

@@ -1,6 +1,4 @@
-"""Converts MCAP files with messages of ROS 1, from the MCAP tools or Foxglove, to bags; messages are copied
-unchanged.
-"""
+"""Converts MCAP files with ROS 1 messages, from the MCAP tools or Foxglove, to bags. Messages are copied unchanged."""
 
 from __future__ import annotations
 

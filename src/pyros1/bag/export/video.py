@@ -1,6 +1,4 @@
-"""Writes videos from sensor_msgs/Image and CompressedImage; each frame is displayed for as long as it was in the
-bag.
-"""
+"""Writes videos from sensor_msgs/Image and CompressedImage; frames are displayed for as long as in the bag."""
 
 from __future__ import annotations
 

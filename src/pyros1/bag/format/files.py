@@ -43,9 +43,7 @@ _TRUSTED_SIZE = 64 << 20
 
 
 class Counts(Mapping[int, int]):
-    """Connection id -> number of messages, packed as in the file, since bags with hundreds of topics have many
-    entries.
-    """
+    """Connection id -> number of messages, packed as in the file, since bags with many topics have many entries."""
 
     __slots__ = ("_packed",)
 

@@ -380,9 +380,7 @@ class BagReader:
         self.close()
 
     def _check_overlap(self, chunk: Chunk, header: ChunkHeader) -> None:
-        """Raise RecordError if a chunk overlaps the next one: each of many such chunks could contain most of the
-        file.
-        """
+        """Raise RecordError if a chunk overlaps the next one: many such chunks could each contain most of the file."""
         next_index = bisect_right(self._positions, chunk.pos)
         if next_index < len(self._positions) and header.data + header.stored > self._positions[next_index]:
             raise RecordError(f"the chunk overlaps the one at byte {self._positions[next_index]}")

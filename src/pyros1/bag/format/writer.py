@@ -260,9 +260,7 @@ class BagWriter:
         self._size = size
 
     def _write_chunk(self, parts: Sequence[Buffer]) -> None:
-        """Write a chunk with the given content, then clear the index. The content is passed in parts and is not
-        copied.
-        """
+        """Write a chunk with the given content, which is passed in parts and not copied; then clear the index."""
         entries = self._pop_entries()
         size = sum(map(len, parts))
         stored = compress(self.compression, parts)

@@ -34,7 +34,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 def _run_file(options: Any, args: list[str]) -> int:
     # The test runner is imported only if the command line is valid.
     from pyros1.cli.shared.launching import print_exception  # noqa: PLC0415
-    from pyros1.finding.packages import package_of  # noqa: PLC0415
+    from pyros1.finding.packages import enclosing_package  # noqa: PLC0415
     from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415
     from pyros1.launch.reading.words import WordsError, find_files  # noqa: PLC0415
     from pyros1.launch.reading.world import make_resources  # noqa: PLC0415

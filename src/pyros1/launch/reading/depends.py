@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pyros1.finding.packages import package_of
+from pyros1.finding.packages import enclosing_package
 from pyros1.ground.errors import LaunchError
 from pyros1.launch.plan import Plan
 

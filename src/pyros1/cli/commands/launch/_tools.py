@@ -15,7 +15,7 @@ from pyros1.cli.parsing import leave_unparsed, parse_all_args, parse_arg_list
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.running import run_verb
 from pyros1.cli.shared.launching import print_exception
-from pyros1.finding.packages import files_below, package_of
+from pyros1.finding.packages import enclosing_package, files_below
 from pyros1.ground.errors import Error, LaunchError, MasterError, ParameterNotSetError
 from pyros1.launch.reading.depends import FileNeeds, file_needs, package_containing, undeclared
 from pyros1.launch.reading.loader import load_plan

@@ -26,7 +26,7 @@ def _dependents(invocation: Invocation, request: Request, args: list[str]) -> No
     known, name = packages_and_name(request)
     if name not in known.by_name:
         raise PackageNotFoundError(name)
-    request.print_names(known.needed_by(name) if request.verb.endswith("1") else known.all_needed_by(name))
+    request.print_names(known.dependents(name) if request.verb.endswith("1") else known.all_dependents(name))
 
 
 def _print_tree(invocation: Invocation, request: Request, args: list[str]) -> None:
@@ -80,7 +80,7 @@ def _rosdep(invocation: Invocation, request: Request, args: list[str]) -> None:
     """Print the system packages that a package and its dependencies need."""
     known, name = packages_and_name(request)
     check_known(known, name)
-    names = [name] if request.verb == "rosdep0" else [*known.needs(name), name]
+    names = [name] if request.verb == "rosdep0" else [*known.dependencies(name), name]
     catkin = known.manifest(name).catkin
     keys: set[str] = set()
     for package in names:

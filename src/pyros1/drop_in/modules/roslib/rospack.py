@@ -14,10 +14,10 @@ _WHY = "use rospkg.RosPack and the get_export of its manifests"
 _STACKS = "stacks were part of rosbuild; use rospkg.RosPack"
 _COMMANDS: dict[str, Callable[[Packages, str], list[str]]] = {
     "find": lambda packages, name: [packages.find(name).folder],
-    "depends": Packages.needs,
-    "depends1": Packages.direct,
-    "depends-on": lambda packages, name: packages.all_needed_by(packages.find(name).name),
-    "depends-on1": lambda packages, name: packages.needed_by(packages.find(name).name),
+    "depends": Packages.dependencies,
+    "depends1": Packages.direct_dependencies,
+    "depends-on": lambda packages, name: packages.all_dependents(packages.find(name).name),
+    "depends-on1": lambda packages, name: packages.dependents(packages.find(name).name),
 }
 
 __getattr__ = missing(__name__, rospack_plugins=_WHY, rosstackexec=_STACKS, rosstack_depends=_STACKS)

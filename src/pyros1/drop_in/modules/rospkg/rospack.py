@@ -9,7 +9,7 @@ from contextlib import suppress
 from typing import Any
 
 from pyros1.drop_in.missing import members, missing
-from pyros1.finding.packages import PackageIndex, package_of
+from pyros1.finding.packages import PackageIndex, enclosing_package
 from rospkg.common import MANIFEST_FILE, PACKAGE_FILE, STACK_FILE, ResourceNotFound
 from rospkg.environment import get_ros_paths
 from rospkg.manifest import InvalidManifest, Manifest, parse_manifest_file
@@ -209,7 +209,7 @@ def package_of_folder(folder: str) -> str:
     """Return the name of the package in a folder."""
     from pathlib import Path
 
-    return package_of(Path(folder, PACKAGE_FILE))[1]
+    return enclosing_package(Path(folder, PACKAGE_FILE))[1]
 
 
 def get_package_name(path: str) -> str | None:
