@@ -65,7 +65,7 @@ class Summary:
         messages: number of messages.
         storage: compression -> the chunks with it.
         types: type -> md5 sum.
-        topics: sorted by name.
+        topics: the topics, sorted by name.
         empty: whether there are neither messages nor connections.
         encryption: name of the encryptor; empty if the bag is not encrypted.
         gpg_user: the user whose key is needed to decrypt the bag.

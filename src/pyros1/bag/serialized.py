@@ -25,7 +25,7 @@ class SerializedOperations:
         self.busy = False
         self._postponed: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque()
 
-    def do(self, action: Callable[..., object], *args: Any) -> None:
+    def run(self, action: Callable[..., object], *args: Any) -> None:
         """Call a function now, or when the interrupted operation has finished."""
         with self.lock:
             if self.busy:

@@ -110,7 +110,7 @@ class BagOutput:
     def _write_serialized(
         self, key: Any, topic: str, data: bytes | memoryview, stamp: Time | float | None, source: Any
     ) -> None:
-        self._serialized.do(self._write, key, topic, data, _nanoseconds(stamp), source)
+        self._serialized.run(self._write, key, topic, data, _nanoseconds(stamp), source)
 
     def _write(self, key: Any, topic: str, data: bytes | memoryview, nanoseconds: int, source: Any) -> None:
         conn = self._conn_ids.get(key)
@@ -134,7 +134,7 @@ class BagOutput:
 
     def flush(self) -> None:
         """Pass all written data to the system, so that it survives a crash of this process."""
-        self._serialized.do(self.writer.flush)
+        self._serialized.run(self.writer.flush)
 
     def close(self) -> None:
         """Write the remaining data and the index, and close the file. A second call does nothing.
@@ -142,7 +142,7 @@ class BagOutput:
         Raises:
             OSError: the file cannot be written; it is closed anyway, and can be reindexed.
         """
-        self._serialized.do(self.writer.close)
+        self._serialized.run(self.writer.close)
 
     def __enter__(self) -> BagOutput:
         return self

@@ -57,7 +57,7 @@ def _normalized(folder: str) -> str:
     """Normalise a path like ``pathlib``, which is not used since importing it takes a large part of a short command's
     time.
     """
-    steps = "/".join(step for step in folder.split("/") if step not in ("", "."))
+    steps = "/".join(part for part in folder.split("/") if part not in ("", "."))
     return f"/{steps}" if folder.startswith("/") else steps or "."
 
 
@@ -81,9 +81,9 @@ def all_packages(environ: Mapping[str, str], *, roots: list[tuple[str, int]] | N
     crawl = Crawl(_load_records(file))
     found: dict[str, FoundPackage] = {}
     for root, depth in roots:
-        below = list(crawl.packages(root, depth))
-        direct = {package.name for package in below if _is_direct(package, root)}
-        for package in sorted(below, key=lambda package: package.name in direct and not _is_direct(package, root)):
+        packages = list(crawl.packages(root, depth))
+        direct = {package.name for package in packages if _is_direct(package, root)}
+        for package in sorted(packages, key=lambda package: package.name in direct and not _is_direct(package, root)):
             found.setdefault(package.folder, package)
     if crawl.changed:
         _save_records(file, crawl.trusted_records())
@@ -135,8 +135,10 @@ def _cached_packages(records: Mapping[str, Record], folder: str, depth: int, nam
     if depth > 0:
         for each in folders:
             path = f"{folder.rstrip('/')}/{each}"
-            known = records.get(path)
-            if known is None or not known[2] or known[4] == name or known[1]:  # otherwise it is another package
+            known_record = records.get(path)
+            if (
+                known_record is None or not known_record[2] or known_record[4] == name or known_record[1]
+            ):  # otherwise it is another package
                 yield from _cached_packages(records, path, depth - 1, name)
 
 
@@ -222,7 +224,7 @@ def profile(roots: list[tuple[str, int]]) -> list[tuple[float, str, bool]]:
 
     seen: set[str] = set()
 
-    def walk(folder: str, depth: int) -> bool:
+    def measure(folder: str, depth: int) -> bool:
         start = time.perf_counter()
         real = os.path.realpath(folder)
         if real in seen:
@@ -232,14 +234,14 @@ def profile(roots: list[tuple[str, int]]) -> list[tuple[float, str, bool]]:
             record = _read_folder(folder, 0)
         except OSError:
             return False
-        results = [walk(os.path.join(folder, each), depth - 1) for each in record[1]] if depth else []
+        results = [measure(os.path.join(folder, each), depth - 1) for each in record[1]] if depth else []
         has_packages = bool(record[2]) or any(results)
         if not record[2]:
             result.append((time.perf_counter() - start, folder, has_packages))
         return has_packages
 
     for root, depth in roots:
-        walk(root, depth)
+        measure(root, depth)
     return sorted(result, reverse=True)
 
 

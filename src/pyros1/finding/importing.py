@@ -88,7 +88,7 @@ class MessageFinder:
 
     def _import_problem(self, name: str, kind: str) -> str:
         """Return the reason why a type cannot be imported from a msg or srv module."""
-        make, other, other_kind = (
+        make, other_names, other_kind = (
             (self.message, self.library.services, "srv")
             if kind == "msg"
             else (self.service, self.library.messages, "msg")

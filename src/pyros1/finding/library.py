@@ -171,8 +171,8 @@ class Library:
     def _unknown_type_message(self, name: str, kind: str) -> str:
         names: Callable[[str], list[str]] = self.services if kind == "service" else self.messages
         if not is_type_name(name):
-            known = [f"'{full}'" for full in self._full_names(name, names)]
-            hint = f" (did you mean {' or '.join(known)}?)" if known else ""
+            full_names = [f"'{full}'" for full in self._full_names(name, names)]
+            hint = f" (did you mean {' or '.join(full_names)}?)" if full_names else ""
             return f"[{name}] is not a {kind} type: it must have the form package/Type{hint}"
         package = name.partition("/")[0]
         short_names = names(package)

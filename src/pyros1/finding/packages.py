@@ -99,9 +99,9 @@ class PackageIndex:
     ) -> None:
         self._roots = _normalized(environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep))
         self._prefixes = _prefixes(environ)
-        flat = [*share_folders(environ), *_python_folders()] if installs is None else installs
+        flat_folders = [*share_folders(environ), *_python_folders()] if installs is None else installs
         self._own = os.fspath(own)
-        self._flat_folders = list(dict.fromkeys(os.fspath(folder) for folder in (*flat, self._own)))
+        self._flat_folders = list(dict.fromkeys(os.fspath(folder) for folder in (*flat_folders, self._own)))
         self._found_folders: dict[str, str] = {}
         self._crawled: dict[str, dict[str, str]] = {}
         self._executables: dict[tuple[str, str], _Names] = {}
@@ -167,7 +167,7 @@ class PackageIndex:
         if os.path.dirname(filename):
             path = os.path.join(folder, filename)
             return _paths([path] if os.path.isfile(path) else [])
-        return _paths(_without_duplicates(filter(os.path.isfile, _walk(folder, filename))))
+        return _paths(_without_duplicates(filter(os.path.isfile, _find_files(folder, filename))))
 
     def find_executable(self, package: str, name: str) -> _Paths:
         """Return the paths of executables: first those in ``lib/<package>`` of an install prefix, then those in the
@@ -182,9 +182,9 @@ class PackageIndex:
             PackageNotFoundError: there is no such package.
         """
         folder = self.find_folder(package)
-        known = self._executables.get((package, name))
-        if known and all(map(os.path.isfile, known)):
-            return _paths(known)
+        cached = self._executables.get((package, name))
+        if cached and all(map(os.path.isfile, cached)):
+            return _paths(cached)
         found = self._find_executables(folder, package, name)
         # Debian installs the programs of some ROS packages in separate Debian packages.
         own_folder = os.path.join(self._own, package)
@@ -210,9 +210,9 @@ class PackageIndex:
         if os.path.dirname(name):
             candidates.append(os.path.join(folder, name))
         else:
-            candidates.extend(_walk(folder, name))
+            candidates.extend(_find_files(folder, name))
             if own and not name.endswith(".py"):
-                candidates.extend(_walk(folder, name + ".py"))
+                candidates.extend(_find_files(folder, name + ".py"))
         # Installers may clear the executable bit of data files; our own programs are started with their interpreter.
         return _without_duplicates(
             path for path in candidates if os.path.isfile(path) and (own or os.access(path, os.X_OK))
@@ -243,9 +243,9 @@ class PackageIndex:
         for root in self._roots:
             if is_direct(root, name):
                 return os.path.join(root, name)
-            below = self._crawl(root).get(name)
-            if below is not None:
-                return below
+            folder = self._crawl(root).get(name)
+            if folder is not None:
+                return folder
         for share in self._flat_folders:
             folder = os.path.join(share, name)
             if _package_name(folder) == name:
@@ -408,7 +408,7 @@ def _parents(folder: str) -> Iterator[str]:
         yield folder
 
 
-def _walk(folder: str, filename: str) -> Iterator[str]:
+def _find_files(folder: str, filename: str) -> Iterator[str]:
     for base, files in files_below(folder):
         if filename in files:
             yield os.path.join(base, filename)

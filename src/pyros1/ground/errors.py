@@ -68,8 +68,8 @@ class DefinitionError(MessageError):
     def __init__(self, message: str, where: str | None = None, line: int | None = None) -> None:
         self.where = where
         self.line = line
-        place = f"{where or '<definition>'}:{line}: " if line is not None else f"{where}: " if where else ""
-        super().__init__(terminal_text.one_line(place + message, 10_000))  # the message quotes text from elsewhere
+        location = f"{where or '<definition>'}:{line}: " if line is not None else f"{where}: " if where else ""
+        super().__init__(terminal_text.one_line(location + message, 10_000))  # the message quotes text from elsewhere
 
 
 class UnknownTypeError(MessageError):
@@ -252,5 +252,5 @@ class LaunchError(Error):
     def __init__(self, message: str, where: str | None = None, line: int | None = None) -> None:
         self.where = where
         self.line = line
-        place = f"{where}:{line}: " if where and line else f"{where}: " if where else ""
-        super().__init__(place + message)
+        location = f"{where}:{line}: " if where and line else f"{where}: " if where else ""
+        super().__init__(location + message)

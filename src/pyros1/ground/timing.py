@@ -13,11 +13,11 @@ _NS = 1_000_000_000
 _T = TypeVar("_T", bound="TVal")
 
 
-def _as_int(number: Any, what: str) -> int:
+def _as_int(number: Any, name: str) -> int:
     if isinstance(number, (str, bytes)):
         int(number)  # raises ValueError if it is not a number, as in stock
     if isinstance(number, (str, bytes)) or not hasattr(type(number), "__int__"):
-        raise TypeError(f"{what} must be a number, not {number!r:.80}")
+        raise TypeError(f"{name} must be a number, not {number!r:.80}")
     return int(scalar(number))
 
 
@@ -59,8 +59,8 @@ class TVal:
                 secs = float(scalar(secs))
                 if nsecs:
                     raise ValueError("if secs is a float, nsecs cannot be set")
-                whole = int(secs)
-                secs, nsecs = whole, int((secs - whole) * 1e9)  # truncated, not rounded, as in stock
+                seconds = int(secs)
+                secs, nsecs = seconds, int((secs - seconds) * 1e9)  # truncated, not rounded, as in stock
             else:
                 secs = _as_int(secs, "secs")
         if nsecs.__class__ is not int:
@@ -155,9 +155,9 @@ class TVal:
         return str(self.to_nsec())
 
     def __repr__(self) -> str:
-        home = type(self).__module__.partition(".")[0]  # stock's classes include it: genpy.Time, rospy.Time
+        module = type(self).__module__.partition(".")[0]  # stock's classes include it: genpy.Time, rospy.Time
         name = type(self).__name__
-        return f"{name if home == 'pyros1' else f'{home}.{name}'}[{self.to_nsec()}]"
+        return f"{name if module == 'pyros1' else f'{module}.{name}'}[{self.to_nsec()}]"
 
     def __getstate__(self) -> list[int]:
         return [self.secs, self.nsecs]

@@ -40,7 +40,8 @@ def check(message: Message, error: Exception | None = None) -> None:
     """Check all fields of a message.
 
     Raises:
-        SerializationError: the text names the first field whose value does not fit, or is that of ``error``, if given.
+        SerializationError: a value does not fit its field, or ``error`` is given; the message names the first wrong
+            field.
     """
     _check_message(message_class(type(message)), message, "")
     if error is not None:
@@ -169,12 +170,12 @@ def decoding_error(cls: type[Message], buffer: Buffer, start: int, end: int) -> 
         start: where the message begins in ``buffer``; the error's offset is relative to this.
         end: where it should end.
     """
-    walk = MessageWalker(memoryview(buffer)[start:end])
+    walker = MessageWalker(memoryview(buffer)[start:end])
     try:
-        walk.visit_message(cls, "")
+        walker.visit_message(cls, "")
     except MessageError as error:
-        return DeserializationError(cls._type, walk.position, str(error))
-    return DeserializationError(cls._type, walk.position, "the buffer ends here")
+        return DeserializationError(cls._type, walker.position, str(error))
+    return DeserializationError(cls._type, walker.position, "the buffer ends here")
 
 
 class MessageWalker:
@@ -195,13 +196,13 @@ class MessageWalker:
     def remaining(self) -> int:
         return len(self.data) - self.position
 
-    def skip(self, size: int, what: str) -> None:
+    def skip(self, size: int, description: str) -> None:
         if size > self.remaining:
-            raise MessageError(f"{what} needs {size} bytes, {self.remaining} are left")
+            raise MessageError(f"{description} needs {size} bytes, {self.remaining} are left")
         self.position += size
 
-    def read_length(self, what: str) -> int:
-        self.skip(4, f"the length of {what}")
+    def read_length(self, description: str) -> int:
+        self.skip(4, f"the length of {description}")
         return int.from_bytes(self.data[self.position - 4 : self.position], "little")
 
     def visit_message(self, cls: type[Message], prefix: str) -> None:
@@ -210,15 +211,15 @@ class MessageWalker:
 
     def visit_field(self, cls: type[Message], slot_type: str, name: str) -> None:
         base, bracket, count = slot_type.partition("[")
-        what = f"field {name}"
+        description = f"field {name}"
         if not bracket:
             self.visit_element(cls, base, name)
             return
         if count != "]":
             number = int(count[:-1])
         else:
-            number = self.read_length(what)
-            self._check_length(number, _min_size_of(cls, base), what)
+            number = self.read_length(description)
+            self._check_length(number, _min_size_of(cls, base), description)
         if base == "string" or (base in cls._classes and cls._classes[base]._fixed_size is None):
             for _ in range(number):
                 self.visit_element(cls, base, name + "[]")
@@ -231,26 +232,26 @@ class MessageWalker:
         """Visit an array of values of fixed size that is longer than the data."""
         self.skip(number * _min_size_of(cls, base), f"field {name}")
 
-    def visit_string(self, begin: int, what: str) -> None:
+    def visit_string(self, begin: int, description: str) -> None:
         """Visit a string from ``begin`` to the current position; does nothing in this class."""
 
-    def _check_length(self, number: int, min_size: int, what: str) -> None:
+    def _check_length(self, number: int, min_size: int, description: str) -> None:
         if min_size == 0:
             if number > MAX_EMPTY_ELEMENTS:
                 raise MessageError(
-                    f"{what} claims {number} elements without content; the limit is {MAX_EMPTY_ELEMENTS}"
+                    f"{description} claims {number} elements without content; the limit is {MAX_EMPTY_ELEMENTS}"
                 )
         elif number > self.remaining // min_size:
             raise MessageError(
-                f"{what} claims {number} elements of at least {min_size} bytes, {self.remaining} bytes are left"
+                f"{description} claims {number} elements of at least {min_size} bytes, {self.remaining} bytes are left"
             )
 
     def visit_element(self, cls: type[Message], base: str, name: str) -> None:
-        what = f"field {name}"
+        description = f"field {name}"
         if base == "string":
-            size = self.read_length(what)
-            self.skip(size, what)
-            self.visit_string(self.position - size, what)
+            size = self.read_length(description)
+            self.skip(size, description)
+            self.visit_string(self.position - size, description)
         elif base in cls._classes:
             nested = cls._classes[base]
             if nested._fixed_size is not None and nested._fixed_size <= self.remaining:
@@ -258,7 +259,7 @@ class MessageWalker:
             else:
                 self.visit_message(nested, name + ".")
         else:
-            self.skip(_min_size_of(cls, base), what)
+            self.skip(_min_size_of(cls, base), description)
 
 
 def _min_size_of(cls: type[Message], base: str) -> int:

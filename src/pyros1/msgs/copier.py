@@ -115,8 +115,8 @@ class Copier(FunctionBuilder):
             self.emit(f"{target} = {self.ref(_copy_strings, 'strings')}({local})")
         elif nested is None:
             codes, each = TIME_CODES[base] * 2, self.unique_name("each")
-            given = f"{each}, {self.class_ref(base, nested)}, {self.pack(codes)}, {self.unpack(codes)}"
-            self.emit(f"{target} = [{self.ref(_copy_time, 'time')}({given}) for {each} in {local}]")
+            arguments = f"{each}, {self.class_ref(base, nested)}, {self.pack(codes)}, {self.unpack(codes)}"
+            self.emit(f"{target} = [{self.ref(_copy_time, 'time')}({arguments}) for {each} in {local}]")
         else:
             parts = f"{self.ref(repeat, 'repeat')}(False)"
             self.emit(f"{target} = list(map({self._copy(nested)}, {local}, {parts}))")

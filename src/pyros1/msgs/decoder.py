@@ -180,8 +180,8 @@ class Decoder(FunctionBuilder):
     def _call(self, function: str, target: str, *arguments: str) -> None:
         """Emit a call to a function that returns a value and the position after it."""
         begin = self.switch_position()
-        given = ", ".join([self.arguments.buffer, begin, *arguments, self.arguments.end, *self._view])
-        self.emit(f"{target}, {self.position} = {function}({given})")
+        parameters = ", ".join([self.arguments.buffer, begin, *arguments, self.arguments.end, *self._view])
+        self.emit(f"{target}, {self.position} = {function}({parameters})")
 
     @property
     def _view(self) -> list[str]:
@@ -214,8 +214,8 @@ class Decoder(FunctionBuilder):
         elif nested is None:
             begin = self.checked_advance(count, 8)
             cls = TIME_CLASSES[base]
-            given = f"{self.arguments.buffer}, {begin}, {count}, '{TIME_CODES[base]}', {self.ref(cls, 'cls')}"
-            self.emit(f"{target} = {self.ref(arrays.read_times, 'times')}({given})")
+            arguments = f"{self.arguments.buffer}, {begin}, {count}, '{TIME_CODES[base]}', {self.ref(cls, 'cls')}"
+            self.emit(f"{target} = {self.ref(arrays.read_times, 'times')}({arguments})")
         elif nested._fixed_size:
             self._fixed_size_array(nested, nested._fixed_size, count, target)
         elif nested._min_size:
@@ -278,8 +278,8 @@ class Decoder(FunctionBuilder):
                 self.assign("items", "[]"),
                 self.unique_name("item"),
             )
-            given = ", ".join([self.arguments.buffer, position, self.arguments.end, *self._view])
-            read = f"{item}, {position} = {self._read(nested)}({given})"
+            arguments = ", ".join([self.arguments.buffer, position, self.arguments.end, *self._view])
+            read = f"{item}, {position} = {self._read(nested)}({arguments})"
             self.block(f"for {self.unique_name('i')} in range({count}):", [read, f"{items}.append({item})"])
             self.emit(f"{target} = {items}")
             self.position = position
@@ -300,13 +300,15 @@ class Decoder(FunctionBuilder):
         loop.message(nested, loop.root)
         return loop
 
-    def _emit_loop(self, loop: Decoder, count: str, target: str, body: list[str], *more: tuple[str, str]) -> None:
+    def _emit_loop(
+        self, loop: Decoder, count: str, target: str, body: list[str], *iterables_by_name: tuple[str, str]
+    ) -> None:
         """Emit a loop over new objects and over ``iterables``, each given with the name of its variable."""
         assert loop.created is not None
         sources = [(name, self._objects(cls, count)) for name, cls in loop.created]
         items = self.assign("items", f"list({sources[0][1]})")
         sources[0] = sources[0][0], items
-        names, iterables = zip(*sources, *more, strict=True)
+        names, iterables = zip(*sources, *iterables_by_name, strict=True)
         self.block(f"for {', '.join(names)}, in zip({', '.join(iterables)}):", body)
         self.emit(f"{target} = {items}")
 

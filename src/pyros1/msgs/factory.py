@@ -85,8 +85,8 @@ def make_message_class(
         cls: Any = MessageType(short, (Message,), members)
     except (TypeError, ValueError) as error:
         raise DefinitionError(f"cannot make a class of this definition: {error}", spec.name) from error
-    made: type[Message] = cls
-    return made
+    message_class: type[Message] = cls
+    return message_class
 
 
 def make_service_class(

@@ -44,5 +44,5 @@ def _import_message_class(name: str, owner: str) -> type[Message]:
         raise DefinitionError(f"the class of {name} cannot be imported: {error}", owner) from error
     if not issubclass(found, Message):
         raise DefinitionError(f"the class of {name} is not a message class", owner)
-    made: type[Message] = found
-    return made
+    message_class: type[Message] = found
+    return message_class

@@ -78,8 +78,8 @@ def find_class(
     if from_text is not None:
         return from_text
     if not full_text.strip():
-        other = "" if installed is None else ", and the installed one has another md5 sum"
-        raise UnknownTypeError(f"the publisher of type {type_name} sent no definition{other}")
+        mismatch = "" if installed is None else ", and the installed one has another md5 sum"
+        raise UnknownTypeError(f"the publisher of type {type_name} sent no definition{mismatch}")
     assert error is not None
     raise error
 
@@ -92,9 +92,9 @@ def _installed_class(type_name: str) -> type[Message] | None:
     return cls
 
 
-def _try_make(make: Callable[[], _T]) -> tuple[_T | None, MessageError | None]:
+def _try_make(function: Callable[[], _T]) -> tuple[_T | None, MessageError | None]:
     try:
-        return make(), None
+        return function(), None
     except MessageError as error:
         return None, error
     except Error as error:

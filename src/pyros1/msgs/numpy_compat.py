@@ -67,7 +67,7 @@ def _plain_array(code: str, values: Any) -> Any:
     except TypeError:  # a numpy array without dimensions
         return values
     plain = [_plain(code, value) for value in elements]
-    return values if all(map(lambda new, old: new is old, plain, elements)) else plain
+    return values if all(map(lambda converted, original: converted is original, plain, elements)) else plain
 
 
 def _plain(code: str, value: Any) -> Any:

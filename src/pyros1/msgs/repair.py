@@ -83,12 +83,12 @@ def repair_strings(cls: type[Message], data: Buffer) -> bytes:
     Raises:
         DeserializationError: it is too short, or its strings must not be repaired.
     """
-    walk = _RepairWalker(cls, data)
+    walker = _RepairWalker(cls, data)
     try:
-        walk.visit_message(cls, "")
+        walker.visit_message(cls, "")
     except MessageError as error:
-        raise DeserializationError(cls._type, walk.position, str(error)) from error
-    return walk.result()
+        raise DeserializationError(cls._type, walker.position, str(error)) from error
+    return walker.result()
 
 
 def restore_end(cls: type[Message], data: bytes) -> tuple[bytes, int, list[int]]:
@@ -103,15 +103,15 @@ def restore_end(cls: type[Message], data: bytes) -> tuple[bytes, int, list[int]]
             length are filled with zeros; the number of missing bytes, 0 if something else is wrong; and the lengths
             that the last byte arrays of fixed length had.
     """
-    walk = _TruncationWalker(memoryview(data))
+    walker = _TruncationWalker(memoryview(data))
     try:
-        walk.visit_message(cls, "")
+        walker.visit_message(cls, "")
     except MessageError:
         return data, 0, []
-    if walk.length_position is not None:
-        length = (walk.size - walk.length_position - 4).to_bytes(4, "little")
-        data = b"".join((data[: walk.length_position], length, data[walk.length_position + 4 :]))
-    return data + bytes(walk.zeros), walk.missing, walk.cut_lengths
+    if walker.length_position is not None:
+        length = (walker.size - walker.length_position - 4).to_bytes(4, "little")
+        data = b"".join((data[: walker.length_position], length, data[walker.length_position + 4 :]))
+    return data + bytes(walker.zeros), walker.missing, walker.cut_lengths
 
 
 class _TruncationWalker(MessageWalker):
@@ -148,10 +148,10 @@ class _TruncationWalker(MessageWalker):
         else:
             super().visit_element(cls, base, name)
 
-    def visit_elements(self, cls: type[Message], base: str, number: int, what: str) -> None:
+    def visit_elements(self, cls: type[Message], base: str, number: int, description: str) -> None:
         """Visit each element of a truncated array of messages of fixed size as well."""
         for _ in range(number):
-            self.visit_element(cls, base, what)
+            self.visit_element(cls, base, description)
 
     def _skip_variable(self, size: int) -> None:
         if size > self.remaining:
@@ -198,7 +198,7 @@ class _RepairWalker(MessageWalker):
         self._pieces: list[Buffer] = []
         self._copied = 0
 
-    def visit_string(self, begin: int, what: str) -> None:
+    def visit_string(self, begin: int, description: str) -> None:
         data = self.data[begin : self.position]
         try:
             str(data, "utf-8")
@@ -210,7 +210,7 @@ class _RepairWalker(MessageWalker):
             handler = self._handler()
         except UnicodeWarning:
             self.position = begin + offset
-            raise MessageError(f"{what} is not UTF-8: {reason}") from None
+            raise MessageError(f"{description} is not UTF-8: {reason}") from None
         text = str(data, "utf-8", handler).encode("utf-8", "replace")
         self._pieces += (self.data[self._copied : begin - 4], len(text).to_bytes(4, "little"), text)
         self._copied = self.position

@@ -111,7 +111,7 @@ def parse_message(name: str, text: str, where: str | None = None, first_line: in
         first_line: line number of the first line of ``text`` in the file.
 
     Raises:
-        DefinitionError: the text names place and line.
+        DefinitionError: the definition is invalid; the message names the file and the line.
     """
     if not is_type_name(name):
         raise DefinitionError(f"[{name}] is not a type name of the form package/Type", where)
@@ -141,7 +141,7 @@ def parse_service(name: str, text: str, where: str | None = None) -> ServiceSpec
     As in stock, the whole text is the request if there is no such line, and further such lines are ignored.
 
     Raises:
-        DefinitionError: the text names place and line.
+        DefinitionError: the definition is invalid; the message names the file and the line.
     """
     (request_line, request), *rest = _split_parts(text)
     response_line = rest[0][0] if rest else request_line
@@ -191,10 +191,10 @@ def _split_parts(text: str) -> list[tuple[int, str]]:
 
 
 def _parse_field(content: str, package: str) -> Field:
-    words = [word.strip() for word in content.split(" ") if word.strip()]
-    if len(words) != 2:
+    parts = [word.strip() for word in content.split(" ") if word.strip()]
+    if len(parts) != 2:
         raise ValueError(f"[{content}] is not of the form 'type name'")
-    type_text, name = words
+    type_text, name = parts
     return parse_field(name, type_text, package)
 
 

@@ -97,8 +97,10 @@ def item_pieces(text: str) -> Iterator[str]:
         return iter(("''",))
     if not _ASCII_ONLY.match(text) or re.search(r" \n|\n ", text):
         return quoted_pieces(text, 2)
-    plain = "\n" not in text and text.strip() == text and not _INDICATOR.match(text) and not _NOT_A_STRING.match(text)
-    return _folded(text, 2) if plain else _single_quoted(text)
+    is_plain = (
+        "\n" not in text and text.strip() == text and not _INDICATOR.match(text) and not _NOT_A_STRING.match(text)
+    )
+    return _folded(text, 2) if is_plain else _single_quoted(text)
 
 
 def _single_quoted(text: str) -> Iterator[str]:

@@ -76,13 +76,13 @@ def convert_value(value: Any, parameter: Any) -> Any:
     if isinstance(value, str):
         named_choices = choices(parameter.edit_method)
         choices_by_lower_name = {choice.lower(): each for choice, each in named_choices.items()}
-        word = value.lower()
-        if word in choices_by_lower_name:
-            value = choices_by_lower_name[word]
+        lower_value = value.lower()
+        if lower_value in choices_by_lower_name:
+            value = choices_by_lower_name[lower_value]
         elif kind is bool:
-            if word not in _BOOLEANS:
+            if lower_value not in _BOOLEANS:
                 raise ParameterError(f"can't set parameter '{name}' of {kind}: {value!r} is neither true nor false")
-            value = _BOOLEANS[word]
+            value = _BOOLEANS[lower_value]
         elif named_choices and kind is not str and not _is_number(value):
             expected = f"{value!r} is not one of {', '.join(named_choices)}"
             raise ParameterError(

@@ -95,7 +95,7 @@ class BufferClient:
         Raises:
             TimeoutException: no server is running, or it does not respond.
             TransformException: the server's buffer has no such transform; one of the errors of `Buffer`.
-            NodeShutdownError: the node ended during the wait.
+            NodeShutdownError: the node shut down during the wait.
         """
         goal = self._goal(target_frame=target_frame, source_frame=source_frame, source_time=_time(time))
         return self._send_goal(goal, _seconds(timeout))
@@ -126,7 +126,7 @@ class BufferClient:
         """Return whether `lookup_transform` succeeds, now or within ``timeout`` seconds.
 
         Raises:
-            NodeShutdownError: the node ended during the wait.
+            NodeShutdownError: the node shut down during the wait.
         """
         try:
             self.lookup_transform(target_frame, source_frame, time, timeout)

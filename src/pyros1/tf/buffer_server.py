@@ -118,10 +118,10 @@ class BufferServer:
             goal_id.id = f"{self._node.name}-{next(self._numbers)}-{now.to_sec():.9f}"
         goal_id.stamp = goal_id.stamp or now
         with self._lock:
-            known = self._goals.get(goal_id.id)
+            existing = self._goals.get(goal_id.id)
             if self._closed:
                 return
-            if known is None:
+            if existing is None:
                 status = self._status(goal_id, self._status.ACTIVE, "")
                 goal = _Goal(status, self._lookup(message.goal), now + message.goal.timeout)
                 self._goals[goal_id.id] = goal
@@ -129,8 +129,8 @@ class BufferServer:
                     self._end(goal, self._status.RECALLED)
                 elif not self._try_lookup(goal):
                     self._publish_status_locked()
-            elif known.status.status == self._status.RECALLING:
-                self._end(known, self._status.RECALLED)
+            elif existing.status.status == self._status.RECALLING:
+                self._end(existing, self._status.RECALLED)
 
     def _lookup(self, goal: Any) -> Callable[[], Any]:
         if not goal.advanced:

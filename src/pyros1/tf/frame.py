@@ -36,12 +36,12 @@ class Frame:
         self._cached_time: int | None = None  # time and result of the last interpolation: programs often look up
         self._cached_entry: Entry | None = None  # the same time again, for several frames, or after can_transform
 
-    def insert(self, time: int, entry: Entry, keep: int) -> str | None:
+    def insert(self, time: int, entry: Entry, max_age: int) -> str | None:
         """Add a transform.
 
         Args:
             time: its stamp.
-            keep: maximum age in ns, relative to the newest one, of transforms that are kept.
+            max_age: maximum age in ns, relative to the newest one, of transforms that are kept.
 
         Returns:
             None, or the reason why it was not added, in tf2's words.
@@ -52,10 +52,10 @@ class Frame:
             return None
         stamps = self.stamps
         if not stamps or time > stamps[-1]:
-            self.append(time, entry, time - keep)
+            self.append(time, entry, time - max_age)
             return None
         self._cached_time = None
-        if stamps[-1] > time + keep:
+        if stamps[-1] > time + max_age:
             return (
                 "TF_OLD_DATA ignoring data from the past (Possible reasons are listed at "
                 "http://wiki.ros.org/tf/Errors%20explained)"

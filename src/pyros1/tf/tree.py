@@ -28,11 +28,11 @@ class Tree:
     """The tree of frames, by name.
 
     Args:
-        keep: maximum age in ns of transforms that are kept.
+        max_age: maximum age in ns of transforms that are kept.
     """
 
-    def __init__(self, keep: int) -> None:
-        self.keep = keep
+    def __init__(self, max_age: int) -> None:
+        self.max_age = max_age
         self.frames: dict[str, Frame] = {}
         self._has_slash_names = False  # whether a name still begins with a slash after one has been removed
 
@@ -45,7 +45,7 @@ class Tree:
             The reasons why transforms were ignored, in tf2's words.
         """
         problems: list[str] = []
-        frames, keep = self.frames, self.keep
+        frames, max_age = self.frames, self.max_age
         for parent, child, time, transform in rows:
             frame = frames.get(child)
             parent_frame = frames.get(parent)
@@ -61,7 +61,7 @@ class Tree:
                     and time > stamps[-1]
                     and not self._has_slash_names
                 ):
-                    frame.append(time, (parent_frame, transform, length), time - keep)
+                    frame.append(time, (parent_frame, transform, length), time - max_age)
                     frame.authority = authority
                     continue
             problems += self.insert(parent, child, time, transform, static, authority)
@@ -95,7 +95,7 @@ class Tree:
                 return problems
         if frame.static is None:
             frame.static = static
-        problem = frame.insert(time, (parent_frame, transform, length), self.keep)
+        problem = frame.insert(time, (parent_frame, transform, length), self.max_age)
         if problem is None:
             frame.authority = authority
             return []

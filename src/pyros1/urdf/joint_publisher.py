@@ -31,10 +31,10 @@ class JointStatePublisher:
         self._states = states
         self._lock = threading.Lock()
         self._publisher = node.advertise("joint_states", JointState, queue_size=_QUEUE)
-        own = node.resolve("joint_states")
+        own_topic = node.resolve("joint_states")
         for source in (*states.options.source_list, f"~{SLIDERS}"):
-            if node.resolve(source) == own:
-                node.log.error("source_list contains %s, to which this node publishes: it is ignored", own)
+            if node.resolve(source) == own_topic:
+                node.log.error("source_list contains %s, to which this node publishes: it is ignored", own_topic)
                 continue
             node.subscribe(source, JointState, self._receive, queue_size=_QUEUE)
 

@@ -219,7 +219,7 @@ def limits(joint: Joint, smallest: bool = True) -> tuple[float, float]:
     """Return a joint's range, in radians or metres.
 
     Args:
-        joint: of a type in `MOVING`.
+        joint: a joint of a type in `MOVING`.
         smallest: whether the limits of a safety_controller apply as well.
     """
     if joint.type == "continuous" or joint.limit is None:

@@ -169,7 +169,7 @@ class RobotStatePublisher:
     def _make_batch(self, edges: Sequence[tuple[str, str, Callable[[float], Transform]]]) -> TransformBatch:
         prefix = self._settings.prefix
         return TransformBatch(
-            (frame_name(prefix, parent), frame_name(prefix, child), place) for parent, child, place in edges
+            (frame_name(prefix, parent), frame_name(prefix, child), pose_at) for parent, child, pose_at in edges
         )
 
 
@@ -200,8 +200,8 @@ def settings(node: Node) -> Settings:
     )
 
 
-def _constant_pose(place: Transform) -> Callable[[float], Transform]:
-    return lambda position: place
+def _constant_pose(pose: Transform) -> Callable[[float], Transform]:
+    return lambda position: pose
 
 
 def main(argv: list[str]) -> int:

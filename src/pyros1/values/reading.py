@@ -55,8 +55,8 @@ class YamlError(Error, ValueError):
     def __init__(self, message: str, where: str | None = None, line: int | None = None) -> None:
         self.where = where
         self.line = line
-        place = f"{where or '<yaml>'}:{line}: " if line is not None else f"{where}: " if where else ""
-        super().__init__(place + message)
+        location = f"{where or '<yaml>'}:{line}: " if line is not None else f"{where}: " if where else ""
+        super().__init__(location + message)
 
 
 def simple_value(text: str) -> str | int | float | None:
@@ -188,11 +188,11 @@ def _loader_class() -> Any:
                 self._measures[id(node)] = 1 + len(node.value) // _TEXT_UNIT, 1
                 return
             parts = node.value if node.id == "sequence" else [part for pair in node.value for part in pair]
-            inside = [self._measures[id(part)] for part in parts]
-            depth = 1 + max((depth for _, depth in inside), default=0)
+            measures = [self._measures[id(part)] for part in parts]
+            depth = 1 + max((depth for _, depth in measures), default=0)
             if depth > _MAX_DEPTH:
                 raise yaml.MarkedYAMLError(problem="nested too deeply", problem_mark=node.start_mark)
-            self._measures[id(node)] = 1 + sum(values for values, _ in inside), depth
+            self._measures[id(node)] = 1 + sum(values for values, _ in measures), depth
 
         def compose_document(self) -> Any:
             self._measures.clear()  # nodes of the next document may have the same ids

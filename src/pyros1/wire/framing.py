@@ -155,6 +155,6 @@ class FrameBuffer:
         self._large_frame_size = size + 4 if size > self._capacity else 0
         if size + 4 > len(self.data):
             doubled = 2 * len(self.data) if self._end == len(self.data) else 0
-            wanted = min(size + 4 + self._capacity, max(self._trusted, doubled))
-            if wanted > len(self.data):
-                self._grow(wanted)
+            new_size = min(size + 4 + self._capacity, max(self._trusted, doubled))
+            if new_size > len(self.data):
+                self._grow(new_size)

@@ -182,9 +182,9 @@ class _Parser(Generic[MessageT]):
 
     def _consume(self, count: int) -> bytes:
         with memoryview(self._buffer) as view:
-            taken = bytes(view[:count])
+            consumed = bytes(view[:count])
         del self._buffer[:count]
-        return taken
+        return consumed
 
     def _finish(self, body: bytes) -> MessageT:
         message = self._message

@@ -390,9 +390,9 @@ def loads_call(body: bytes) -> tuple[str, list[Any]]:
     Raises:
         ProtocolError: the bytes are not an XML-RPC call, or a limit is exceeded.
     """
-    plain = scan_call(body, SCALARS, MAX_DEPTH, MAX_VALUES)
-    if plain is not None:
-        return plain
+    result = scan_call(body, SCALARS, MAX_DEPTH, MAX_VALUES)
+    if result is not None:
+        return result
     reader = Reader()
     reader.read(body)
     if reader.root != "methodCall" or not reader.method:
@@ -410,9 +410,9 @@ def loads_response(body: bytes) -> Any:
         XmlRpcFault: the response is a fault.
         ProtocolError: the bytes are not an XML-RPC response, or a limit is exceeded.
     """
-    plain = scan_response(body, SCALARS, MAX_DEPTH, MAX_VALUES)
-    if plain is not None:
-        return plain[0]
+    result = scan_response(body, SCALARS, MAX_DEPTH, MAX_VALUES)
+    if result is not None:
+        return result[0]
     reader = Reader()
     reader.read(body)
     if reader.root != "methodResponse" or len(reader.stack) != 1:

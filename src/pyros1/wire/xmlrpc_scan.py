@@ -98,7 +98,7 @@ def _read_values(  # noqa: PLR0912, PLR0915 - a tokenizer's loop; calls in it wo
         if token is None:
             break
         position = token.end()
-        name, param, kind, scalar, plain, _array, struct, end, closing_tag = token.groups()
+        name, param, kind, scalar, untyped, _array, struct, end, closing_tag = token.groups()
         if end is not None:
             if name is not None or param is not None or not enclosing or (end == "</struct>") is not in_struct:
                 raise _NotPlain
@@ -116,8 +116,8 @@ def _read_values(  # noqa: PLR0912, PLR0915 - a tokenizer's loop; calls in it wo
                 raise _NotPlain
             if kind is not None:
                 value = convert[kind](_unescape(scalar) if "&" in scalar else scalar)
-            elif plain is not None:
-                value = _unescape(plain) if "&" in plain else plain
+            elif untyped is not None:
+                value = _unescape(untyped) if "&" in untyped else untyped
             else:
                 if closing_tag is not None or len(enclosing) >= max_depth or values > max_values:
                     raise _NotPlain

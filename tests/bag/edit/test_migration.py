@@ -91,7 +91,7 @@ def test_a_definition_cannot_break_out_of_its_rule(tmp_path: Path) -> None:
     rules.write_text(rule_text(old, new))
     migrator = Migrator(lambda name: new)
     migrator.read_rules(str(rules))
-    assert [cls._full_text.strip() for cls, _ in migrator.missing(old, new)] == [old._full_text.strip()]
+    assert [cls._full_text.strip() for cls, _ in migrator.missing_rules(old, new)] == [old._full_text.strip()]
     assert [(rule.old_class._md5sum, rule.valid) for rule in migrator.rules.values()] == [(old._md5sum, False)]
 
 
@@ -108,7 +108,7 @@ def test_fields_named_by_reserved_words_are_migrated(run: Any, tmp_path: Path) -
     rules.write_text(text.replace(line, "new_msg.def_ = old_msg.class_ * 2").replace("valid = False", "valid = True"))
     migrator = Migrator(lambda name: new)
     migrator.read_rules(str(rules))
-    assert migrator.missing(old, new) == []
+    assert migrator.missing_rules(old, new) == []
     part = old().None_.__class__
     message: Any = old(from_=0.5, lambda_="l", None_=part(in_=3), self_=[part(in_=4), part(in_=5)], class_=21)
     done: Any = migrator.convert(message, new)

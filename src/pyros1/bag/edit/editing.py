@@ -228,7 +228,7 @@ def time_shifter(offset: int, rate: float = 1.0, origin: int = 0) -> Callable[[R
     """Return a function that shifts times, for the `retime` argument of `copy`.
 
     Args:
-        offset: nanoseconds to add.
+        offset: number of nanoseconds to add.
         rate: speed factor; 2.0 halves the time between messages.
         origin: the time in nanoseconds that `rate` leaves unchanged.
     """

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator
 
 from pyros1.bag.api import Bag
 from pyros1.bag.edit.editing import CopyWriter
-from pyros1.bag.edit.migration import Class, Migrator, Missing
+from pyros1.bag.edit.migration import MessageClass, Migrator, MissingRule
 from pyros1.bag.errors import BagError
 from pyros1.bag.format.reader import RawMessage
 from pyros1.bag.format.records import RECORD_OVERHEAD, Connection
@@ -15,7 +15,7 @@ from pyros1.ground.errors import MessageError
 from pyros1.ground.terminal_text import one_line
 from pyros1.msgs import load_message
 
-Migration = tuple[Class, Class | None, list[Missing]]
+Migration = tuple[MessageClass, MessageClass | None, list[MissingRule]]
 """An outdated type: its class, its current class or None, and the missing rules."""
 
 
@@ -35,28 +35,28 @@ def migrations(bag: Bag, migrator: Migrator) -> list[Migration]:
         if key in found:
             continue
         try:
-            old = bag.message_class(connection)
+            old_class = bag.message_class(connection)
         except MessageError as error:
             raise BagError(bag.path, f"connection {connection.id} on {one_line(connection.topic)}: {error}") from error
-        new = migrator.target(old)
-        if new is None or not _is_same_type(old, new):
-            found[key] = (old, new, migrator.missing(old, new))
+        new_class = migrator.target(old_class)
+        if new_class is None or not _is_same_type(old_class, new_class):
+            found[key] = (old_class, new_class, migrator.missing_rules(old_class, new_class))
     return list(found.values())
 
 
 def migration_lines(migrations: Iterable[Migration]) -> Iterator[str]:
     """Yield lines that describe the migrations."""
-    for old, new, missing in migrations:
-        yield from _step_lines(old, new, "")
+    for old_class, new_class, missing in migrations:
+        yield from _step_lines(old_class, new_class, "")
         if missing:
             yield f"    {len(missing)} rules missing:"
             for step in missing:
                 yield from _step_lines(*step, "    ")
 
 
-def _step_lines(old: Class, new: Class | None, indent: str) -> Iterator[str]:
-    yield f"{indent} * From: {old._type} [{old._md5sum}]"
-    yield f"{indent}   To:   {'Unknown' if new is None else f'{new._type} [{new._md5sum}]'}"
+def _step_lines(old_class: MessageClass, new_class: MessageClass | None, indent: str) -> Iterator[str]:
+    yield f"{indent} * From: {old_class._type} [{old_class._md5sum}]"
+    yield f"{indent}   To:   {'Unknown' if new_class is None else f'{new_class._type} [{new_class._md5sum}]'}"
 
 
 class MigratedBagWriter:
@@ -70,18 +70,22 @@ class MigratedBagWriter:
     def __init__(self, bag: Bag, migrator: Migrator) -> None:
         self._bag = bag
         self._migrator = migrator
-        self._targets: dict[int, tuple[Class | None, Connection]] = {}
+        self._targets: dict[int, tuple[MessageClass | None, Connection]] = {}
         for number, connection in bag.reader.connections.items():
             self._targets[number] = self._target(connection)
 
-    def _target(self, connection: Connection) -> tuple[Class | None, Connection]:
-        old = self._bag.message_class(connection)
-        new = self._migrator.target(old)
-        if new is None or self._migrator.missing(old, new) or _is_same_type(old, new):
+    def _target(self, connection: Connection) -> tuple[MessageClass | None, Connection]:
+        old_class = self._bag.message_class(connection)
+        new_class = self._migrator.target(old_class)
+        if (
+            new_class is None
+            or self._migrator.missing_rules(old_class, new_class)
+            or _is_same_type(old_class, new_class)
+        ):
             return None, connection
-        fields = {"type": new._type, "md5sum": new._md5sum, "message_definition": new._full_text}
+        fields = {"type": new_class._type, "md5sum": new_class._md5sum, "message_definition": new_class._full_text}
         header = dict(connection.header) | {name: value.encode() for name, value in fields.items()}
-        return new, Connection(connection.id, connection.topic, header)
+        return new_class, Connection(connection.id, connection.topic, header)
 
     def write(self, path: str, progress: Callable[[int], object]) -> None:
         """Write the new bag.
@@ -104,7 +108,7 @@ class MigratedBagWriter:
                     RawMessage(connection, stored.time, stored.data if cls is None else self._convert(stored, cls))
                 )
 
-    def _convert(self, stored: RawMessage, cls: Class) -> bytes:
+    def _convert(self, stored: RawMessage, cls: MessageClass) -> bytes:
         try:
             encoded = cls._encode(self._migrator.convert(self._bag.decode(stored), cls))
         except MessageError as error:
@@ -112,5 +116,5 @@ class MigratedBagWriter:
         return encoded if isinstance(encoded, bytes) else b"".join(encoded)
 
 
-def _is_same_type(old: Class, new: Class) -> bool:
-    return (old._type, old._md5sum) == (new._type, new._md5sum)
+def _is_same_type(old_class: MessageClass, new_class: MessageClass) -> bool:
+    return (old_class._type, old_class._md5sum) == (new_class._type, new_class._md5sum)

@@ -16,14 +16,14 @@ from pyros1.ground.errors import MessageError
 from pyros1.msgs import Message, from_definition
 from pyros1.msgs.digest import SEPARATOR, split_full_text
 
-Class = type[Message]
-Missing = tuple[Class, Class | None]
+MessageClass = type[Message]
+MissingRule = tuple[MessageClass, MessageClass | None]
 """A step without a rule: from one definition to another, or to an unknown one (None)."""
 
 _MAX_STEPS = 100
 
 
-def _key(cls: Class) -> tuple[str, str]:
+def _key(cls: MessageClass) -> tuple[str, str]:
     return cls._type, cls._md5sum
 
 
@@ -53,7 +53,7 @@ class MessageUpdateRule:
         """Fill a message from an old one."""
         raise NotImplementedError(f"{self.location}: the rule for {self.old_type} has no update()")
 
-    def get_new_class(self, name: str) -> Class:
+    def get_new_class(self, name: str) -> MessageClass:
         """Return the class of the new definition, or of a type that it uses.
 
         Args:
@@ -64,17 +64,17 @@ class MessageUpdateRule:
         """
         return self._find_class(self.new_class, name)
 
-    def get_old_class(self, name: str) -> Class:
+    def get_old_class(self, name: str) -> MessageClass:
         """Return the class of the old definition, or of a type that it uses; see `get_new_class`."""
         return self._find_class(self.old_class, name)
 
-    def _find_class(self, cls: Class, name: str) -> Class:
+    def _find_class(self, cls: MessageClass, name: str) -> MessageClass:
         full_name = name if "/" in name else f"{'std_msgs' if name == 'Header' else cls._type.partition('/')[0]}/{name}"
         if full_name == cls._type:
             return cls
         if full_name not in split_full_text(cls._type, cls._full_text) and full_name != "std_msgs/Header":
             raise KeyError(full_name)
-        return self.migrator.part(cls, full_name)
+        return self.migrator.nested_class(cls, full_name)
 
     def migrate(self, old_msg: Message, new_msg: Message) -> None:
         """Fill a nested message of the new message from one of the old message."""
@@ -95,10 +95,10 @@ class Migrator:
         load: returns the current class of a type; raises MessageError if there is none.
     """
 
-    def __init__(self, load: Callable[[str], Class]) -> None:
+    def __init__(self, load: Callable[[str], MessageClass]) -> None:
         self._load = load
         self.rules: dict[tuple[str, str], MessageUpdateRule] = {}
-        self._nested_classes: dict[tuple[str, str, str], Class] = {}
+        self._nested_classes: dict[tuple[str, str, str], MessageClass] = {}
 
     def read_rules(self, path: str) -> None:
         """Execute a rule file.
@@ -119,7 +119,7 @@ class Migrator:
         except Exception as error:
             raise BagError(path, f"the rules cannot be used: {type(error).__name__}: {error}") from error
 
-    def target(self, old: Class) -> Class | None:
+    def target(self, old: MessageClass) -> MessageClass | None:
         """Return the current class for an old one, by rules if the type was renamed; None if there is none."""
         cls, steps = old, 0
         while (rule := self.rules.get(_key(cls))) is not None and steps < _MAX_STEPS:
@@ -129,7 +129,7 @@ class Migrator:
         except MessageError:
             return None
 
-    def missing(self, old: Class, new: Class | None, depth: int = 0) -> list[Missing]:
+    def missing_rules(self, old: MessageClass, new: MessageClass | None, depth: int = 0) -> list[MissingRule]:
         """Return the steps from one class to another for which there is no valid rule; empty if all have one."""
         if new is None or depth > _MAX_STEPS:
             return [(old, None)]
@@ -137,17 +137,17 @@ class Migrator:
             return []
         rule = self.rules.get(_key(old))
         if rule is not None:
-            incomplete: list[Missing] = [] if rule.valid else [(old, rule.new_class)]
-            return incomplete + self.missing(rule.new_class, new, depth + 1)
+            incomplete: list[MissingRule] = [] if rule.valid else [(old, rule.new_class)]
+            return incomplete + self.missing_rules(rule.new_class, new, depth + 1)
         if not _have_same_fields(old, new):
             return [(old, new)]
-        found: dict[tuple[str, str], Missing] = {}
+        found: dict[tuple[str, str], MissingRule] = {}
         for before, after in _nested_types(old, new):
-            for step in self.missing(self.part(old, before), self.part(new, after), depth + 1):
+            for step in self.missing_rules(self.nested_class(old, before), self.nested_class(new, after), depth + 1):
                 found.setdefault(_key(step[0]), step)
         return list(found.values())
 
-    def convert(self, message: Message, new: Class) -> Message:
+    def convert(self, message: Message, new: MessageClass) -> Message:
         """Return a message converted to another class.
 
         Raises:
@@ -158,8 +158,8 @@ class Migrator:
         if _key(old) == _key(new):
             encoded: Any = old._encode(message)
             data = encoded if isinstance(encoded, bytes) else b"".join(encoded)
-            same: Message = new._decode(data, 0, len(data))
-            return same
+            copy: Message = new._decode(data, 0, len(data))
+            return copy
         rule = self.rules.get(_key(old))
         if rule is not None:
             result = rule.new_class()
@@ -179,7 +179,7 @@ class Migrator:
         for name, kind in zip(new.__slots__, new._slot_types, strict=True):
             value = getattr(message, name)
             if "/" in kind:
-                nested_class = self.part(new, kind.partition("[")[0])
+                nested_class = self.nested_class(new, kind.partition("[")[0])
                 is_array = "[" in kind
                 value = (
                     [self.convert(item, nested_class) for item in value]
@@ -189,7 +189,7 @@ class Migrator:
             setattr(result, name, value)
         return result
 
-    def part(self, cls: Class, name: str) -> Class:
+    def nested_class(self, cls: MessageClass, name: str) -> MessageClass:
         """Return the class of a type that another class uses."""
         key = (*_key(cls), name)
         if key not in self._nested_classes:
@@ -202,7 +202,7 @@ class Migrator:
         return self._nested_classes[key]
 
 
-def _have_same_fields(old: Class, new: Class) -> bool:
+def _have_same_fields(old: MessageClass, new: MessageClass) -> bool:
     """Return whether two classes differ at most in constants and in the definitions of the types they use."""
     fields = [
         [(name, kind if "/" not in kind else kind.partition("[")[1:]) for name, kind in zip(*parts, strict=True)]
@@ -211,7 +211,7 @@ def _have_same_fields(old: Class, new: Class) -> bool:
     return old._type == new._type and fields[0] == fields[1]
 
 
-def _nested_types(old: Class, new: Class) -> list[tuple[str, str]]:
+def _nested_types(old: MessageClass, new: MessageClass) -> list[tuple[str, str]]:
     pairs = zip(old._slot_types, new._slot_types, strict=True)
     return [(a.partition("[")[0], b.partition("[")[0]) for a, b in pairs if "/" in a]
 
@@ -224,7 +224,7 @@ def _string_literal(text: str) -> str:
     return f'"""\n{inner}\n"""'
 
 
-def rule_text(old: Class, new: Class, order: int = 0) -> str:
+def rule_text(old: MessageClass, new: MessageClass, order: int = 0) -> str:
     """Return the source of a rule for the user to complete; it copies fields with the same name and type."""
     old_types = dict(zip(old.__slots__, old._slot_types, strict=True))
     body = []
@@ -237,8 +237,8 @@ def rule_text(old: Class, new: Class, order: int = 0) -> str:
         elif "/" in kind:
             body.append(f"self.migrate(old_msg.{name}, new_msg.{name})")
         else:
-            note = "" if old_types[name] == kind else f"  # was {old_types[name]}, is {kind}"
-            body.append(f"new_msg.{name} = old_msg.{name}{note}")
+            comment = "" if old_types[name] == kind else f"  # was {old_types[name]}, is {kind}"
+            body.append(f"new_msg.{name} = old_msg.{name}{comment}")
     body += [f"# the new message has no field {name}" for name in old_types if name not in new.__slots__]
     if all(line.startswith("#") for line in body):
         body.append("pass")

@@ -128,13 +128,13 @@ def _demosaic(raw: Pixels, pattern: str) -> Pixels:
     height, width = raw.shape
     colours = np.empty((height, width, 3), raw.dtype)
     for channel, name in enumerate("rgb"):
-        known = np.zeros((height, width), np.float32)
+        mask = np.zeros((height, width), np.float32)
         for position, colour in enumerate(pattern):
             if colour == name:
-                known[position // 2 :: 2, position % 2 :: 2] = 1
-        weight = _weighted_sum(known)
-        mean = _weighted_sum(np.where(known > 0, raw, 0).astype(np.float32)) / np.where(weight > 0, weight, 1)
-        colours[:, :, channel] = np.where(known > 0, raw, np.rint(mean))
+                mask[position // 2 :: 2, position % 2 :: 2] = 1
+        weight = _weighted_sum(mask)
+        mean = _weighted_sum(np.where(mask > 0, raw, 0).astype(np.float32)) / np.where(weight > 0, weight, 1)
+        colours[:, :, channel] = np.where(mask > 0, raw, np.rint(mean))
     return colours
 
 

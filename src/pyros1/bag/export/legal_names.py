@@ -85,24 +85,24 @@ class LegalNames:
         return type_node
 
     def _legal_names(
-        self, names: Collection[str], rule: re.Pattern[str], make: Callable[[str], str], what: str
+        self, names: Collection[str], rule: re.Pattern[str], convert: Callable[[str], str], label: str
     ) -> dict[str, str]:
         legal: dict[str, str] = {name: name for name in names if rule.fullmatch(name)}
-        return {name: self._legal_name(legal, name, rule, make, what + name) for name in names}
+        return {name: self._legal_name(legal, name, rule, convert, label + name) for name in names}
 
     def _legal_name(
-        self, names: dict[str, str], name: str, rule: re.Pattern[str], make: Callable[[str], str], what: str
+        self, names: dict[str, str], name: str, rule: re.Pattern[str], convert: Callable[[str], str], label: str
     ) -> str:
         """Return the new name from `names`; add one if it is missing."""
         if name not in names:
             used_names = set(names.values())
-            first = legal = name if rule.fullmatch(name) else make(name)
+            first = legal = name if rule.fullmatch(name) else convert(name)
             number = 2
             while legal in used_names:
                 legal, number = f"{first}{number}", number + 1
             names[name] = legal
             if legal != name:
-                self.changed[what] = legal
+                self.changed[label] = legal
         return names[name]
 
 

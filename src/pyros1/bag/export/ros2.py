@@ -64,7 +64,7 @@ class Ros2Writer:
         """Write a message.
 
         Raises:
-            BagError: its definition cannot be read, or it cannot be converted; the message names the message.
+            BagError: its definition cannot be read, or it cannot be converted; the error names the message.
             OSError: the file cannot be written.
         """
         connection = stored.connection

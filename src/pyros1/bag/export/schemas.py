@@ -61,10 +61,10 @@ def copy_types(target: Typestore, source: Typestore, name: str) -> None:
     """
     missing: Typesdict = {}
 
-    def collect(wanted: str) -> None:
-        if wanted not in target.fielddefs and wanted not in missing:
-            missing[wanted] = source.fielddefs[wanted]
-            for used in used_types(source, wanted):
+    def collect(type_name: str) -> None:
+        if type_name not in target.fielddefs and type_name not in missing:
+            missing[type_name] = source.fielddefs[type_name]
+            for used in used_types(source, type_name):
                 collect(used)
 
     collect(name)

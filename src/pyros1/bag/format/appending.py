@@ -25,9 +25,11 @@ def append(
         BagError: it is not a bag, is of version 1.2, or cannot be decrypted.
         OSError: the file cannot be read and written.
     """
-    with BagReader(target) as old:
-        if old.file.version != 200:
-            raise BagError(old.path, "messages cannot be added to a bag of version 1.2; `pyros1 bag fix` converts it")
-        existing = ExistingBag(old.connections, old.chunks, old.file.index_pos)
-        cipher = old.file.cipher
+    with BagReader(target) as reader:
+        if reader.file.version != 200:
+            raise BagError(
+                reader.path, "messages cannot be added to a bag of version 1.2; `pyros1 bag fix` converts it"
+            )
+        existing = ExistingBag(reader.connections, reader.chunks, reader.file.index_pos)
+        cipher = reader.file.cipher
     return BagWriter(target, compression, chunk_threshold, cipher, existing)

@@ -79,17 +79,17 @@ class Cipher:
         if len(data) < (1 if partial else 2) * _BLOCK_SIZE or len(data) % _BLOCK_SIZE:
             raise RecordError("the encrypted data are cut off")
         decryptor = self._make_cipher(data[:_BLOCK_SIZE]).decryptor()
-        plain = BytesIO()  # grows in place, and returns its bytes without a copy
+        output = BytesIO()  # grows in place, and returns its bytes without a copy
         last = b""
         for piece in _pieces(memoryview(data)[_BLOCK_SIZE:]):
             last = decryptor.update(piece)
-            plain.write(last)
+            output.write(last)
         padding = last[-1] if last else 0
         if 0 < padding <= _BLOCK_SIZE and last.endswith(bytes([padding]) * padding):
-            plain.truncate(len(data) - _BLOCK_SIZE - padding)
+            output.truncate(len(data) - _BLOCK_SIZE - padding)
         elif not partial:
             raise RecordError("the encrypted data are damaged, or were encrypted with another key")
-        return plain.getvalue()
+        return output.getvalue()
 
 
 def _pieces(data: memoryview) -> Iterator[memoryview]:

@@ -359,9 +359,9 @@ _OTHER_FORMATS = {
 
 
 def _describe_format(line: bytes) -> str:
-    for magic, what in _OTHER_FORMATS.items():
+    for magic, description in _OTHER_FORMATS.items():
         if line.startswith(magic):
-            return f": {what}"
+            return f": {description}"
     if not line.strip(b"\0"):
         return ": it begins with zeros; its content was never written to disk, or was lost"
     return ""

@@ -48,8 +48,8 @@ def read_index(file: BagFile) -> tuple[dict[int, Connection], list[Chunk]]:
         if len({chunk.pos for chunk in chunks}) < len(chunks):
             raise RecordError("it lists a chunk twice")
     except RecordError as error:
-        what = "the file is cut off" if position >= file.size else f"the index is damaged at byte {position}"
-        raise UnindexedError(file.path, f"{what} ({error}); `pyros1 bag reindex` makes a new index") from None
+        problem = "the file is cut off" if position >= file.size else f"the index is damaged at byte {position}"
+        raise UnindexedError(file.path, f"{problem} ({error}); `pyros1 bag reindex` makes a new index") from None
     return connections, chunks
 
 

@@ -113,7 +113,7 @@ class BagReader:
         self.chunks: list[Chunk] = []
         self.damages: list[Damage] = []
         self.scanned = False
-        self._old: OldConnections | None = None
+        self._old_connections: OldConnections | None = None
         self._positions: list[int] = []  # offsets of the chunks in the index, sorted
         try:
             if written is not None:
@@ -206,7 +206,7 @@ class BagReader:
 
     def _iter_merged(
         self,
-        make: type[Any],
+        message_type: type[Any],
         connections: Collection[int] | None,
         start: int | None,
         end: int | None,
@@ -231,7 +231,7 @@ class BagReader:
         def key(found: Messages, index: int) -> tuple[int, int]:
             return found.times[index], 0 if ranks is None else ranks[found.conns[index]]
 
-        is_located = make is LocatedMessage
+        is_located = message_type is LocatedMessage
         heap: list[tuple[tuple[int, int], int, int, Chunk]] = []  # sort key, offset, index of next, chunk
         contents = _ChunkCache(self, select)
         while pending or heap:
@@ -259,7 +259,7 @@ class BagReader:
                     yield RawMessage(known[conn], time, content[begin:stop])
             ((conn, time, begin, stop),) = found.iter_range(last_index, next_index)
             location = ((pos, found.offsets[last_index]),) if is_located else ()
-            message = make(known[conn], time, content[begin:stop], *location)
+            message = message_type(known[conn], time, content[begin:stop], *location)
             if next_index < len(found):
                 heapq.heappush(heap, (key(found, next_index), pos, next_index, chunk))
             else:
@@ -386,8 +386,8 @@ class BagReader:
             raise RecordError(f"the chunk overlaps the one at byte {self._positions[next_index]}")
 
     def _read_loose(self, stored: bytes) -> Messages:
-        if self._old is not None:
-            return read_old_messages(stored, self._old)[0]
+        if self._old_connections is not None:
+            return read_old_messages(stored, self._old_connections)[0]
         return read_content(stored, partial=True)[0]
 
     def _damage_error(self, chunk: Chunk, reason: str) -> BagError:
@@ -407,7 +407,7 @@ class BagReader:
         self.damages = scanner.damages
         self.scanned = True
         if self.file.version == 102:
-            self._old = scanner.old
+            self._old_connections = scanner.old
 
 
 class _ChunkCache:

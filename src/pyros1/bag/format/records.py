@@ -32,7 +32,7 @@ BAG_HEADER_SIZE = 4096
 """Size in bytes of the bag header's fields and padding; tools rewrite it in place, so all must use the same size."""
 
 MAX_HEADER = 1 << 24
-"""Maximum size of a record header in bytes; in version 1.2 it may hold a message definition."""
+"""Maximum size of a record header in bytes; in version 1.2, it may contain a message definition."""
 
 RECORD_OVERHEAD = 46
 """Size in bytes of a message's record without the message."""
@@ -48,7 +48,7 @@ _MAX_FIELDS = 4096
 
 NS = 1_000_000_000
 MAX_TIME = (1 << 32) * NS - 1
-"""Latest time that a record can hold, in nanoseconds."""
+"""Latest time that can be stored in a record, in nanoseconds."""
 
 Fields = dict[str, bytes]
 

@@ -60,7 +60,7 @@ class ExistingBag:
     Attributes:
         connections: its connections by id.
         chunks: its chunks, in the order of the index.
-        end: offset in the file behind the last chunk's index records.
+        end: offset in the file after the last chunk's index records.
     """
 
     connections: Mapping[int, Connection]

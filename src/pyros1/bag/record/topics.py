@@ -35,9 +35,9 @@ class TopicSearch:
         if self._selection.needs_polling:
             with contextlib.suppress(Error):  # the master does not respond; it may come back
                 found += self._published()
-        new = [name for name in dict.fromkeys(found) if name not in self._returned]
-        self._returned.update(new)
-        return new
+        new_names = [name for name in dict.fromkeys(found) if name not in self._returned]
+        self._returned.update(new_names)
+        return new_names
 
     def _published(self) -> list[str]:
         node_topics: list[str] = []

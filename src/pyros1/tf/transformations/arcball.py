@@ -106,10 +106,10 @@ def arcball_constrain_to_axis(point: ArrayLike, axis: ArrayLike) -> Array:
     (3,).
     """
     p, a = numbers(point, 3), numbers(axis, 3)
-    flat = p - a * (a @ p)
-    length = vector_norm(flat)
+    projected = p - a * (a @ p)
+    length = vector_norm(projected)
     if length > EPS:
-        return np.asarray(flat / (-length if flat[2] < 0.0 else length))
+        return np.asarray(projected / (-length if projected[2] < 0.0 else length))
     if a[2] == 1.0:
         return np.array((1.0, 0.0, 0.0))
     return unit_vector((-a[1], a[0], 0.0))
@@ -124,9 +124,9 @@ def arcball_nearest_axis(point: ArrayLike, axes: list[Array]) -> Array:
 def _rotation(initial: ArrayLike | None) -> Array:
     if initial is None:
         return np.array((0.0, 0.0, 0.0, 1.0))
-    given = np.asarray(initial, np.float64)
-    if given.shape == (4, 4):
-        return quaternion_from_matrix(given)
-    if given.shape == (4,):
-        return unit_vector(given)
+    rotation = np.asarray(initial, np.float64)
+    if rotation.shape == (4, 4):
+        return quaternion_from_matrix(rotation)
+    if rotation.shape == (4,):
+        return unit_vector(rotation)
     raise ValueError("initial not quaternion or matrix")

@@ -135,7 +135,7 @@ class Writing:
             cls, key = msg[-1], (topic, kind, md5sum)
         else:
             raise ValueError("msg must be of length 4 or 5")
-        self._turns.do(self._put, key, (topic, kind, md5sum, cls, connection_header), nanoseconds, data)
+        self._turns.run(self._put, key, (topic, kind, md5sum, cls, connection_header), nanoseconds, data)
 
     def _put(self, key: Any, description: tuple[Any, ...], nanoseconds: int, data: bytes) -> None:
         if not self._file or self._writer is None:
@@ -166,7 +166,7 @@ class Writing:
         if not self._file:
             raise ValueError(CLOSED)
         if self._writer is not None:
-            self._turns.do(self._writer.flush)
+            self._turns.run(self._writer.flush)
 
     def set_encryptor(self, encryptor: str | None = None, param: str | None = None) -> None:
         """Encrypt the bag; before the first message is written.

@@ -178,7 +178,7 @@ class Bag(Writing, Facts):
             return self._known[1]
         with self._turns.lock:
             if self._file:
-                self._turns.do(self._writer.flush)
+                self._turns.run(self._writer.flush)
             state = len(self._writer.chunks)
             if self._known is None or self._known[0] != state:
                 self._readers.retire(self._known and self._known[1])
@@ -237,7 +237,7 @@ class Bag(Writing, Facts):
 
     def close(self) -> None:
         """Close the bag; a closed one stays closed."""
-        self._turns.do(self._close)
+        self._turns.run(self._close)
 
     def _close(self) -> None:
         if not self._file:

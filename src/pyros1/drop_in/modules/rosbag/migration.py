@@ -102,7 +102,7 @@ class MessageMigrator(Migrator):
         Raises:
             BagMigrationException: rules are missing.
         """
-        lacking = self.missing(type(msg_from), type(msg_to))
+        lacking = self.missing_rules(type(msg_from), type(msg_to))
         if lacking:
             raise BagMigrationException(
                 f"Migrate called, but no valid migration path from [{msg_from._type}] to [{msg_to._type}]"
@@ -159,7 +159,9 @@ class MessageUpdateRule(_MessageUpdateRule):
         for name, kind in zip(new.__slots__, new._slot_types, strict=True):
             pair = parts.get(name, "").partition("[")[0], kind.partition("[")[0]
             if all("/" in each for each in pair):
-                steps = self.migrator.missing(self.migrator.part(old, pair[0]), self.migrator.part(new, pair[1]))
+                steps = self.migrator.missing_rules(
+                    self.migrator.nested_class(old, pair[0]), self.migrator.nested_class(new, pair[1])
+                )
                 self.sub_rules += [_missing_rule(self.migrator, *step) for step in steps]
 
     def get_class_def(self) -> str:
@@ -238,7 +240,7 @@ def checkmessages(migrator: Any, messages: Any) -> list[Any]:
         cls = old if isinstance(old, type) else type(old)
         new = migrator.target(cls)
         if new is None or get_message_key(cls) != get_message_key(new):
-            found.append(_finding(migrator, cls, new, migrator.missing(cls, new)))
+            found.append(_finding(migrator, cls, new, migrator.missing_rules(cls, new)))
     return found
 
 
