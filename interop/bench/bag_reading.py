@@ -42,11 +42,11 @@ def make_large_bag(path: Path) -> None:
     from pyros1.msgs import load_message
 
     class Sparse(BagWriter):
-        def _put(self, data: Any) -> None:
+        def _write_fully(self, data: Any) -> None:
             if len(data) == IMAGE:
                 self._file.seek(IMAGE, 1)
             else:
-                super()._put(data)
+                super()._write_fully(data)
 
     cls: Any = load_message("sensor_msgs/Image")
     pixels = memoryview(bytes(IMAGE))

@@ -136,7 +136,7 @@ class Bag:
         Raises:
             BagError: the file is damaged, or a message cannot be decoded.
         """
-        first, last = self._nanoseconds(start), self._nanoseconds(end)
+        first, last = self._to_nanoseconds(start), self._to_nanoseconds(end)
         begin = max(self.reader.start, first or 0)
         total = max(0, min(self.reader.end, self.reader.end if last is None else last) - begin)
         for stored in self.reader.messages(self._connection_ids(topics), first, last):
@@ -160,7 +160,7 @@ class Bag:
         """
         topic_ids = self._connection_ids(topics)
         missing_ids = set(self.reader.connections) if topic_ids is None else set(topic_ids)
-        end = self._nanoseconds(time)
+        end = self._to_nanoseconds(time)
         latest: dict[str, RawMessage] = {}
         for chunk in sorted(self.reader.chunks, key=lambda chunk: chunk.end, reverse=True):
             names = {self.reader.connections[conn].topic for conn in chunk.counts if conn in missing_ids}
@@ -324,7 +324,7 @@ class Bag:
         except MessageError as error:
             raise BagError(self.path, f"the type of {connection.topic}: {error}") from error
 
-    def _nanoseconds(self, when: When) -> int | None:
+    def _to_nanoseconds(self, when: When) -> int | None:
         if when is None:
             return None
         if isinstance(when, Time):

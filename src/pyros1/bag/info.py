@@ -129,7 +129,7 @@ def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
         start=start / NS,
         end=end / NS,
         messages=bag.count(),
-        storage={} if is_old else _storage(bag),
+        storage={} if is_old else _storage_by_compression(bag),
         types={untrusted(name): untrusted(md5sum) for name, md5sum in sorted(types.items())},
         topics=topics,
         empty=not bag.chunks and not bag.connections,
@@ -163,7 +163,7 @@ def summarize_topics(bag: BagReader, groups: Mapping[str, list[int]], *, frequen
     ]
 
 
-def _storage(bag: BagReader) -> dict[str, Storage]:
+def _storage_by_compression(bag: BagReader) -> dict[str, Storage]:
     storage: dict[str, Storage] = {}
     for header in bag.headers():
         previous = storage.get(header.compression, Storage(0, 0, 0))
@@ -195,12 +195,12 @@ def _frequencies(bag: BagReader, groups: Mapping[str, list[int]]) -> dict[str, f
 
 def info_text(summary: Summary) -> str:
     """Return the rows of ``bag info``, byte for byte like those of stock."""
-    rows = list(_rows(summary))
+    rows = list(_summary_rows(summary))
     width = max(len(name) for name, _ in rows) + 1
     return "\n".join(f"{name + ':' if name else '':{width}} {value}" for name, value in rows).rstrip()
 
 
-def _rows(summary: Summary) -> Iterator[tuple[str, str]]:
+def _summary_rows(summary: Summary) -> Iterator[tuple[str, str]]:
     yield "path", summary.path
     yield "version", summary.version
     if summary.empty:

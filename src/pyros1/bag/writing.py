@@ -110,7 +110,7 @@ class BagOutput:
     def _write_serialized(
         self, key: Any, topic: str, data: bytes | memoryview, stamp: Time | float | None, source: Any
     ) -> None:
-        self._serialized.run(self._write, key, topic, data, _nanoseconds(stamp), source)
+        self._serialized.run(self._write, key, topic, data, _to_nanoseconds(stamp), source)
 
     def _write(self, key: Any, topic: str, data: bytes | memoryview, nanoseconds: int, source: Any) -> None:
         conn = self._conn_ids.get(key)
@@ -153,7 +153,7 @@ class BagOutput:
         self.close()
 
 
-def _nanoseconds(stamp: Time | float | None) -> int:
+def _to_nanoseconds(stamp: Time | float | None) -> int:
     if stamp is None:
         return time.time_ns()
     return stamp.to_nsec() if isinstance(stamp, Time) else round(stamp * NS)

@@ -73,7 +73,7 @@ def _files_in(folder: str, files: Collection[str]) -> list[str]:
     return sorted(PurePosixPath(name).name for name in files if PurePosixPath(name).parts[0] == folder)
 
 
-def _call(function: str, *lines: str) -> str:
+def _cmake_call(function: str, *lines: str) -> str:
     """Return a CMake call with one argument per line."""
     return "\n".join([f"{function}(", *(f"  {line}" for line in lines), ")", ""])
 
@@ -85,7 +85,7 @@ def _comment_out(text: str) -> str:
 def _find_package_block(package: NewPackage, components: Sequence[str]) -> str:
     text = "# Dependencies of this package\n"
     text += (
-        _call("find_package", "catkin REQUIRED COMPONENTS", *components).replace("(\n  ", "(", 1)
+        _cmake_call("find_package", "catkin REQUIRED COMPONENTS", *components).replace("(\n  ", "(", 1)
         if components
         else "find_package(catkin REQUIRED)\n"
     )
@@ -98,18 +98,18 @@ def _definitions_block(depends: Sequence[str], files: Collection[str]) -> str:
     text = _DEFINITIONS
     for folder, (function, default_file) in _DEFINITION_FOLDERS.items():
         existing_files = _files_in(folder, files)
-        call = _call(function, "FILES", *(existing_files or [default_file]))
+        call = _cmake_call(function, "FILES", *(existing_files or [default_file]))
         text += call if existing_files else _comment_out(call)
     text += "# After DEPENDENCIES: the packages whose messages are fields of yours\n"
     fields = [each for each in depends if each.endswith("_msgs")] or ["std_msgs"]
     if _files_in("action", files):
-        text += _call("generate_messages", "DEPENDENCIES", *fields)
+        text += _cmake_call("generate_messages", "DEPENDENCIES", *fields)
     elif has_definitions(files):
-        text += _call("generate_messages", *(f"# {each}" for each in ["DEPENDENCIES", *fields]))
+        text += _cmake_call("generate_messages", *(f"# {each}" for each in ["DEPENDENCIES", *fields]))
     else:
-        text += _comment_out(_call("generate_messages", "DEPENDENCIES", *fields))
+        text += _comment_out(_cmake_call("generate_messages", "DEPENDENCIES", *fields))
     settings = [f"cfg/{name}" for name in _files_in("cfg", files)]
-    options = _call("generate_dynamic_reconfigure_options", *(settings or ["cfg/Settings1.cfg"]))
+    options = _cmake_call("generate_dynamic_reconfigure_options", *(settings or ["cfg/Settings1.cfg"]))
     return f"{text}# Settings for dynamic_reconfigure\n{options if settings else _comment_out(options)}"
 
 
@@ -118,17 +118,17 @@ def _catkin_package_block(depends: Sequence[str], has_messages: bool) -> str:
     exported = [*depends, *(["message_runtime"] if has_messages else [])]
     lines.append(f"{'' if exported else '# '}CATKIN_DEPENDS{''.join(f' {each}' for each in exported)}")
     lines += [] if has_messages else ["# message_runtime"]
-    return "# What this package exports to packages that depend on it\n" + _call("catkin_package", *lines)
+    return "# What this package exports to packages that depend on it\n" + _cmake_call("catkin_package", *lines)
 
 
 def _include_directories_block(depends: Sequence[str]) -> str:
-    text = _call("include_directories", "# include", "${catkin_INCLUDE_DIRS}")
+    text = _cmake_call("include_directories", "# include", "${catkin_INCLUDE_DIRS}")
     return text if "roscpp" in depends else _comment_out(text)
 
 
 def _install_block(files: Collection[str]) -> str:
     programs = _files_in("scripts", files)
-    scripts = _call(
+    scripts = _cmake_call(
         "catkin_install_python",
         "PROGRAMS",
         *(f"scripts/{name}" for name in programs or ["my_node"]),

@@ -50,10 +50,10 @@ class FoundPackage(NamedTuple):
 
 def search_folders(environ: Mapping[str, str]) -> list[tuple[str, int]]:
     """Return the folders to search for packages, in order, each with the number of levels to search."""
-    return [(_normalized(folder), depth) for folder, depth in PackageIndex(environ).search_folders()]
+    return [(_normalize(folder), depth) for folder, depth in PackageIndex(environ).search_folders()]
 
 
-def _normalized(folder: str) -> str:
+def _normalize(folder: str) -> str:
     """Normalise a path like ``pathlib``, which is not used since importing it takes a large part of a short command's
     time.
     """
@@ -126,9 +126,11 @@ def _cached_packages(records: Mapping[str, Record], folder: str, depth: int, nam
         if os.path.isdir(folder):
             raise LookupError
         return
-    changed, folders, manifest, written, package, meta = record
+    mtime, folders, manifest, manifest_mtime, package, meta = record
     if not manifest or package == name:
-        if os.stat(folder).st_mtime_ns != changed or (manifest and _modification_time(folder, manifest) != written):
+        if os.stat(folder).st_mtime_ns != mtime or (
+            manifest and _modification_time(folder, manifest) != manifest_mtime
+        ):
             raise LookupError
         if manifest:
             yield FoundPackage(package, folder, manifest, meta)
@@ -199,11 +201,11 @@ class Crawl:
         limit = self._now - _MIN_TRUSTED_AGE
         return {folder: record for folder, record in self._new_records.items() if max(record[0], record[3]) < limit}
 
-    def _current_record(self, folder: str, changed: int) -> Record | None:
+    def _current_record(self, folder: str, mtime: int) -> Record | None:
         record = self._old_records.get(folder)
-        if record is None or record[0] != changed or (record[2] and _modification_time(folder, record[2]) != record[3]):
+        if record is None or record[0] != mtime or (record[2] and _modification_time(folder, record[2]) != record[3]):
             try:
-                record = _read_folder(folder, changed)
+                record = _read_folder(folder, mtime)
             except OSError:
                 return None
             self.changed = True
@@ -252,23 +254,23 @@ def _modification_time(folder: str, name: str) -> int:
         return 0
 
 
-def _read_folder(folder: str, changed: int) -> Record:
+def _read_folder(folder: str, mtime: int) -> Record:
     with os.scandir(folder) as listing:
         entries = {entry.name: entry for entry in listing}
     manifest = next((name for name in MANIFESTS if name in entries), "")
     if manifest and "CATKIN_IGNORE" in entries:
-        return [changed, [], "", 0, "", False]
+        return [mtime, [], "", 0, "", False]
     if manifest and manifest != "stack.xml":  # packages do not nest, but stacks contain packages
-        time_read = _modification_time(folder, manifest)
+        manifest_mtime = _modification_time(folder, manifest)
         name, meta = identity(folder, manifest)
-        return [changed, [], manifest, time_read, name, meta]
+        return [mtime, [], manifest, manifest_mtime, name, meta]
     if not _IGNORED.isdisjoint(entries):
         folders: list[str] = []
     else:  # broken links are kept, since their targets may appear later
         folders = sorted(n for n, entry in entries.items() if n[0] != "." and (entry.is_symlink() or entry.is_dir()))
     if manifest:
-        return [changed, folders, manifest, _modification_time(folder, manifest), os.path.basename(folder), False]
-    return [changed, folders, "", 0, "", False]
+        return [mtime, folders, manifest, _modification_time(folder, manifest), os.path.basename(folder), False]
+    return [mtime, folders, "", 0, "", False]
 
 
 def identity(folder: str, manifest: str) -> tuple[str, bool]:

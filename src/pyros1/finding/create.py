@@ -56,7 +56,7 @@ def create(package: NewPackage, parent: Path) -> list[str]:
     if not re.fullmatch(r"\d+\.\d+\.\d+", package.version):
         raise CreateError(f"'{package.version}' is not a valid version: use three numbers, for example 0.1.0")
     folder = parent / package.name
-    files = _files(package)
+    files = _package_files(package)
     for path in [folder, *(folder / name for name in files)]:
         if path.exists() and (path != folder or not path.is_dir()):
             raise CreateError(f"{path} already exists; nothing was changed")
@@ -86,12 +86,12 @@ def _empty_folders(package: NewPackage) -> list[str]:
     ]
 
 
-def _files(package: NewPackage) -> dict[str, str]:
-    content = _content(package)
+def _package_files(package: NewPackage) -> dict[str, str]:
+    content = _content_files(package)
     return {"package.xml": package_xml(package, content), "CMakeLists.txt": cmake_lists(package, content), **content}
 
 
-def _content(package: NewPackage) -> dict[str, str]:
+def _content_files(package: NewPackage) -> dict[str, str]:
     """Return the files other than the manifest and CMakeLists.txt: path -> text."""
     if package.meta:
         return {}
@@ -133,7 +133,7 @@ def package_xml(package: NewPackage, files: Collection[str]) -> str:
         lines += [f"  <exec_depend>{escape(each)}</exec_depend>" for each in sorted(package.depends)]
         lines += ["", "  <export>", "    <metapackage/>", "  </export>"]
     else:
-        depends = _depends(package, has_messages)
+        depends = _dependency_names(package, has_messages)
         lines += [f"  <depend>{escape(each)}</depend>" for each in depends]
         lines += [f"  <exec_depend>{escape(each)}</exec_depend>" for each in sorted({*package.runs} - {*depends})]
         if has_messages:
@@ -146,7 +146,7 @@ def package_xml(package: NewPackage, files: Collection[str]) -> str:
     return "\n".join([*lines, "</package>", ""])
 
 
-def _depends(package: NewPackage, has_messages: bool) -> list[str]:
+def _dependency_names(package: NewPackage, has_messages: bool) -> list[str]:
     generated = {"message_generation", "message_runtime"} if has_messages else set()
     return sorted({*package.depends, *package.system, *(["boost"] if package.boost else [])} - generated)
 

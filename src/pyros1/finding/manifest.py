@@ -88,27 +88,31 @@ def read_manifest(path: Path, name: str = "") -> Manifest:
         raise ManifestError(f"{path} is not valid XML: {error}") from error
     if root.tag not in ("package", "stack"):
         raise ManifestError(f"{path}: the root element is <{root.tag}>, not <package>")
-    name = _text(root.find("name")) or name or path.parent.name
+    name = _element_text(root.find("name")) or name or path.parent.name
     catkin = path.name == "package.xml"
     exports = [(child.tag, dict(child.attrib)) for tag in root.findall("export") for child in tag]
     return Manifest(
         name,
         path,
         catkin,
-        version=_text(root.find("version")),
-        depends=_depends(root, catkin),
+        version=_element_text(root.find("version")),
+        depends=_read_dependencies(root, catkin),
         exports=exports,
         system=[child.attrib["name"] for child in root.findall("rosdep") if "name" in child.attrib],
         metapackage=any(tag == "metapackage" for tag, _ in exports),
     )
 
 
-def _depends(root: Element, catkin: bool) -> list[tuple[str, str]]:
+def _read_dependencies(root: Element, catkin: bool) -> list[tuple[str, str]]:
     if catkin:
-        return [(child.tag, _text(child)) for child in root if child.tag in _DEPENDENCY_TAGS and _text(child)]
+        return [
+            (child.tag, _element_text(child))
+            for child in root
+            if child.tag in _DEPENDENCY_TAGS and _element_text(child)
+        ]
     names = [(child.get("package") or child.get("stack") or "") for child in root.findall("depend")]
     return [("depend", name) for name in names if name]
 
 
-def _text(element: Element | None) -> str:
+def _element_text(element: Element | None) -> str:
     return (element.text or "").strip() if element is not None else ""

@@ -57,10 +57,10 @@ def share_folders(environ: Mapping[str, str]) -> _Names:
 
 
 def _prefixes(environ: Mapping[str, str]) -> _Names:
-    return _normalized(environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep))
+    return _normalize_all(environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep))
 
 
-def _normalized(folders: Iterable[str]) -> _Names:
+def _normalize_all(folders: Iterable[str]) -> _Names:
     """Return the non-empty paths, without redundant slashes and dots."""
     result = []
     for folder in filter(None, folders):
@@ -75,7 +75,7 @@ def _python_folders() -> _Names:
     return [os.path.join(sys.prefix, "share"), *libraries]
 
 
-def _paths(folders: Iterable[str]) -> list[Path]:
+def _to_paths(folders: Iterable[str]) -> list[Path]:
     from pathlib import Path  # noqa: PLC0415 - see above
 
     return list(map(Path, folders))
@@ -97,7 +97,7 @@ class PackageIndex:
         installs: Sequence[str | os.PathLike[str]] | None = None,
         own: str | os.PathLike[str] = OWN_PACKAGES,
     ) -> None:
-        self._roots = _normalized(environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep))
+        self._roots = _normalize_all(environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep))
         self._prefixes = _prefixes(environ)
         flat_folders = [*share_folders(environ), *_python_folders()] if installs is None else installs
         self._own = os.fspath(own)
@@ -117,7 +117,7 @@ class PackageIndex:
         Raises:
             PackageNotFoundError: there is no such package; the message names the folders that were searched.
         """
-        return _paths([self.find_folder(name)])[0]
+        return _to_paths([self.find_folder(name)])[0]
 
     def find_folder(self, name: str) -> str:
         """Return the path of the package's folder; raises the same errors as `find`."""
@@ -144,7 +144,7 @@ class PackageIndex:
                 name_found = _package_name(folder) if base[0] != "." else None
                 if name_found is not None:
                     result.setdefault(name_found, folder)
-        return dict(zip(result, _paths(result.values()), strict=True))
+        return dict(zip(result, _to_paths(result.values()), strict=True))
 
     def packages_below_roots(self) -> _Names:
         """Return the folders of all packages below the folders of ``ROS_PACKAGE_PATH``."""
@@ -166,8 +166,8 @@ class PackageIndex:
         folder = self.find_folder(package)
         if os.path.dirname(filename):
             path = os.path.join(folder, filename)
-            return _paths([path] if os.path.isfile(path) else [])
-        return _paths(_without_duplicates(filter(os.path.isfile, _find_files(folder, filename))))
+            return _to_paths([path] if os.path.isfile(path) else [])
+        return _to_paths(_without_duplicates(filter(os.path.isfile, _find_files(folder, filename))))
 
     def find_executable(self, package: str, name: str) -> _Paths:
         """Return the paths of executables: first those in ``lib/<package>`` of an install prefix, then those in the
@@ -184,14 +184,14 @@ class PackageIndex:
         folder = self.find_folder(package)
         cached = self._executables.get((package, name))
         if cached and all(map(os.path.isfile, cached)):
-            return _paths(cached)
+            return _to_paths(cached)
         found = self._find_executables(folder, package, name)
         # Debian installs the programs of some ROS packages in separate Debian packages.
         own_folder = os.path.join(self._own, package)
         if not found and own_folder != folder and _package_name(own_folder) == package:
             found = self._find_executables(own_folder, package, name)
         self._executables[package, name] = found
-        return _paths(found)
+        return _to_paths(found)
 
     def _is_own(self, folder: str) -> bool:
         return folder.startswith(self._own + os.sep)
@@ -367,14 +367,14 @@ def files_below(folder: str) -> Iterator[tuple[str, _Names]]:
     As in stock, links to folders are followed after everything that is reached without them. Each folder is visited
     once, and the parents of `folder` never, so circular links are harmless.
     """
-    seen = {_identity(parent) for parent in _parents(os.path.realpath(folder))}
+    seen = {_device_and_inode(parent) for parent in _parents(os.path.realpath(folder))}
     start_folders = [folder]
     for start in start_folders:  # grows during iteration
         pending = [start]
         while pending:
             base = pending.pop()
             try:
-                here = _identity(base)
+                here = _device_and_inode(base)
                 with os.scandir(base) as listing:
                     entries = sorted(listing, key=lambda entry: entry.name)
             except OSError:
@@ -397,7 +397,7 @@ def is_folder(entry: os.DirEntry[str]) -> bool:
         return False
 
 
-def _identity(folder: str) -> tuple[int, int]:
+def _device_and_inode(folder: str) -> tuple[int, int]:
     status = os.stat(folder)
     return status.st_dev, status.st_ino
 

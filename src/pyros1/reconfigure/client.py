@@ -71,14 +71,14 @@ class Client:
             WaitTimeoutError: none arrived in time.
             NodeShutdownError: this node is shutting down.
         """
-        self._await(lambda: self._config is not None, "the configuration", timeout)
+        self._wait_for(lambda: self._config is not None, "the configuration", timeout)
         return self._with_groups(self._config)
 
     def groups(self, timeout: float | None = None) -> Any:
         """Return the tree of groups, whose ``parameters`` are lists of dictionaries; raises the same errors as
         `config`.
         """
-        self._await(lambda: self._description is not None, "the description of the parameters", timeout)
+        self._wait_for(lambda: self._description is not None, "the description of the parameters", timeout)
         return self._tree
 
     def description(self, timeout: float | None = None) -> list[dict[str, Any]]:
@@ -130,7 +130,7 @@ class Client:
         if self.on_config is not None:
             self.on_config(self._with_groups(message))
 
-    def _await(self, ready: Callable[[], bool], awaited: str, timeout: float | None) -> None:
+    def _wait_for(self, ready: Callable[[], bool], awaited: str, timeout: float | None) -> None:
         deadline = None if timeout is None else time.monotonic() + timeout
         while not self._condition.wait_for(ready, POLL_INTERVAL):
             if not self._node.ok():

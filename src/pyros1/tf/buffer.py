@@ -73,7 +73,7 @@ class Buffer:
         warn: Callable[[str], object] | None = None,
         time_class: Callable[[int, int], Any] = Time,
     ) -> None:
-        self.cache_time = _seconds(cache_time)
+        self.cache_time = _to_seconds(cache_time)
         self.warn = warn
         self._time = time_class
         self._tree = Tree(round(self.cache_time * _NS))
@@ -172,13 +172,13 @@ class Buffer:
             InvalidArgumentException: a frame's name is empty or begins with a slash.
             NodeShutdownError: the node shut down during the wait.
         """
-        when = _ns(time)
+        when = _to_nanoseconds(time)
         if not timeout:
             with self._lock:
                 stamp, transform = self._tree.lookup(target_frame, source_frame, when)
         else:
             stamp, transform = self._retry_until(lambda: self._tree.lookup(target_frame, source_frame, when), timeout)
-        return self._message(target_frame, source_frame, stamp, transform)
+        return self._make_message(target_frame, source_frame, stamp, transform)
 
     def lookup_transform_full(
         self,
@@ -195,9 +195,15 @@ class Buffer:
             fixed_frame: a frame that did not move in between, such as the map.
             timeout: as for `lookup_transform`, which also lists the errors.
         """
-        arguments = (target_frame, _ns(target_time), source_frame, _ns(source_time), fixed_frame)
+        arguments = (
+            target_frame,
+            _to_nanoseconds(target_time),
+            source_frame,
+            _to_nanoseconds(source_time),
+            fixed_frame,
+        )
         stamp, transform = self._retry_until(lambda: self._tree.lookup_full(*arguments), timeout)
-        return self._message(target_frame, source_frame, stamp, transform)
+        return self._make_message(target_frame, source_frame, stamp, transform)
 
     def can_transform(self, target_frame: str, source_frame: str, time: When = None, timeout: Span = None) -> bool:
         """Return whether `lookup_transform` would succeed, now or within ``timeout`` seconds.
@@ -205,7 +211,7 @@ class Buffer:
         Raises:
             NodeShutdownError: the node shut down during the wait.
         """
-        when = _ns(time)
+        when = _to_nanoseconds(time)
         return (
             self._wait_until_possible(lambda: self._tree.can_transform(target_frame, source_frame, when), timeout)
             is None
@@ -221,19 +227,31 @@ class Buffer:
         timeout: Span = None,
     ) -> bool:
         """Return whether `lookup_transform_full` would succeed, now or within ``timeout`` seconds."""
-        arguments = (target_frame, _ns(target_time), source_frame, _ns(source_time), fixed_frame)
+        arguments = (
+            target_frame,
+            _to_nanoseconds(target_time),
+            source_frame,
+            _to_nanoseconds(source_time),
+            fixed_frame,
+        )
         return self._wait_until_possible(lambda: self._tree.can_transform_full(*arguments), timeout) is None
 
     def why_not(self, target_frame: str, source_frame: str, time: When = None) -> str | None:
         """Return None if there is such a transform, or the reason in tf2's words, which may be empty."""
         with self._lock:
-            return self._tree.can_transform(target_frame, source_frame, _ns(time))
+            return self._tree.can_transform(target_frame, source_frame, _to_nanoseconds(time))
 
     def why_not_full(
         self, target_frame: str, target_time: When, source_frame: str, source_time: When, fixed_frame: str
     ) -> str | None:
         """Return the reason why `lookup_transform_full` fails, or None, like `why_not`."""
-        arguments = (target_frame, _ns(target_time), source_frame, _ns(source_time), fixed_frame)
+        arguments = (
+            target_frame,
+            _to_nanoseconds(target_time),
+            source_frame,
+            _to_nanoseconds(source_time),
+            fixed_frame,
+        )
         with self._changed:
             return self._tree.can_transform_full(*arguments)
 
@@ -263,7 +281,13 @@ class Buffer:
         """Return the names of the frames from source at its time, through ``fixed_frame``, to target at its time.
 
         Raises the same errors as `lookup_transform`."""
-        arguments = (target_frame, _ns(target_time), source_frame, _ns(source_time), fixed_frame)
+        arguments = (
+            target_frame,
+            _to_nanoseconds(target_time),
+            source_frame,
+            _to_nanoseconds(source_time),
+            fixed_frame,
+        )
         with self._changed:
             return self._tree.chain(*arguments)
 
@@ -308,7 +332,7 @@ class Buffer:
         with self._changed:
             return as_dot(self._tree.frames.values(), now)
 
-    def _message(self, target: str, source: str, stamp: int, transform: Transform) -> Any:
+    def _make_message(self, target: str, source: str, stamp: int, transform: Transform) -> Any:
         # Bypasses the constructors, which would take as long as the lookup.
         message = _new_object(self._stamped)
         message.header = header = _new_object(self._header)
@@ -348,13 +372,13 @@ class Buffer:
                     if not timeout:
                         raise
                     if deadline is None:
-                        deadline = self._now() + _seconds(timeout)
+                        deadline = self._now() + _to_seconds(timeout)
                     if not self._wait(deadline):
                         raise
 
     def _wait_until_possible(self, check: Callable[[], str | None], timeout: Span) -> str | None:
         with self._changed:
-            deadline = self._now() + _seconds(timeout)
+            deadline = self._now() + _to_seconds(timeout)
             while (problem := check()) is not None and timeout and self._wait(deadline):
                 pass
             return problem
@@ -374,7 +398,7 @@ class Buffer:
         return True
 
 
-def _ns(time: When) -> int:
+def _to_nanoseconds(time: When) -> int:
     if not time:
         return 0
     if isinstance(time, (int, float)):
@@ -384,7 +408,7 @@ def _ns(time: When) -> int:
     return int(time.secs * _NS + time.nsecs)
 
 
-def _seconds(span: Span) -> float:
+def _to_seconds(span: Span) -> float:
     if not span:
         return 0.0
     if not isinstance(span, (int, float)) and not hasattr(span, "to_sec"):

@@ -56,7 +56,7 @@ class BufferClient:
     def __init__(self, node: Node, name: str = ACTION, timeout_padding: Span = 2.0, *, remap: bool = True) -> None:
         self.name = node.resolve(name, remap=remap)
         self._node = node
-        self._padding = _seconds(timeout_padding)
+        self._padding = _to_seconds(timeout_padding)
         self._numbers = itertools.count(1)
         self._changed = threading.Condition()
         self._pending: dict[str, _PendingGoal] = {}
@@ -84,10 +84,10 @@ class BufferClient:
         Returns:
             Whether it is connected.
         """
-        deadline = None if timeout is None else monotonic() + _seconds(timeout)
-        if not self._goals.wait_for_subscribers(timeout=_remaining(deadline)):
+        deadline = None if timeout is None else monotonic() + _to_seconds(timeout)
+        if not self._goals.wait_for_subscribers(timeout=_remaining_time(deadline)):
             return False
-        return self._results.wait_for_publishers(timeout=_remaining(deadline))
+        return self._results.wait_for_publishers(timeout=_remaining_time(deadline))
 
     def lookup_transform(self, target_frame: str, source_frame: str, time: When = None, timeout: Span = None) -> Any:
         """Return the pose of ``source_frame`` in ``target_frame``, like `Buffer.lookup_transform`.
@@ -97,8 +97,8 @@ class BufferClient:
             TransformException: the server's buffer has no such transform; one of the errors of `Buffer`.
             NodeShutdownError: the node shut down during the wait.
         """
-        goal = self._goal(target_frame=target_frame, source_frame=source_frame, source_time=_time(time))
-        return self._send_goal(goal, _seconds(timeout))
+        goal = self._goal(target_frame=target_frame, source_frame=source_frame, source_time=_to_time(time))
+        return self._send_goal(goal, _to_seconds(timeout))
 
     def lookup_transform_full(
         self,
@@ -115,12 +115,12 @@ class BufferClient:
         goal = self._goal(
             target_frame=target_frame,
             source_frame=source_frame,
-            source_time=_time(source_time),
-            target_time=_time(target_time),
+            source_time=_to_time(source_time),
+            target_time=_to_time(target_time),
             fixed_frame=fixed_frame,
             advanced=True,
         )
-        return self._send_goal(goal, _seconds(timeout))
+        return self._send_goal(goal, _to_seconds(timeout))
 
     def can_transform(self, target_frame: str, source_frame: str, time: When = None, timeout: Span = None) -> bool:
         """Return whether `lookup_transform` succeeds, now or within ``timeout`` seconds.
@@ -219,17 +219,17 @@ class BufferClient:
             raise NodeShutdownError("the wait for a transform was interrupted because the node has shut down")
 
 
-def _remaining(deadline: float | None) -> float | None:
+def _remaining_time(deadline: float | None) -> float | None:
     return None if deadline is None else max(0.0, deadline - monotonic())
 
 
-def _time(when: When) -> Time:
+def _to_time(when: When) -> Time:
     if not when:
         return Time()
     return Time.from_sec(when) if isinstance(when, (int, float)) else Time(when.secs, when.nsecs)
 
 
-def _seconds(span: Span) -> float:
+def _to_seconds(span: Span) -> float:
     if not span:
         return 0.0
     return float(span if isinstance(span, (int, float)) else span.to_sec())

@@ -92,7 +92,7 @@ class BufferServer:
             node.subscribe(f"{name}/cancel", "actionlib_msgs/GoalID", self._on_cancel_message),
         ]
         self._timers = [
-            node.timer(_CHECK_INTERVAL, lambda _: self._check()),
+            node.timer(_CHECK_INTERVAL, lambda _: self._check_goals()),
             node.timer(_STATUS_INTERVAL, lambda _: self._publish_status()),
         ]
         node.on_shutdown(self._stop)
@@ -123,16 +123,16 @@ class BufferServer:
                 return
             if existing is None:
                 status = self._status(goal_id, self._status.ACTIVE, "")
-                goal = _Goal(status, self._lookup(message.goal), now + message.goal.timeout)
+                goal = _Goal(status, self._make_lookup(message.goal), now + message.goal.timeout)
                 self._goals[goal_id.id] = goal
                 if goal_id.stamp <= self._cancelled:
-                    self._end(goal, self._status.RECALLED)
+                    self._finish(goal, self._status.RECALLED)
                 elif not self._try_lookup(goal):
                     self._publish_status_locked()
             elif existing.status.status == self._status.RECALLING:
-                self._end(existing, self._status.RECALLED)
+                self._finish(existing, self._status.RECALLED)
 
-    def _lookup(self, goal: Any) -> Callable[[], Any]:
+    def _make_lookup(self, goal: Any) -> Callable[[], Any]:
         if not goal.advanced:
             return lambda: self._buffer.lookup_transform(goal.target_frame, goal.source_frame, goal.source_time)
         return lambda: self._buffer.lookup_transform_full(
@@ -148,13 +148,13 @@ class BufferServer:
                 own_id = goal.status.goal_id
                 is_older = bool(goal_id.stamp) and own_id.stamp <= goal_id.stamp
                 if goal.ended is None and (own_id.id == goal_id.id or is_older or not (goal_id.id or goal_id.stamp)):
-                    self._end(goal, self._status.PREEMPTED)
+                    self._finish(goal, self._status.PREEMPTED)
             if goal_id.id and goal_id.id not in self._goals:  # it arrived before its goal
                 status, now = self._status(goal_id, self._status.RECALLING, ""), self._node.now()
                 self._goals[goal_id.id] = _Goal(status, lambda: None, now, now)
             self._cancelled = max(self._cancelled, goal_id.stamp)
 
-    def _check(self) -> None:
+    def _check_goals(self) -> None:
         with self._lock:
             now = self._node.now()
             jumped_back, self._checked = now < self._checked, now
@@ -177,10 +177,10 @@ class BufferServer:
                 return False
             result.error.error = next(code for code, kind in CODES.items() if isinstance(error, kind))
             result.error.error_string = str(error)
-        self._end(goal, self._status.SUCCEEDED, result)
+        self._finish(goal, self._status.SUCCEEDED, result)
         return True
 
-    def _end(self, goal: _Goal, status: int, result: Any = None) -> None:
+    def _finish(self, goal: _Goal, status: int, result: Any = None) -> None:
         goal.status.status, goal.ended = status, self._node.now()
         result = self._result() if result is None else result
         self._results.publish(self._outcome(self._make_header(), goal.status, result))

@@ -58,8 +58,9 @@ def as_dot(frames: Collection[Frame], now: float | None = None) -> str:
             continue
         latest = to_sec(frame.latest)
         age = f"( {now - latest:.3f} sec old)" if now else ""
+        names = [_escape_label(name) for name in (parent.name, frame.name, frame.authority)]
         lines.append(
-            f'"{_quoted(parent.name)}" -> "{_quoted(frame.name)}"[label="Broadcaster: {_quoted(frame.authority)}\\n'
+            f'"{names[0]}" -> "{names[1]}"[label="Broadcaster: {names[2]}\\n'
             f"Average rate: {frame.rate:.3f} Hz\\nMost recent transform: {latest:.3f} {age}\\n"
             f'Buffer length: {latest - to_sec(frame.oldest):.3f} sec\\n"];'
         )
@@ -67,12 +68,12 @@ def as_dot(frames: Collection[Frame], now: float | None = None) -> str:
         lines.append("edge [style=invis];")
         lines += [
             ' subgraph cluster_legend { style=bold; color=black; label ="view_frames Result";\n'
-            f'"Recorded at time: {now:.3f}"[ shape=plaintext ] ;\n }}->"{_quoted(frame.name)}";'
+            f'"Recorded at time: {now:.3f}"[ shape=plaintext ] ;\n }}->"{_escape_label(frame.name)}";'
             for frame in frames
             if frame.parent is None
         ]
     return "\n".join([*lines, "}"])
 
 
-def _quoted(name: str) -> str:
+def _escape_label(name: str) -> str:
     return name.replace("\\", "\\\\").replace('"', '\\"')

@@ -153,17 +153,17 @@ class Frame:
         earliest, latest = self.oldest, self.latest
         if len(self) == 1:
             return (
-                f"Lookup would require extrapolation at time {_seconds(time)}, "
-                f"but only time {_seconds(latest)} is in the buffer"
+                f"Lookup would require extrapolation at time {_format_seconds(time)}, "
+                f"but only time {_format_seconds(latest)} is in the buffer"
             )
         if time > latest:
             return (
-                f"Lookup would require extrapolation {_seconds(time - latest)}s into the future.  "
-                f"Requested time {_seconds(time)} but the latest data is at time {_seconds(latest)}"
+                f"Lookup would require extrapolation {_format_seconds(time - latest)}s into the future.  "
+                f"Requested time {_format_seconds(time)} but the latest data is at time {_format_seconds(latest)}"
             )
         return (
-            f"Lookup would require extrapolation {_seconds(earliest - time)}s into the past.  "
-            f"Requested time {_seconds(time)} but the earliest data is at time {_seconds(earliest)}"
+            f"Lookup would require extrapolation {_format_seconds(earliest - time)}s into the past.  "
+            f"Requested time {_format_seconds(time)} but the earliest data is at time {_format_seconds(earliest)}"
         )
 
     def clear(self) -> None:
@@ -211,5 +211,5 @@ def to_sec(time: int) -> float:
     return time // 1_000_000_000 + 1e-9 * (time % 1_000_000_000)
 
 
-def _seconds(time: int) -> str:
+def _format_seconds(time: int) -> str:
     return f"{time // 1_000_000_000}.{time % 1_000_000_000:09d}"

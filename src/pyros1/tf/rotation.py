@@ -92,14 +92,14 @@ def invert(transform: Transform) -> Transform:
 
 def chain_normalized(first: Transform, second: Transform) -> Transform:
     """Return `chain` with normalised quaternions, and with the sign that conversion to a matrix and back gives."""
-    x, y, z, *rotation = chain(_unit(first), _unit(second))
+    x, y, z, *rotation = chain(_normalized(first), _normalized(second))
     # Conversion from a matrix gives a positive w or, if w is small, a positive largest component.
     largest = 3 if rotation[3] * rotation[3] > 0.25 else max(range(3), key=lambda i: abs(rotation[i]))
     qx, qy, qz, qw = rotation if rotation[largest] >= 0 else [-part for part in rotation]
     return (x, y, z, qx, qy, qz, qw)
 
 
-def _unit(transform: Transform) -> Transform:
+def _normalized(transform: Transform) -> Transform:
     x, y, z, qx, qy, qz, qw = transform
     length = sqrt(qx * qx + qy * qy + qz * qz + qw * qw)
     return (x, y, z, qx / length, qy / length, qz / length, qw / length)

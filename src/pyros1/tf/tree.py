@@ -163,8 +163,8 @@ class Tree:
         target_frame = self._find("chainAsVector argument target_frame", target)
         source_frame = self._find("chainAsVector argument source_frame", source)
         fixed_frame = self._find("chainAsVector argument fixed_frame", fixed)
-        names = self._names(fixed_frame, source_frame, source_time)
-        rest = self._names(target_frame, fixed_frame, target_time)
+        names = self._path_names(fixed_frame, source_frame, source_time)
+        rest = self._path_names(target_frame, fixed_frame, target_time)
         if names and rest and names[-1] == rest[0]:
             rest = rest[1:]
         return names + rest
@@ -180,14 +180,14 @@ class Tree:
 
     def _find_transform(self, target: Frame, source: Frame, time: int) -> tuple[int, Transform]:
         """Return the stamp and the transform of ``source`` in ``target``."""
-        time, source_steps, target_steps = self._path(target, source, time, Frame.at)
+        time, source_steps, target_steps = self._find_path(target, source, time, Frame.at)
         up = product(source_steps) if source_steps else IDENTITY
         if not target_steps:
             return time, up
         down = invert(product(target_steps))
         return time, chain(down, up) if source_steps else down
 
-    def _path(
+    def _find_path(
         self, target: Frame, source: Frame, time: int, find: Callable[[Frame, int], Entry | None]
     ) -> tuple[int, list[Transform], list[Transform]]:
         """Go up from both frames to their common ancestor.
@@ -267,8 +267,8 @@ class Tree:
                 raise self._loop_error()
         raise _unconnected_error(source, target)
 
-    def _names(self, target: Frame, source: Frame, time: int) -> list[str]:
-        time, _, _ = self._path(target, source, time, Frame.before)
+    def _path_names(self, target: Frame, source: Frame, time: int) -> list[str]:
+        time, _, _ = self._find_path(target, source, time, Frame.before)
         source_steps = self._ancestors(source, time)
         target_steps = self._ancestors(target, time)
         while len(source_steps) > 1 and len(target_steps) > 1 and source_steps[-2] is target_steps[-2]:
@@ -292,19 +292,19 @@ class Tree:
         """Return None if `lookup` would succeed, or the reason why not."""
         if target == source:
             return None
-        return self._missing(target_frame=target, source_frame=source) or self._try(target, source, time)
+        return self._frame_problem(target_frame=target, source_frame=source) or self._path_problem(target, source, time)
 
     def can_transform_full(
         self, target: str, target_time: int, source: str, source_time: int, fixed: str
     ) -> str | None:
         """Return None if `lookup_full` would succeed, or the reason why not."""
         return (
-            self._missing(target_frame=target, source_frame=source, fixed_frame=fixed)
-            or self._try(target, fixed, target_time)
-            or self._try(fixed, source, source_time)
+            self._frame_problem(target_frame=target, source_frame=source, fixed_frame=fixed)
+            or self._path_problem(target, fixed, target_time)
+            or self._path_problem(fixed, source, source_time)
         )
 
-    def _missing(self, **names_by_role: str) -> str:
+    def _frame_problem(self, **names_by_role: str) -> str:
         """Return a message about frames that have an invalid name or do not exist, or an empty string if all exist."""
         for role, name in names_by_role.items():
             problem = name_problem(f"canTransform argument {role}", name)
@@ -317,9 +317,9 @@ class Tree:
         ]
         return " ".join(missing)
 
-    def _try(self, target: str, source: str, time: int) -> str | None:
+    def _path_problem(self, target: str, source: str, time: int) -> str | None:
         try:
-            self._path(self.frames[target], self.frames[source], time, Frame.before)
+            self._find_path(self.frames[target], self.frames[source], time, Frame.before)
         except TransformException as error:
             return str(error)
         return None

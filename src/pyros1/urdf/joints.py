@@ -57,7 +57,7 @@ def options(get: Callable[[str, Any], Any]) -> Options:
         raise UrdfError("the parameter source_list must be a list of topics")
     if len(sources) > MAX_SOURCES:
         raise UrdfError(f"the parameter source_list has more than {MAX_SOURCES} topics")
-    rate = _number(get("rate", 10), "rate")
+    rate = _read_number(get("rate", 10), "rate")
     if rate <= 0:
         raise UrdfError("the parameter rate must be above 0")
     flags = {
@@ -73,12 +73,14 @@ def options(get: Callable[[str, Any], Any]) -> Options:
     return Options(
         rate=rate,
         source_list=tuple(sources),
-        zeros={name: _number(each, f"zeros/{name}") for name, each in _mapping(get("zeros", {}), "zeros").items()},
+        zeros={
+            name: _read_number(each, f"zeros/{name}") for name, each in _read_mapping(get("zeros", {}), "zeros").items()
+        },
         dependent_joints={
             name: _read_dependent_joint(each, f"dependent_joints/{name}")
-            for name, each in _mapping(get("dependent_joints", {}), "dependent_joints").items()
+            for name, each in _read_mapping(get("dependent_joints", {}), "dependent_joints").items()
         },
-        delta=_number(get("delta", 0.0), "delta"),
+        delta=_read_number(get("delta", 0.0), "delta"),
         **flags,
     )
 
@@ -261,21 +263,24 @@ def _followers(leaders: Mapping[str, Mimic], warnings: list[str]) -> dict[str, M
 
 
 def _read_dependent_joint(value: object, name: str) -> Mimic:
-    values = _mapping(value, name)
+    values = _read_mapping(value, name)
     parent = values.get("parent")
     if not isinstance(parent, str):
         raise UrdfError(f"the parameter {_escaped(name)} must have a parent: the name of a joint")
-    factor, offset = _number(values.get("factor", 1.0), f"{name}/factor"), _number(values.get("offset", 0.0), name)
+    factor, offset = (
+        _read_number(values.get("factor", 1.0), f"{name}/factor"),
+        _read_number(values.get("offset", 0.0), name),
+    )
     return Mimic(parent, factor, offset)
 
 
-def _mapping(value: object, name: str) -> Mapping[str, Any]:
+def _read_mapping(value: object, name: str) -> Mapping[str, Any]:
     if not isinstance(value, Mapping):
         raise UrdfError(f"the parameter {_escaped(name)} must be a mapping: joint -> value")
     return value
 
 
-def _number(value: object, name: str) -> float:
+def _read_number(value: object, name: str) -> float:
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value):
         raise UrdfError(f"the parameter {_escaped(name)} must be a number")
     return float(value)

@@ -78,9 +78,9 @@ class Assembler:
             self._discard_parts()
         if self._blocks:
             self._parts.append(datagram[_HEAD.size :])
-        return self._body() if self._blocks and len(self._parts) == self._blocks else None
+        return self._take_body() if self._blocks and len(self._parts) == self._blocks else None
 
-    def _body(self) -> bytes | None:
+    def _take_body(self) -> bytes | None:
         frame = b"".join(self._parts)
         self._parts, self._blocks = [], 0
         if len(frame) >= _SIZE.size and _SIZE.unpack_from(frame)[0] == len(frame) - _SIZE.size:

@@ -125,7 +125,7 @@ class _Parser(Generic[MessageT]):
         try:
             while True:
                 before = self._state
-                message = self._step()
+                message = self._parse_step()
                 if message is not None:
                     return message
                 if self._state is before and not (before is _State.HEAD and self._skipped_interim):
@@ -149,7 +149,7 @@ class _Parser(Generic[MessageT]):
         """Return the state for a message with neither a length nor chunks, or None if it has no body."""
         raise NotImplementedError
 
-    def _step(self) -> MessageT | None:  # noqa: PLR0911 - one return per state
+    def _parse_step(self) -> MessageT | None:  # noqa: PLR0911 - one return per state
         if self._state is _State.HEAD:
             return self._parse_next_head()
         if self._state is _State.BODY:

@@ -234,7 +234,7 @@ def time_shifter(offset: int, rate: float = 1.0, origin: int = 0) -> Callable[[R
     """
 
     def shift(message: RawMessage) -> int:
-        since = message.time - origin
-        return origin + offset + (since if rate == 1.0 else round(since / rate))
+        elapsed = message.time - origin
+        return origin + offset + (elapsed if rate == 1.0 else round(elapsed / rate))
 
     return shift

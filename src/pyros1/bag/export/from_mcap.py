@@ -34,14 +34,14 @@ def import_ros1(
     with BagWriter(target, compression) as writer:
         importer = _Import(reader, writer, is_selected)
         for channel, time, data in reader.messages():
-            conn_id = importer.number(channel)
+            conn_id = importer.connection_id(channel)
             if conn_id is None:
                 continue
             writer.write(conn_id, time, data)
             if progress is not None:
                 progress(reader.position)
         for channel in reader.channels.values():
-            importer.number(channel)  # including those without messages
+            importer.connection_id(channel)  # including those without messages
         result = importer.result
         result.messages, result.topics = writer.messages, len({each.topic for each in writer.connections.values()})
         if result.skipped and not result.topics:
@@ -58,7 +58,7 @@ class _Import:
         self._is_selected = is_selected
         self._conn_ids: dict[int, int | None] = {}
 
-    def number(self, channel: Channel) -> int | None:
+    def connection_id(self, channel: Channel) -> int | None:
         """Return a channel's connection id in the bag; None if it is skipped."""
         if channel.id not in self._conn_ids:
             self._conn_ids[channel.id] = self._add_connection(channel) if self._is_selected(channel.topic) else None

@@ -71,7 +71,7 @@ class PictureWriter:
             data = _encode(self._image.fromarray(compressed_pixels(message)), kind)
         else:
             data, kind = image_file(message)
-        self._path(topic, stamp, kind).write_bytes(data)
+        self._unused_path(topic, stamp, kind).write_bytes(data)
 
     def close(self) -> None:
         """Do nothing: every image is already written."""
@@ -79,7 +79,7 @@ class PictureWriter:
     def abort(self) -> None:
         """Do nothing: no file is open."""
 
-    def _path(self, topic: str, stamp: Time, kind: str) -> Path:
+    def _unused_path(self, topic: str, stamp: Time, kind: str) -> Path:
         folder = self._folder / self._names[topic]
         folder.mkdir(exist_ok=True)
         stem = f"{stamp.secs}.{stamp.nsecs:09d}"

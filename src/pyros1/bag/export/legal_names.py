@@ -60,11 +60,11 @@ class LegalNames:
         for name in sorted(types, key=lambda name: not _is_legal(name)):
             self.type(name)
         return {
-            self.type(name): definition if name in self._known else self._definition(name, *definition)
+            self.type(name): definition if name in self._known else self._legal_definition(name, *definition)
             for name, definition in types.items()
         }
 
-    def _definition(self, name: str, constants: Any, fields: Any) -> tuple[Any, Any]:
+    def _legal_definition(self, name: str, constants: Any, fields: Any) -> tuple[Any, Any]:
         kind = name.replace("/msg/", "/")
         field_names = self._legal_names([field for field, _ in fields], _LOWER, _snake_case, f"field {kind}.")
         constant_names = self._legal_names(

@@ -122,7 +122,7 @@ class Ros1McapWriter:
         try:
             self._flush()
             self._write(pack_record(OP_DATA_END, U32.pack(0)))
-            self._write(self._summary())
+            self._write(self._encode_summary())
         finally:
             self._file.close()
 
@@ -182,7 +182,7 @@ class Ros1McapWriter:
             )
         )
 
-    def _summary(self) -> bytes:
+    def _encode_summary(self) -> bytes:
         """Return the end of the file: the summary and footer."""
         counts = _STATISTICS.pack(
             self._times.count,

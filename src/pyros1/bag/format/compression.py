@@ -45,7 +45,9 @@ def compress(compression: str, parts: Sequence[Buffer]) -> Sequence[Buffer]:
         return [*map(compressor.compress, _pieces(parts)), compressor.flush()]
     if compression == "lz4":
         # Stock's readers reject frames with a size, without a checksum, or with blocks that depend on earlier ones.
-        frame = _lz4().LZ4FrameCompressor(block_size=_LZ4_BLOCKS_OF_1_MB, block_linked=False, content_checksum=True)
+        frame = _import_lz4().LZ4FrameCompressor(
+            block_size=_LZ4_BLOCKS_OF_1_MB, block_linked=False, content_checksum=True
+        )
         return [frame.begin(), *map(frame.compress, _pieces(parts)), frame.flush()]
     return parts
 
@@ -87,7 +89,7 @@ def _decompress(compression: str, data: bytes, size: int, partial: bool) -> byte
 
         decompressor: Any = bz2.BZ2Decompressor()
     else:
-        decompressor = _lz4().LZ4FrameDecompressor()
+        decompressor = _import_lz4().LZ4FrameDecompressor()
     content = BytesIO()  # grows in place and returns its bytes without copying
     remaining = size
     # In small steps, so that little of the data before a damaged part is lost.
@@ -112,7 +114,7 @@ def _decompress(compression: str, data: bytes, size: int, partial: bool) -> byte
     return content.getvalue()
 
 
-def _lz4() -> Any:
+def _import_lz4() -> Any:
     import lz4.frame  # type: ignore[import-untyped]  # noqa: PLC0415 - few bags need it
 
     return lz4.frame

@@ -72,7 +72,7 @@ class Messages:
     def where(self, is_wanted: Callable[[int, int], bool]) -> Messages:
         """Return the messages for which ``is_wanted(connection id, time)`` is true."""
         mask = bytearray(map(is_wanted, self.conns, self.times))
-        return self if all(mask) else self._transformed(lambda column: compress(column, mask))
+        return self if all(mask) else self._transform(lambda column: compress(column, mask))
 
     def by_time(self, ranks: Mapping[int, int] | None = None) -> Messages:
         """Return the messages in order of time; those of the same time keep their order.
@@ -89,7 +89,7 @@ class Messages:
             return self
         else:
             order = array("I", sorted(range(len(times)), key=times.__getitem__))
-        return self._transformed(lambda column: map(column.__getitem__, order))
+        return self._transform(lambda column: map(column.__getitem__, order))
 
     def iter_range(self, first: int, end: int) -> Iterator[tuple[int, int, int, int]]:
         """Return (connection, time, start, end) of the messages with numbers from `first` to before `end`."""
@@ -103,7 +103,7 @@ class Messages:
     def _columns(self) -> tuple[array[int], ...]:
         return self.conns, self.times, self.offsets, self.starts, self.ends
 
-    def _transformed(self, transform: Callable[[array[int]], Iterator[int]]) -> Messages:
+    def _transform(self, transform: Callable[[array[int]], Iterator[int]]) -> Messages:
         transformed = Messages()
         for old, new in zip(self._columns(), transformed._columns(), strict=True):
             new.extend(transform(old))

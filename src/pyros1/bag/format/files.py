@@ -195,8 +195,8 @@ class BagFile:
         except KeyUnavailableError as error:
             raise EncryptedError(self.path, f"the bag is encrypted and cannot be decrypted: {error}") from None
 
-    def decrypted(self, data: bytes, *, partial: bool = False) -> bytes:
-        """Return bytes of an unlocked bag, decrypted if necessary.
+    def decrypt(self, data: bytes, *, partial: bool = False) -> bytes:
+        """Decrypt bytes of an unlocked bag, if it is encrypted.
 
         Args:
             partial: whether they may be cut off; the part that can be decrypted is returned then.
@@ -307,7 +307,7 @@ class BagFile:
             raise RecordError("the record is cut off")
         if size > MAX_HEADER:
             raise RecordError(f"the record's length, {size} bytes, is too large")
-        return self.decrypted(self.read(start, size)), start + size
+        return self.decrypt(self.read(start, size)), start + size
 
     def _read_version(self) -> tuple[int, int]:
         """Return the version from the first line, and the offset after that line."""

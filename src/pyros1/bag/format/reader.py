@@ -358,7 +358,7 @@ class BagReader:
                     "the chunk runs past the end of the file" if is_cut else "the chunk's lengths contradict each other"
                 )
             partial = not chunk.is_complete
-            stored = file.decrypted(stored, partial=partial)
+            stored = file.decrypt(stored, partial=partial)
             content = decompress(header.compression, stored, header.size or file.limit, file.limit, partial=partial)
             found, _ = read_content(content, partial=partial)
         except RecordError as error:

@@ -197,7 +197,7 @@ class Scanner:
         try:
             check_size(header.size, file.limit)
             if not reason:
-                content = decompress(header.compression, file.decrypted(stored), header.size, file.limit)
+                content = decompress(header.compression, file.decrypt(stored), header.size, file.limit)
                 messages, defined = read_content(content)
         except RecordError as error:
             reason = str(error)
@@ -227,9 +227,7 @@ class Scanner:
         """Return the readable part of a damaged chunk."""
         file = self._file
         try:
-            content = decompress(
-                header.compression, file.decrypted(stored, partial=True), size, file.limit, partial=True
-            )
+            content = decompress(header.compression, file.decrypt(stored, partial=True), size, file.limit, partial=True)
         except RecordError:
             return b"", Messages(), {}
         return content, *read_content(content, partial=True)
