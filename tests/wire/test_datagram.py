@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from pyros1.ground.errors import ProtocolError
 from pyros1.wire import datagram
-from pyros1.wire.datagram import LARGEST_SIZE, SMALLEST_SIZE, Assembler, read_answer, read_offer, split
+from pyros1.wire.datagram import MAX_DATAGRAM_SIZE, MIN_DATAGRAM_SIZE, Assembler, parse_udpros_response, parse_udpros_offer, split
 from pyros1.wire.header import encode_header
 
 
@@ -95,7 +95,7 @@ def test_messages_that_are_too_large_are_refused(monkeypatch: pytest.MonkeyPatch
 
 
 def test_limits() -> None:
-    assert (SMALLEST_SIZE, LARGEST_SIZE, datagram.MAX_BLOCKS, datagram.MAX_BYTES) == (64, 65507, 65535, 1 << 30)
+    assert (MIN_DATAGRAM_SIZE, MAX_DATAGRAM_SIZE, datagram.MAX_BLOCKS, datagram.MAX_BYTES) == (64, 65507, 65535, 1 << 30)
 
 
 HEADER = encode_header({"topic": "/t"})[4:]
@@ -103,17 +103,17 @@ HEADER = encode_header({"topic": "/t"})[4:]
 
 @pytest.mark.parametrize(
     ("offered", "size"),
-    [(1500, 1500), (SMALLEST_SIZE, SMALLEST_SIZE), (63, SMALLEST_SIZE), (-1, SMALLEST_SIZE), (1 << 20, LARGEST_SIZE)],
+    [(1500, 1500), (MIN_DATAGRAM_SIZE, MIN_DATAGRAM_SIZE), (63, MIN_DATAGRAM_SIZE), (-1, MIN_DATAGRAM_SIZE), (1 << 20, MAX_DATAGRAM_SIZE)],
 )
 def test_the_offer_of_a_subscriber(offered: int, size: int) -> None:
-    assert read_offer(["UDPROS", HEADER, "robot", 4000, offered]) == ({"topic": "/t"}, ("robot", 4000), size)
-    assert read_offer(["UDPROS", HEADER, "robot", 65535, offered, "more"]) is not None
+    assert parse_udpros_offer(["UDPROS", HEADER, "robot", 4000, offered]) == ({"topic": "/t"}, ("robot", 4000), size)
+    assert parse_udpros_offer(["UDPROS", HEADER, "robot", 65535, offered, "more"]) is not None
 
 
 def test_the_answer_of_a_publisher_t59() -> None:
     expected = ({"topic": "/t"}, ("robot", 4000), 7)
-    assert read_answer(["UDPROS", "robot", 4000, 7, 1500, HEADER]) == expected
-    assert read_answer(["UDPROS", "robot", 4000, 7 - (1 << 32), 1500, HEADER, "more"]) == expected
+    assert parse_udpros_response(["UDPROS", "robot", 4000, 7, 1500, HEADER]) == expected
+    assert parse_udpros_response(["UDPROS", "robot", 4000, 7 - (1 << 32), 1500, HEADER, "more"]) == expected
 
 
 @pytest.mark.parametrize(
@@ -121,11 +121,11 @@ def test_the_answer_of_a_publisher_t59() -> None:
     [[], ["TCPROS", "robot", 4000], *(["UDPROS", HEADER, "robot", port, 64] for port in (0, 65536, "4000"))],
 )
 def test_other_values_are_neither_offer_nor_answer(value: list[object]) -> None:
-    assert read_offer(value) is None and read_answer(value) is None
+    assert parse_udpros_offer(value) is None and parse_udpros_response(value) is None
 
 
 def test_a_broken_header_is_an_error() -> None:
     with pytest.raises(ProtocolError):
-        read_offer(["UDPROS", b"abc", "robot", 4000, 64])
+        parse_udpros_offer(["UDPROS", b"abc", "robot", 4000, 64])
     with pytest.raises(ProtocolError):
-        read_answer(["UDPROS", "robot", 4000, 7, 1500, b"abc"])
+        parse_udpros_response(["UDPROS", "robot", 4000, 7, 1500, b"abc"])

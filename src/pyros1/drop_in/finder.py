@@ -140,7 +140,7 @@ class Finder:
 
     def _source_elsewhere(self, module: str) -> str | None:
         """Return the folder in which any ROS package in ROS_PACKAGE_PATH has a Python module with another name."""
-        folders = (folder_of(folder, module) for folder in self._index.below_roots())
+        folders = (folder_of(folder, module) for folder in self._index.packages_below_roots())
         return next(filter(None, folders), None)
 
     def _config_spec(self, package: str, rest: list[str], name: str) -> ModuleSpec | None:

@@ -1,7 +1,7 @@
 """Generates modules from definitions on import, as in ``from pyros1.msgs.std_msgs.msg import Float64``.
 
-`pyros1.ground.generated` asks for ``pyros1.msgs.<package>``, ``.msg`` and ``.srv``. A class is made when it is first
-used and then kept in its module: each type has one class per process, and pickles find it.
+`pyros1.ground.generated` requests ``pyros1.msgs.<package>``, ``.msg`` and ``.srv``. A class is created when it is first
+used and then stored in its module, so that each type has one class per process, which pickle can find.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from pyros1.msgs.spec import is_type_name
 
 
 class MessageFinder:
-    """Finds definitions by name, and makes message and service classes and their modules.
+    """Finds definitions by name, and creates message and service classes and their modules.
 
     Args:
-        environ: environment variables, read when the first definition is needed.
+        environ: environment variables, which are read when the first definition is needed.
 
     Attributes:
         stock_names: whether the ``__module__`` of classes is that of stock's generator, ``std_msgs.msg._String``. This
@@ -46,14 +46,14 @@ class MessageFinder:
     # -- modules -------------------------------------------------------------------------------------------------------
 
     def check(self, name: str) -> None:
-        """Check that a module can be made.
+        """Check that a module can be created.
 
         Args:
-            name: full name of a package, its msg or srv module, or a type there: Python asks for a type, as if it were
-                a module, only if the msg or srv module does not have it.
+            name: full name of a package, its msg or srv module, or a type there: Python only requests a type, as if it
+                were a module, if the msg or srv module does not have it.
 
         Raises:
-            ImportError: there is no such package or type; the text has a hint at what may have been meant.
+            ImportError: there is no such package or type; the message suggests a similar name.
         """
         module, *kind = name[len(PREFIX) + 1 :].split(".")
         package = ros_name(module)
@@ -62,10 +62,10 @@ class MessageFinder:
             raise ModuleNotFoundError(text, name=name)
         match kind:
             case ["msg" | "srv" as part, short]:
-                raise ImportError(self._missing(f"{package}/{short}", part), name=name)
+                raise ImportError(self._import_problem(f"{package}/{short}", part), name=name)
 
     def fill(self, module: ModuleType) -> None:
-        """Fill a new module: msg and srv modules make each class when it is first used."""
+        """Initialise a new module: msg and srv modules create each class when it is first used."""
         package, *kind = module.__name__[len(PREFIX) + 1 :].split(".")
         package = ros_name(package)
         module.__doc__ = f"Definitions of the ROS package {package}."
@@ -97,7 +97,7 @@ class MessageFinder:
         try:
             make(name)
         except UnknownTypeError as error:
-            if short in other(package):
+            if short in other_names(package):
                 return f"{error}; did you mean {PREFIX}.{module_name(package)}.{other_kind}.{short}?"
             return str(error)
         return f"{short} is a class, not a module: write from {PREFIX}.{module_name(package)}.{kind} import {short}"

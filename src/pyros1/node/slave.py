@@ -195,7 +195,7 @@ class SlaveApi:
 
     def _accept_udpros(self, topic: str, offer: Triple) -> Triple | None:
         """Add a link to a subscriber that has offered a socket for datagrams (T58, T59)."""
-        from pyros1.wire.datagram import read_offer  # noqa: PLC0415 - few nodes need it
+        from pyros1.wire.datagram import parse_udpros_offer  # noqa: PLC0415 - few nodes need it
 
         publication = self._context.publications[topic]
         try:

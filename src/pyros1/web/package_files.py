@@ -70,7 +70,7 @@ class PackageFiles:
     def _path_in_package(self, uri: str, parts: list[str]) -> str:
         path = os.path.realpath(os.path.join(os.sep, *parts))
         try:
-            folder, name = package_of(Path(path))
+            folder, name = enclosing_package(Path(path))
         except (OSError, RuntimeError):  # the latter for circular links
             raise FileError(f"{uri} cannot be resolved") from None
         try:

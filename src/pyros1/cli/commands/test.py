@@ -48,7 +48,7 @@ def _run_file(options: Any, args: list[str]) -> int:
         if len(files) != 1:
             raise UsageError("rostest only accepts a single test file")
         file = Path(files[0])
-        package_folder, package = package_of(file)
+        package_folder, package = enclosing_package(file)
         package_folder, package = Path(options.pkg_dir or package_folder), options.package or package
         name = options.results_filename or name_from_path(package_folder, file)
         name = name.rpartition(".")[0] or name

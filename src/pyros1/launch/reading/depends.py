@@ -51,7 +51,7 @@ def _append(items: list, item: object) -> None:  # type: ignore[type-arg]
 
 def package_containing(file: str) -> str | None:
     """Return the package that contains a file; None if it is in no package."""
-    folder, name = package_of(Path(file))
+    folder, name = enclosing_package(Path(file))
     return name if _manifest(folder) is not None else None
 
 
@@ -70,7 +70,7 @@ def undeclared(needs: Iterable[FileNeeds], *, test_depends: bool = False) -> dic
         if file.package is None:
             continue
         undeclared_packages = missing.setdefault(file.package, [])
-        known = {file.package, *declared_depends(package_of(Path(file.file))[0], test_depends=test_depends)}
+        known = {file.package, *declared_depends(enclosing_package(Path(file.file))[0], test_depends=test_depends)}
         known |= set(undeclared_packages)
         undeclared_packages += [package for package in file.packages if package not in known]
     return missing

@@ -185,7 +185,7 @@ class PublisherLinks:
     def _answer(self, header: dict[str, str]) -> dict[str, str]:
         if self._closed:
             raise self._closed_refusal()
-        return answer_subscriber(header, self.context.name, self.topic, self.type, self.latch, self.headers)
+        return make_publisher_response(header, self.context.name, self.topic, self.type, self.latch, self.headers)
 
     def _add(self, link: Link) -> None:
         if self._closed:

@@ -241,7 +241,7 @@ class ServiceClient:
         answer = None
         while answer is None:
             answer = reader.feed(call.receive())
-        warning = check_service_answer(answer, self.name, self._wire_type, header)
+        warning = check_service_response(answer, self.name, self._wire_type, header)
         if warning:
             self._context.log.peer(WARN, "%s", warning, max_texts=1, link=self.name)
         call.data = reader.rest

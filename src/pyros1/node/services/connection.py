@@ -108,7 +108,7 @@ class ServiceLink:
             return
         self._sock.setblocking(False)
         self._loop.register(self._sock, READ, self._on_readable)
-        if self._buffer.partial or not self._persistent:
+        if self._buffer.has_partial_frame or not self._persistent:
             self._start_timeout()
 
     def _start_timeout(self) -> None:
@@ -121,11 +121,11 @@ class ServiceLink:
             self._timer = self._loop.call_later(remaining, self._on_timeout)
             return
         self._loop.unregister(self._sock)
-        is_partial = self._buffer.partial
+        is_partial = self._buffer.has_partial_frame
         self._close(ProtocolError(f"the request was not complete within {REQUEST_TIMEOUT:g} s") if is_partial else None)
 
     def _on_readable(self, _mask: int) -> None:
-        is_new_request = not self._buffer.partial
+        is_new_request = not self._buffer.has_partial_frame
         try:
             count = self._sock.recv_into(self._buffer.writable())
             if not count:
@@ -169,7 +169,7 @@ class ServiceLink:
         num_answered = 0
         try:
             has_kernel_timeouts = set_socket_timeouts(sock, REQUEST_TIMEOUT, LINGER_TIME)
-            while frames or (has_kernel_timeouts and not buffer.partial and self._may_linger(num_answered)):
+            while frames or (has_kernel_timeouts and not buffer.has_partial_frame and self._may_linger(num_answered)):
                 frames = frames or self._linger()
                 if not frames:
                     break

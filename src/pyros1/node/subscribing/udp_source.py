@@ -14,7 +14,7 @@ from pyros1.net.hosts import is_own_address
 from pyros1.net.loop import READ
 from pyros1.net.ports import datagram_socket
 from pyros1.node.subscribing.queues import UNBOUNDED_LIMIT, Inbox
-from pyros1.wire.datagram import LARGEST_SIZE, Assembler
+from pyros1.wire.datagram import MAX_DATAGRAM_SIZE, Assembler
 from pyros1.wire.header import encode_header
 
 if TYPE_CHECKING:

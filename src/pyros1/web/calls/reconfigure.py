@@ -24,8 +24,8 @@ def update(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     new_values, types = args.get("values"), args.get("types")
     if not isinstance(new_values, dict) or not isinstance(types, dict) or "groups" in new_values:
         raise RequestError("values and types must be objects with the parameters' names as keys")
-    if not all(types.get(name) in KINDS for name in new_values):
-        raise RequestError(f"types must be among {', '.join(KINDS)}")
+    if not all(types.get(name) in TYPE_CONVERTERS for name in new_values):
+        raise RequestError(f"types must be among {', '.join(TYPE_CONVERTERS)}")
     try:
         config = encode(new_values, types)
     except (ValueError, TypeError, OverflowError) as error:

@@ -218,7 +218,7 @@ class JointsView(View):
             pairs = [pair for pair in zip(message.name, message.position, strict=False) if math.isfinite(pair[1])]
             with self._lock:
                 if self._states is not None:
-                    known = self._states.kinds
+                    known = self._states.joint_types
                     self._positions.update((name, position) for name, position in pairs if name in known)
         except (MessageError, AttributeError, TypeError):
             return  # not joint states

@@ -221,7 +221,7 @@ def check_package_files(args: list[str], arguments: dict[str, str], options: Any
         problems = _find_problems(file, arguments, resources, options)
         if problems:
             texts.append(f"[{file}]:\n\t" + "\n\t".join(problems))
-    folder, package = package_of(Path(target, "x") if os.path.isdir(target) else Path(target))
+    folder, package = enclosing_package(Path(target, "x") if os.path.isdir(target) else Path(target))
     relative = Path(target).resolve().relative_to(folder)
     name = "" if relative == Path() else re.sub(r"[/.]", "_", str(relative))
     if options.output_file:

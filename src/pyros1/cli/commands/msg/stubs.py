@@ -16,13 +16,13 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     from pyros1.finding import stubs  # noqa: PLC0415 - not needed for help
 
     packages = list(dict.fromkeys(args or library().packages()))
-    provided = stubs.shipped()
+    provided = stubs.shipped_library()
     written, errors = [], []
     try:
         for package in packages:  # packages that these use are appended in the loop
             try:
                 written += stubs.write(stubs.stubs(library(), [package]), stubs.HOME)
-                used = sorted(stubs.needed(library(), package))
+                used = sorted(stubs.required_packages(library(), package))
                 packages += [name for name in used if name not in packages and not provided.has_package(name)]
             except MessageError as error:
                 errors.append(str(error))

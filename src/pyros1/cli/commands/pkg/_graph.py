@@ -24,7 +24,7 @@ def check_known(known: Packages, name: str) -> None:
 
 def selected_manifests(request: Request, known: Packages, name: str) -> list[Manifest]:
     """Return the manifests of a package and its dependencies; with ``--deps-only``, only of the dependencies."""
-    names = [*known.needs_first(name)]
+    names = [*known.dependencies_top_down(name)]
     if "deps-only" not in request.options:
         names.insert(0, name)
     return [known.manifest(package) for package in names]

@@ -14,12 +14,12 @@ from pyros1.ground.errors import PackageNotFoundError
 
 def _all_dependencies(invocation: Invocation, request: Request, args: list[str]) -> None:
     known, name = packages_and_name(request)
-    request.print_names(known.needs(name))
+    request.print_names(known.dependencies(name))
 
 
 def _direct_dependencies(invocation: Invocation, request: Request, args: list[str]) -> None:
     known, name = packages_and_name(request)
-    request.print_names(known.direct(name))
+    request.print_names(known.direct_dependencies(name))
 
 
 def _dependents(invocation: Invocation, request: Request, args: list[str]) -> None:
@@ -53,7 +53,7 @@ def _print_manifests(invocation: Invocation, request: Request, args: list[str]) 
     if name not in known.by_name:
         print()  # like stock, which prints an empty line before the error
         check_known(known, name)
-    packages = [known.find(package) for package in known.needs(name)]
+    packages = [known.find(package) for package in known.dependencies(name)]
     print(" ".join(os.path.join(package.folder, package.manifest) for package in packages))
 
 

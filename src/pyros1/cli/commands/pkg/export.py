@@ -28,8 +28,8 @@ def _plugins(invocation: Invocation, request: Request, args: list[str]) -> None:
     if top:
         check_known(known, top)
     check_known(known, name)
-    allowed = {top, *known.needs(top)} if top else known.by_name.keys()
-    for package in [name, *known.needed_by(name)]:
+    allowed = {top, *known.dependencies(top)} if top else known.by_name.keys()
+    for package in [name, *known.dependents(name)]:
         if package in allowed:
             values = known.manifest(package).exported(name, attribute)
             if values:

@@ -151,31 +151,31 @@ class MessageExpression(MessageLanguage):
             check_array(value)
         return super()._checked(value)
 
-    def combine(self, *values: Any) -> None:
+    def check_operands(self, *values: Any) -> None:
         """Check the size of the result of an operator on arrays. See `Interpreter`."""
         require_broadcast(*values)
 
-    def multiply(self, left: Any, right: Any) -> None:
+    def check_matrices(self, left: Any, right: Any) -> None:
         """Add the cost of a matrix product. See `Interpreter`."""
         self._charge(int(product_cost(left, right)))
 
-    def write(self, *values: Any) -> None:
+    def check_formatting(self, *values: Any) -> None:
         """Add the cost of converting values to strings. See `Interpreter`."""
         self._charge(string_cost(*values))
 
-    def choose(self, owner: Any, key: Any) -> None:
+    def check_index(self, owner: Any, key: Any) -> None:
         """Check an array's index. See `Interpreter`."""
         if is_numpy(owner):
             require_index(owner, key)
 
-    def _called(self, function: Callable[..., Any], *arguments: Any, **keywords: Any) -> Any:
+    def _call_function(self, function: Callable[..., Any], *arguments: Any, **keywords: Any) -> Any:
         if isinstance(function, CheckedFunction):
             self._charge(function.cost(*arguments, **keywords))
-        elif name_of(function) in _STRING_FUNCTIONS:
-            self.write(*arguments, *keywords.values())
-        elif not isinstance(function, Lambda | type) and name_of(function) not in _SEPARATE_FUNCTIONS:
-            self.combine(owner_of(function), *arguments, *keywords.values())
-        return super()._called(function, *arguments, **keywords)
+        elif function_name(function) in _STRING_FUNCTIONS:
+            self.check_formatting(*arguments, *keywords.values())
+        elif not isinstance(function, Lambda | type) and function_name(function) not in _SEPARATE_FUNCTIONS:
+            self.check_operands(method_owner(function), *arguments, *keywords.values())
+        return super()._call_function(function, *arguments, **keywords)
 
     def _limited_key(self, function: Callable[..., Any]) -> Callable[[Any], Any]:
         key = super()._limited_key(function)
