@@ -142,7 +142,7 @@ class ParameterGenerator:
         param.update(_C_TYPES[param["type"]])
 
     def check_type_fill_default(self, param: dict[str, Any], field: str, default: Any) -> None:
-        """Return a default (unchecked) instead of None, or validate the value."""
+        """Replace None by a default, which is not validated; validate other values."""
         if param[field] is None:
             param[field] = default
         else:

@@ -25,7 +25,7 @@ class InvalidMsgSpec(Exception):
 
 
 class MsgGenerationException(Exception):
-    """No class can be made of a definition."""
+    """No class can be generated from a definition."""
 
 
 def log(*args: Any) -> None:
@@ -34,8 +34,8 @@ def log(*args: Any) -> None:
 
 
 def log_verbose(value: bool) -> None:
-    """Return whether :func:`plog` writes anything; pyros1 does not say more in either case."""
+    """Set whether :func:`plog` writes anything; it has no effect here."""
 
 
 def plog(msg: str, obj: Any) -> None:
-    """Write nothing: the generator, whose steps it shows, is not here."""
+    """Do nothing: it logs the steps of a generator that pyros1 does not have."""

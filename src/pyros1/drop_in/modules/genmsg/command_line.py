@@ -10,7 +10,7 @@ __getattr__ = missing(__name__)
 
 
 def includepath_to_dict(includepath: Iterable[str] | None) -> dict[str, list[str]]:
-    """Return package -> folders for words of the form ``package:folder``."""
+    """Return package -> folders from arguments of the form ``package:folder``."""
     found: dict[str, list[str]] = {}
     for word in includepath or ():
         package, colon, folder = word.partition(":")

@@ -39,7 +39,7 @@ def compute_md5(msg_context: MsgContext, spec: MsgSpec | SrvSpec) -> str:
     """Return the md5 of a message or service, in hexadecimal digits.
 
     Args:
-        msg_context: has the definitions that it uses, see `genmsg.msg_loader.load_depends`.
+        msg_context: contains the definitions that ``spec`` uses; see `genmsg.msg_loader.load_depends`.
         spec: the definition.
 
     Raises:
@@ -52,7 +52,7 @@ compute_md5_v2 = compute_md5
 
 
 def compute_full_text(msg_context: MsgContext, spec: MsgSpec | SrvSpec) -> str:
-    """Return a definition with those of all types used, as in connection headers; as :func:`compute_md5`."""
+    """Return a definition and those of all types it uses, as in connection headers; see :func:`compute_md5`."""
     return _digests(msg_context).full_text(_parsed(spec))
 
 

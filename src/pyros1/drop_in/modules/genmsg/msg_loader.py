@@ -1,4 +1,4 @@
-"""Definitions from files, with those that they use."""
+"""Loads definitions, and those they use, from files."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ __getattr__ = missing(__name__)
 
 
 class MsgNotFound(Exception):
-    """There is no file of a definition."""
+    """A definition's file does not exist."""
 
     def __init__(
         self,
@@ -53,7 +53,7 @@ class MsgNotFound(Exception):
 
 
 class MsgContext:
-    """Definitions by their full names, their files, and what each of them uses."""
+    """Definitions by full name, with their files and the types that each uses."""
 
     def __init__(self) -> None:
         self._registered: dict[str, MsgSpec] = {}
@@ -62,7 +62,7 @@ class MsgContext:
 
     @staticmethod
     def create_default() -> MsgContext:
-        """Return a new context, which knows the built-in types with parts: time and duration."""
+        """Return a new context with the built-in types that have fields: time and duration."""
         context = MsgContext()
         for name, text in ((TIME, TIME_MSG), (DURATION, DURATION_MSG)):
             rows = [line.split() for line in text.split("\n")]
@@ -71,7 +71,7 @@ class MsgContext:
         return context
 
     def register(self, full_msg_type: str, msgspec: MsgSpec) -> None:
-        """Keep a definition."""
+        """Register a definition."""
         self._registered[full_msg_type.partition("[")[0]] = msgspec
 
     def is_registered(self, full_msg_type: str) -> bool:
@@ -85,7 +85,7 @@ class MsgContext:
         return self._registered[full_msg_type.partition("[")[0]]
 
     def set_file(self, full_msg_type: str, file_path: str) -> None:
-        """Keep the path of a definition's file."""
+        """Record the path of a definition's file."""
         self._files[full_msg_type] = file_path
 
     def get_file(self, full_msg_type: str) -> str | None:
@@ -93,7 +93,7 @@ class MsgContext:
         return self._files.get(full_msg_type)
 
     def set_depends(self, full_msg_type: str, dependencies: list[str] | None) -> None:
-        """Keep the names of the types that a type uses."""
+        """Record the names of the types that a type uses."""
         self._dependencies[full_msg_type] = dependencies
 
     def get_depends(self, full_msg_type: str) -> list[str] | None:
@@ -101,7 +101,7 @@ class MsgContext:
         return self._dependencies.get(full_msg_type)
 
     def get_all_depends(self, full_msg_type: str) -> list[str]:
-        """Return the names of all types that a type uses, those that they use behind each; raises KeyError."""
+        """Return the names of all types that a type uses, each followed by those it uses itself; raises KeyError."""
         known = self.get_depends(full_msg_type)
         if known is None:
             raise KeyError(full_msg_type)
@@ -127,10 +127,10 @@ def convert_constant_value(field_type: str, val: str) -> Any:
 
 
 def load_msg_from_string(msg_context: MsgContext, text: str, full_name: str) -> MsgSpec:
-    """Read a definition, and keep it.
+    """Parse a definition and register it.
 
     Args:
-        msg_context: keeps it.
+        msg_context: where to register it.
         text: the definition.
         full_name: ``package/Type``.
 
@@ -146,14 +146,14 @@ def load_msg_from_string(msg_context: MsgContext, text: str, full_name: str) -> 
 
 
 def message_spec(parsed: _spec.MessageSpec) -> MsgSpec:
-    """Return a definition that pyros1 has read, in genmsg's form."""
+    """Convert a definition parsed by pyros1 to genmsg's class."""
     constants = [Constant(each.type, each.name, each.value, each.text) for each in parsed.constants]
     types, names = [field.type for field in parsed.fields], [field.name for field in parsed.fields]
     return MsgSpec(types, names, constants, parsed.text, parsed.name)
 
 
 def load_srv_from_string(msg_context: MsgContext, text: str, full_name: str) -> SrvSpec:
-    """Read a service's definition, and keep those of its messages; arguments and errors as for messages."""
+    """Parse a service's definition and register those of its messages; arguments and errors as for messages."""
     try:
         parsed = _spec.parse_service(full_name, text)
     except DefinitionError as error:
@@ -236,11 +236,11 @@ def load_depends(msg_context: MsgContext, spec: MsgSpec | SrvSpec, msg_search_pa
     """Read the definitions that a definition uses, and those that they use.
 
     Returns:
-        The names of the types that it uses itself.
+        The names of the types that it uses directly.
 
     Raises:
         MsgNotFound, InvalidMsgSpec: one of them.
-        ValueError: ``spec`` is of another class.
+        ValueError: ``spec`` has a wrong class.
     """
     if isinstance(spec, SrvSpec):
         found = load_msg_depends(msg_context, spec.request, msg_search_path)

@@ -28,7 +28,7 @@ def bare_msg_type(msg_type: str | None) -> str | None:
 
 
 def resolve_type(msg_type: str, package_context: str) -> str:
-    """Return the full name of a type that is used in a package; brackets stay."""
+    """Return the full name of a type used in a package, with its brackets."""
     bare = msg_type.partition("[")[0]
     if bare in BUILTIN_TYPES:
         return msg_type
@@ -38,7 +38,7 @@ def resolve_type(msg_type: str, package_context: str) -> str:
 
 
 def parse_type(msg_type: str) -> tuple[str, bool, int | None]:
-    """Return a type without brackets, whether it is an array, and the array's length; None for any length.
+    """Return a type without brackets, whether it is an array, and the array's length (None: variable).
 
     Raises:
         ValueError: the type is not legal.
@@ -55,7 +55,7 @@ def parse_type(msg_type: str) -> tuple[str, bool, int | None]:
 
 
 def is_valid_msg_type(x: str | None) -> bool:
-    """Return whether a type is legal; whether it exists is another question."""
+    """Return whether a type's name is legal; the type need not exist."""
     if not x or len(x) != len(x.strip()):
         return False
     try:
@@ -92,7 +92,7 @@ class Constant:
         type_: its type.
         name: its name.
         val: its value.
-        val_text: its value as it is written.
+        val_text: its value as written.
     """
 
     __slots__ = ["type", "name", "val", "val_text"]  # noqa: RUF023  in stock's order
@@ -127,7 +127,7 @@ class Field:
 
     Attributes:
         base_type: the type without brackets.
-        is_array, array_len: whether it is an array, and its length; None for any length.
+        is_array, array_len: whether it is an array, and its length (None: variable).
         is_header: whether it is a header.
         is_builtin: whether the type, without brackets, is built in.
     """
@@ -155,7 +155,7 @@ class MsgSpec:
         types: types of the fields.
         names: names of the fields.
         constants: the constants.
-        text: the definition as it is written.
+        text: the definition as written.
         full_name: ``package/Type``.
         package: the package.
         short_name: the name without the package.

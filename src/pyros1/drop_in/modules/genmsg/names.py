@@ -14,7 +14,7 @@ __getattr__ = missing(__name__)
 
 
 def normalize_package_context(package_context: str) -> str:
-    """Return a package's name without slashes at its end."""
+    """Return a package's name without trailing slashes."""
     return package_context.strip().rstrip(PRN_SEPARATOR)
 
 

@@ -14,7 +14,7 @@ class SrvSpec:
 
     Args:
         request, response: definitions of both messages.
-        text: the definition as it is written.
+        text: the definition as written.
         full_name: ``package/Type``.
         short_name: the name without the package.
         package: the package.

@@ -34,12 +34,12 @@ def fill_message_args(msg: Any, msg_args: Any, keys: Mapping[str, Any] | None = 
 
     Args:
         msg: the message.
-        msg_args: a list of all values, or a mapping of some, or a list with one such mapping.
+        msg_args: a list of all values, a mapping of some, or a list containing one such mapping.
         keys: words that stand for times and headers in ``msg_args``, with their values.
 
     Raises:
         MessageException: a value does not fit its field.
-        ValueError: ``msg_args`` is of another kind.
+        ValueError: ``msg_args`` has a wrong type.
     """
     if not isinstance(msg, (Message, TVal)):
         raise ValueError(f"msg must be a Message or time, not {type(msg).__name__}")
@@ -60,11 +60,11 @@ def strify_message(
 
     Args:
         val: the value.
-        indent: what is in front of each line.
-        time_offset: times are shown as differences to this one.
+        indent: prefix of each line.
+        time_offset: this time is subtracted from all times shown.
         current_time: has no effect.
         field_filter: is called with each message, and returns the names of the fields to show; None for all.
-        fixed_numeric_width: number of characters of each number; None: as they need.
+        fixed_numeric_width: number of characters of each number; None: as many as needed.
     """
     from pyros1.msgs.text import format_message
 
@@ -74,11 +74,11 @@ def strify_message(
 
 
 def get_printable_message_args(msg: Message, buff: Any = None, prefix: str = "") -> str:
-    """Return the names of a message's fields, those of messages in it with their path.
+    """Return the names of a message's fields; fields of nested messages have their path as prefix.
 
     Args:
         msg: the message.
-        buff: a text file, to which they are written, too; None: none.
+        buff: a text file to also write them to, or None.
         prefix: path of the message itself, with a dot at its end.
     """
     text = "".join(_printable(msg, prefix))

@@ -1,7 +1,7 @@
 """Pinhole cameras, alone and in pairs (https://wiki.ros.org/image_geometry), from sensor_msgs/CameraInfo (REP 104).
 
-With K, D, R and P as that message defines them: a ray (x, y, 1) of the camera is distorted by D, and K makes a pixel
-of the raw image of it; R turns the ray, and P makes a pixel of the rectified image of it.
+K, D, R and P are as that message defines them: D distorts a ray (x, y, 1) of the camera, and K converts it to a pixel
+of the raw image; R rotates the ray, and P converts it to a pixel of the rectified image.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ _SHARPNESS = -0.75
 
 
 def mkmat(rows: int, cols: int, L: Sequence[float]) -> Any:
-    """Return a numpy matrix of numbers that are listed row by row; raises ValueError if there are more or less."""
+    """Return a numpy matrix of numbers that are listed row by row; raises ValueError if their count is wrong."""
     return np.matrix(L, dtype="float64").reshape(rows, cols)
 
 
 class PinholeCameraModel:
-    """A camera without lens, whose images were rectified.
+    """A pinhole camera, with conversions between raw images, rectified images and 3D.
 
     Attributes:
         K, R, P, D: matrices of float64, [3, 3], [3, 3], [3, 4] and [n, 1], as in CameraInfo, but for the region of
@@ -95,7 +95,7 @@ class PinholeCameraModel:
         with np.errstate(all="ignore"):
             x0 = (uv_raw[0] - K[0, 2]) / K[0, 0]
             y0 = (uv_raw[1] - K[1, 2]) / K[1, 1]
-            x, y = self._straight(x0, y0)
+            x, y = self._undistorted(x0, y0)
             ray = R @ (x, y, 1.0)
             pixel = P[:, :3] @ (ray / ray[2])
             return pixel[:2] / pixel[2]
@@ -112,19 +112,19 @@ class PinholeCameraModel:
         return x / length, y / length, 1.0 / length
 
     def getDeltaU(self, deltaX: float, Z: float) -> float:
-        """Return how many pixels ``deltaX`` metres to the right are at distance ``Z``, in metres; infinite at 0."""
+        """Convert ``deltaX``, in metres to the right at a distance of ``Z`` metres, to pixels; infinite at 0."""
         return math.inf if Z == 0 else self.fx() * deltaX / Z
 
     def getDeltaV(self, deltaY: float, Z: float) -> float:
-        """Return how many pixels ``deltaY`` metres down are at distance ``Z``, in metres; infinite at 0."""
+        """Convert ``deltaY``, in metres down at a distance of ``Z`` metres, to pixels; infinite at 0."""
         return math.inf if Z == 0 else self.fy() * deltaY / Z
 
     def getDeltaX(self, deltaU: float, Z: float) -> float:
-        """Return how many metres ``deltaU`` pixels to the right are at distance ``Z``, in metres."""
+        """Convert ``deltaU``, in pixels to the right, to metres at a distance of ``Z`` metres."""
         return Z * deltaU / self.fx()
 
     def getDeltaY(self, deltaV: float, Z: float) -> float:
-        """Return how many metres ``deltaV`` pixels down are at distance ``Z``, in metres."""
+        """Convert ``deltaV``, in pixels down, to metres at a distance of ``Z`` metres."""
         return Z * deltaV / self.fy()
 
     def _coefficients(self) -> list[float]:
@@ -132,8 +132,8 @@ class PinholeCameraModel:
         given = [] if self.D is None else np.asarray(self.D).ravel().tolist()
         return (given + [0.0] * 8)[:8]
 
-    def _bent(self, x: Any, y: Any) -> tuple[Any, Any, Any]:
-        """Return the factor by which rays are lengthened, and how far they are moved to the right and down."""
+    def _distortion(self, x: Any, y: Any) -> tuple[Any, Any, Any]:
+        """Return a ray's radial distortion, as a factor, and its tangential distortion, to the right and down."""
         k1, k2, p1, p2, k3, k4, k5, k6 = self._coefficients()
         r2 = x * x + y * y
         factor = (1 + ((k3 * r2 + k2) * r2 + k1) * r2) / (1 + ((k6 * r2 + k5) * r2 + k4) * r2)
@@ -142,16 +142,16 @@ class PinholeCameraModel:
         return factor, right, down
 
     def _distorted(self, x: Any, y: Any) -> tuple[Any, Any]:
-        factor, right, down = self._bent(x, y)
+        factor, right, down = self._distortion(x, y)
         return x * factor + right, y * factor + down
 
-    def _straight(self, x0: Any, y0: Any) -> tuple[Any, Any]:
-        """Return the ray that is distorted to (x0, y0): without a closed formula, it is approximated step by step."""
+    def _undistorted(self, x0: Any, y0: Any) -> tuple[Any, Any]:
+        """Return the ray that is distorted to (x0, y0), by iteration since there is no closed formula."""
         x, y = x0, y0
         if self.D is None:
             return x, y
         for _ in range(_STEPS):
-            factor, right, down = self._bent(x, y)
+            factor, right, down = self._distortion(x, y)
             if factor < 0:  # far outside the image
                 return x0, y0
             x, y = (x0 - right) / factor, (y0 - down) / factor
@@ -225,11 +225,11 @@ class PinholeCameraModel:
 
 
 class StereoCameraModel:
-    """Two cameras that look the same way.
+    """Two cameras with parallel optical axes.
 
     Attributes:
         left, right: each a `PinholeCameraModel`.
-        Q: array [4, 4] that makes a point of (u, v, disparity, 1).
+        Q: array [4, 4] that converts (u, v, disparity, 1) to a point.
     """
 
     def __init__(self) -> None:

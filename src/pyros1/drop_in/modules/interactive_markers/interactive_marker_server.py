@@ -1,4 +1,4 @@
-"""Server of markers that users of rviz move and click (https://wiki.ros.org/interactive_markers)."""
+"""Server of markers that users of RViz move and click (https://wiki.ros.org/interactive_markers)."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class MarkerContext(_Callbacks):
     """A marker that clients know.
 
     Attributes:
-        last_feedback: rospy.Time of the last feedback. last_client_id: whose it was.
+        last_feedback: rospy.Time of the last feedback. last_client_id: the client that sent it.
     """
 
     def __init__(self) -> None:
@@ -59,10 +59,10 @@ class MarkerContext(_Callbacks):
 
 
 class UpdateContext(_Callbacks):
-    """A change that clients do not know yet.
+    """A change that was not sent to clients yet.
 
     Attributes:
-        update_type: FULL_UPDATE (a new or other marker), POSE_UPDATE or ERASE.
+        update_type: FULL_UPDATE (a new or replaced marker), POSE_UPDATE or ERASE.
     """
 
     FULL_UPDATE = 0
@@ -75,13 +75,13 @@ class UpdateContext(_Callbacks):
 
 
 class InteractiveMarkerServer:
-    """Shows markers, and calls functions with what users do to them.
+    """Shows markers, and calls callbacks with the feedback of users.
 
-    Changes count for clients after `applyChanges`. Callbacks may call all methods.
+    Changes are sent to clients by `applyChanges`. Callbacks may call all methods.
 
     Args:
         topic_ns: namespace of the topics update, update_full and feedback.
-        server_id: what is added to the node's name, if a node has several servers on a namespace.
+        server_id: suffix of the node's name, needed if a node has several servers in a namespace.
         q_size: size of the queue of feedback.
     """
 
@@ -107,11 +107,11 @@ class InteractiveMarkerServer:
         self.applyChanges()
 
     def insert(self, marker: Any, feedback_cb: Any = _UNCHANGED, feedback_type: int = DEFAULT_FEEDBACK_CB) -> None:
-        """Show a marker, or show it otherwise.
+        """Add a marker, or replace it.
 
         Args:
-            marker: the InteractiveMarker; its name tells it from others.
-            feedback_cb, feedback_type: as for `setCallback`; -1: callbacks that are set remain.
+            marker: the InteractiveMarker, identified by its name.
+            feedback_cb, feedback_type: as for `setCallback`; -1: keep the callbacks that are set.
         """
         with self.mutex:
             update = self.pending_updates.setdefault(marker.name, UpdateContext())
@@ -126,10 +126,10 @@ class InteractiveMarkerServer:
         Args:
             name: of the marker.
             pose: the new geometry_msgs/Pose.
-            header: of the pose; without a frame_id, the marker's own remains.
+            header: of the pose; without a frame_id, the marker keeps its own.
 
         Returns:
-            Whether clients know the marker, and it is not to be inserted again.
+            Whether the marker exists, and is not about to be inserted again.
         """
         with self.mutex:
             context, update = self.marker_contexts.get(name), self.pending_updates.get(name)
@@ -139,19 +139,19 @@ class InteractiveMarkerServer:
             return True
 
     def erase(self, name: str) -> bool:
-        """Show a marker no more; return whether there was one of that name."""
+        """Remove a marker; return whether there was one of that name."""
         with self.mutex:
             return self._erase(name)
 
     def clear(self) -> None:
-        """Show none of the markers any more."""
+        """Remove all markers."""
         with self.mutex:
             self.pending_updates.clear()
             for name in self.marker_contexts:
                 self._erase(name)
 
     def get(self, name: str) -> Any:
-        """Return a marker with its changes, also those that clients do not know yet; None if there is none."""
+        """Return a marker with its changes, including those not sent to clients yet; None if there is none."""
         with self.mutex:
             context, update = self.marker_contexts.get(name), self.pending_updates.get(name)
             if update is None:
@@ -166,12 +166,12 @@ class InteractiveMarkerServer:
             return context.int_marker
 
     def setCallback(self, name: str, feedback_cb: Feedback | None, feedback_type: int = DEFAULT_FEEDBACK_CB) -> bool:
-        """Set what is called with feedback to a marker.
+        """Set the callback for feedback to a marker.
 
         Args:
             name: of the marker.
             feedback_cb: called with an InteractiveMarkerFeedback; None for nothing.
-            feedback_type: the event type of such feedback; DEFAULT_FEEDBACK_CB: of all for which nothing else is set.
+            feedback_type: the event type of such feedback; DEFAULT_FEEDBACK_CB: all types that have no callback.
 
         Returns:
             Whether there is such a marker.
@@ -224,11 +224,11 @@ class InteractiveMarkerServer:
         return True
 
     def doSetPose(self, update: Any, name: str, pose: Any, header: Any) -> None:
-        """Note a new pose; the caller has the mutex.
+        """Record a new pose; the caller holds the mutex.
 
         Args:
-            update: the `UpdateContext` of changes that clients do not know yet; None if there are none.
-            name, pose, header: the marker's name, and where it is now.
+            update: the `UpdateContext` of changes not sent to clients yet; None if there are none.
+            name, pose, header: the marker's name and new pose.
         """
         if update is None:
             update = self.pending_updates[name] = UpdateContext()
@@ -242,7 +242,7 @@ class InteractiveMarkerServer:
     # Topics -----------------------------------------------------------------------------------------------------------
 
     def processFeedback(self, feedback: Any) -> None:
-        """Handle a message on the feedback topic: move the marker, and call what is set for it."""
+        """Handle a message on the feedback topic: move the marker, and call its callback."""
         with self.mutex:
             name = feedback.marker_name
             context = self.marker_contexts.get(name)
@@ -262,7 +262,7 @@ class InteractiveMarkerServer:
             callback(feedback)
 
     def keepAlive(self, msg: Any) -> None:
-        """Tell clients that the server is there: the timer's callback."""
+        """Tell clients that the server is alive: the timer's callback."""
         self.publish(InteractiveMarkerUpdate(type=InteractiveMarkerUpdate.KEEP_ALIVE))
 
     def publish(self, update: Any) -> None:
@@ -271,7 +271,7 @@ class InteractiveMarkerServer:
         self.update_pub.publish(update)
 
     def publishInit(self) -> None:
-        """Publish all markers, for clients that come later."""
+        """Publish all markers, for clients that connect later."""
         with self.mutex:
             message = InteractiveMarkerInit(server_id=self.server_id, seq_num=self.seq_num)
             for name, context in self.marker_contexts.items():

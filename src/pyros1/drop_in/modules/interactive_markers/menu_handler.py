@@ -11,7 +11,7 @@ from pyros1.msgs.visualization_msgs.msg import InteractiveMarkerFeedback, MenuEn
 
 
 class EntryContext:
-    """An entry of a menu, with those below it."""
+    """An entry of a menu, with its sub-entries."""
 
     def __init__(self) -> None:
         self.title = ""
@@ -24,7 +24,7 @@ class EntryContext:
 
 
 class MenuHandler:
-    """A menu, which can be given to several markers. Entries are known by handles, numbers from 1."""
+    """A menu, which can be attached to several markers. Entries are identified by handles, numbers from 1."""
 
     NO_CHECKBOX = 0
     CHECKED = 1
@@ -48,8 +48,8 @@ class MenuHandler:
 
         Args:
             title: its text.
-            parent: handle of the entry below which it is; None: at the top.
-            command_type, command: what RViz does, see visualization_msgs/MenuEntry.
+            parent: handle of the parent entry; None: at the top level.
+            command_type, command: what RViz does; see visualization_msgs/MenuEntry.
             callback: called with the feedback when the entry is selected.
 
         Returns:
@@ -90,7 +90,7 @@ class MenuHandler:
         return None if context is None else context.title
 
     def apply(self, server: Any, marker_name: str) -> bool:
-        """Give the menu to a marker of an InteractiveMarkerServer; it must apply its changes then.
+        """Attach the menu to a marker of an InteractiveMarkerServer, whose `applyChanges` must be called afterwards.
 
         Returns:
             Whether there is such a marker.
@@ -114,7 +114,7 @@ class MenuHandler:
             parent_handle: handle of the entry above; 0 for none.
 
         Returns:
-            Whether there are all of them; it ends at the first that is not there.
+            Whether all of them exist; it stops at the first that does not.
         """
         for handle in handles_in:
             context = self.entry_contexts_.get(handle)
@@ -128,12 +128,12 @@ class MenuHandler:
         return True
 
     def reApply(self, server: Any) -> bool:
-        """Give the changed menu to all markers that have it; return True, or False if one is gone."""
+        """Update the menu of all markers that have it; return False if one of them no longer exists."""
         applied = [self.apply(server, name) for name in list(self.managed_markers_)]  # apply() removes missing ones
         return all(applied)
 
     def doInsert(self, title: str, command_type: int, command: str, feedback_cb: Callable[[Any], object] | None) -> int:
-        """Make an entry that is in no menu yet; return its handle."""
+        """Create an entry that is in no menu yet; return its handle."""
         handle = self.current_handle_
         self.current_handle_ += 1
         context = self.entry_contexts_[handle] = EntryContext()

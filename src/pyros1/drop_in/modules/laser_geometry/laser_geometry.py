@@ -1,4 +1,4 @@
-"""LaserProjection: laser scans as point clouds, on numpy."""
+"""LaserProjection: converts laser scans to point clouds, with numpy."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ _FLOAT, _INT = PointField.FLOAT32, PointField.INT32
 
 
 class LaserProjection:
-    """Projects laser scans to points. It keeps the directions of the beams for the next scan."""
+    """Projects laser scans to points. It caches the directions of the beams."""
 
     LASER_SCAN_INVALID = -1.0
     LASER_SCAN_MIN_RANGE = -2.0
     LASER_SCAN_MAX_RANGE = -3.0
 
     class ChannelOption:
-        """Channels of the cloud beside x, y and z; they can be added."""
+        """Channels of the cloud besides x, y and z; a sum of values selects several."""
 
         NONE = 0x00
         INTENSITY = 0x01
@@ -37,11 +37,11 @@ class LaserProjection:
     def projectLaser(
         self, scan_in: Any, range_cutoff: float = -1.0, channel_options: int = ChannelOption.DEFAULT
     ) -> Any:
-        """Return a sensor_msgs/LaserScan as sensor_msgs/PointCloud2, in the frame of the scanner.
+        """Convert a sensor_msgs/LaserScan to a sensor_msgs/PointCloud2, in the frame of the scanner.
 
         Args:
-            scan_in: the scan; ranges that are not between its limits are left out.
-            range_cutoff: longer ranges, in meters, are left out; negative: only those beyond the scanner's limit.
+            scan_in: the scan; ranges outside its limits are omitted.
+            range_cutoff: in metres; longer ranges are omitted; negative: omit only those beyond the scanner's limit.
             channel_options: a sum of `ChannelOption`; intensities only if the scan has them.
 
         Returns:

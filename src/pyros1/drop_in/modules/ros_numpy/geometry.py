@@ -15,7 +15,7 @@ __getattr__ = missing(__name__)
 
 
 def _many(array: Any, size: int, make: Any) -> Any:
-    """Return a message for each row of an array; for a single row the message alone."""
+    """Return a list with a message for each row of an array, or just the message for a single row."""
     array = np.asarray(array)
     if array.ndim == size:
         return make(array)
@@ -26,7 +26,7 @@ def _many(array: Any, size: int, make: Any) -> Any:
 
 
 def _plain(array: Any, last: float, what: str) -> Any:
-    """Return the first three of three or four coordinates."""
+    """Return the first three coordinates of three or four."""
     array = np.asarray(array)
     if array.shape[-1] == 4:
         if not np.all(array[..., -1] == last):
@@ -55,7 +55,7 @@ def point_to_numpy(msg: Any, hom: bool = False) -> Any:
 
 @converts_from_numpy(Point)
 def numpy_to_point(arr: Any) -> Any:
-    """Return points: of shape (..., 3), or (..., 4), whose last coordinate divides the others."""
+    """Return points: of shape (..., 3), or (..., 4) in homogeneous coordinates."""
     arr = np.asarray(arr)
     if arr.shape[-1] == 4:
         arr = arr[..., :-1] / arr[..., -1:]

@@ -29,14 +29,14 @@ def image_to_numpy(msg: Any) -> Any:
 
 @converts_from_numpy(Image)
 def numpy_to_image(arr: Any, encoding: str) -> Any:
-    """Return the message of an image.
+    """Convert an image to a message.
 
     Args:
         arr: array of shape (height, width), or (height, width, channels).
         encoding: its encoding.
 
     Raises:
-        TypeError: the encoding is unknown, or the array is of another type.
+        TypeError: the encoding is unknown, or the array has a wrong type.
     """
     wanted = _encoding(encoding)
     if wanted.dtype != arr.dtype.name or wanted.channels != (1 if arr.ndim < 3 else arr.shape[2]):

@@ -17,21 +17,21 @@ __getattr__ = missing(__name__)
 
 @converts_to_numpy(OccupancyGrid)
 def occupancygrid_to_numpy(msg: Any) -> Any:
-    """Return a map as a masked array of shape (height, width): what is not known is masked."""
+    """Convert a map to a masked array of shape (height, width), with unknown cells masked."""
     data = np.asarray(msg.data, dtype=np.int8).reshape(msg.info.height, msg.info.width)
     return np.ma.array(data, mask=data == -1, fill_value=-1)  # type: ignore[no-untyped-call, unused-ignore]
 
 
 @converts_from_numpy(OccupancyGrid)
 def numpy_to_occupancy_grid(arr: Any, info: Any = None) -> Any:
-    """Return the message of a map.
+    """Convert a map to a message.
 
     Args:
-        arr: array of int8 of shape (height, width); masked values are not known.
-        info: where it is, and how fine; None: default values.
+        arr: array of int8 of shape (height, width); masked cells are unknown.
+        info: its origin and resolution; None: default values.
 
     Raises:
-        TypeError: the array has another shape or type.
+        TypeError: the array has a wrong shape or type.
     """
     if arr.ndim != 2:
         raise TypeError("Array must be 2D")

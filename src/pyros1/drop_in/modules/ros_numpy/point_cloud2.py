@@ -35,7 +35,7 @@ __getattr__ = missing(__name__)
 
 @converts_to_numpy(PointField, plural=True)
 def fields_to_dtype(fields: Sequence[Any], point_step: int, is_bigendian: bool = False) -> list[tuple[Any, ...]]:
-    """Return a description of a numpy type.
+    """Convert the fields of a cloud to a numpy structured type.
 
     Args:
         fields: the cloud's fields.
@@ -43,7 +43,7 @@ def fields_to_dtype(fields: Sequence[Any], point_step: int, is_bigendian: bool =
         is_bigendian: order of the bytes.
 
     Returns:
-        (name, type) of each field, or (name, type, shape); gaps are fields whose names begin with two underscores.
+        (name, type) of each field, or (name, type, shape); padding is fields whose names begin with two underscores.
     """
     found: list[tuple[Any, ...]] = []
     end = 0
@@ -60,7 +60,7 @@ def fields_to_dtype(fields: Sequence[Any], point_step: int, is_bigendian: bool =
 
 @converts_from_numpy(PointField, plural=True)
 def dtype_to_fields(dtype: Any) -> list[Any]:
-    """Return the fields of a numpy type with names."""
+    """Convert a numpy structured type to the fields of a cloud."""
     found = []
     for name in dtype.names:
         inner, offset = dtype.fields[name][:2]
@@ -74,14 +74,14 @@ def dtype_to_fields(dtype: Any) -> list[Any]:
 
 @converts_to_numpy(PointCloud2)
 def pointcloud2_to_array(cloud_msg: Any, squeeze: bool = True) -> Any:
-    """Return the points of a cloud as an array whose elements have its fields.
+    """Convert a cloud to a structured array with its fields.
 
     Args:
         cloud_msg: the cloud.
         squeeze: whether a cloud of one row has the shape (width,), not (1, width).
 
     Raises:
-        ValueError: data, points and fields do not fit each other.
+        ValueError: data, points and fields are inconsistent.
     """
     shape, point = (cloud_msg.height, cloud_msg.width), cloud_msg.point_step
     step = cloud_msg.row_step or point * cloud_msg.width
@@ -103,7 +103,7 @@ def pointcloud2_to_array(cloud_msg: Any, squeeze: bool = True) -> Any:
 
 @converts_from_numpy(PointCloud2)
 def array_to_pointcloud2(cloud_arr: Any, stamp: Any = None, frame_id: str | None = None) -> Any:
-    """Return the cloud of an array whose elements have fields.
+    """Convert a structured array to a cloud.
 
     Args:
         cloud_arr: array of shape (width,) or (height, width).
@@ -128,7 +128,7 @@ def array_to_pointcloud2(cloud_arr: Any, stamp: Any = None, frame_id: str | None
 
 
 def merge_rgb_fields(cloud_arr: Any) -> Any:
-    """Return an array with the fields r, g and b as one, ``rgb``: a float32 whose bits hold them."""
+    """Return an array with the fields r, g and b merged into ``rgb``, a float32 whose bits contain them."""
     r, g, b = (np.asarray(cloud_arr[name], dtype=np.uint32) for name in "rgb")
     rgb = ((r << 16) | (g << 8) | b).view(np.float32)
     kept = [name for name in cloud_arr.dtype.names if name not in ("r", "g", "b")]
@@ -141,7 +141,7 @@ def merge_rgb_fields(cloud_arr: Any) -> Any:
 
 
 def split_rgb_field(cloud_arr: Any) -> Any:
-    """Return an array with the field ``rgb``, whose bits hold three colours, as the fields r, g and b."""
+    """Return an array with the field ``rgb``, whose bits contain three colours, split into r, g and b."""
     rgb = np.ascontiguousarray(cloud_arr["rgb"]).view(np.uint32)
     kept = [name for name in cloud_arr.dtype.names if name != "rgb"]
     dtype = [(name, cloud_arr.dtype.fields[name][0]) for name in kept]
@@ -154,11 +154,11 @@ def split_rgb_field(cloud_arr: Any) -> Any:
 
 
 def get_xyz_points(cloud_array: Any, remove_nans: bool = True, dtype: Any = float) -> Any:
-    """Return the places of points as an array of shape (..., 3).
+    """Return the coordinates of points as an array of shape (..., 3).
 
     Args:
         cloud_array: array whose elements have x, y and z.
-        remove_nans: whether points with values that are not finite are left out.
+        remove_nans: whether to omit points with values that are not finite.
         dtype: type of the numbers.
     """
     if remove_nans:
@@ -171,5 +171,5 @@ def get_xyz_points(cloud_array: Any, remove_nans: bool = True, dtype: Any = floa
 
 
 def pointcloud2_to_xyz_array(cloud_msg: Any, remove_nans: bool = True) -> Any:
-    """Return the places of a cloud's points as an array of shape (..., 3)."""
+    """Return the coordinates of a cloud's points as an array of shape (..., 3)."""
     return get_xyz_points(pointcloud2_to_array(cloud_msg), remove_nans=remove_nans)

@@ -1,4 +1,4 @@
-"""Converters by the types of their messages."""
+"""Registry of converters by message type."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __getattr__ = missing(__name__)
 
 
 def converts_to_numpy(msgtype: Any, plural: bool = False) -> Callable[[_F], _F]:
-    """Return a decorator for a function that makes an array of a message.
+    """Return a decorator for a function that converts a message to an array.
 
     Args:
         msgtype: the message's class.
@@ -31,7 +31,7 @@ def converts_to_numpy(msgtype: Any, plural: bool = False) -> Callable[[_F], _F]:
 
 
 def converts_from_numpy(msgtype: Any, plural: bool = False) -> Callable[[_F], _F]:
-    """Return a decorator for a function that makes a message of an array; arguments as above."""
+    """Return a decorator for a function that converts an array to a message; arguments as above."""
 
     def keep(function: _F) -> _F:
         _from_numpy[msgtype._type, plural] = function
@@ -41,7 +41,7 @@ def converts_from_numpy(msgtype: Any, plural: bool = False) -> Callable[[_F], _F
 
 
 def numpify(msg: Any, *args: Any, **kwargs: Any) -> Any:
-    """Return a message, or a list of them, as an array.
+    """Convert a message, or a list of them, to an array.
 
     Args:
         msg: the message or the list.
@@ -64,7 +64,7 @@ def numpify(msg: Any, *args: Any, **kwargs: Any) -> Any:
 
 
 def msgify(msg_type: Any, numpy_obj: Any, *args: Any, **kwargs: Any) -> Any:
-    """Return an array as a message.
+    """Convert an array to a message.
 
     Args:
         msg_type: the message's class.

@@ -1,4 +1,4 @@
-"""What a bag tells about its messages, and the parts of its index that tools reach for."""
+"""Information about a bag's messages, and the internal parts of its index that tools use."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class Facts:
         raise NotImplementedError
 
     def get_compression_info(self) -> Any:
-        """Return the compression of most chunks, and the sizes of all in bytes before and after compression."""
+        """Return the compression of most chunks, and their total size in bytes before and after compression."""
         headers = list(self._chunk_headers.values())
         sizes = sum(each.uncompressed_size for each in headers), sum(each.compressed_size for each in headers)
         names = [each.compression for each in headers]
@@ -106,7 +106,7 @@ class Facts:
         """Return types with their md5 sums, and topics with type, number of messages and connections, and frequency.
 
         Args:
-            topic_filters: one name or a list of names, by which the result then has the topics; None means all.
+            topic_filters: the topics to include: one name or a list; None means all.
         """
         with self._any_reader() as reader:
             used = {conn for chunk in reader.chunks for conn in chunk.counts}
@@ -220,7 +220,7 @@ class Facts:
 
 
 def _named(infos: Iterable[_ConnectionInfo], topics: Any) -> Iterator[_ConnectionInfo]:
-    """Yield the connections of one topic or several; none means all. Repeated and final slashes do not matter."""
+    """Yield the connections of one topic or several; none means all. Repeated and trailing slashes do not matter."""
     wanted = {*map(canonicalize_name, [topics] if isinstance(topics, str) else topics)} if topics else None
     for info in infos:
         if wanted is None or canonicalize_name(info.topic) in wanted:
@@ -228,7 +228,7 @@ def _named(infos: Iterable[_ConnectionInfo], topics: Any) -> Iterator[_Connectio
 
 
 class ComparableMixin:
-    """Gives the comparisons to a class whose ``_cmpkey()`` returns what is compared."""
+    """Defines the comparisons of a class whose ``_cmpkey()`` returns the key to compare."""
 
     __slots__ = ()
     _cmpkey: Callable[[], Any]

@@ -1,4 +1,4 @@
-"""Readers of a bag that is also written, which iterators use while newer ones take their place."""
+"""Keeps the readers of a bag that is also written open while iterators use them."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from pyros1.bag.format.reader import BagReader
 
 
 class Lending:
-    """Keeps readers open while iterators use them.
+    """Lends readers to iterators, and closes replaced readers when no iterator uses them.
 
     Args:
-        lock: held when the present reader is asked for and replaced.
+        lock: held while the current reader is obtained or replaced.
     """
 
     def __init__(self, lock: threading.RLock) -> None:
@@ -23,7 +23,7 @@ class Lending:
 
     @contextmanager
     def lend(self, present: Callable[[], BagReader]) -> Iterator[BagReader]:
-        """Lend the present reader, which a function returns, to an iterator."""
+        """Lend the current reader, which a function returns, to an iterator."""
         with self._lock:
             reader = present()
             self._lent.append(reader)
@@ -37,7 +37,7 @@ class Lending:
                     reader.close()
 
     def retire(self, reader: BagReader | None) -> None:
-        """Close a reader that has a successor: now, or when the last iterator has given it back."""
+        """Close a replaced reader: now, or when the last iterator has returned it."""
         if reader is not None and reader in self._lent:
             self._retired.append(reader)
         elif reader is not None:

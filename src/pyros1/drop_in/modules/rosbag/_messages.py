@@ -16,14 +16,14 @@ from rosbag._parts import BagMessage, BagMessageWithConnectionHeader, ROSBagExce
 
 
 def result(info: Any, message: Any, stamp: Any, headers: bool) -> Any:
-    """Return a message in the form in which it is yielded."""
+    """Return a message in the form that `read_messages` yields."""
     if headers:
         return BagMessageWithConnectionHeader(info.topic, message, stamp, info.header)
     return BagMessage(info.topic, message, stamp)
 
 
 def limit(time: Any) -> int | None:
-    """Return a time in nanoseconds; raises TypeError for what is not a time, as comparisons do."""
+    """Return a time in nanoseconds; raises TypeError, as comparisons do, if it is not a time."""
     if time is None:
         return None
     if not isinstance(time, AnyTime):
@@ -33,13 +33,13 @@ def limit(time: Any) -> int | None:
 
 
 def decoder(cls: Any) -> Callable[[bytes, int, int], Any]:
-    """Return the function that decodes messages of a class: of pyros1, or one that a program has set."""
+    """Return the function that decodes messages of a class: pyros1's, or one set by the program."""
     own = getattr(cls, "_decode", None)
     return own if own is not None else lambda data, start, end: cls().deserialize(data[start:end])
 
 
 def encoder(cls: Any) -> Callable[[Any], bytes]:
-    """Return the function that encodes messages of a class: of pyros1, or any that can write itself into a file."""
+    """Return the function that encodes messages of a class: pyros1's, or any class that can serialize itself."""
     if getattr(cls, "serialize", None) is Message.serialize:
         made: Any = message_class(cls)
         encode: Callable[[Any], bytes] = made._encode
@@ -54,7 +54,7 @@ def encoder(cls: Any) -> Callable[[Any], bytes]:
 
 
 def header_fields(topic: str, kind: str, md5sum: str, cls: Any) -> dict[str, str]:
-    """Return the connection header of a topic; raises ROSBagException if the class is needed, and not known."""
+    """Return the connection header of a topic; raises ROSBagException if the class is needed but unknown."""
     if cls is None:
         from roslib.message import get_message_class
 

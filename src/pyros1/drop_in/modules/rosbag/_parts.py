@@ -1,4 +1,4 @@
-"""What `rosbag.bag` consists of besides the bag: exceptions, compressions, tuples, and parts of a bag's index."""
+"""The rest of `rosbag.bag`: exceptions, compressions, tuples, and parts of a bag's index."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ class Compression:
 
 @contextmanager
 def stock_errors() -> Iterator[None]:
-    """Raise the exceptions of rosbag in place of those of pyros1."""
+    """Convert exceptions of pyros1 to those of rosbag."""
     try:
         yield
     except UnindexedError as error:
@@ -116,7 +116,7 @@ _definitions = DefinitionCache()
 def _get_message_type(info: Any) -> Any:
     """Return the class of a connection's messages, made from the definition in the bag.
 
-    Classes that a program has put into `_message_types`, by their md5 sums, are used if they have that type.
+    Classes that a program has added to `_message_types`, by md5 sum, are preferred if they have that type.
 
     Raises:
         ROSBagException: the definition is invalid.

@@ -1,4 +1,4 @@
-"""A new index for a bag, whatever the old one says."""
+"""Rebuilds a bag's index without the old one."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def repaired(path: str | None, writer: BagWriter | None, compression: str, thres
 
     Args:
         path: of the file.
-        writer: the one that has it open, if any, which is closed.
+        writer: the one that has it open, if any; it is closed.
         compression, threshold: of the new writer.
 
     Raises:

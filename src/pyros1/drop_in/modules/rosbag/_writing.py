@@ -1,4 +1,4 @@
-"""How a bag is written: messages, compression and encryption."""
+"""Writes bags: messages, compression and encryption."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ CLOSED = "I/O operation on closed bag"
 
 
 class Writing:
-    """Base of `rosbag.bag.Bag`. Callbacks of several topics, and signal handlers, may write at once.
+    """Base of `rosbag.bag.Bag`. Callbacks of several topics, and signal handlers, may write simultaneously.
 
     Args:
         mode, compression, chunk_threshold: as for the bag.
@@ -59,7 +59,7 @@ class Writing:
 
     @property
     def compression(self) -> str:
-        """Compression of the chunks to come."""
+        """Compression of further chunks."""
         return self._compression
 
     @compression.setter
@@ -149,7 +149,7 @@ class Writing:
             raise ROSBagFormatException(str(error)) from error
 
     def _connect(self, topic: str, kind: str, md5sum: str, cls: Any, header: Any) -> int:
-        """Return the connection of a topic and type; a new one gets the header, or one with the type's definition."""
+        """Return the connection of a topic and type; a new one gets that header, or one with the type's definition."""
         key = (topic, kind, md5sum)
         conn = self._topic_connections.get(key)
         if conn is None:
@@ -169,14 +169,14 @@ class Writing:
             self._turns.run(self._writer.flush)
 
     def set_encryptor(self, encryptor: str | None = None, param: str | None = None) -> None:
-        """Encrypt the bag; before the first message is written.
+        """Encrypt the bag; call it before the first message is written.
 
         Args:
             encryptor: ``rosbag/AesCbcEncryptor``; None or ``rosbag/NoEncryptor`` for a plain bag.
             param: the gpg user whose key is used, or ``*``.
 
         Raises:
-            ROSBagException: the encryptor is unknown, or there is a message already.
+            ROSBagException: the encryptor is unknown, or a message was already written.
             ROSBagEncryptException: the key is not available.
         """
         if encryptor not in (None, *ENCRYPTORS):

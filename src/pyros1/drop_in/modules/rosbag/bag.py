@@ -55,7 +55,7 @@ class Bag(Writing, Facts):
 
     Args:
         f: path of the file, or an open binary file, which is closed with the bag.
-        mode: ``r`` reads, ``w`` writes a new bag, ``a`` writes behind what is there. Bags that are written can be
+        mode: ``r`` reads, ``w`` writes a new bag, ``a`` appends. Bags that are written can be
             read, too.
         compression: ``none``, ``bz2`` or ``lz4``.
         chunk_threshold: size in bytes, uncompressed, beyond which a chunk is closed.
@@ -158,7 +158,7 @@ class Bag(Writing, Facts):
 
     @property
     def size(self) -> int:
-        """Size of the file in bytes, with what waits to be written."""
+        """Size of the file in bytes, including data not written yet."""
         if not self._file:
             raise ValueError(CLOSED)
         if self._writer is not None:
@@ -200,10 +200,10 @@ class Bag(Writing, Facts):
             topics: one topic or several; none means all.
             start_time: genpy.Time of the earliest message.
             end_time: genpy.Time of the latest message.
-            connection_filter: called with topic, type, md5 sum, definition and header of each connection; tells
-                whether its messages are wanted.
+            connection_filter: called with topic, type, md5 sum, definition and header of each connection; returns
+                whether to read its messages.
             raw: whether messages are tuples of type, bytes, md5 sum, position and class.
-            return_connection_header: whether the tuples also hold the connection header.
+            return_connection_header: whether the tuples also contain the connection header.
 
         Yields:
             BagMessage: topic, message and time; or BagMessageWithConnectionHeader.
@@ -236,7 +236,7 @@ class Bag(Writing, Facts):
                     yield BagMessage(connection.topic, message, Time.from_nsec(nanoseconds))
 
     def close(self) -> None:
-        """Close the bag; a closed one stays closed."""
+        """Close the bag, if it is open."""
         self._turns.run(self._close)
 
     def _close(self) -> None:
@@ -253,7 +253,7 @@ class Bag(Writing, Facts):
             file.close()
 
     def reindex(self) -> Iterator[int]:
-        """Find all messages of a bag, whatever its index says; with mode ``a`` the file gets a new one.
+        """Find all messages of a bag without its index; with mode ``a`` the file gets a new index.
 
         Yields the offset in the file, in bytes, of each chunk.
         """

@@ -1,4 +1,4 @@
-"""Conversion of old bags to this system's definitions (https://wiki.ros.org/rosbag/migration)."""
+"""Converts old bags to this system's definitions (https://wiki.ros.org/rosbag/migration)."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ class BagMigrationException(Exception):
 
 
 class Step(NamedTuple):
-    """What is to be converted.
+    """A conversion that is needed.
 
     Attributes:
         old_class: the class of the old definition.
-        new_class: this system's; None if it has none.
+        new_class: this system's class; None if it has none.
     """
 
     old_class: Any
@@ -64,7 +64,7 @@ class MessageMigrator(Migrator):
         return None
 
     def all_rules_valid(self) -> bool:
-        """Return whether all rules can be used; those of pyros1 are refused when they are read."""
+        """Return whether all rules can be used; always, since pyros1 raises errors when it reads rules."""
         return not self.get_invalid_rules()
 
     def get_invalid_rules(self) -> list[Any]:
@@ -88,7 +88,7 @@ class MessageMigrator(Migrator):
         return self.filter_rules_unique([each for rule in rules for each in (rule, *self.expand_rules(rule.sub_rules))])
 
     def make_update_rule(self, old_class: Any, new_class: Any) -> type[MessageUpdateRule]:
-        """Return the class of a rule between two classes, which is to be completed by hand."""
+        """Return the class of a rule between two classes, which must be completed by hand."""
         name = f"update_{old_class._type.replace('/', '_')}_{old_class._md5sum}"
         return type(name, (MessageUpdateRule,), {"old_class": old_class, "new_class": new_class})
 
@@ -119,7 +119,7 @@ class MessageMigrator(Migrator):
             self.migrate(old, new)
 
     def migrate_raw(self, msg_from: Any, msg_to: Any) -> tuple[Any, ...]:
-        """Return a raw message, converted.
+        """Convert a raw message.
 
         Args:
             msg_from: tuple of type, bytes, md5 sum, position and class, as `Bag.read_messages` yields it.
@@ -150,7 +150,7 @@ class MessageUpdateRule(_MessageUpdateRule):
             super().__init__(migrator, location)
 
     def find_sub_paths(self) -> None:
-        """Find the rules that are missing for the messages within."""
+        """Find the rules that are missing for nested messages."""
         self.sub_rules = []
         old, new = self.old_class, self.new_class
         if new is None:
@@ -165,7 +165,7 @@ class MessageUpdateRule(_MessageUpdateRule):
                 self.sub_rules += [_missing_rule(self.migrator, *step) for step in steps]
 
     def get_class_def(self) -> str:
-        """Return the text of a rule that is to be completed by hand."""
+        """Return the code of a rule that must be completed by hand."""
         return rule_text(self.old_class, self.new_class, max(self.order, 0))
 
     def apply(self, old_msg: Any) -> Any:
@@ -188,7 +188,7 @@ def get_path_key(c1: Any, c2: Any) -> tuple[tuple[str, str], tuple[str, str]]:
 
 
 def qualified_name(name: str, top_name: str) -> str:
-    """Return a type's name with its package: that of another type if it has none, and std_msgs for Header."""
+    """Return a type's full name; the default package is that of another type, or std_msgs for Header."""
     if "/" in name or name.partition("[")[0] in _BUILTIN:
         return name
     return "std_msgs/Header" if name == "Header" else f"{top_name.partition('/')[0]}/{name}"
@@ -217,7 +217,7 @@ def constants_from_def(core_type: str, msg_def: str) -> set[tuple[str, Any, str]
 
 
 def migration_default_value(field_type: str) -> str:
-    """Return Python text for a field of a type that an old message does not have, as in generated rules."""
+    """Return Python code of the default value of a type, for generated rules."""
     base, array, count = field_type.rstrip("]").partition("[")
     if base in _BUILTIN:
         value = "''" if base == "string" else "0." if base.startswith("float") else "0"
@@ -271,10 +271,10 @@ def fixbag2(migrator: Any, inbag: str, outbag: str, force: bool = False) -> list
     """Write a bag with converted messages.
 
     Args:
-        force: whether to leave messages as they are if rules are missing for them.
+        force: whether to copy messages unchanged if rules are missing for them.
 
     Returns:
-        What `checkbag` found and no rule converts, if nothing was written for that.
+        The differences found by `checkbag` that no rule converts, if nothing was written because of them.
     """
     lacking = [pair for pair in checkbag(migrator, inbag) if pair[1]]
     if lacking and not force:

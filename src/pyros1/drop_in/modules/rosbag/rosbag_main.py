@@ -1,4 +1,4 @@
-"""The tool rosbag, as functions: each takes the words after its verb."""
+"""The tool rosbag, as functions: one for each subcommand, which takes its arguments."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def record_cmd(argv: list[str]) -> None:
 
 
 def info_cmd(argv: list[str]) -> None:
-    """Print facts about bags."""
+    """Print information about bags."""
     _verb("info", argv)
 
 
@@ -42,12 +42,12 @@ def play_cmd(argv: list[str]) -> None:
 
 
 def filter_cmd(argv: list[str]) -> None:
-    """Write a bag with some messages of another."""
+    """Write a bag with selected messages of another."""
     _verb("filter", argv)
 
 
 def check_cmd(argv: list[str]) -> None:
-    """Return whether a bag's messages are of this system's definitions."""
+    """Print whether a bag's messages match this system's definitions."""
     _verb("check", argv)
 
 

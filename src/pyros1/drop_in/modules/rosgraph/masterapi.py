@@ -1,4 +1,4 @@
-"""The master's API, raising what it refuses (https://wiki.ros.org/ROS/Master_API)."""
+"""The master's API, with exceptions for failed calls (https://wiki.ros.org/ROS/Master_API)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ __getattr__ = missing(__name__)
 
 
 class MasterException(Exception):
-    """Base of the exceptions of the master's API."""
+    """Base of the exceptions of `Master`."""
 
 
 class MasterFailure(MasterException):
@@ -26,7 +26,7 @@ class MasterFailure(MasterException):
 
 
 class MasterError(MasterException):
-    """A call was wrong (code -1)."""
+    """A call had invalid arguments (code -1)."""
 
 
 ROSMasterException, Failure, Error = MasterException, MasterFailure, MasterError
@@ -41,9 +41,9 @@ class Master:
 
     Raises:
         ValueError: the address is invalid.
-        MasterFailure, MasterError: from all methods, the master refuses the call.
+        MasterFailure, MasterError: from all methods, the master rejects the call.
         OSError: from all methods, it does not respond.
-        TypeError, OverflowError: XML-RPC has no such value.
+        TypeError, OverflowError: XML-RPC cannot send such a value.
     """
 
     def __init__(self, caller_id: str, master_uri: str | None = None) -> None:
@@ -78,7 +78,7 @@ class Master:
         return self._call("getUri")
 
     def getPid(self) -> int:
-        """Return the master's process number."""
+        """Return the master's process ID."""
         return self._call("getPid")
 
     def getSystemState(self) -> list[Any]:
@@ -159,7 +159,7 @@ class Master:
 
 
 def _os_error(error: Exception) -> OSError:
-    """Return the error that stock raises if the master does not respond: the system's error, with our text."""
+    """Return the error that stock raises if the master does not respond: the system's error, with pyros1's message."""
     cause: BaseException | None = error
     while cause is not None and (not isinstance(cause, OSError) or cause.errno is None):
         cause = cause.__cause__ or cause.__context__

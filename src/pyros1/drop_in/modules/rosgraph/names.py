@@ -33,17 +33,17 @@ def isstring(s: object) -> bool:
 
 
 def is_global(name: str) -> bool:
-    """Return whether a name is global: ``/a``; as stock's, it returns an empty name as it is."""
+    """Return whether a name is global: ``/a``; like stock's, it returns an empty name unchanged."""
     return name and name[0] == SEP  # type: ignore[return-value]
 
 
 def is_private(name: str) -> bool:
-    """Return whether a name is private: ``~a``; as stock's, it returns an empty name as it is."""
+    """Return whether a name is private: ``~a``; like stock's, it returns an empty name unchanged."""
     return name and name[0] == PRIV_NAME  # type: ignore[return-value]
 
 
 def is_legal_name(name: Any) -> bool:
-    """Return whether a name is legal in the graph; the empty name is."""
+    """Return whether a name is legal in the graph; the empty name is legal."""
     return name is not None and names.is_legal_name(name)
 
 
@@ -53,12 +53,12 @@ def is_legal_base_name(name: Any) -> bool:
 
 
 def is_legal_remap(arg: Any) -> bool:
-    """Return whether a word of a command line is a remapping."""
+    """Return whether a command-line argument is a remapping."""
     return arg is not None and REMAP_PATTERN.match(arg) is not None
 
 
 def namespace(name: Any) -> str:
-    """Return the namespace of a name, with a slash at its end.
+    """Return the namespace of a name, with a trailing slash.
 
     Raises:
         ValueError: ``name`` is None.
@@ -75,7 +75,7 @@ def namespace(name: Any) -> str:
 
 
 def make_global_ns(name: str) -> str:
-    """Return a name as a full namespace, with a slash at its end; raises ValueError for private names."""
+    """Return a name as a full namespace, with a trailing slash; raises ValueError for private names."""
     if is_private(name):
         raise ValueError(f"cannot turn [{name}] into a global name")
     if not is_global(name):
@@ -84,7 +84,7 @@ def make_global_ns(name: str) -> str:
 
 
 def get_ros_namespace(env: Mapping[str, str] | None = None, argv: list[str] | None = None) -> str:
-    """Return the namespace of the command line or the environment, with a slash at its end."""
+    """Return the namespace of the command line or the environment, with a trailing slash."""
     for word in sys.argv if argv is None else argv:
         if word.startswith("__ns:="):
             return make_global_ns(word.partition(":=")[2])
@@ -123,12 +123,12 @@ def script_resolve_name(script_name: str, name: str) -> str:
 
 
 def make_caller_id(name: str) -> str:
-    """Return the full name of a script, with a slash at its end."""
+    """Return the full name of a script, with a trailing slash."""
     return make_global_ns(ns_join(get_ros_namespace(), name))
 
 
 def anonymous_name(id: str) -> str:
-    """Return a name that nobody else has."""
+    """Return a unique name."""
     name = f"{id}_{socket.gethostname()}_{os.getpid()}_{random.randint(0, sys.maxsize)}"
     return name.translate({ord(char): "_" for char in ".-:"})
 

@@ -24,11 +24,11 @@ __getattr__ = missing(__name__)
 
 
 class ROSHandshakeException(Exception):
-    """A connection header is invalid, or did not come."""
+    """A connection header is invalid or missing."""
 
 
 def parse_http_host_and_port(url: str) -> tuple[str, int]:
-    """Return host and port of an address; without a port it is 80.
+    """Return host and port of an address; the default port is 80.
 
     Raises:
         ValueError: it is not an address.
@@ -50,7 +50,7 @@ def _local() -> LocalAddress:
 
 
 def get_address_override() -> str | None:
-    """Return the host or address that the command line or the environment gives for this machine; None: none."""
+    """Return the host or address of this machine that the command line or the environment sets, or None."""
     special = _special()
     for name in ("__hostname", "__ip"):
         if name in special:
@@ -59,12 +59,12 @@ def get_address_override() -> str | None:
 
 
 def use_ipv6() -> bool:
-    """Return whether IPv6 is wanted (``ROS_IPV6=on``)."""
+    """Return whether IPv6 is enabled (``ROS_IPV6=on``)."""
     return os.environ.get(ROS_IPV6) == "on"
 
 
 def is_local_address(hostname: str) -> bool:
-    """Return whether a host name or address means this machine."""
+    """Return whether a host name or address is this machine's."""
     return is_local(hostname)
 
 
@@ -87,7 +87,7 @@ def get_bind_address(address: str | None = None) -> str:
     """Return the address to listen on.
 
     Args:
-        address: the address at which others reach this machine; None: as the environment says.
+        address: the address at which others reach this machine; None: the one from the environment.
     """
     if address is None:
         return _local().bind
@@ -107,7 +107,7 @@ def create_local_xmlrpc_uri(port: int) -> str:
 
 
 def encode_ros_handshake_header(header: Mapping[str, Any]) -> bytes:
-    """Return a connection header's bytes, with their number in front.
+    """Return a connection header's bytes, prefixed with their number.
 
     Args:
         header: field -> value, text or bytes.
@@ -127,10 +127,10 @@ def decode_ros_handshake_header(header_str: bytes) -> dict[str, str]:
     """Return the fields of a connection header.
 
     Args:
-        header_str: its bytes, with their number in front; what comes behind is ignored.
+        header_str: its bytes, prefixed with their number; anything after them is ignored.
 
     Raises:
-        ROSHandshakeException: it is invalid, or bytes are missing.
+        ROSHandshakeException: it is invalid or incomplete.
     """
     (size,) = struct.unpack("<I", header_str[:4])
     if size > len(header_str) - 4:
@@ -147,7 +147,7 @@ def read_ros_handshake_header(sock: Any, b: Any, buff_size: int) -> dict[str, st
 
     Args:
         sock: the socket.
-        b: a file in memory for the bytes; what comes behind the header is left in it.
+        b: a `io.BytesIO` buffer for the bytes; those after the header are left in it.
         buff_size: number of bytes to read at once.
 
     Returns:

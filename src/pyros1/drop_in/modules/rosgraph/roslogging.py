@@ -25,7 +25,7 @@ class LoggingException(Exception):
 
 
 def makedirs_with_parent_perms(p: str) -> None:
-    """Make a folder, and those above it, with the permissions and owner of the first that is there."""
+    """Create a folder and its parents, with the permissions and owner of the nearest one that exists."""
     path = os.path.abspath(p)
     if os.path.exists(path):
         return
@@ -41,7 +41,7 @@ def makedirs_with_parent_perms(p: str) -> None:
 
 
 def renew_latest_logdir(logfile_dir: str) -> bool:
-    """Point the link ``latest`` beside a folder to it; return whether it does. Raises OSError if it cannot."""
+    """Point the link ``latest`` next to a folder to it; return whether it does. Raises OSError if that fails."""
     link = os.path.join(os.path.dirname(logfile_dir), "latest")
     if os.path.lexists(link):
         if not os.path.islink(link):
@@ -56,20 +56,20 @@ def configure_logging(
 ) -> str | None:
     """Write the messages of Python's logging to a file.
 
-    The configuration is that of ROS_PYTHON_LOG_CONFIG_FILE, if it is set (a .conf file); else messages of the level
+    The configuration is that of ROS_PYTHON_LOG_CONFIG_FILE, if set (a .conf file); otherwise, messages of the level
     and above go into the file.
 
     Args:
         logname: name of the program; empty: "unknown".
-        level: level of logging.
-        filename: name of the file in the folder of logs; None: from ``logname`` and the process's number.
+        level: log level.
+        filename: name of the file in the folder of logs; None: from ``logname`` and the process ID.
         env: environment variables for the folder; None for this process's.
 
     Returns:
-        The path of the file; None if the folder cannot be made, with a word on stderr.
+        The path of the file; None, with a message on stderr, if the folder cannot be created.
 
     Raises:
-        LoggingException: there is a file in the folder's place.
+        LoggingException: the folder's path is a file.
     """
     folder = get_log_dir(os.environ if env is None else env)
     path = os.path.join(folder, filename or f"{logname or 'unknown'}-{os.getpid()}.log")
@@ -105,7 +105,7 @@ def configure_logging(
 
 
 class RospyLogger(logging.Logger):
-    """Logger whose messages come from the program's own line, not from that in a log function of rospy."""
+    """Logger that attributes messages to the program's line instead of the one in rospy's log functions."""
 
     def findCaller(self, *args: Any, **kwargs: Any) -> Any:
         """Return path, line, function and stack of the line that logs; arguments as in Python's logging."""

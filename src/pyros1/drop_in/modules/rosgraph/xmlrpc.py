@@ -21,7 +21,7 @@ __getattr__ = missing(__name__)
 
 
 class SilenceableXMLRPCRequestHandler(SimpleXMLRPCRequestHandler):
-    """A handler of requests that keeps connections, and writes no log."""
+    """A request handler that keeps connections open and logs nothing."""
 
     protocol_version = "HTTP/1.1"
 
@@ -34,7 +34,7 @@ class ThreadingXMLRPCServer(ThreadingMixIn, SimpleXMLRPCServer):
 
     Args:
         addr: host and port.
-        log_requests: as in Python's servers; the handler shows none.
+        log_requests: as in Python's servers; has no effect, since the handler logs nothing.
     """
 
     daemon_threads = True
@@ -45,7 +45,7 @@ class ThreadingXMLRPCServer(ThreadingMixIn, SimpleXMLRPCServer):
         super().__init__(addr, SilenceableXMLRPCRequestHandler, log_requests)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Log an error of a connection; connections that end are none."""
+        """Log an error of a connection, unless the connection was closed."""
         import sys
 
         error = sys.exc_info()[1]
@@ -69,7 +69,7 @@ class XmlRpcHandler:
     """Base of handlers: their public methods can be called."""
 
     def _ready(self, uri: str) -> None:
-        """Handle the start of the server at this address."""
+        """Handle the start of the server, whose address is ``uri``."""
 
     def _shutdown(self, reason: str) -> None:
         """Handle the server's end."""
@@ -80,11 +80,11 @@ class XmlRpcNode:
 
     Args:
         port: port to listen on; 0 for any.
-        rpc_handler: its public methods can be called.
+        rpc_handler: its public methods can be called remotely.
         on_run_error: is called with the exception that ended the server; None: it is logged.
 
     Attributes:
-        uri: address of the server, once it is there.
+        uri: address of the server, once it is known.
     """
 
     def __init__(
@@ -108,7 +108,7 @@ class XmlRpcNode:
         self.uri = uri
 
     def run(self) -> None:
-        """Serve until the end."""
+        """Serve requests until the server is stopped."""
         try:
             self._run()
         except Exception as error:  # noqa: BLE001  the program decides
@@ -142,7 +142,7 @@ class XmlRpcNode:
             self.server.serve_forever()
 
     def shutdown(self, reason: str) -> None:
-        """End the server."""
+        """Stop the server."""
         self.is_shutdown = True
         server, self.server = self.server, None
         if server is not None:

@@ -12,11 +12,11 @@ __getattr__, __dir__ = _names(__name__, {name: f"{__name__}.{name}." for name in
 
 
 def set_interactive(interactive: bool) -> None:
-    """Return whether the program is an interactive shell."""
+    """Set whether the program is an interactive shell."""
     global _is_interactive  # noqa: PLW0603
     _is_interactive = interactive
 
 
 def is_interactive() -> bool:
-    """Return what :func:`set_interactive` told."""
+    """Return the value set by :func:`set_interactive`."""
     return _is_interactive

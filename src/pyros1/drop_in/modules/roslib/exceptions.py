@@ -6,4 +6,4 @@ __getattr__ = missing(__name__)
 
 
 class ROSLibException(Exception):
-    """Something failed."""
+    """An operation of roslib failed."""

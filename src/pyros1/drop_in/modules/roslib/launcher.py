@@ -1,4 +1,4 @@
-"""Start of Python programs of ROS packages."""
+"""The start of Python programs of ROS packages."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __getattr__ = missing(__name__)
 
 
 def load_manifest(package_name: str, bootstrap_version: str = "0.7") -> None:
-    """Let the Python modules of a package, and of those that it needs, be imported.
+    """Make the Python modules of a package and its dependencies importable.
 
     The import hook finds modules of packages anyway, so it is no error if the package is not found.
 

@@ -1,4 +1,4 @@
-"""Messages that were roslib's before they were those of std_msgs and rosgraph_msgs."""
+"""Messages that were in roslib before they moved to std_msgs and rosgraph_msgs."""
 
 from pyros1.drop_in.missing import missing
 from pyros1.msgs.rosgraph_msgs.msg import Clock, Log

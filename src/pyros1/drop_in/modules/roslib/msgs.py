@@ -91,7 +91,7 @@ def list_msg_types(package: str, include_depends: bool) -> list[str]:
 
     Args:
         package: the package.
-        include_depends: whether to add those of the packages that it needs, as ``package/Type``.
+        include_depends: whether to add those of its dependencies, as ``package/Type``.
     """
     return list_types(finder().library.messages, package, include_depends)
 

@@ -89,7 +89,7 @@ def resource_file(package: str, subdir: str, resource_name: str) -> str:
 
 
 def find_node(pkg: str, node_type: str, rospack: Any = None) -> list[str]:
-    """Return the paths of the executables in a package that have a name.
+    """Return the paths of the executables with a name in a package.
 
     Args:
         pkg: the package.
@@ -112,7 +112,7 @@ def find_node(pkg: str, node_type: str, rospack: Any = None) -> list[str]:
 def find_resource(
     pkg: str, resource_name: str, filter_fn: Callable[[str], bool] | None = None, rospack: Any = None
 ) -> list[str]:
-    """Return the paths of the files in a package that have a name.
+    """Return the paths of the files with a name in a package.
 
     Args:
         pkg: the package.

@@ -1,4 +1,4 @@
-"""Answers of the command rospack."""
+"""Output of the command rospack."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ __getattr__ = missing(__name__, rospack_plugins=_WHY, rosstackexec=_STACKS, ross
 def rospackexec(args: list[str]) -> str:
     """Return the output of ``rospack``: find, depends, depends1, depends-on, depends-on1 and list-names.
 
-    It is empty for other commands, and if the command would fail.
+    It is empty for other commands and for commands that would fail.
     """
     found = [each for each in all_packages(os.environ) if each.manifest in ("package.xml", "manifest.xml")]
     packages = Packages(found)

@@ -28,7 +28,7 @@ _caller_apis: dict[str, str] = {}
 
 
 class ROSNodeException(Exception):
-    """A node is not known, or refuses something."""
+    """A node is unknown, or rejects a call."""
 
 
 class ROSNodeIOException(ROSNodeException):
@@ -69,7 +69,7 @@ def get_api_uri(master: Any, caller_id: str, skip_cache: bool = False) -> str | 
 
 
 def lookup_uri(master: Any, system_state: Any, topic: str, uri: str) -> str:
-    """Return the name of a topic's node with an address, with that address behind it; or only the address."""
+    """Return an address of a topic's node, preceded by the node's name if it is known."""
     for nodes in (nodes for table in system_state[:2] for name, nodes in table if name == topic):
         for node in nodes:
             if get_api_uri(master, node) == uri:
@@ -118,10 +118,10 @@ def _hosts() -> Iterator[tuple[str, str]]:
 
 
 def kill_nodes(node_names: Iterable[str]) -> tuple[list[str], list[str]]:
-    """Tell nodes to end.
+    """Shut down nodes.
 
     Returns:
-        The names of those that were told, and of those that are not known or do not respond.
+        The names of those that were shut down, and of those that are unknown or do not respond.
     """
     master = rosgraph.Master(ID)
     success, fail = [], []
@@ -158,12 +158,12 @@ def _sub_rosnode_listnodes(namespace: str | None = None, list_uri: bool = False,
 
 
 def rosnode_ping(node_name: str, max_count: int | None = None, verbose: bool = False, skip_cache: bool = False) -> bool:
-    """Ask a node whether it is there, once a second.
+    """Ping a node once a second.
 
     Args:
-        max_count: how often; None: until the program is interrupted.
+        max_count: number of pings; None: until the program is interrupted.
         verbose: whether to print the times.
-        skip_cache: whether to ask the master for its address, though that is known.
+        skip_cache: whether to ask the master for its address even if it is cached.
 
     Returns:
         Whether it answered.
@@ -204,7 +204,7 @@ def rosnode_ping(node_name: str, max_count: int | None = None, verbose: bool = F
 
 
 def rosnode_ping_all(verbose: bool = False, skip_cache: bool = False) -> tuple[list[str], list[str]]:
-    """Ask all nodes once; return those that answered, and those that did not."""
+    """Ping all nodes once; return those that answered, and those that did not."""
     names = get_node_names()
     if verbose:
         print("Will ping the following nodes: \n" + "".join(f" * {name}\n" for name in names))
@@ -295,7 +295,7 @@ def get_node_connection_info_description(node_api: str, master: Any) -> str:
 
 
 def rosnode_info(node_name: str, quiet: bool = False) -> None:
-    """Print what the master and the node itself tell about it; with `quiet` only what the master does.
+    """Print what the master and the node itself report about it; with `quiet` only what the master reports.
 
     Raises:
         ROSNodeIOException: the node does not respond.

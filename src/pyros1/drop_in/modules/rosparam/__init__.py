@@ -30,7 +30,7 @@ _LIMIT = 1 << 31
 
 
 class RosParamException(Exception):
-    """A parameter or file is wrong."""
+    """A parameter or file is invalid."""
 
 
 class RosParamIOException(RosParamException):
@@ -72,7 +72,7 @@ def represent_foo(loader: Any, data: Any) -> Any:
 
 
 def construct_yaml_binary(loader: Any, node: Any) -> Binary:
-    """Return YAML's binary data as XML-RPC sends them."""
+    """Convert YAML's binary data to XML-RPC's."""
     return Binary(yaml.constructor.SafeConstructor.construct_yaml_binary(loader, node))
 
 
@@ -116,7 +116,7 @@ def load_file(filename: str, default_namespace: str | None = None, verbose: bool
 
     Args:
         filename: path of the file; ``-`` is the standard input.
-        default_namespace: namespace of documents that do not name one by ``_ns``; None for that of the environment.
+        default_namespace: namespace of documents without ``_ns``; None for that of the environment.
 
     Raises:
         RosParamException: there is no such file.
@@ -176,7 +176,7 @@ def set_param(param: str, value: str, verbose: bool = False) -> None:
 
 @_answered()
 def set_param_raw(param: str, value: Any, verbose: bool = False) -> None:
-    """Set a parameter; those of a dictionary one by one. An empty one is kept where there is no namespace yet.
+    """Set a parameter; those of a dictionary one by one. An empty one is set only if there is no namespace yet.
 
     Raises:
         OverflowError: a whole number has more than 32 bits, which XML-RPC cannot send.
@@ -203,7 +203,7 @@ def _check(value: Any) -> None:
 
 
 def upload_params(ns: str, values: Any, verbose: bool = False) -> None:
-    """Set the parameters of a namespace one by one; those that are not named keep their values.
+    """Set the parameters of a namespace one by one; other parameters keep their values.
 
     Raises:
         RosParamException: `ns` is the root, and the values are not a dictionary.

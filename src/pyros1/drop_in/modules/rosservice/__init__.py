@@ -26,7 +26,7 @@ _TIMEOUT = 5.0
 
 
 class ROSServiceException(Exception):
-    """A service is not known, or cannot be called."""
+    """A service is unknown or cannot be called."""
 
 
 class ROSServiceIOException(ROSServiceException):
@@ -71,7 +71,7 @@ def get_service_headers(service_name: str, service_uri: str) -> dict[str, str]:
 
 
 def get_service_uri(service_name: str) -> str | None:
-    """Return the address of a service, None if nobody provides it; raises ROSServiceIOException without a master."""
+    """Return the address of a service, None if no node provides it; raises ROSServiceIOException without a master."""
     try:
         return str(_get_master().lookupService(service_name))
     except rosgraph.MasterException:
@@ -81,7 +81,7 @@ def get_service_uri(service_name: str) -> str | None:
 
 
 def get_service_type(service_name: str) -> str | None:
-    """Return the type of a service, None if it is not known.
+    """Return the type of a service, None if it is unknown.
 
     Raises:
         ROSServiceIOException: the master or the service's node does not respond.
@@ -91,7 +91,7 @@ def get_service_type(service_name: str) -> str | None:
 
 
 def get_service_node(service_name: str) -> str | None:
-    """Return the node that provides a service, None if it is not known."""
+    """Return the node that provides a service, None if it is unknown."""
     for name, nodes in _services():
         if name == service_name and nodes:
             return str(nodes[0])
@@ -112,7 +112,7 @@ def get_service_list(node: str | None = None, namespace: str | None = None, incl
 
 
 def rosservice_find(service_type: str) -> list[str]:
-    """Return the names of the services of a type; those whose nodes do not respond are left out."""
+    """Return the names of the services of a type; those whose nodes do not respond are omitted."""
     found = []
     for name, _ in _services():
         try:
@@ -127,7 +127,7 @@ def get_service_class_by_name(service_name: str) -> Any:
     """Return the class of a service.
 
     Raises:
-        ROSServiceException: nobody provides it, or there is no definition of its type.
+        ROSServiceException: no node provides it, or there is no definition of its type.
     """
     kind = get_service_type(service_name)
     if not kind:
@@ -157,13 +157,13 @@ def call_service(service_name: str, service_args: Any, service_class: Any = None
     Args:
         service_name: name of the service.
         service_args: list of the request's values, or of one mapping.
-        service_class: class of the service; None for that of its type.
+        service_class: class of the service; None: according to its type.
 
     Returns:
         Request and response.
 
     Raises:
-        ROSServiceException: the arguments do not fit, or the call failed.
+        ROSServiceException: the arguments are invalid, or the call failed.
         ROSServiceIOException: the service does not respond.
     """
     cls = service_class or get_service_class_by_name(service_name)

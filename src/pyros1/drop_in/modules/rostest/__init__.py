@@ -43,7 +43,7 @@ def _registered(kind: int, topic: str, node: str) -> bool:
 
 
 def is_publisher(topic: str, publisher_id: str) -> bool:
-    """Return whether a node publishes a topic, as the master knows; both names are full ones.
+    """Return whether a node publishes a topic, according to the master; both names are full.
 
     Raises:
         IOError: the master does not respond.
@@ -62,7 +62,7 @@ def rosrun(package: str, test_name: str, test: Any, sysargs: list[str] | None = 
     Args:
         package: the ROS package.
         test_name: name of the results.
-        test: a class of tests, or the name of one, or of a module.
+        test: a class of tests, or the name of a class or module.
         sysargs: the command line, with ``--text`` or ``--gtest_output=xml:FILE``; None for the program's.
     """
     result = run_suite(package, test_name, test, sys.argv if sysargs is None else sysargs)
@@ -75,7 +75,7 @@ run = rosrun
 
 
 def deprecated(func: Callable[..., Any]) -> Callable[..., Any]:
-    """Make calls of a function warn."""
+    """Wrap a function so that calls cause a DeprecationWarning."""
 
     @functools.wraps(func)
     def call(*args: Any, **kwargs: Any) -> Any:

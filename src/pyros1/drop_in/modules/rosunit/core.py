@@ -1,4 +1,4 @@
-"""Places and names of test results."""
+"""Paths and names of test results."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ __all__ = [
 
 
 def printlog(msg: str, *args: object) -> None:
-    """Print a line; ``args`` are filled in."""
+    """Print a line, %-formatted with ``args`` if there are any."""
     print("[ROSUNIT]" + (msg % args if args else msg))
 
 
@@ -43,7 +43,7 @@ def printerrlog(msg: str, *args: object) -> None:
 
 
 def makedirs_with_parent_perms(p: str) -> None:
-    """Make a folder, and those above it, with owner and permissions of the nearest one that exists."""
+    """Create a folder and its parents, with owner and permissions of the nearest one that exists."""
     path = Path(p).absolute()
     if path.exists():
         return
@@ -61,7 +61,7 @@ def makedirs_with_parent_perms(p: str) -> None:
 def xml_results_file(
     test_pkg: str, test_name: str, is_rostest: bool = False, env: Mapping[str, str] | None = None
 ) -> str:
-    """Return the path of a test's results, and make its folder.
+    """Return the path of a test's results, and create its folder.
 
     Args:
         test_pkg: the test's package.
@@ -80,7 +80,7 @@ def xml_results_file(
 
 
 def rostest_name_from_path(pkg_dir: str, test_file: str) -> str:
-    """Return the name of a launch file's results: its path in the package, with ``_`` in place of slashes."""
+    """Return the name of a launch file's results: its path in the package, with ``_`` instead of slashes."""
     path = os.path.abspath(test_file)
     name = path[len(pkg_dir) :].removeprefix(os.sep) if path.startswith(pkg_dir) else test_file
     name = name.replace(os.sep, "_")
@@ -95,7 +95,7 @@ def create_xml_runner(
     Args:
         test_pkg: the test's package.
         test_name: its name.
-        results_file: the file; None for the usual one.
+        results_file: the file; None for the default one.
         is_rostest: as for `xml_results_file`.
 
     Raises:

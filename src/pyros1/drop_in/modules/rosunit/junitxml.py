@@ -40,17 +40,17 @@ _WIDTH = 80
 
 
 def invalid_char_replacer(m: re.Match[str]) -> str:
-    """Return the XML reference to the character of a match."""
+    """Return the XML character reference for a regex match."""
     return f"&#x{ord(m.group(0)):04X};"
 
 
 def filter_nonprintable_text(text: str) -> str:
-    """Return a text with references instead of what XML cannot hold."""
+    """Return a text with references instead of characters that XML cannot contain."""
     return invalid_chars.sub(invalid_char_replacer, text)
 
 
 def cdata(cdata_text: str) -> str:
-    """Return a text between the marks of a CDATA section."""
+    """Return a text as a CDATA section."""
     return f"<![CDATA[\n{cdata_text}\n]]>"
 
 
@@ -65,7 +65,7 @@ def _line(name: str, what: str) -> str:
 
 
 class TestInfo:
-    """Why a test did not succeed.
+    """The reason why a test did not succeed.
 
     Args:
         type_: name of the kind, for example of an exception.
@@ -92,7 +92,7 @@ class TestError(TestInfo):
 
 
 class TestFailure(TestInfo):
-    """What a test expects is not so."""
+    """An assertion of a test failed."""
 
     def xml_element(self) -> ET.Element:
         """Return its element."""
@@ -107,7 +107,7 @@ class TestCaseResult:
     """Result of one test.
 
     Attributes:
-        name, classname: of the test. time: seconds that it took. failures, errors: why it did not succeed.
+        name, classname: of the test. time: its duration in seconds. failures, errors: why it did not succeed.
     """
 
     __test__ = False
@@ -155,7 +155,7 @@ class Result:
     """Results of several tests.
 
     Attributes:
-        name: of the suite. num_errors, num_failures, num_tests: as whoever ran them counted.
+        name: of the suite. num_errors, num_failures, num_tests: as counted by the runner.
         test_case_results: of each test. system_out, system_err: what they printed. time: in seconds.
     """
 
@@ -193,7 +193,7 @@ class Result:
             self.system_err += "\n" + r.system_err
 
     def add_test_case_result(self, r: Any) -> None:
-        """Add the result of a test; the counts stay."""
+        """Add the result of a test; the counts are not changed."""
         self.test_case_results.append(r)
 
     def xml_element(self) -> bytes:
@@ -249,11 +249,11 @@ test_failure_junit_xml.__test__ = test_success_junit_xml.__test__ = False  # typ
 
 
 def read(test_file: str, test_name: str) -> Result:
-    """Read a file of results; what cannot be read gives a warning on stdout, and no results.
+    """Read a file of results; a file that cannot be read causes a warning on stdout, and has no results.
 
     Args:
-        test_file: its name. Characters that XML cannot hold are replaced in it.
-        test_name: what the result is named, and what the classes of its tests get in front.
+        test_file: its name. Characters that XML cannot contain are replaced in the file.
+        test_name: name of the result, and prefix of the classes of its tests.
 
     Raises:
         ValueError: a count in the file is not a number.
@@ -304,7 +304,7 @@ def _load(suite: ET.Element, test_name: str, shown: str) -> Result:
 
 
 def _fill(result: Result, suite: ET.Element, shown: str) -> None:
-    """Add the results of a suite and of the suites in it; their own counts are ignored."""
+    """Add the results of a suite and of the suites in it; the counts in the file are ignored."""
     for element in suite:
         if element.tag == "testcase":
             result.add_test_case_result(_case(element, result.name, shown))
@@ -337,10 +337,10 @@ def _seconds(element: ET.Element) -> float:
 
 
 def read_all(filter_: Iterable[str] = ()) -> Result:
-    """Read all files of results in the folders of packages, below where ROS keeps results.
+    """Read all files of results in packages' folders below the folder of ROS's test results.
 
     Args:
-        filter_: names of packages; all if there are none.
+        filter_: names of packages; if empty, all.
     """
     total = Result("ros")
     top = rospkg.get_test_results_dir()

@@ -1,4 +1,4 @@
-"""Names of unittest that the tests of robots use and Python 3.12 has removed: ``assertEquals``, ``assert_`` ..."""
+"""Names of unittest that tests of ROS packages use, and that Python 3.12 removed: ``assertEquals``, ``assert_`` ..."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _NAMES = {
 
 
 def restore(case: type[Any] = unittest.TestCase) -> None:
-    """Give a class of tests the names that it lacks; those that it has stay as they are."""
+    """Add the names that a class of tests lacks; existing ones are kept."""
     for old, new in _NAMES.items():
         if not hasattr(case, old):
             setattr(case, old, _renamed(old, new))

@@ -31,7 +31,7 @@ def unitrun(
     Args:
         package: the ROS package.
         test_name: name of the results.
-        test: a class of tests, or the name of one, or of a module.
+        test: a class of tests, or the name of a class or module.
         sysargs: the command line, with ``--text`` for text on the screen, or ``--gtest_output=xml:FILE``; None for the
             program's.
         coverage_packages: accepted for compatibility: ``--cov`` is not supported; run the program with coverage itself.

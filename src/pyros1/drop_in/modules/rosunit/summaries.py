@@ -31,9 +31,9 @@ def print_runner_summary(runner_results: Any, junit_results: Any, runner_name: s
     """Print the summary of tests in other programs.
 
     Args:
-        runner_results: a unittest.TestResult: whether the programs ran.
-        junit_results: what they wrote, a `junitxml.Result`.
-        runner_name: the word at the top.
+        runner_results: a unittest.TestResult: the results of running the programs.
+        junit_results: the results that they wrote, a `junitxml.Result`.
+        runner_name: the title.
     """
     unable = _named(runner_results.failures)
     good = runner_results.wasSuccessful() and not junit_results.num_errors + junit_results.num_failures

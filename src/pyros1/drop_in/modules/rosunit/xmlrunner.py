@@ -1,4 +1,4 @@
-"""A runner of unittest's tests that writes their results as JUnit does."""
+"""A runner of unittest's tests that writes their results in JUnit's format."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class XMLTestRunner:
 
     @property
     def path(self) -> str:
-        """A folder, which stock's runner has, too; it is not used."""
+        """A folder; unused, kept for compatibility with stock."""
         return self._path
 
     @path.setter
@@ -88,7 +88,7 @@ class XMLTestRunner:
         self._path = path
 
     def run(self, test: unittest.TestSuite | unittest.TestCase) -> unittest.TestResult:
-        """Run a test or suite; what it prints goes into the results. Return a unittest.TestResult."""
+        """Run a test or suite, with its output in the results. Return a unittest.TestResult."""
         out, err = io.StringIO(), io.StringIO()
         recorder = _Recorder(sys.stdout)
         with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):

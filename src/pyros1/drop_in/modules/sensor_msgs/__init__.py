@@ -1,4 +1,4 @@
-"""The Python modules of sensor_msgs; its messages are in sensor_msgs.msg, as those of all packages."""
+"""The Python modules of sensor_msgs; its messages are in sensor_msgs.msg, like those of all packages."""
 
 from pyros1.drop_in.missing import names
 

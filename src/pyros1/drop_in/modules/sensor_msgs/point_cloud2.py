@@ -36,12 +36,12 @@ def read_points(
     Args:
         cloud: the message.
         field_names: fields to read; None for all. The values come in the order of the fields in memory.
-        skip_nans: leave out points with a NaN in one of these fields.
+        skip_nans: omit points with a NaN in one of these fields.
         uvs: (column, row) of the points to read; empty for all.
 
     Raises:
         AssertionError: ``cloud`` is not such a message.
-        struct.error: there are fewer data than the cloud's size needs.
+        struct.error: there is less data than the cloud's size requires.
     """
     assert getattr(cloud, "_type", "") == "sensor_msgs/PointCloud2", "cloud is not a sensor_msgs.msg.PointCloud2"
     layout = struct.Struct(_get_struct_fmt(cloud.is_bigendian, cloud.fields, field_names))
@@ -110,7 +110,7 @@ def create_cloud(header: Any, fields: Sequence[Any], points: Any) -> Any:
             in memory; or an array of shape (points, values).
 
     Raises:
-        struct.error: a point has another number of values, or a value does not fit its field.
+        struct.error: a point has a wrong number of values, or a value does not fit its field.
     """
     layout = struct.Struct(_get_struct_fmt(False, fields))
     width = len(points)
@@ -131,7 +131,7 @@ def create_cloud(header: Any, fields: Sequence[Any], points: Any) -> Any:
 
 
 def _packed_array(layout: struct.Struct, fields: Sequence[Any], points: Any) -> bytes | bytearray | None:
-    """Return the data of an array of points if all fields are floats; None: they must be packed one by one."""
+    """Return the data of an array of points if all fields are floats; None if they must be packed one by one."""
     if not isinstance(points, np.ndarray) or points.ndim != 2 or points.dtype.kind not in "fiu":
         return None
     kinds = [_DATATYPES[field.datatype][0] for field in fields]
@@ -154,7 +154,7 @@ def create_cloud_xyz32(header: Any, points: Any) -> Any:
 
 
 def _get_struct_fmt(is_bigendian: bool, fields: Iterable[Any], field_names: Sequence[str] | None = None) -> str:
-    """Return the format of a point for `struct`, which programs use to write points themselves."""
+    """Return the format of a point for `struct`, for programs that write points themselves."""
     parts, end = [">" if is_bigendian else "<"], 0
     for field in sorted(fields, key=lambda each: each.offset):
         if field_names is not None and field.name not in field_names:
@@ -171,5 +171,5 @@ def _get_struct_fmt(is_bigendian: bool, fields: Iterable[Any], field_names: Sequ
 
 
 def _repeated(kind: str, count: int) -> str:
-    """Return the format of equal items; like stock's, unless a field claims to have millions of them."""
+    """Return the format of equal items; as in stock, unless a field has millions of them."""
     return kind * count if count <= _MANY else f"{count}{kind}"

@@ -1,4 +1,4 @@
-"""Concurrences: all states at once (https://wiki.ros.org/smach/Tutorials/Concurrence%20container)."""
+"""Concurrences: all states run simultaneously (https://wiki.ros.org/smach/Tutorials/Concurrence%20container)."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ Outcomes = dict[str, Any]
 
 
 class Concurrence(Container):
-    """A container that runs all its states at once, each in a thread, and ends when all have ended.
+    """A container that runs all its states simultaneously, each in a thread, and ends when all have ended.
 
     Its outcome is what ``outcome_cb`` returns; if that is None, the one in ``outcome_map`` whose states had the
     outcomes given there (those that name all states come first); else the default.
 
     Args:
         outcomes: outcomes of the concurrence.
-        default_outcome: outcome if nothing else fits.
+        default_outcome: outcome if there is no other one.
         input_keys, output_keys: userdata that it takes from and gives to its parent.
         outcome_map: outcome of the concurrence -> {label: outcome of that state}.
         outcome_cb: called when all states have ended, with {label: outcome}.
@@ -92,7 +92,7 @@ class Concurrence(Container):
         Raises:
             InvalidStateError: a state or ``child_termination_cb`` raised an exception, or returned what is not one of
                 its outcomes.
-            InvalidUserCodeError: ``outcome_cb`` raised an exception, or returned what is not an outcome.
+            InvalidUserCodeError: ``outcome_cb`` raised an exception, or returned a value that is not an outcome.
         """
         if not self._is_consistent():
             return None
@@ -165,7 +165,7 @@ class Concurrence(Container):
                 self._states[label].request_preempt()
 
     def _finish(self) -> None:
-        """Take back a preemption that states have not serviced; it is serviced if all states have."""
+        """Recall the preemption of states that have not serviced it; the container's is serviced if all states have."""
         with self._changing:
             self._is_running = False
             unserviced = [state for state in self._states.values() if state.preempt_requested()]
@@ -199,7 +199,7 @@ class Concurrence(Container):
         return self._is_running
 
     def request_preempt(self) -> None:
-        """Ask all states that run to end early."""
+        """Ask all running states to end early."""
         with self._changing:
             super().request_preempt()
             if self._is_running:
@@ -209,7 +209,7 @@ class Concurrence(Container):
     # Introspection ----------------------------------------------------------------------------------------------------
 
     def check_consistency(self) -> None:
-        """Raise InvalidStateError or InvalidTransitionError if the outcome map names what is not there."""
+        """Raise InvalidStateError or InvalidTransitionError if the outcome map contains unknown labels or outcomes."""
         if not self._states:
             raise InvalidStateError("The concurrence has no states.")
         for outcome in (*self._outcome_map, self._default_outcome):
@@ -229,7 +229,7 @@ class Concurrence(Container):
         return self._states
 
     def set_initial_state(self, initial_states: Sequence[str], userdata: UserData | None = None) -> None:
-        """Add to the userdata; the first states are always all."""
+        """Add to the userdata; the initial states are always all states."""
         if {*initial_states} != {*self._states}:
             logwarn("The initial states of a concurrence cannot be changed: they are all its states.")
         if userdata is not None:

@@ -1,4 +1,4 @@
-"""Views of objects that cannot be changed through them: what a state reads, but has not declared as output."""
+"""Read-only views of objects, for userdata that a state reads but has not declared as output."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _PLAIN = (*_VALUES, Enum, PurePath, type, ModuleType, FunctionType, BuiltinFunct
 
 
 def get_const(obj: Any) -> Any:
-    """Return a view of an object whose attributes cannot be set; values, messages and functions stay what they are."""
+    """Return a read-only view of an object; plain values, messages and functions are returned unchanged."""
     if isinstance(obj, MethodType):
         owner = get_const(obj.__self__)
         return obj if owner is obj.__self__ else MethodType(obj.__func__, owner)

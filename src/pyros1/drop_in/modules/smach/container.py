@@ -1,4 +1,4 @@
-"""Containers: states that have states (https://wiki.ros.org/smach/Documentation)."""
+"""Containers: states that contain states (https://wiki.ros.org/smach/Documentation)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from smach.user_data import Remapper, UserData
 
 
 class _Opened(threading.local):
-    """The containers that a thread has opened: states are added to the last one."""
+    """The containers that a thread has opened; states are added to the last one."""
 
     def __init__(self) -> None:
         self.stack: list[Container] = []
@@ -30,7 +30,7 @@ class Container(State):
     starts, when its active states change, and when it ends.
 
     Attributes:
-        userdata: what its states share.
+        userdata: the data that its states share.
     """
 
     def __init__(
@@ -55,7 +55,7 @@ class Container(State):
         raise NotImplementedError
 
     def set_initial_state(self, initial_states: Sequence[str], userdata: UserData | None = None) -> None:
-        """Choose the states that run first, and add to the userdata."""
+        """Set the states that run first, and add to the userdata."""
         raise NotImplementedError
 
     def get_initial_states(self) -> list[str]:
@@ -138,11 +138,11 @@ class Container(State):
     # Construction -----------------------------------------------------------------------------------------------------
 
     def open(self) -> None:
-        """Begin to add states; ``with`` does it."""
+        """Start adding states; ``with`` calls this."""
         _OPENED.stack.append(self)
 
     def close(self) -> None:
-        """End adding states; what is missing is logged as an error.
+        """Stop adding states; inconsistencies are logged as errors.
 
         Raises:
             InvalidStateError: another container was opened later, or this one is not open.

@@ -1,4 +1,4 @@
-"""What goes wrong in state machines."""
+"""Exceptions of state machines."""
 
 
 class SmachError(Exception):
@@ -6,15 +6,15 @@ class SmachError(Exception):
 
 
 class InvalidStateError(SmachError):
-    """A state is not there, is there twice, or was described wrongly."""
+    """A state is missing, was added twice, or has invalid arguments."""
 
 
 class InvalidTransitionError(SmachError):
-    """A transition leads nowhere, or an outcome is not one of its state."""
+    """A transition has no target, or an outcome is not one of its state."""
 
 
 class InvalidConstructionError(SmachError):
-    """A container was built wrongly."""
+    """A container was constructed incorrectly."""
 
 
 class InvalidUserCodeError(SmachError):

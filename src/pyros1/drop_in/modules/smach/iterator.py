@@ -1,4 +1,4 @@
-"""Iterators: one state, again and again (https://wiki.ros.org/smach/Tutorials/Iterator%20container)."""
+"""Iterators: one state, run repeatedly (https://wiki.ros.org/smach/Tutorials/Iterator%20container)."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Iterator(Container):
         Args:
             label: name of the state.
             state: the state.
-            loop_outcomes: outcomes after which the next item comes; all others end the iterator. None for all continue.
+            loop_outcomes: outcomes that continue with the next item; others end the iterator. None: all continue.
             break_outcomes: outcomes that end the iterator.
             final_outcome_map: last outcome -> outcome of the iterator, where they differ.
         """
@@ -143,7 +143,7 @@ class Iterator(Container):
         return self._is_running
 
     def request_preempt(self) -> None:
-        """Ask the state to end early, and the iterator with it."""
+        """Ask the state, and thus the iterator, to end early."""
         with self._changing:
             super().request_preempt()
             if self._is_running and self._state is not None:
@@ -167,7 +167,7 @@ class Iterator(Container):
         return {self._state_label: self._state} if self._state is not None else {}
 
     def set_initial_state(self, initial_states: Sequence[str], userdata: UserData | None = None) -> None:
-        """Add to the userdata; the first state is always the same."""
+        """Add to the userdata; the initial state is always the same."""
         if list(initial_states) != self.get_initial_states():
             logwarn("The initial state of an iterator cannot be changed.")
         if userdata is not None:

@@ -1,4 +1,4 @@
-"""Where the log messages of state machines go: to stdout, unless told otherwise."""
+"""Log functions of state machines; they print to stdout by default."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _LOGS: dict[str, Log] = {level: _printing(level) for level in ("INFO", "WARN", "
 
 
 def loginfo(msg: str) -> None:
-    """Log for information."""
+    """Log an informational message."""
     _LOGS["INFO"](msg)
 
 
@@ -25,7 +25,7 @@ def logwarn(msg: str) -> None:
 
 
 def logdebug(msg: str) -> None:
-    """Log for those who look for an error."""
+    """Log a debug message."""
     _LOGS["DEBUG"](msg)
 
 

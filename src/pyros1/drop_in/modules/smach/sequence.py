@@ -14,7 +14,7 @@ class Sequence(StateMachine):
 
     Args:
         outcomes: outcomes of the sequence.
-        connector_outcome: the outcome that leads on.
+        connector_outcome: the outcome that leads to the next state.
         input_keys, output_keys: userdata that it takes from and gives to its parent.
     """
 

@@ -1,4 +1,4 @@
-"""States: what runs in a container, and returns an outcome (https://wiki.ros.org/smach/Documentation)."""
+"""States: units of work that containers run, and that return an outcome (https://wiki.ros.org/smach/Documentation)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ class State:
         outcomes: what `execute` may return.
         input_keys: userdata that it reads.
         output_keys: userdata that it writes.
-        io_keys: userdata that it does both with.
+        io_keys: userdata that it reads and writes.
     """
 
     def __init__(
@@ -85,11 +85,11 @@ class State:
         self._preempt_requested = True
 
     def service_preempt(self) -> None:
-        """Tell that the state has done what `request_preempt` asked for."""
+        """Report that the state handles the request of `request_preempt`."""
         self._preempt_requested = False
 
     def recall_preempt(self) -> None:
-        """Take back `request_preempt`."""
+        """Cancel the request of `request_preempt`."""
         self._preempt_requested = False
 
     def preempt_requested(self) -> bool:
@@ -100,7 +100,7 @@ class State:
 class CBState(State):
     """A state that calls a function: ``cb(userdata, *cb_args, **cb_kwargs)`` returns the outcome.
 
-    What the function declares with `smach.cb_interface` is added to the other arguments.
+    Outcomes and keys that the function declares with `smach.cb_interface` are added to those in the arguments.
     """
 
     def __init__(

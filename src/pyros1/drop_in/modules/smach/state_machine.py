@@ -18,7 +18,7 @@ Transitions = Mapping[str, "str | None"]
 
 
 class StateMachine(Container):
-    """A container that runs one state after the other; the first one added begins.
+    """A container that runs one state after the other; it starts with the first one added.
 
     A state's outcome leads to the label in its transitions, or to an outcome of the machine. Without a transition, or
     with None, it leads to the machine's outcome of the same name.
@@ -57,7 +57,7 @@ class StateMachine(Container):
 
         Raises:
             InvalidStateError: the label is taken; or no machine is open.
-            InvalidTransitionError: a transition is for what is not an outcome of the state.
+            InvalidTransitionError: a transition is for an outcome that the state does not have.
         """
         machine: StateMachine = StateMachine._currently_opened_container()
         return machine._add(label, state, transitions or {}, remapping or {}, ())
@@ -70,7 +70,7 @@ class StateMachine(Container):
         transitions: Transitions | None = None,
         remapping: Any = None,
     ) -> State:
-        """Add a state, of which some outcomes lead to the state that is added next; the rest as `add`."""
+        """Add a state, some of whose outcomes lead to the state that is added next; otherwise as `add`."""
         machine: StateMachine = StateMachine._currently_opened_container()
         return machine._add(label, state, transitions or {}, remapping or {}, tuple(connector_outcomes))
 
@@ -98,7 +98,7 @@ class StateMachine(Container):
         return state
 
     def check_state_spec(self, label: str, state: State, transitions: Transitions) -> None:
-        """Raise InvalidTransitionError if a transition is for what is not an outcome of the state."""
+        """Raise InvalidTransitionError if a transition is for an outcome that the state does not have."""
         unknown = [outcome for outcome in transitions if outcome not in state.get_registered_outcomes()]
         if unknown:
             raise InvalidTransitionError(
@@ -139,7 +139,7 @@ class StateMachine(Container):
 
         Raises:
             InvalidUserCodeError: a state raised an exception.
-            InvalidTransitionError: a state returned what is not one of its outcomes, or an outcome that leads nowhere.
+            InvalidTransitionError: a state returned an undeclared outcome, or one without a target.
         """
         if not self._is_consistent():
             return None
@@ -206,7 +206,7 @@ class StateMachine(Container):
             ) from error
 
     def _go(self, label: str, target: str | None) -> None:
-        """Make another state the current one. A preemption that no state has serviced goes with it."""
+        """Make another state the current one. A preemption that no state has serviced is passed on to it."""
         with self._changing:
             if self.preempt_requested():
                 if not self._states[label].preempt_requested():
@@ -235,7 +235,7 @@ class StateMachine(Container):
         return self._states
 
     def set_initial_state(self, initial_states: Sequence[str], userdata: UserData | None = None) -> None:
-        """Choose the state that runs first (one), and add to the userdata."""
+        """Set the one state that runs first, and add to the userdata."""
         if not initial_states:
             logwarn("Attempting to set initial state of a state machine to an empty list.")
             return

@@ -26,7 +26,7 @@ class UserData:
         vars(self)["_lock"] = threading.Lock()
 
     def update(self, other_userdata: UserData) -> None:
-        """Take all values of another one."""
+        """Copy all values from another one."""
         with self._lock:
             self._data.update({key: other_userdata[key] for key in other_userdata.keys()})  # noqa: SIM118
 
@@ -46,7 +46,7 @@ class UserData:
         return result
 
     def merge(self, ud: UserData, keys: Iterable[str], remapping: Mapping[str, str]) -> None:
-        """Take some of the values of another one.
+        """Copy some of the values from another one.
 
         Args:
             ud: the other one.
@@ -92,7 +92,7 @@ class UserData:
 
 
 class Remapper:
-    """What a state sees of its container's userdata: the keys that it declared, under its own names.
+    """A state's view of its container's userdata: the keys that the state declared, under its own names.
 
     Reading a key that is not an input, or writing one that is not an output, raises InvalidUserCodeError. An object
     that is only an input cannot be changed: see `smach.const`.
@@ -122,7 +122,7 @@ class Remapper:
         return [key for key in self._input_keys if key in self]
 
     def update(self, other_userdata: Any) -> None:
-        """Take all values of another one; each has to be an output."""
+        """Copy all values from another one; each must be an output."""
         for key in other_userdata.keys():  # noqa: SIM118  userdata is not a mapping
             self[key] = other_userdata[key]
 

@@ -1,4 +1,4 @@
-"""The end of the program, and callbacks that declare what they read, write and return."""
+"""The program's shutdown, and callbacks that declare the keys they use and the outcomes they return."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ _CHECKS: list[Callable[[], bool]] = [lambda: False]
 
 
 def is_shutdown() -> bool:
-    """Return whether the program exits, so that containers stop after the current state."""
+    """Return whether the program is exiting, in which case containers stop after the current state."""
     return _CHECKS[0]()
 
 
@@ -19,7 +19,7 @@ def set_shutdown_check(cb: Callable[[], bool]) -> None:
 
 
 def has_smach_interface(obj: object) -> bool:
-    """Return whether an object tells its outcomes, input keys and output keys."""
+    """Return whether an object provides its outcomes, input keys and output keys."""
     names = ("get_registered_input_keys", "get_registered_output_keys", "get_registered_outcomes")
     return all(hasattr(obj, name) for name in names)
 
@@ -32,7 +32,7 @@ class CBInterface:
         outcomes: further outcomes that it may return.
         input_keys: userdata that it reads.
         output_keys: userdata that it writes.
-        io_keys: userdata that it does both with.
+        io_keys: userdata that it reads and writes.
     """
 
     def __init__(

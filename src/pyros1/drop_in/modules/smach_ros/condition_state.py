@@ -14,7 +14,7 @@ POLL_RATE = rospy.Duration(0.05)
 
 
 class ConditionState(State):
-    """A state that asks a function until it says yes; outcomes "true", "false" and "preempted".
+    """A state that calls a function until it returns true; outcomes "true", "false" and "preempted".
 
     Args:
         cond_cb: called with the userdata; true ends the state with "true". It may be declared with
@@ -41,7 +41,7 @@ class ConditionState(State):
         self._register_interface(cond_cb)
 
     def execute(self, ud: Any) -> str:
-        """Ask until there is an outcome; raises InvalidUserCodeError if the function fails."""
+        """Call the function until there is an outcome; raises InvalidUserCodeError if the function fails."""
         begin = rospy.Time.now()
         checks = 0
         while self._max_checks == -1 or checks < self._max_checks:

@@ -1,4 +1,4 @@
-"""State machines that can be watched, and started elsewhere (https://wiki.ros.org/smach/Tutorials/Smach%20Viewer)."""
+"""Observing state machines from other programs, and choosing their initial states (https://wiki.ros.org/smach/Tutorials/Smach%20Viewer)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ HEARTBEAT = 2.0  # seconds
 
 
 class IntrospectionClient:
-    """Finds introspection servers, and chooses the states with which their containers begin."""
+    """Finds introspection servers, and sets the initial states of their containers."""
 
     def get_servers(self) -> list[str]:
         """Return the names of the servers."""
@@ -38,17 +38,17 @@ class IntrospectionClient:
         initial_userdata: UserData | None = None,
         timeout: rospy.Duration | None = None,
     ) -> bool:
-        """Choose the state with which a container begins.
+        """Set the initial states of a container.
 
         Args:
             server: name of the server. path: path of the container.
             initial_states: labels.
             initial_userdata: added to the container's userdata; servers of pyros1 take plain values only.
-            timeout: how long to wait until the server says that it did so; None: do not wait, so that the container may
-                begin before it knows.
+            timeout: how long to wait for the server's confirmation; None: do not wait, so that the container may
+                start before the server knows.
 
         Returns:
-            Whether the server said so in time; True without a timeout.
+            Whether the server confirmed it in time; True without a timeout.
         """
         wanted = list(initial_states)
         said = threading.Event()
@@ -76,7 +76,7 @@ class IntrospectionClient:
 
 
 class ContainerProxy:
-    """Tells others about one container.
+    """Publishes the state of one container.
 
     Args:
         server_name: name of the introspection server.
@@ -152,14 +152,14 @@ class ContainerProxy:
         self.publish_status("INITIAL STATE")
 
     def stop(self) -> None:
-        """End publishers and subscriber."""
+        """Unregister the publishers and the subscriber."""
         self._stopped = True
         for each in (self._structure_pub, self._status_pub, self._init_cmd):
             each.unregister()
 
 
 class IntrospectionServer:
-    """Tells others about a container and the containers in it, and lets them choose with which states they begin.
+    """Publishes the state of a container and its nested containers, and lets others choose their initial states.
 
     Publishes ``SERVER_NAME/smach/container_structure`` and ``.../container_status``, every two seconds and when
     something happens, and listens to ``.../container_init``.
@@ -167,7 +167,7 @@ class IntrospectionServer:
     Args:
         server_name: prefix of the topics.
         state: the container. Add its states first.
-        path: its path, as others show it; the paths of the containers in it begin with it.
+        path: its path, as others show it; a prefix of the paths of the containers in it.
     """
 
     def __init__(self, server_name: str, state: Any, path: str) -> None:
@@ -197,7 +197,7 @@ class IntrospectionServer:
         self.clear()
 
     def construct(self, server_name: str, state: Any, path: str) -> None:
-        """Make a proxy of a container, and of those in it."""
+        """Create a proxy for a container, and for those in it."""
         if not isinstance(state, Container):
             return
         self._proxies.append(ContainerProxy(server_name, state, path))
@@ -205,7 +205,7 @@ class IntrospectionServer:
             self.construct(server_name, child, f"{path}/{label}")
 
     def clear(self) -> None:
-        """End all proxies."""
+        """Stop all proxies."""
         proxies, self._proxies = self._proxies, []
         for proxy in proxies:
             proxy.stop()

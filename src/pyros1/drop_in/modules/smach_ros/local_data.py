@@ -49,7 +49,7 @@ def decode(text: str) -> dict[str, Any]:
     """Return the userdata of a message.
 
     Raises:
-        ValueError: it is not userdata, or has more than plain values.
+        ValueError: it is not userdata, or contains more than plain values.
     """
     if not text:
         return {}
@@ -68,7 +68,7 @@ def decode(text: str) -> dict[str, Any]:
 
 
 def _check(data: bytes) -> None:
-    """Refuse pickles that harm the reader even without classes.
+    """Refuse pickles that harm the reader even though classes are refused.
 
     The memo uses memory up to its highest index. Keys are hashed: with a tuple of a tuple of a tuple ... Python
     crashes, and tuples that contain the same tuple twice take twice as long with each level.

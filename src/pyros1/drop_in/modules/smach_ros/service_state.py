@@ -15,7 +15,7 @@ class ServiceState(CallState):
 
     Args:
         service_name: the service. service_spec: its class.
-        request: the request, if nothing else makes it; None for an empty one.
+        request: the request, if nothing else provides one; None for an empty one.
         request_cb: called with the userdata and the request, then ``request_cb_args`` and ``request_cb_kwargs``; it
             changes the request, or returns another one.
         request_key: userdata key of a whole request. request_slots: userdata keys that are fields of the request.

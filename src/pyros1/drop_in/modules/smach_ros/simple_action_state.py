@@ -19,7 +19,7 @@ class SimpleActionState(CallState):
 
     Args:
         action_name: name of the action. action_spec: its class.
-        goal: the goal, if nothing else makes it; None for an empty one.
+        goal: the goal, if nothing else provides one; None for an empty one.
         goal_key: userdata key of a whole goal. goal_slots: userdata keys that are fields of the goal.
         goal_cb: called with the userdata and the goal, then ``goal_cb_args`` and ``goal_cb_kwargs``; it changes the
             goal, or returns another one.
@@ -28,7 +28,7 @@ class SimpleActionState(CallState):
             arguments; it may return an outcome.
         input_keys, output_keys, outcomes: further ones, which the callbacks use.
         exec_timeout: rospy.Duration after which the goal is canceled, and the outcome is "aborted"; None for no limit.
-        preempt_timeout: rospy.Duration that the server has for ending a canceled goal.
+        preempt_timeout: rospy.Duration that the server has to end a canceled goal.
         server_wait_timeout: rospy.Duration to wait for the server.
     """
 

@@ -11,7 +11,7 @@ from smach.state import State
 
 
 class Call(NamedTuple):
-    """A function of the program, with what it gets after the usual arguments."""
+    """A function of the program, and its extra arguments."""
 
     function: Callable[..., Any] | None
     args: Sequence[Any] = ()
@@ -28,7 +28,7 @@ class CallState(State):
     """Base of the states that send a message and get one back; outcomes "succeeded", "aborted" and "preempted".
 
     Args:
-        what: "goal" or "request", "result" or "response", for error texts.
+        what: "goal" or "request", "result" or "response", for error messages.
         first: the message to send if nothing changes it.
         out: userdata key of the whole message to send; keys that are fields of it; function that changes it.
         back: userdata key for the message that came back; keys that are fields of it; function that sees it.

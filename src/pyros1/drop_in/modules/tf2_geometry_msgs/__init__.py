@@ -1,4 +1,4 @@
-"""tf2_geometry_msgs, by pyros1: takes messages of geometry_msgs to other frames
+"""tf2_geometry_msgs, by pyros1: transforms messages of geometry_msgs to other frames
 (https://wiki.ros.org/tf2_geometry_msgs).
 
 Importing it registers them for `tf2_ros.Buffer.transform`.

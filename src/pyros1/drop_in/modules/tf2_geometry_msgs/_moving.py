@@ -1,6 +1,6 @@
-"""Rotation matrices and quaternions as PyKDL makes them: quaternions that are not of unit length are taken as they are.
+"""Rotation matrices and quaternions computed as PyKDL does: quaternions are not normalized.
 
-In floats, since numpy takes longer for so few numbers.
+They are tuples of floats, since numpy is slower for so few numbers.
 """
 
 from __future__ import annotations
@@ -49,14 +49,14 @@ def multiplied(one: Matrix, two: Matrix) -> Matrix:
 
 
 def rotated(turn: Matrix, vector: Sequence[float]) -> Row:
-    """Return a vector (3,), rotated."""
+    """Return a rotated vector (3,)."""
     x, y, z = vector
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = turn
     return xx * x + xy * y + xz * z, yx * x + yy * y + yz * z, zx * x + zy * y + zz * z
 
 
 def moved(transform: Any, point: Row) -> Row:
-    """Return a point (3,), taken through a geometry_msgs/Transform."""
+    """Return a point (3,), transformed by a geometry_msgs/Transform."""
     q, v = transform.rotation, transform.translation
     x, y, z = rotated(from_quaternion(q.x, q.y, q.z, q.w), point)
     return x + v.x, y + v.y, z + v.z

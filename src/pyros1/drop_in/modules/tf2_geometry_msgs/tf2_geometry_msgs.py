@@ -1,4 +1,4 @@
-"""Functions that take messages of geometry_msgs to other frames, and their registrations.
+"""Functions that transform messages of geometry_msgs to other frames, and their registrations.
 
 Stock uses PyKDL, from which programs see that the results have the transform's header.
 """
@@ -16,12 +16,12 @@ from tf2_geometry_msgs._moving import Matrix, from_quaternion, moved, multiplied
 
 
 def to_msg_msg(msg: Any) -> Any:
-    """Return a message, which is one already."""
+    """Return the message unchanged: it needs no conversion."""
     return msg
 
 
 def from_msg_msg(msg: Any) -> Any:
-    """Return a message, which needs no conversion."""
+    """Return the message unchanged: it needs no conversion."""
     return msg
 
 

@@ -1,4 +1,4 @@
-"""tf2_sensor_msgs, by pyros1: takes point clouds to other frames (https://wiki.ros.org/tf2_sensor_msgs).
+"""tf2_sensor_msgs, by pyros1: transforms point clouds to other frames (https://wiki.ros.org/tf2_sensor_msgs).
 
 Importing it registers them for `tf2_ros.Buffer.transform`.
 """

@@ -1,4 +1,4 @@
-"""Function that takes a sensor_msgs/PointCloud2 to another frame, on numpy, and its registration."""
+"""Function that transforms a sensor_msgs/PointCloud2 to another frame with numpy, and its registration."""
 
 from __future__ import annotations
 

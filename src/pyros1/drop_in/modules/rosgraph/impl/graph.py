@@ -1,6 +1,6 @@
-"""The graph of nodes and topics, kept up to date with the master and with what the nodes say (for rqt_graph and such).
+"""The graph of nodes and topics, updated from the master and the nodes (for rqt_graph and similar tools).
 
-A topic's vertex is its name with a blank in front, so that it differs from a node's.
+A topic's vertex is its name with a space in front, so that it differs from a node's.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ def edge_args(start: str, dest: str, direction: str, label: str) -> list[tuple[s
 
 
 class EdgeList:
-    """Edges, by both of their ends."""
+    """Edges, indexed by both of their ends."""
 
     __slots__ = ["edges_by_start", "edges_by_end"]  # noqa: RUF023
 
@@ -99,7 +99,7 @@ class EdgeList:
         return (edge for edges in list(self.edges_by_start.values()) for edge in list(edges))
 
     def has(self, edge: Edge) -> bool:
-        """Return whether an edge is there."""
+        """Return whether an edge exists."""
         return edge in self.edges_by_start.get(edge.key, ())
 
     __contains__ = has
@@ -127,7 +127,7 @@ class EdgeList:
                 table.pop(key, None)
 
     def delete_all(self, node: str) -> None:
-        """Remove all edges that begin at a vertex, or end there."""
+        """Remove all edges that start or end at a vertex."""
         for edge in list(self):
             if node in (edge.start, edge.end):
                 self.delete(edge)
@@ -137,7 +137,7 @@ class Graph:
     """The graph.
 
     Args:
-        node_ns, topic_ns: only nodes and topics in these namespaces count.
+        node_ns, topic_ns: only nodes and topics in these namespaces are included.
 
     Attributes:
         nn_nodes: names of the nodes. nt_nodes: vertices of the topics. srvs: names of the services.
@@ -164,15 +164,15 @@ class Graph:
         self.node_stale = 5.0
 
     def set_master_stale(self, stale_secs: float) -> None:
-        """Set after how many seconds the master is asked again."""
+        """Set the number of seconds after which the master is queried again."""
         self.master_stale = stale_secs
 
     def set_node_stale(self, stale_secs: float) -> None:
-        """Set after how many seconds a node is asked again."""
+        """Set the number of seconds after which a node is queried again."""
         self.node_stale = stale_secs
 
     def update(self) -> bool:
-        """Ask the master and the nodes whose answers are too old; return whether the graph has changed."""
+        """Query the master and the nodes whose answers are too old; return whether the graph has changed."""
         now = time.time()
         changed = False
         if now - self.last_master_refresh > self.master_stale:
@@ -184,7 +184,7 @@ class Graph:
         return changed
 
     def bad_update(self) -> bool:
-        """Ask the nodes that did not respond; return whether the graph has changed."""
+        """Query the nodes that did not respond; return whether the graph has changed."""
         changed = [self._node_refresh(node) for node in sorted(self.bad_nodes)]
         return any(changed)
 
@@ -223,7 +223,7 @@ class Graph:
             self.bad_nodes.pop(node, None)
 
     def _node_refresh(self, node: str) -> bool:
-        """Ask a node for its connections; return whether there are new ones, or the node no longer answers."""
+        """Query a node for its connections; return whether there are new ones, or the node no longer answers."""
         first = node not in self.last_node_refresh
         try:
             uri = self._uri(node)
@@ -258,7 +258,7 @@ class Graph:
         return uri
 
     def _name(self, destination: str) -> str | None:
-        """Return the name of the node at the other end, for which subscribers know only the address."""
+        """Return the name of the node at the other end; subscribers know only its address."""
         if not destination.startswith("http://"):
             return destination
         if destination not in self.uri_node_map:
