@@ -129,7 +129,7 @@ class InteractiveMarkerServer:
             header: of the pose; without a frame_id, the marker keeps its own.
 
         Returns:
-            Whether the marker exists, and is not about to be inserted again.
+            Whether the marker was sent to clients, and is not about to be inserted again.
         """
         with self.mutex:
             context, update = self.marker_contexts.get(name), self.pending_updates.get(name)

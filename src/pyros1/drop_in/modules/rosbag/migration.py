@@ -64,7 +64,7 @@ class MessageMigrator(Migrator):
         return None
 
     def all_rules_valid(self) -> bool:
-        """Return whether all rules can be used; always, since pyros1 raises errors when it reads rules."""
+        """Return whether all rules can be used; invalid rules in files are already rejected when the files are read."""
         return not self.get_invalid_rules()
 
     def get_invalid_rules(self) -> list[Any]:
