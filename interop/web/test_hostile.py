@@ -65,7 +65,9 @@ def test_values_between_which_an_axis_has_no_steps(browser: Browser, web: Web, m
     for one, other in ((1e17, 1e17 + 16), (HUGE, -HUGE), (5e-324, 0.0)):
         for number in range(6):
             publisher.publish(Float64((one, other)[number % 2]))
-        browser.wait("document.querySelector('.plot').plot.lines[0]?.points.lastValue() === arguments[0]", other, seconds=8)
+        browser.wait(
+            "document.querySelector('.plot').plot.lines[0]?.points.lastValue() === arguments[0]", other, seconds=8
+        )
 
 
 def test_a_log_of_endless_lines(browser: Browser, web: Web, make_node: Make) -> None:

@@ -330,8 +330,8 @@ def test_older_messages_stay_as_long_as_one_wants(browser: Browser, web: Web, ro
     for place, count in ((0.0, 1), (0.15, 2), (0.3, 2)):
         step.pose.pose.position.x = place
         steps.publish(step)
-        browser.wait(f"{drawn.format(display('/odom'))} && {display('/odom')}.lastPose?.[0].toFixed(2) === arguments[1]",
-            count, f"{place:.2f}")  # fmt: skip
+        last = f"{display('/odom')}.lastPose?.[0].toFixed(2)"
+        browser.wait(f"{drawn.format(display('/odom'))} && {last} === arguments[1]", count, f"{place:.2f}")
     step.pose.pose.position.x = 0.35  # nearer than the tolerance
     steps.publish(step)
     scans.publish(scan)

@@ -13,7 +13,7 @@ export function join(x, y, begin, end, most) {
   let kept = 0;
   let near = x.indexOf(begin);
   let ended = false; // a value was not finite: the line is interrupted
-  const put = (...numbers) => {
+  const addPoint = (...numbers) => {
     [xs[kept], ys[kept], times[kept]] = numbers;
     kept += 1;
   };
@@ -25,9 +25,9 @@ export function join(x, y, begin, end, most) {
       ended = kept > 0;
       return;
     }
-    if (ended) put(NaN, NaN, time);
+    if (ended) addPoint(NaN, NaN, time);
     ended = false;
-    put(value, y.values[index], time);
+    addPoint(value, y.values[index], time);
   };
   for (let index = first + ((step - ((first - y.start + y.forgotten) % step)) % step); index < last; index += step) keep(index);
   return { xs: xs.subarray(0, kept), ys: ys.subarray(0, kept), times: times.subarray(0, kept) };

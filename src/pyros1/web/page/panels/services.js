@@ -111,7 +111,7 @@ class Services {
       result.say("calling …");
       tree.show(null);
       try {
-        const { value, seconds } = await this.place.robot.call("services.call", { service, value: await editor.message(), timeout: Number(patience.value) || 10 });
+        const { value, seconds } = await this.place.robot.call("services.call", { service, value: await editor.message(), timeout: Number(timeoutInput.value) || 10 });
         result.say(`answered in ${seconds < 1 ? `${(seconds * 1000).toFixed(1)} ms` : `${seconds.toFixed(2)} s`}`);
         tree.show(value);
       } catch (error) {
@@ -120,7 +120,7 @@ class Services {
         button.disabled = false;
       }
     } }, "Call");
-    const patience = h("input.num", { type: "number", min: 0.1, max: 600, step: "any", value: 10, "aria-label": "seconds to wait" });
-    return h("div.caller", {}, editor.element, h("div.actions", {}, button, h("label.check", { title: "how long to wait for the response" }, "at most", patience, "s")), result.element, tree.element);
+    const timeoutInput = h("input.num", { type: "number", min: 0.1, max: 600, step: "any", value: 10, "aria-label": "seconds to wait" });
+    return h("div.caller", {}, editor.element, h("div.actions", {}, button, h("label.check", { title: "how long to wait for the response" }, "at most", timeoutInput, "s")), result.element, tree.element);
   }
 }

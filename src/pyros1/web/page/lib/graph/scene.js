@@ -68,8 +68,8 @@ export class Scene {
   // else most boxes, stay where they are.
   arrange(model, what, found, chosen, now) {
     const sizes = new Map(what.boxes.map((box) => [box.id, box]));
-    const still = found.boxes[chosen] && this.items.has(chosen) ? [[chosen, found.boxes[chosen]]] : Object.entries(found.boxes);
-    const staying = still.filter(([id]) => this.items.has(id)).map(([id, at]) => {
+    const anchors = found.boxes[chosen] && this.items.has(chosen) ? [[chosen, found.boxes[chosen]]] : Object.entries(found.boxes);
+    const staying = anchors.filter(([id]) => this.items.has(id)).map(([id, at]) => {
       const old = this.items.get(id).home;
       return [old[0] - at[0], old[1] - at[1]];
     });

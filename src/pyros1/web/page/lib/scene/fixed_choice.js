@@ -11,7 +11,7 @@ export class FixedChoice {
     this.chosen = chosen;
     this.list = h("select.mono", { "aria-label": "fixed frame", title: "the fixed frame of the view", onchange: () => this._listed(this.list.value) });
     this.field = h("input.mono", { "aria-label": "name of the fixed frame", placeholder: "frame", size: 10, maxLength: 200, hidden: true,
-      onchange: () => this._receive(this.field.value.trim().replace(/^\/+/, "") || this.frame), onblur: () => this._typing(false),
+      onchange: () => this._setFrame(this.field.value.trim().replace(/^\/+/, "") || this.frame), onblur: () => this._typing(false),
       onkeydown: (event) => { if (event.key === "Escape") this._typing(false); } });
     this.element = h("label.check", {}, h("span.what", {}, "fixed"), this.list, this.field);
   }
@@ -28,7 +28,7 @@ export class FixedChoice {
 
   _listed(name) {
     if (name === OTHER) this._typing(true);
-    else this._receive(name);
+    else this._setFrame(name);
   }
 
   _typing(typing) {
@@ -38,7 +38,7 @@ export class FixedChoice {
     else this.list.value = this.frame;
   }
 
-  _receive(frame) {
+  _setFrame(frame) {
     this._typing(false);
     if (frame === this.frame) return;
     this.frame = frame;
