@@ -56,11 +56,13 @@ _EXPORTS = {
 }
 
 
-def __getattr__(name: str) -> Any:
-    """Load and return a public name when it is first used: pyros1 imports this package, but small programs use none."""
-    from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never get here
+if not TYPE_CHECKING:  # so that type checkers report names that do not exist
 
-    return load(__name__, _EXPORTS, name)
+    def __getattr__(name: str) -> Any:
+        """Load and return a public name when it is first used: pyros1 imports this package at once."""
+        from pyros1.ground.lazy import load  # noqa: PLC0415 - most imports never get here
+
+        return load(__name__, _EXPORTS, name)
 
 
 def __dir__() -> list[str]:
