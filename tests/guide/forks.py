@@ -17,7 +17,7 @@ import threading
 from pathlib import Path
 
 LOADED = (
-    "pyros1.actions", "pyros1.bag.api", "pyros1.cli.main", "pyros1.cli.running", "pyros1.finding.library",
+    "pyros1.actions", "pyros1.bag.api", "pyros1.cli.dispatch", "pyros1.cli.running", "pyros1.finding.library",
     "pyros1.graph", "pyros1.launch.reading.loader", "pyros1.launch.running.session", "pyros1.master.server",
     "pyros1.msgs.rosgraph_msgs.msg", "pyros1.msgs.std_msgs.msg", "pyros1.node", "pyros1.observe.statistics",
     "pyros1.tf", "pyros1.values", "yaml",
