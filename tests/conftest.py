@@ -45,6 +45,13 @@ def signal_handlers_are_put_back() -> Iterator[None]:
         signal.signal(number, handler)
 
 
+@pytest.fixture(autouse=True)
+def coverage_does_not_count(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Programs whose memory or start is measured must not record coverage, as others do under ``coverage run``."""
+    if request.path.stem in ("test_memory", "test_limits", "test_start"):
+        monkeypatch.delenv("COVERAGE_PROCESS_CONFIG", raising=False)
+
+
 @pytest.fixture
 def master() -> Iterator[Master]:
     """A master of pyros1 on a free port."""

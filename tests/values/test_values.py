@@ -165,3 +165,17 @@ def test_kinds_of_values_are_written_as_what_they_are() -> None:
 
     value = {"a": OrderedDict(b=Words(["c"])), "d": Level.HIGH, "e": np.float64(0.5), "f": bytearray(b"g")}
     assert load_yaml(dump_yaml(value)) == {"a": {"b": ["c"]}, "d": 2, "e": 0.5, "f": b"g"}
+
+
+def test_aliases_do_not_multiply_without_end() -> None:
+    lines = ["a: &a [0, 1, 2, 3, 4, 5, 6, 7, 8, 9]"]
+    for name, before in zip("bcdefghij", "abcdefghi", strict=True):
+        lines.append(f"{name}: &{name} [{', '.join([f'*{before}'] * 10)}]")
+    assert load_yaml("\n".join(lines[:3]))["c"][9][9] == [*range(10)]
+    with pytest.raises(YamlError, match="the aliases stand for more than"):
+        load_yaml("\n".join(lines))
+
+
+def test_a_value_cannot_contain_itself() -> None:
+    with pytest.raises(YamlError, match="1: a value cannot contain itself"):
+        load_yaml("&a [1, *a]")
