@@ -464,3 +464,11 @@ def test_an_early_year_can_be_read_again() -> None:
     call = ("setParam", ("/a", "/x", datetime.datetime(1, 2, 3, 4, 5, 6)))
     (previous,) = journals.decode_records(encode_record(call))
     assert previous is not None and list(previous[1]) == list(call[1])
+
+
+def test_its_thread_does_not_keep_a_program_from_ending(tmp_path: Path) -> None:
+    journal = Journal(tmp_path / "master.journal", print)
+    journal.begin(())
+    (thread,) = [thread for thread in threading.enumerate() if thread.name == "master: journal"]
+    assert thread.daemon
+    journal.close(remove=True)
