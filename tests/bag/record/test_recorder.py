@@ -316,7 +316,7 @@ def test_topics_of_a_node_and_by_expression(start: Any, make_node: Any, tmp_path
         (["-e", "("], 1, "not a regular expression"),
         (["-a", "-l", "3"], 1, "limit"),
         (["-O", "nowhere/x", "t"], 1, "nowhere/x.bag.active"),
-        (["--snapshot", "--snapshot-size", "nan", "t"], 2, "must be a number"),
+        (["--snapshot", "--snapshot-size", "nan", "t"], 2, "must be a non-negative number"),
         (["/"], 1, "'/' is not a legal topic name"),
         (["--min-space", "1000T", "t"], 1, "min-space"),
     ],
