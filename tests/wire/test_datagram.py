@@ -10,7 +10,14 @@ from hypothesis import strategies as st
 
 from pyros1.ground.errors import ProtocolError
 from pyros1.wire import datagram
-from pyros1.wire.datagram import MAX_DATAGRAM_SIZE, MIN_DATAGRAM_SIZE, Assembler, parse_udpros_response, parse_udpros_offer, split
+from pyros1.wire.datagram import (
+    MAX_DATAGRAM_SIZE,
+    MIN_DATAGRAM_SIZE,
+    Assembler,
+    parse_udpros_offer,
+    parse_udpros_response,
+    split,
+)
 from pyros1.wire.header import encode_header
 
 
@@ -95,7 +102,12 @@ def test_messages_that_are_too_large_are_refused(monkeypatch: pytest.MonkeyPatch
 
 
 def test_limits() -> None:
-    assert (MIN_DATAGRAM_SIZE, MAX_DATAGRAM_SIZE, datagram.MAX_BLOCKS, datagram.MAX_BYTES) == (64, 65507, 65535, 1 << 30)
+    assert (MIN_DATAGRAM_SIZE, MAX_DATAGRAM_SIZE, datagram.MAX_BLOCKS, datagram.MAX_BYTES) == (
+        64,
+        65507,
+        65535,
+        1 << 30,
+    )
 
 
 HEADER = encode_header({"topic": "/t"})[4:]
@@ -103,7 +115,13 @@ HEADER = encode_header({"topic": "/t"})[4:]
 
 @pytest.mark.parametrize(
     ("offered", "size"),
-    [(1500, 1500), (MIN_DATAGRAM_SIZE, MIN_DATAGRAM_SIZE), (63, MIN_DATAGRAM_SIZE), (-1, MIN_DATAGRAM_SIZE), (1 << 20, MAX_DATAGRAM_SIZE)],
+    [
+        (1500, 1500),
+        (MIN_DATAGRAM_SIZE, MIN_DATAGRAM_SIZE),
+        (63, MIN_DATAGRAM_SIZE),
+        (-1, MIN_DATAGRAM_SIZE),
+        (1 << 20, MAX_DATAGRAM_SIZE),
+    ],
 )
 def test_the_offer_of_a_subscriber(offered: int, size: int) -> None:
     assert parse_udpros_offer(["UDPROS", HEADER, "robot", 4000, offered]) == ({"topic": "/t"}, ("robot", 4000), size)
