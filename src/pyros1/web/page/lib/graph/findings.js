@@ -20,7 +20,7 @@ export function findings(robot, kind, name, atOnce) {
 
 function show(element, found, ask) {
   fill(element, found.length ? found.map(({ severity, text, items, cure }) => h(`div.finding.${severity}`, {},
-    h("p", {}, text), items.length > 0 && h("ul", {}, items.slice(0, 20).map((item) => h("li.mono", {}, item))), h("p.cure", {}, h("b", {}, "cure: "), cure)))
+    h("p", {}, text), items.length > 0 && h("ul", {}, items.slice(0, 20).map((item) => h("li.mono", {}, item))), h("p.cure", {}, h("b", {}, "fix: "), cure)))
     : h("p.fine", {}, "No problems found."), button(ask, "Check again"));
 }
 
