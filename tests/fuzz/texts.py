@@ -29,7 +29,7 @@ from pyros1.reconfigure.values import choices
 from pyros1.urdf.model import UrdfError
 from pyros1.urdf.reading import read as read_urdf
 from pyros1.values import YamlError, dump_yaml, load_all_yaml
-from pyros1.values.angles import radians
+from pyros1.values.angles import evaluate_angle
 
 from ..msgs import codec
 from . import bombs
@@ -171,7 +171,7 @@ def expressions(data: bytes) -> None:
     with contextlib.suppress(LaunchError):
         evaluate(text, _NAMES, {})
     with contextlib.suppress(ExpressionError, ValueError, OverflowError):
-        radians(text)
+        evaluate_angle(text)
 
 
 def _plain(value: Any) -> Any:

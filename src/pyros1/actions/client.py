@@ -132,15 +132,15 @@ class Client:
         return client_goal
 
     def cancel_all(self) -> None:
-        """Request the server to cancel all its goals, including those of other clients."""
+        """Ask the server to cancel all its goals, including those of other clients."""
         self._cancels.publish(self._goal_id())
 
     def cancel_until(self, time: Time) -> None:
-        """Request the server to cancel all goals sent up to a time, including those of other clients."""
+        """Ask the server to cancel all goals sent up to a time, including those of other clients."""
         self._cancels.publish(self._goal_id(time, ""))
 
     def cancel(self, name: str) -> frozenset[object]:
-        """Request the server to cancel one goal, by name; returns the links used for the request."""
+        """Ask the server to cancel one goal, by name; returns the links used for the request."""
         links = self._cancel_links
         self._cancels.publish(self._goal_id(Time(), name))
         return links

@@ -131,7 +131,7 @@ class ClientGoal:
         return self._feedback.popleft()
 
     def cancel(self) -> None:
-        """Request the server to cancel the goal, which ends when the server confirms. Do nothing if it has ended."""
+        """Ask the server to cancel the goal, which ends when the server confirms. Do nothing if it has ended."""
         may_have_effect = [False]
 
         def request_cancel(progress: Progress) -> None:

@@ -16,13 +16,13 @@ class Tracked:
     Attributes:
         status: its actionlib_msgs/GoalStatus, as published; ``status.goal_id`` names it.
         goal: the message of the action's goal topic; None if only a cancel request for it was received.
-        ended: when the goal ended, after which its status is kept for a while; None while the goal is active.
+        ended_at: when the goal ended, after which its status is kept for a while; None while the goal is active.
     """
 
     def __init__(self, goal_id: Any, status: int = Status.PENDING, goal: Any = None) -> None:
         self.status: Any = load_message("actionlib_msgs/GoalStatus")(goal_id=goal_id, status=int(status))
         self.goal = goal
-        self.ended: Time | None = None
+        self.ended_at: Time | None = None
 
     def apply(self, transition: Transition, text: str = "") -> bool:
         """Change the status and its text; return False, and change nothing, if the transition is not possible now."""
@@ -76,7 +76,7 @@ class GoalTable(Generic[_T]):
         recalled = known.status.status == Status.RECALLING and known.goal is None
         if recalled:
             known.status.status = int(Status.RECALLED)
-            known.ended = now
+            known.ended_at = now
         return known, recalled
 
     def is_too_old(self, goal_id: Any) -> bool:
@@ -97,9 +97,9 @@ class GoalTable(Generic[_T]):
         if now < self._last_time:
             self.last_cancel = min(self.last_cancel, now)
             for goal in self.goals:
-                goal.ended = goal.ended and min(goal.ended, now)
+                goal.ended_at = goal.ended_at and min(goal.ended_at, now)
         self._last_time = now
-        expired = [goal for goal in self.goals if goal.ended is not None and goal.ended + self.kept < now]
+        expired = [goal for goal in self.goals if goal.ended_at is not None and goal.ended_at + self.kept < now]
         if expired:
             self.goals = [goal for goal in self.goals if goal not in expired]
         return expired

@@ -159,7 +159,7 @@ class Server:
             if request.id and self._table.find(request.id) is None:  # its goal may still arrive
                 placeholder = Tracked(request)
                 placeholder.apply(Transition.ASK_TO_CANCEL)
-                placeholder.ended = self.node.now()
+                placeholder.ended_at = self.node.now()
                 self._table.goals.append(placeholder)
             self.publish_status()
         for goal in goals_to_cancel:

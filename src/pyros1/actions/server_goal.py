@@ -108,5 +108,5 @@ class ServerGoal:
         with self._server.lock:
             if not self._tracked.apply(transition, text):
                 raise ActionError(f"cannot {transition.value} goal {self.name}: it is {self.status.name}")
-            self._tracked.ended = self._server.node.now()
+            self._tracked.ended_at = self._server.node.now()
             self._server.publish_result(self._tracked.status, result)

@@ -50,7 +50,7 @@ class LoopDriver:
             self._loop.remove_reader(fd)
 
     def wake(self, delivery: DeliveryLoop) -> None:
-        """Run a delivery loop soon. Any thread."""
+        """Schedule a delivery loop to run soon. Thread-safe."""
         with contextlib.suppress(RuntimeError):  # the loop is closed
             self._loop.call_soon_threadsafe(self._run, delivery)
 

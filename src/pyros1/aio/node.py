@@ -82,11 +82,17 @@ class _Node(SyncNode):
         super()._open(*args)
 
     def subscribe_stream(
-        self, topic: str, type: Any, stream: Messages[Any], queue_size: int | None, nodelay: bool, driver: Driver | None
+        self,
+        topic: str,
+        type: Any,
+        stream: Messages[Any],
+        queue_size: int | None,
+        tcp_nodelay: bool,
+        driver: Driver | None,
     ) -> Subscriber[Any]:
         """Subscribe a stream; see :meth:`Node.subscribe`."""
         cls = message_class(type, "subscribe")
-        hints = Hints(tcp_nodelay=nodelay)
+        hints = Hints(tcp_nodelay=tcp_nodelay)
         return self._topics.subscribe(
             self.resolve(topic), cls, _no_callback, queue_size, hints, stream=stream, driver=driver
         )
@@ -257,7 +263,7 @@ class Node:
         return await self._subscribe(topic, type, queue_size, tcp_nodelay)
 
     async def _subscribe(
-        self, topic: str, type: type[_M] | str, queue_size: int | None, nodelay: bool = True, urgent: bool = False
+        self, topic: str, type: type[_M] | str, queue_size: int | None, tcp_nodelay: bool = True, urgent: bool = False
     ) -> Messages[_M]:
         check_name(topic, "subscribe(topic, type)")
         check_queue_size(queue_size, 1)
@@ -269,7 +275,7 @@ class Node:
         driver = None if stream.wants_newest else self._driver
 
         def subscribe() -> None:
-            stream.attach(node.subscribe_stream(topic, type, stream, queue_size, nodelay, driver))
+            stream.attach(node.subscribe_stream(topic, type, stream, queue_size, tcp_nodelay, driver))
 
         try:
             await asyncio.to_thread(subscribe)
@@ -287,8 +293,8 @@ class Node:
     async def wait_for_message(self, topic: str, type: type[_M] | str, timeout: float | None = None) -> _M:
         """Wait for one new message.
 
-        An iteration over the same topic, which may be waiting for this call, continues to receive messages, so more of
-        them than usual may be queued for it.
+        Meanwhile, an iteration over the same topic keeps receiving, even if it is waiting for this call, so its queue
+        may exceed the usual limit.
 
         Raises:
             WaitTimeoutError: no message arrived within ``timeout`` seconds.

@@ -61,7 +61,7 @@ class CommandLine:
         return self._options_with_values().get(self._typed[-1]) if self._typed else None
 
     def _options_with_values(self) -> dict[str, Option]:
-        """Return the options that take a value by each of their names."""
+        """Return the options that take a value, each under all of its names."""
         if not any(word.startswith("-") for word in self._typed):
             return {}  # avoid loading the verb
         verb = registry.load_verb(self.command, self.verb) if self.verb else registry.load_command(self.command).verb

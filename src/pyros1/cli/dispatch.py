@@ -67,7 +67,7 @@ def dispatch(argv: list[str], alone: bool) -> int:
         output.discard_output()  # the reader closed the pipe
         return 0
     except OSError as error:
-        if error.filename != output.NAME:
+        if error.filename != output.STDOUT_NAME:
             raise
         output.discard_output()
         print(f"ERROR: cannot write to standard output: {error.strerror}", file=sys.stderr)
@@ -137,7 +137,7 @@ def _run(command: str, arguments: list[str]) -> int:
         print(f"ERROR: the input is not UTF-8 text: byte {byte:#04x} at offset {offset}", file=sys.stderr)
         return 1
     except OSError as error:
-        if error.filename in (None, output.NAME):  # errors that are not about a file named by the user are bugs
+        if error.filename in (None, output.STDOUT_NAME):  # errors that are not about a file named by the user are bugs
             raise
         print(f"ERROR: {error.filename or repr('')}: {error.strerror}", file=sys.stderr)
         return 1

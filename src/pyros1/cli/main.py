@@ -9,13 +9,13 @@ import sys
 def entry(argv: list[str] | None = None, *, alone: bool | None = None) -> int:
     """Run a command.
 
-    Commands that run until Ctrl-C exit with code 0. Other commands die of the signal, so that a shell loop around them
-    stops as well.
+    Commands that run until Ctrl-C exit with code 0. Other commands are killed by the signal, so that a shell loop
+    around them stops as well.
 
     Args:
         argv: the command line, including the program's name; None for ``sys.argv``. If the name is a stock tool's, such
             as ``rostopic``, the program acts as that tool.
-        alone: whether this process only runs the command; None for True if `argv` is None.
+        alone: whether this process only runs the command; defaults to True if `argv` is None.
 
     Returns:
         The exit code.

@@ -56,7 +56,7 @@ _ROW = re.compile(r"^\| (?:L\d+)? ?\| [^|]+ \| ([^|]+) \| ([^|]+) \|$", re.MULTI
 _TESTS = re.compile(r"`((?:tests|interop)/[^`:]+)(?:::[^`]+)?`")
 
 
-def page_table(_: str = "") -> str:
+def commands_table(_: str = "") -> str:
     """Return the table of commands for the guide."""
     lines = ["| `pyros1 ...` | stock ROS 1 | what it does | verbs; those that stock lacks |\n", "|---|---|---|---|\n"]
     for name, entry in registry.commands().items():
@@ -111,7 +111,7 @@ def _test_files(text: str) -> Mapping[str, list[str]]:
 
 
 DOCUMENTS: Mapping[Path, Callable[[str], str]] = {
-    ROOT / "src" / "pyros1" / "guide" / "howto" / "commands.md": page_table,
+    ROOT / "src" / "pyros1" / "guide" / "howto" / "commands.md": commands_table,
     ROOT / "interop" / "commands.md": verbs_table,
 }
 """Files with a table between two markers, and functions that generate the table from the file's contents."""

@@ -14,7 +14,7 @@ _ASCII_REPLACEMENTS = str.maketrans(
 )
 """ASCII replacements of drawing characters that the encoding lacks."""
 _ERROR_HANDLER = "pyros1"
-NAME = "standard output"
+STDOUT_NAME = "standard output"
 """The name of standard output in error messages."""
 
 
@@ -69,12 +69,12 @@ class _NamedOutput(io.FileIO):
         try:
             return super().write(data)
         except OSError as error:
-            error.filename = NAME
+            error.filename = STDOUT_NAME
             raise
 
 
 def _with_named_errors(stream: TextIO) -> TextIO:
-    """Return an equivalent stream whose errors have the file name `NAME`."""
+    """Return an equivalent stream whose errors have the file name `STDOUT_NAME`."""
     if not isinstance(stream, io.TextIOWrapper):
         return stream
     raw = _NamedOutput(stream.fileno(), "w", closefd=False)

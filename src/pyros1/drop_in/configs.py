@@ -79,7 +79,7 @@ class _Package:
         """Let the import system create the module."""
 
     def exec_module(self, module: ModuleType) -> None:
-        """Fill the module, which contains only further modules."""
+        """Set the docstring; the module contains only submodules."""
         module.__doc__ = f"Reconfigurable parameters of nodes in {self._folder}."
 
 

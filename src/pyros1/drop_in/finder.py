@@ -89,7 +89,7 @@ class Finder:
             return spec
         spec = self._package_spec(top, rest, name)
         if spec is None and is_in_our_folder and not rest[-1].startswith("__"):
-            # The name is not that of the module: otherwise "from rospy import x" would discard this message.
+            # `name` is the package, not the missing module: otherwise "from rospy import x" would discard this message.
             raise ModuleNotFoundError(f"pyros1 has no {name}{reason_for(name)}", name=top)
         if spec is None and not rest and reason_for(name) and not _is_existence_check():
             raise ModuleNotFoundError(
@@ -158,7 +158,7 @@ def install() -> Finder:
             return each
     ours = Finder()
     if not ours.stock:
-        finder().stock_names = True
+        finder().uses_stock_names = True
         register()
     if os.environ.get(VARIABLE) == "pyros1":
         sys.meta_path.insert(0, ours)

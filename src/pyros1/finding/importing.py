@@ -26,15 +26,15 @@ class MessageFinder:
         environ: environment variables, which are read when the first definition is needed.
 
     Attributes:
-        stock_names: whether the ``__module__`` of classes is that of stock's generator, ``std_msgs.msg._String``. This
-            is set in programs written for stock, some of which take the package from it, and whose pickles stock can
-            read.
+        uses_stock_names: whether the ``__module__`` of classes is that of stock's generator, ``std_msgs.msg._String``.
+            This is set in programs written for stock, some of which take the package from it, and whose pickles stock
+            can read.
     """
 
     def __init__(self, environ: Mapping[str, str]) -> None:
         self._environ = environ
         self._library: Any = None
-        self.stock_names = False
+        self.uses_stock_names = False
 
     @property
     def library(self) -> Any:
@@ -129,7 +129,7 @@ class MessageFinder:
 
     def _module_of(self, name: str, kind: str, module: str) -> str:
         package, _, short = name.partition("/")
-        return f"{package}.{kind}._{short}" if self.stock_names else module
+        return f"{package}.{kind}._{short}" if self.uses_stock_names else module
 
     def _service_part(self, name: str) -> type[Any]:
         """Return the class with a name in a srv module: a service, a request or a response."""

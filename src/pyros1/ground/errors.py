@@ -84,8 +84,8 @@ class DeserializationError(MessageError):
     """Received bytes are not a message of the expected type.
 
     Args:
-        type_name: for example ``std_msgs/String``. If it is the only argument, it is the message, since programs and
-            generated message modules raise this error as well.
+        type_name: for example ``std_msgs/String``. If it is the only argument, it is the whole error text: programs and
+            generated modules raise this error that way.
         offset: byte offset into the message body at which decoding failed.
         reason: what is wrong there.
     """

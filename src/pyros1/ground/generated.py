@@ -83,7 +83,10 @@ class SearchPath(_Strings):
         self.modules = modules
 
     def __iter__(self) -> Iterator[str]:
-        """Iterate, as the import system does before it searches; it may have discarded its finders."""
+        """Iterate, after putting our finder back into the import system's cache.
+
+        The import system iterates here before each search, and may have discarded its finders.
+        """
         sys.path_importer_cache.setdefault(_ENTRY, self.modules)
         return super().__iter__()
 

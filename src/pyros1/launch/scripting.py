@@ -7,7 +7,8 @@
     process.stop()
     launch.stop()
 
-A launch runs in a separate thread, in which all changes are made. Names and arguments are those of roslaunch's API.
+A launch runs in a separate thread; only that thread starts and stops processes. Names and arguments are those of
+roslaunch's API.
 """
 
 from __future__ import annotations

@@ -164,7 +164,7 @@ def _to_array(module: Any, picture: Any, data: bytes) -> Pixels:
         pixels = png16.read(data, module)
         return np.dstack([pixels[:, :, :1]] * 3 + [pixels[:, :, 1:]]) if pixels.shape[2] == 2 else pixels
     mode, name = picture.mode, picture.format
-    if mode in ("RGB", "RGBA", "LA", "La", "CMYK") and _is_deep(picture, data):
+    if mode in ("RGB", "RGBA", "LA", "La", "CMYK") and _exceeds_8_bits(picture, data):
         raise UnsupportedFileError(
             f"a colour {name} file with more than 8 bits per channel cannot be read without loss; send PNG instead"
         )
@@ -184,7 +184,7 @@ def _to_array(module: Any, picture: Any, data: bytes) -> Pixels:
     return np.array(picture.convert(mode))
 
 
-def _is_deep(picture: Any, data: bytes) -> bool:
+def _exceeds_8_bits(picture: Any, data: bytes) -> bool:
     """Return whether Pillow would discard bits of the colours."""
     if picture.format == "TIFF":
         return bool(max(picture.tag_v2.get(_TIFF_BITS, (8,))) > 8)

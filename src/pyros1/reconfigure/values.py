@@ -84,9 +84,9 @@ def convert_value(value: Any, parameter: Any) -> Any:
                 raise ParameterError(f"can't set parameter '{name}' of {kind}: {value!r} is neither true nor false")
             value = _BOOLEANS[lower_value]
         elif named_choices and kind is not str and not _is_number(value):
-            expected = f"{value!r} is not one of {', '.join(named_choices)}"
+            problem = f"{value!r} is not one of {', '.join(named_choices)}"
             raise ParameterError(
-                f"can't set parameter '{name}' of {kind}: {expected}", did_you_mean(value, named_choices)
+                f"can't set parameter '{name}' of {kind}: {problem}", did_you_mean(value, named_choices)
             )
     try:
         result = kind(value)

@@ -26,10 +26,10 @@ _RETRY_ERRORS = (LookupException, ConnectivityException, ExtrapolationException)
 """Errors that may be resolved when further transforms arrive."""
 
 When = Any
-"""A Time (any object with secs and nsecs), seconds as a number, or None or 0 for the latest time."""
+"""A Time (any object with secs and nsecs) or a number of seconds; None or 0 means the latest time."""
 
 Span = Any
-"""Seconds as a number, a Duration, or None or 0 for not waiting."""
+"""A timeout: a number of seconds or a Duration; None or 0 means do not wait."""
 
 
 class FrameState(NamedTuple):

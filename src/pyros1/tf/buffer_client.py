@@ -98,7 +98,7 @@ class BufferClient:
             NodeShutdownError: the node shut down during the wait.
         """
         goal = self._goal(target_frame=target_frame, source_frame=source_frame, source_time=_to_time(time))
-        return self._send_goal(goal, _to_seconds(timeout))
+        return self._request_transform(goal, _to_seconds(timeout))
 
     def lookup_transform_full(
         self,
@@ -120,7 +120,7 @@ class BufferClient:
             fixed_frame=fixed_frame,
             advanced=True,
         )
-        return self._send_goal(goal, _to_seconds(timeout))
+        return self._request_transform(goal, _to_seconds(timeout))
 
     def can_transform(self, target_frame: str, source_frame: str, time: When = None, timeout: Span = None) -> bool:
         """Return whether `lookup_transform` succeeds, now or within ``timeout`` seconds.
@@ -157,7 +157,7 @@ class BufferClient:
         self._results.unregister()
         self._statuses.unregister()
 
-    def _send_goal(self, goal: Any, timeout: float) -> Any:
+    def _request_transform(self, goal: Any, timeout: float) -> Any:
         goal.timeout = Duration.from_sec(timeout)
         allowed = timeout + self._padding
         if not self.wait_for_server(allowed):
@@ -166,7 +166,7 @@ class BufferClient:
         deadline = self._node.now() + Duration.from_sec(allowed)
         result = None
         while result is None:  # if the server noticed this client too late, the result was lost: try again
-            result = self._send_goal_once(goal, deadline)
+            result = self._request_once(goal, deadline)
         if result.status.status != _SUCCEEDED:
             raise TransformException(f"the server has cancelled the lookup (status {result.status.status})")
         error = result.result.error
@@ -174,7 +174,7 @@ class BufferClient:
             raise CODES.get(error.error, TransformException)(error.error_string)
         return result.result.transform
 
-    def _send_goal_once(self, goal: Any, deadline: Time) -> Any:
+    def _request_once(self, goal: Any, deadline: Time) -> Any:
         """Send a goal and wait for the result; return None if it was lost."""
         now = self._node.now()
         goal_id = self._goal_id(now, f"{self._node.name}-{next(self._numbers)}-{now.to_sec():.9f}")

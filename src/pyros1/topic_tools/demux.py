@@ -51,9 +51,7 @@ class Demux:
         outputs = self._outputs
         selected = outputs.get(self._selection.selected or "")
         is_new = selected is not None and not selected.is_advertised
-        admitted = [
-            message._connection_header is output.header or output.accepts(message) for output in outputs.values()
-        ]
+        admitted = [message._connection_header is output.header or output.admit(message) for output in outputs.values()]
         if is_new and all(admitted):
             self._shutdown.wait(CONNECT_DELAY)
         if selected is not None and message._connection_header is selected.header:

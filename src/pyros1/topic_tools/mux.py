@@ -89,7 +89,7 @@ class Mux:
         output = self._output
         if message._connection_header is not output.header:
             is_first = not output.is_advertised
-            if not output.accepts(message):
+            if not output.admit(message):
                 return
             if is_first:
                 output.wait_for_subscriber(self._connect_timeout)

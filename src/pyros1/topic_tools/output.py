@@ -51,8 +51,8 @@ class Output:
         """Whether the topic has subscribers."""
         return self._publisher is not None and self._publisher.num_connections > 0
 
-    def accepts(self, message: AnyMsg) -> bool:
-        """Return whether a message has the topic's type. The first message sets the type.
+    def admit(self, message: AnyMsg) -> bool:
+        """Return whether a message has the topic's type. The first message sets the type and advertises the topic.
 
         Call this whenever ``message._connection_header`` is not `header`.
         """

@@ -93,13 +93,13 @@ class Relay:
 
     def _receive(self, message: AnyMsg) -> None:
         output = self._output
-        if (message._connection_header is output.header or output.accepts(message)) and (
+        if (message._connection_header is output.header or output.admit(message)) and (
             self._gate is None or self._gate(message)
         ):
             output.publish(message)
 
     def _receive_lazily(self, message: AnyMsg) -> None:
-        if self._output.accepts(message) and not self._output.has_subscribers:
+        if self._output.admit(message) and not self._output.has_subscribers:
             self._no_subscriber.set()
         else:
             self._receive(message)

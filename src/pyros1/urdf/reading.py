@@ -93,7 +93,7 @@ def _read_links(root: Element) -> dict[str, None]:
             raise UrdfError(f"there are two links {_escaped(name)}: rename one of them")
         links[name] = None
     if not links:
-        raise UrdfError("the robot has no links: <link name=...>")
+        raise UrdfError("the robot has no links: add at least one <link name=...>")
     return links
 
 

@@ -13,7 +13,7 @@ from typing import Any
 from pyros1.ground.expressions import ExpressionError, Interpreter
 
 
-def radians(text: str) -> float:
+def evaluate_angle(text: str) -> float:
     """Evaluate an arithmetic expression of numbers, ``pi`` and parentheses, in floating point.
 
     Args:

@@ -139,9 +139,9 @@ def _parse_degrees(text: str) -> float:
 
 
 def _parse_radians(text: str) -> float:
-    from pyros1.values.angles import radians  # noqa: PLC0415 - rarely needed, and it loads Python's parser
+    from pyros1.values.angles import evaluate_angle  # noqa: PLC0415 - rarely needed, and it loads Python's parser
 
-    return radians(_strip_call(text, "rad("))
+    return evaluate_angle(_strip_call(text, "rad("))
 
 
 def _strip_call(text: str, begin: str) -> str:

@@ -1,4 +1,4 @@
-"""Converts ROS 1 bags to ROS 2 bags and to MCAP files with messages of ROS 2, with the rosbags library."""
+"""Converts ROS 1 bags to ROS 2 bags and to MCAP files with ROS 2 messages, using the rosbags library."""
 
 from __future__ import annotations
 

@@ -37,8 +37,8 @@ _MAX_SEARCH = 1 << 20
 _FIRST_SEARCH = 1 << 12
 
 _MAX_READ_FACTOR = 64
-"""Maximum number of times, on average, that the file's bytes are read: each wrong length can claim the rest of the
-file.
+"""Maximum average number of reads of each byte: without a limit, every wrong length could claim the rest of the file
+and make it be read again.
 """
 MIN_READ_BUDGET = 64 << 20
 

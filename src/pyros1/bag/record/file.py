@@ -29,7 +29,7 @@ _LOCKED = "another recording is writing this file"
 _DISK_FULL_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
-def claim(path: str) -> str:
+def set_aside_leftover(path: str) -> str:
     """Make sure that no other recording is writing to a file, and rename a file left behind by a killed recording.
 
     Args:
@@ -71,7 +71,7 @@ def _lock(file: IO[bytes] | FileIO) -> None:
 
 
 class RecordWriter(BagWriter):
-    """A writer that can close its bag on a full disk. It locks the file, so that `claim` can detect it.
+    """A writer that can close its bag on a full disk. It locks the file, so that `set_aside_leftover` can detect it.
 
     Attributes:
         lost: connection id -> number of messages that were lost because the disk was full.
@@ -135,7 +135,7 @@ class RecordFile(Generic[_K]):
         self.path = path
         if os.path.isdir(path):
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), path)  # now, not after the recording
-        self.moved_to = claim(path + SUFFIX)
+        self.moved_to = set_aside_leftover(path + SUFFIX)
         self._writer = RecordWriter(path + SUFFIX, compression, chunk_threshold)
         self._keys: dict[int, _K] = {}
         self._conn_ids: dict[_K, int] = {}

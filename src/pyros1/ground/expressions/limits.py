@@ -46,7 +46,7 @@ class ExpressionError(Error, ValueError):
 
 
 class LimitError(ExpressionError):
-    """A value of an expression would be too large, or its evaluation too much work."""
+    """A value in an expression would become too large, or evaluating the expression would take too much work."""
 
 
 class UnknownNameError(ExpressionError):

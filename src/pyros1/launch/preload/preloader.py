@@ -2,8 +2,8 @@
 
 A node can be forked if its script's first line names this launcher's interpreter, and it is not run by another program.
 Nodes share a server if their environments have the same values of all variables that an interpreter, or the modules
-imported by the server, read at startup (`KEPT_VARIABLES`). A server is started together with its first node. Its code
-is in `server`.
+imported by the server, read at startup (`SHARED_VARIABLE_PREFIXES`). A server is started together with its first node.
+Its code is in `server`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from pathlib import Path
 
 from pyros1.launch.preload.server import LENGTH, NUMBER
 
-KEPT_VARIABLES = (
+SHARED_VARIABLE_PREFIXES = (
     "PYTHON",
     "LD_",
     "MALLOC_",
@@ -57,7 +57,7 @@ class ForkedProcess:
         self._link = link
 
     def begin(self) -> None:
-        """Let the process run its program. If this process is killed first, the forked one exits."""
+        """Let the forked process run its program. If the launcher is killed before this, the forked process exits."""
         with contextlib.suppress(OSError):  # the process was killed, which `wait` will report
             self._link.sendall(b"+")
         self._link.settimeout(None)
@@ -184,13 +184,15 @@ class Preloader:
         has_closed_stream = None in (sys.__stdin__, sys.__stdout__, sys.__stderr__)
         if script is None or has_closed_stream or not os.path.isdir(folder):
             return None
-        kept_variables = {name: value for name, value in environ.items() if name.startswith(KEPT_VARIABLES)}
+        kept_variables = {name: value for name, value in environ.items() if name.startswith(SHARED_VARIABLE_PREFIXES)}
         key = tuple(sorted(kept_variables.items()))
         try:
             server = self._servers.get(key)
             if server is None:
                 other_variables = {
-                    name: value for name, value in self._environ.items() if not name.startswith(KEPT_VARIABLES)
+                    name: value
+                    for name, value in self._environ.items()
+                    if not name.startswith(SHARED_VARIABLE_PREFIXES)
                 }
                 server = self._servers[key] = _Server({**other_variables, **kept_variables})
             return server.fork(script, words[words.index(script) + 1 :], environ, folder, out, err)

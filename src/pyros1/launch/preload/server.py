@@ -2,8 +2,8 @@
 
 Fifty nodes would import the same modules fifty times, which takes most of their startup time. With ``--preload``, the
 launcher starts this program; see `preloader` for its side. It has only one thread. The modules that it imports start no
-threads, and depend only on the environment variables in `preloader.KEPT_VARIABLES`. So a forked program behaves as if
-started normally: with its own session, folder, environment, arguments, output and ``__main__``.
+threads, and depend only on the environment variables in `preloader.SHARED_VARIABLE_PREFIXES`. So a forked program
+behaves as if started normally: with its own session, folder, environment, arguments, output and ``__main__``.
 
 The program must run at the top level, so `become` returns its code.
 """

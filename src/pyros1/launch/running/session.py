@@ -100,7 +100,7 @@ class Session:
     on_started: Callable[[], object] | None = None
     exit_code: int = 0
     _core: Core | None = None
-    _is_complete = False  # everything has been started
+    _has_started_all = False  # everything has been started
     _core_file: CoreFile = field(default_factory=CoreFile)
     _core_journal: CoreJournal | None = None
     _server: LaunchServer | None = None
@@ -182,7 +182,7 @@ class Session:
                 self._supervisor.after(trial.time_limit, _TIME_LIMIT)
             if self.on_started is not None:
                 self.on_started()
-            self._is_complete = True
+            self._has_started_all = True
             reason = self._supervisor.run()
             if trial is not None:
                 trial.timed_out = reason == _TIME_LIMIT
@@ -207,7 +207,7 @@ class Session:
                     if isinstance(error.__cause__, DeadlineError):
                         raise LaunchError(
                             f"the ROS master at [{self._uri}] does not answer within {PING_TIMEOUT:g} s: "
-                            "is it suspended (kill -CONT), or does the network lose packets?"
+                            "is it suspended (resume it with kill -CONT PID), or is the network losing packets?"
                         ) from error
                     break
                 if not is_waiting:
@@ -426,7 +426,7 @@ class Session:
             self._core.stop_rosout()
             self.console.line("[master] killing on exit")
             is_restored = self._core_journal is not None and self._core_journal.previous is not None
-            self._core.stop_master(keep=is_restored and not self._is_complete)
+            self._core.stop_master(keep=is_restored and not self._has_started_all)
             self._core = None
         if was_started:
             self.console.line("shutting down processing monitor...")

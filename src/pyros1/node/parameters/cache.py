@@ -57,7 +57,7 @@ class ParameterCache:
         return list(self._values)
 
     def versions(self) -> dict[str, int]:
-        """Return the number of changes of each value, for `set_locally`."""
+        """Return how often each value has changed so far; see the argument ``before`` of `set_locally`."""
         return self._versions.copy()
 
     def knows(self, key: str) -> bool:

@@ -89,7 +89,7 @@ class Deadline:
         self._links_changed()
 
     def close(self) -> None:
-        """Stop checking. Any thread or signal handler may call it."""
+        """Stop checking. Threads and signal handlers may call it."""
         self._closed = True
         if self._notifier is not None:
             self._notifiers.end(self._notifier)

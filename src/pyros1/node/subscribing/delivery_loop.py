@@ -1,19 +1,20 @@
 """The delivery loop of a subscription: it receives from all links, and delivers the messages to callbacks.
 
-One thread at a time, of those that the subscriptions of a node share, runs it: the *owner*. A thread with new work
-puts it into a line and becomes the owner, unless there is one already, which checks the lines before it ends. A driver
-provides the thread: the node's threads, or an asyncio loop, which gets it back after each round of turns.
+The subscriptions of a node share a set of threads. At any time at most one of them, the *owner*, runs this loop. A
+thread with new work appends it to a queue, and becomes the owner unless there is one, which checks the queues before it
+stops. The threads belong to a driver: the node's threads, or an asyncio loop, which regains control after each round of
+turns.
 
 * Sources take turns: a turn is one receive, or MAX_TURN_TIME seconds of callbacks if other sources wait. New links and
-  other jobs come between the turns. So a source that never pauses does not starve the others.
+  other jobs are handled between turns, so a source that never pauses does not starve the others.
 * With a limit, callbacks that fall more than MAX_CALLBACK_TIME seconds behind get fresh data: the sockets are drained,
   and only the newest `limit` messages of each publisher are decoded and delivered.
 * Without a limit nothing is dropped here: TCP holds the publisher back, whose queue size then decides.
 * While messages flow on a subscription's only link, the owner waits in its receive, which delays other work.
 * While a subscriber with its own queue (`Stream`) has too many messages, nothing is received: TCP holds all publishers
   back.
-* If all subscribers want it (`in_publisher`), a message of this process is delivered in its publisher's thread, which
-  becomes the owner meanwhile, unless there is an owner or earlier messages wait.
+* If all subscribers ask for it (`in_publisher`), a message of this process is delivered in its publisher's thread,
+  which becomes the owner meanwhile, unless there is an owner or earlier messages are waiting.
 """
 
 from __future__ import annotations

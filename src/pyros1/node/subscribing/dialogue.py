@@ -332,8 +332,10 @@ class Dialogue:
         return [*report, Drop()]
 
     def publisher_silent(self) -> list[Action]:
-        """Handle the event that there is no link after a while: log it once until there is one, as a subscriber would
-        otherwise wait silently for a stopped process or an unreachable host."""
+        """Log that there is still no link after a while, once per outage.
+
+        A subscriber would otherwise wait silently for a stopped process or an unreachable host.
+        """
         self._silence_reported = True
         host, port = self._current_address()
         hint = connectivity_hint(host, None, self._own_host)

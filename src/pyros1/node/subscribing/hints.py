@@ -23,7 +23,12 @@ class Hints(NamedTuple):
     low_latency: bool = False
 
     def check(self) -> None:
-        """Raise ValueError for an unknown transport or an impossible size."""
+        """Check the values.
+
+        Raises:
+            ValueError: a transport is unknown, or the size is out of range.
+            TypeError: the size is not an integer.
+        """
         if not hasattr(type(self.max_datagram_size), "__index__"):
             raise TypeError(f"max_datagram_size must be a whole number of bytes, not {self.max_datagram_size!r:.80}")
         if self.transports in (DEFAULT_TRANSPORTS, ("tcp",)):
@@ -33,7 +38,7 @@ class Hints(NamedTuple):
         if not self.transports or not set(self.transports) <= {"local", "tcp", "udp"}:
             raise ValueError(f"transports must be some of 'local', 'tcp' and 'udp', not {self.transports!r}")
         if "local" in self.transports and "tcp" not in self.transports:
-            raise ValueError("transports: 'local' is only for publishers of this machine; add 'tcp' for the others")
+            raise ValueError("transports: 'local' is only for publishers on this machine; add 'tcp' for the others")
         if not MIN_DATAGRAM_SIZE <= self.max_datagram_size <= MAX_DATAGRAM_SIZE:
             sizes = f"{MIN_DATAGRAM_SIZE} to {MAX_DATAGRAM_SIZE}"
             raise ValueError(f"max_datagram_size must be {sizes}, not {self.max_datagram_size}")

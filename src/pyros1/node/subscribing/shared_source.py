@@ -225,7 +225,7 @@ class SharedSource(TcpSource):
             raise ProtocolError(f"a block of shared memory cannot be read: {error}") from None
 
     def _release(self, number: int) -> None:
-        """Release a reference. Any thread, even while any object is destroyed, and so even within itself."""
+        """Release a reference. Thread-safe and reentrant, since it may run whenever an object is destroyed."""
         if os.getpid() != self._process:
             return  # a forked process has a copy of the message; the original process still reads it
         unsent = self._unsent_releases

@@ -125,7 +125,7 @@ class Subscriber(Generic[_M]):
         try:
             self._callback(message)
         except NodeShutdownError:
-            pass  # the callback waited for something when the node began to shut down
+            pass  # the callback was waiting for something when the node began to shut down
         except SystemExit as error:
             if self._subscription.context.callbacks is not None and not self.direct:
                 raise  # it runs in the program's own thread
@@ -142,7 +142,7 @@ class Subscriber(Generic[_M]):
         return message
 
     def resume_publishers(self) -> None:
-        """Resume messages that were held back because the stream had too many. Any thread."""
+        """Resume messages that were held back because the stream had too many. Thread-safe."""
         self._subscription.delivery.wake()
 
     @property

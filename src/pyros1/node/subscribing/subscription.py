@@ -191,7 +191,7 @@ class Subscription:
         self._changed()
 
     def _local_closed(self, link: Source) -> None:
-        """Note that a link that puts messages into an inbox has ended. Any thread."""
+        """Note that a link that puts messages into an inbox has closed. Thread-safe."""
         with self._lock:
             self._inbox_links = tuple(other for other in self._inbox_links if other is not link)
         self.delivery.submit(lambda: self.delivery.forget(link))

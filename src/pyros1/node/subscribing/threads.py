@@ -51,7 +51,7 @@ class Driver(Protocol):
         """Unregister a socket; call this before closing it."""
 
     def wake(self, delivery: DeliveryLoop) -> None:
-        """Run a delivery loop soon. Any thread."""
+        """Schedule a delivery loop to run soon. Thread-safe."""
 
     def call(self, function: Callable[[], None], timeout: float) -> None:
         """Call a function that unregisters sockets, in the right thread; wait for it at most ``timeout`` seconds."""

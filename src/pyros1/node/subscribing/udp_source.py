@@ -142,7 +142,7 @@ class UdpSource:
         return datagram if accepted else b""
 
     def close(self) -> None:
-        """End the link, or withdraw the offer. Any thread."""
+        """End the link, or withdraw the offer. Thread-safe."""
         was_begun, self._open = self._open, False
         self._loop.call_soon(self._close_socket)
         if was_begun:

@@ -22,7 +22,7 @@ def yaml(robot: Robot, args: Mapping[str, Any]) -> str:
     return to_yaml(value)
 
 
-def value(robot: Robot, args: Mapping[str, Any]) -> Any:
+def parse_yaml(robot: Robot, args: Mapping[str, Any]) -> Any:
     """Return a message in YAML text as a value for the form. Args: type, part ("request" of a service's type), yaml."""
     cls = _class(robot, args)
     found = from_yaml(cls, load_yaml(string_arg(args, "yaml")))
@@ -38,6 +38,6 @@ def _class(robot: Robot, args: Mapping[str, Any]) -> type[Message]:
     return robot.types.find(name)
 
 
-CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"yaml": yaml, "value": value}
+CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"yaml": yaml, "value": parse_yaml}
 CHANGES: frozenset[str] = frozenset()
 """These calls change nothing: other calls use the value."""

@@ -60,4 +60,4 @@ def check(robot: Robot, args: Mapping[str, Any], exchanges: ServiceExchanges) ->
 
 CALLS: dict[str, Callable[..., Any]] = {"steps": steps, "pages": pages, "check": check}
 CHANGES: frozenset[str] = frozenset({"check"})
-"""Some checks call services, send goals, or run the reader's test."""
+"""Calls refused in read-only mode: some checks call services, send goals, or run the reader's test."""

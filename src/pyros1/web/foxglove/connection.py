@@ -1,4 +1,6 @@
-"""Drives a `Machine` over a WebSocket: one task reads, one sends messages, one checks for new offers."""
+"""Drives a `Machine` over a WebSocket: it reads requests, and runs tasks that send messages, send the time
+and look for new topics and services.
+"""
 
 from __future__ import annotations
 

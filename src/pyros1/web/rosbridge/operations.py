@@ -253,7 +253,7 @@ def _subscribe(frame: Mapping[str, Any], id: Id) -> Subscribe:
 
 def _auth(frame: Mapping[str, Any], _: Id) -> Action:
     raise BridgeError(
-        "this server does not use rosauth; clients need the token of the server's link in the address: "
+        "this server does not use rosauth; put the token from the link that the server prints into the address: "
         "ws://HOST:PORT/?token=TOKEN"
     )
 

@@ -40,7 +40,7 @@ class Markers:
         self._removed: dict[Key, int] = {}
 
     def add(self, markers: Any, now: float) -> None:
-        """Process visualization_msgs/Marker messages received at a time in seconds."""
+        """Process visualization_msgs/Marker messages; ``now`` is the time in seconds when they were received."""
         for marker in markers:
             self._version += 1
             if marker.action == _DELETE_ALL:

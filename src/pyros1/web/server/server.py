@@ -224,18 +224,18 @@ class WebServer:
         except FileError as error:
             return _text_response(HTTPStatus.NOT_FOUND, f"{error}\n")
 
-    async def _serve_connection(self, socket: ServerConnection) -> None:
-        self._pending_connections.remove(socket)
+    async def _serve_connection(self, connection: ServerConnection) -> None:
+        self._pending_connections.remove(connection)
         self._num_pages += 1
         try:
             # The tasks of each connection take turns with those of the others.
             pushes, calls, services = (threads.queue() for threads in (self._pushes, self._calls, self._services))
-            if socket.subprotocol in FOXGLOVE:
-                await Viewer(socket, self._viewers, pushes, calls, services).run()
-            elif socket.request is not None and urlsplit(socket.request.path).path in _ROSBRIDGE_PATHS:
-                await self._bridge.serve(socket)
+            if connection.subprotocol in FOXGLOVE:
+                await Viewer(connection, self._viewers, pushes, calls, services).run()
+            elif connection.request is not None and urlsplit(connection.request.path).path in _ROSBRIDGE_PATHS:
+                await self._bridge.serve(connection)
             else:
-                await _Page(socket, self._robot, pushes, calls, services).run()
+                await _Page(connection, self._robot, pushes, calls, services).run()
         finally:
             self._num_pages -= 1
 

@@ -7,7 +7,7 @@ import sys
 
 from pyros1.bag.errors import BagError, UnindexedError
 from pyros1.cli.failures import flush
-from pyros1.cli.output import NAME
+from pyros1.cli.output import STDOUT_NAME
 
 _WRITE_ERRORS = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS)
 
@@ -18,7 +18,7 @@ def format_error(error: Exception) -> str | None:
         return f"ERROR bag unindexed: {error}"
     if isinstance(error, BagError):
         return f"ERROR reading {error}"
-    if isinstance(error, OSError) and error.filename != NAME:
+    if isinstance(error, OSError) and error.filename != STDOUT_NAME:
         return f"ERROR {error.filename}: {error.strerror}" if error.filename else f"ERROR: {error.strerror or error}"
     return None
 

@@ -225,7 +225,7 @@ VERB = Verb(
 If <filename> is a single dash ('-'), launch XML is read from standard input.""",
     examples=[
         ("robot.launch", "start a file's nodes until Ctrl-C"),
-        ("my_robot robot.launch sim:=true", "start a file of a package, with a value for one of its args"),
+        ("my_robot robot.launch sim:=true", "start a file from a package, with a value for one of its args"),
         ("--check robot.launch", "start nothing, but print every problem"),
         ("--nodes robot.launch", "print the names of the nodes"),
     ],

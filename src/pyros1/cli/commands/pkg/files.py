@@ -94,7 +94,7 @@ VERBS = [
         _cp,
         *_FILE,
         _TARGET,
-        about="copy a file of a package",
+        about="copy a file from a package",
         examples=[("my_robot robot.launch .", "copy a file to this folder")],
     ),
     make_files_verb(
@@ -104,7 +104,7 @@ VERBS = [
         Flag("-d", help="the target is package/folder"),
         *_FILE,
         _TARGET,
-        about="move a file of a package",
+        about="move a file from a package",
         examples=[
             ("my_robot robot.launch .", "move a file to this folder"),
             ("-d my_robot robot.launch my_robot/old", "move a file to a folder of a package"),
@@ -115,7 +115,7 @@ VERBS = [
         "rosed",
         _edit,
         *_FILE,
-        about="edit a file of a package",
+        about="edit a file from a package",
         examples=[("my_robot robot.launch", "edit a file anywhere in the package")],
     ),
     make_files_verb(
@@ -123,7 +123,7 @@ VERBS = [
         "roscat",
         _cat,
         *_FILE,
-        about="print a file of a package",
+        about="print a file from a package",
         examples=[("roscpp package.xml", "print a file anywhere in the package")],
     ),
 ]

@@ -155,13 +155,13 @@ def svg(frames: Sequence[Frame], now: float, title: str) -> str:
         height = len(lines) * LINE_HEIGHT + MARGIN
         children = children_by_parent.get(frame.name, [])
         child_widths = []
-        inner = left
+        child_left = left
         for child in children:
-            child_width = place(child, inner, y + height + GAP_Y)
+            child_width = place(child, child_left, y + height + GAP_Y)
             child_widths.append(child_width)
-            inner += child_width + GAP_X
-        required_width = max(width, inner - GAP_X - left) if children else width
-        extra_width = (required_width - (inner - GAP_X - left)) / 2 if children else 0.0
+            child_left += child_width + GAP_X
+        required_width = max(width, child_left - GAP_X - left) if children else width
+        extra_width = (required_width - (child_left - GAP_X - left)) / 2 if children else 0.0
         if extra_width > 0:  # centre the children below a wider frame
             for child in children:
                 _shift(child, extra_width)

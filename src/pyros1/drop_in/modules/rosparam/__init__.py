@@ -19,7 +19,7 @@ from pyros1.drop_in.commands import main as _main
 from pyros1.drop_in.missing import missing
 from pyros1.ground.atomic_file import write_atomically
 from pyros1.ground.expressions import ExpressionError
-from pyros1.values.angles import radians as _radians
+from pyros1.values.angles import evaluate_angle as _radians
 
 __getattr__ = missing(__name__)
 
