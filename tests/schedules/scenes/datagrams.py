@@ -115,7 +115,7 @@ class Datagrams(Scenario):
 
         def begin() -> None:
             source.begin(*answer)
-            subscription.add_local(source)
+            subscription.add_inbox_link(source)
 
         context.loop.run(begin)
         return source, link

@@ -190,7 +190,7 @@ class Within(Subscribing):
         subscription = make_subscription(context)
         callback = Callback(stage, self.seconds)
         subscribe(subscription, callback, self.queue_size, self.in_publisher)
-        context.loop.run(subscription.link_local, talker.uri, publication)
+        context.loop.run(subscription.link_in_process, talker.uri, publication)
         stage.until(lambda: publication.links)
 
         def publisher(thread: int) -> Any:

@@ -151,7 +151,7 @@ class PublisherLinks:
         self.strand.do(self._add, link)
         return link
 
-    def connect_local(
+    def connect_in_process(
         self, receiver: DeliveryLoop, uri: str, header: dict[str, str], on_closed: Callable[[LocalLink], None]
     ) -> LocalLink:
         """Add a link to a subscription in the same process, without a socket.

@@ -167,7 +167,7 @@ class Connector:
         context, topic = self._context, self._subscription.topic
         local = find_local_context(self.uri)
         if local is not None:
-            self._do(self._link_local(local.publications.get(topic)))
+            self._do(self._link_in_process(local.publications.get(topic)))
             return
         if report_silence:
             self._silence_timer = context.loop.call_later(SILENCE_TIMEOUT, self._on_silence)
@@ -176,11 +176,11 @@ class Connector:
             self.uri, "requestTopic", (context.name, topic, self._protocols()), topic_answered, timeout=STEP_TIMEOUT
         )
 
-    def _link_local(self, publication: Any) -> list[Action]:
+    def _link_in_process(self, publication: Any) -> list[Action]:
         if publication is None:
             return self.dialogue.attempt_failed()
         try:
-            self._subscription.link_local(self.uri, publication)
+            self._subscription.link_in_process(self.uri, publication)
         except (Refusal, Error) as refusal:
             return self.dialogue.publisher_refused(
                 f"publisher {self.uri} of {publication.topic} refused the connection: {refusal}"
@@ -319,4 +319,4 @@ class Connector:
         assert self._offered is not None
         self._stop_timers()
         self._offered.begin(header, peer_address, number)
-        self._subscription.add_local(self._offered)
+        self._subscription.add_inbox_link(self._offered)

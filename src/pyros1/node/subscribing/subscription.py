@@ -161,16 +161,18 @@ class Subscription:
         self.delivery.add(link)
         self._changed()
 
-    def link_local(self, uri: str, publication: PublicationInterface) -> None:
+    def link_in_process(self, uri: str, publication: PublicationInterface) -> None:
         """Link to a publication of this process. On the loop.
 
         Raises:
             Refusal: it is of another type.
         """
-        self.add_local(publication.connect_local(self.delivery, uri, self.request_header(), self._local_closed))
+        self.add_inbox_link(
+            publication.connect_in_process(self.delivery, uri, self.request_header(), self._inbox_link_closed)
+        )
 
     def offer_datagrams(self, uri: str) -> UdpSource:
-        """Return a UDP socket to offer to a publisher; see `add_local`. On the loop.
+        """Return a UDP socket to offer to a publisher; see `add_inbox_link`. On the loop.
 
         Raises:
             OSError: no socket can be opened.
@@ -180,17 +182,17 @@ class Subscription:
         context, header, size = self.context, self.request_header(), self.hints.max_datagram_size
         assert context.address is not None
         return UdpSource(
-            context.loop, self.delivery, header, uri, context.address, context.allowlist, size, self._local_closed
+            context.loop, self.delivery, header, uri, context.address, context.allowlist, size, self._inbox_link_closed
         )
 
-    def add_local(self, link: Source) -> None:
+    def add_inbox_link(self, link: Source) -> None:
         """Add a link that puts messages into an inbox. On the loop."""
         with self._lock:
             if link.connected:  # not if the publisher has ended meanwhile, on its own thread
                 self._inbox_links = (*self._inbox_links, link)
         self._changed()
 
-    def _local_closed(self, link: Source) -> None:
+    def _inbox_link_closed(self, link: Source) -> None:
         """Note that a link that puts messages into an inbox has closed. Thread-safe."""
         with self._lock:
             self._inbox_links = tuple(other for other in self._inbox_links if other is not link)
