@@ -57,14 +57,11 @@ def percent(part: int, whole: int) -> float:
 
 
 def rooms(files: Mapping[str, Counts]) -> dict[str, Counts]:
-    """Return the counts of each room of a checkout: of the folders under ``src/pyros1``, and of those with a floor."""
+    """Return the counts of each room that has a floor."""
     found: dict[str, Counts] = {}
     for path, counts in files.items():
-        _, folder, inside = path.replace("\\", "/").rpartition(SOURCES)
-        if not folder:
-            continue  # a module beside the package
-        names = {inside.partition("/")[0] if "/" in inside else "(top)"}
-        for name in names | {room for room in FLOORS if inside.startswith(f"{room}/")}:
+        inside = path.replace("\\", "/").rpartition(SOURCES)[2]
+        for name in (room for room in FLOORS if inside.startswith(f"{room}/")):
             found.setdefault(name, Counts()).add(counts)
     return dict(sorted(found.items()))
 

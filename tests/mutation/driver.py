@@ -129,7 +129,8 @@ def reach(copied: Path, tests: list[str]) -> tuple[coverage.CoverageData, float]
     """Run the tests once, unchanged; return what they reached, and how many seconds they took."""
     copy_checkout(copied)
     began = time.monotonic()
-    pytest = [sys.executable, "-m", "coverage", "run", f"--source={copied / SOURCES}", "--data-file=reached"]
+    pytest = [sys.executable, "-m", "coverage", "run", "--rcfile=/dev/null"]
+    pytest += [f"--source={copied / SOURCES}", "--data-file=reached"]
     done = subprocess.run(
         [*pytest, "-m", "pytest", "-p", "reach", "-p", "no:cacheprovider", *tests],
         cwd=copied,
