@@ -91,7 +91,7 @@ def test_steps_are_numbered_and_named_once_each() -> None:
 
 def test_the_page_has_panels_for_steps_that_there_are() -> None:
     folder = Path(__file__).parents[2] / "src" / "pyros1" / "web" / "page" / "panels"
-    beside = re.search(r"const BESIDE = \{\n(.*?)\n\};", (folder / "guide.js").read_text(encoding="utf-8"), re.S)
+    beside = re.search(r"const PANELS_BESIDE = \{\n(.*?)\n\};", (folder / "guide.js").read_text(encoding="utf-8"), re.S)
     assert beside is not None
     named = set(re.findall(r"^  (\w+): \[", beside[1], re.M))
     assert len(named) > 5 and named <= {step.name for step in steps()}

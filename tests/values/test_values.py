@@ -172,7 +172,7 @@ def test_aliases_do_not_multiply_without_end() -> None:
     for name, before in zip("bcdefghij", "abcdefghi", strict=True):
         lines.append(f"{name}: &{name} [{', '.join([f'*{before}'] * 10)}]")
     assert load_yaml("\n".join(lines[:3]))["c"][9][9] == [*range(10)]
-    with pytest.raises(YamlError, match="the aliases stand for more than"):
+    with pytest.raises(YamlError, match="the aliases represent more than"):
         load_yaml("\n".join(lines))
 
 

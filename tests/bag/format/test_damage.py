@@ -389,4 +389,4 @@ def test_echo_names_the_bag_in_which_a_message_cannot_be_shown(tmp_path: Path, c
     )
     code, _, err = call_main(topic, "echo", "-b", path, "/a")
     assert code == 1
-    assert err.startswith(f"ERROR: {path}: at 100.000000: a message of type [std_msgs/Int32] on /a cannot be shown: ")
+    assert err.startswith(f"ERROR: {path}: at 100.000000: a message of type [std_msgs/Int32] on /a cannot be printed: ")

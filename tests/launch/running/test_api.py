@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from pyros1.ground.errors import XmlRpcFault
+from pyros1.launch.plan import ExitPolicy
 from pyros1.launch.running.api import LaunchServer
 from pyros1.launch.running.console import Console
 from pyros1.launch.running.process import Process
@@ -64,7 +65,7 @@ def test_the_states_of_processes(tmp_path: Path) -> None:
         stopping, restarting, _ = supervisor.active
         stopping.is_stopped, restarting.restarting = True, True
         assert states() == ["stopping", "stopping", "running"]
-        supervisor.start(ProcessSpec("d-1", "/d", ["/bin/true"], dict(os.environ), str(tmp_path), respawn=True))
+        supervisor.start(ProcessSpec("d-1", "/d", ["/bin/true"], dict(os.environ), str(tmp_path), exit_policy=ExitPolicy(respawn=True)))
         ended = supervisor.find("/d")
         assert ended.wait(time.monotonic() + 20)
         assert states()[3:] == ["waiting"]

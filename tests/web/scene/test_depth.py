@@ -123,7 +123,7 @@ def test_colours_of_other_kinds() -> None:
     file = io.BytesIO()
     Pictures.new("RGB", (1, 1), (10, 20, 30)).save(file, "PNG")
     assert colours(CompressedImage(format="png", data=file.getvalue())).tolist() == [[[30, 20, 10, 0]]]
-    with pytest.raises(ShapeError, match="colours: the image cannot be read: its format is not known"):
+    with pytest.raises(ShapeError, match="colours: the image cannot be read: its format is unknown"):
         colours(CompressedImage(format="jpeg", data=b"no"))
 
 

@@ -315,7 +315,7 @@ def test_pictures(show: Callable[..., Shown], bags: Path) -> None:
         assert (push.data["width"], push.data["height"], push.data["time"]) == (160, 120, 0.0)
         assert pictures.until().blob == b""  # before the first one
         assert pictures.view.poll() is None
-    for topic, words in (("/bad", "cannot be read: its format is not known"), ("/huge", "too large")):
+    for topic, words in (("/bad", "cannot be read: its format is unknown"), ("/huge", "too large")):
         push = show("bag_pictures", path=path, topic=topic, times=[0.0]).until()
         assert words in push.data["problem"] and push.blob == b""
     with pytest.raises(RequestError, match="no images"):

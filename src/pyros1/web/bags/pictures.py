@@ -63,7 +63,7 @@ def _decode_compressed(pil: Any, message: Any, height: int) -> Any:
     except Error:
         raise
     except pil.UnidentifiedImageError:
-        raise MessageError("the image cannot be read: its format is not known") from None
+        raise MessageError("the image cannot be read: its format is unknown") from None
     except Exception as error:  # noqa: BLE001 - Pillow raises many types of errors for damaged files
         raise MessageError(f"the image cannot be read: {error}") from None
     image.original_size = original_size
