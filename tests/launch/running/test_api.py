@@ -65,7 +65,10 @@ def test_the_states_of_processes(tmp_path: Path) -> None:
         stopping, restarting, _ = supervisor.active
         stopping.is_stopped, restarting.restarting = True, True
         assert states() == ["stopping", "stopping", "running"]
-        supervisor.start(ProcessSpec("d-1", "/d", ["/bin/true"], dict(os.environ), str(tmp_path), exit_policy=ExitPolicy(respawn=True)))
+        respawning = ExitPolicy(respawn=True)
+        supervisor.start(
+            ProcessSpec("d-1", "/d", ["/bin/true"], dict(os.environ), str(tmp_path), exit_policy=respawning)
+        )
         ended = supervisor.find("/d")
         assert ended.wait(time.monotonic() + 20)
         assert states()[3:] == ["waiting"]
