@@ -65,9 +65,9 @@ def test_the_states_of_processes(tmp_path: Path) -> None:
         stopping, restarting, _ = supervisor.active
         stopping.is_stopped, restarting.restarting = True, True
         assert states() == ["stopping", "stopping", "running"]
-        respawning = ExitPolicy(respawn=True)
+        policy = ExitPolicy(respawn=True)
         supervisor.start(
-            ProcessSpec("d-1", "/d", ["/bin/true"], dict(os.environ), str(tmp_path), exit_policy=respawning)
+            ProcessSpec("d-1", "/d", ["/bin/true"], dict(os.environ), str(tmp_path), exit_policy=policy)
         )
         ended = supervisor.find("/d")
         assert ended.wait(time.monotonic() + 20)
