@@ -47,8 +47,8 @@ class StatusTracker(Tracked):
     @property
     def handle_destruction_time(self) -> Any:
         """The time, or zero."""
-        return self.ended or rospy.Time()
+        return self.ended_at or rospy.Time()
 
     @handle_destruction_time.setter
     def handle_destruction_time(self, time: Any) -> None:
-        self.ended = time or None
+        self.ended_at = time or None
