@@ -63,7 +63,7 @@ class OneGoal(RuleBasedStateMachine):
         status = SimpleNamespace(status=self.server.status.status, text=self.server.status.text)
         self.said.append(status)
         if Status(status.status).ended:
-            self.ended = status
+            self.ended_at = status
 
     @rule(move=st.sampled_from(list(Transition)))
     def server_moves(self, move: Transition) -> None:
@@ -167,7 +167,7 @@ def test_the_table_forgets_goals_some_time_after_their_end() -> None:
     table: GoalTable[Tracked] = GoalTable(Duration(5))
     for name in "ab":
         table.goals.append(Tracked(goal_id(name, 1), goal=object()))
-    table.goals[0].ended = Time(10)
+    table.goals[0].ended_at = Time(10)
     assert not table.forget(Time(15))
     assert [each.status.goal_id.id for each in table.forget(Time(16))] == ["a"]
     assert [each.status.goal_id.id for each in table.goals] == ["b"]
@@ -196,7 +196,7 @@ def test_names_of_goals() -> None:
 def test_goals_are_forgotten_when_simulated_time_begins_again() -> None:
     table: GoalTable[Tracked] = GoalTable(Duration(5))
     goal = Tracked(goal_id("old", 90), 3)
-    goal.ended = Time(95, 0)
+    goal.ended_at = Time(95, 0)
     table.goals.append(goal)
     table.match_cancel(goal_id("", 99))
     assert table.forget(Time(99, 0)) == []
