@@ -33,9 +33,9 @@ def with_ratios(text: str) -> str:
     but = f" but {'; '.join(apart)}" if apart else ""
     lines += [
         "",
-        "The ratio is that of the medians, turned round where less is better; there is none for what has no better or worse. The",
-        f"goal is {GOAL}. {len(below)} of {rows} rows of these runs are below it: {'; '.join(below)}.",
-        f"The ranges of both overlap in all of these{but}.",
+        "The ratio is that of the medians, inverted where less is better; rows that have no better or worse have none.",
+        f"The goal is {GOAL}. {len(below)} of {rows} rows of these runs are below it: {'; '.join(below)}.",
+        f"The two ranges overlap in all of these{but}.",
     ]
     return "\n".join(lines) + "\n"
 
