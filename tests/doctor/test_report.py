@@ -9,7 +9,7 @@ import pytest
 
 from pyros1.doctor.facts import REFUSED, Disk, Failure, Machine, NodeFacts, System
 from pyros1.doctor.finding import ERROR, Finding
-from pyros1.doctor.report import MAX_ROWS, report, versions, without_secrets
+from pyros1.doctor.report import MAX_ROWS, format_report, versions, without_secrets
 from pyros1.graph import Connection, SystemState
 
 
@@ -49,7 +49,7 @@ def test_the_machine_and_the_findings() -> None:
         disks=[Disk("/home/anna/.ros", 10**9, 2 * 10**9, True)],
     )
     findings = [Finding("no-master", ERROR, "no master\nanswers", "pyros1 core", ("a | b",))]
-    text = report({"pyros1": "1.2"}, machine, None, {}, findings)
+    text = format_report({"pyros1": "1.2"}, machine, None, {}, findings)
     assert "| pyros1 | 1.2 |" in text
     assert "| the name robot | has no address |" in text
     assert "| disk of ~/.ros | 1.0 of 2.0 GB free |" in text
@@ -69,7 +69,7 @@ def test_the_running_system() -> None:
         "/b": NodeFacts("http://robot:2/", "robot", failure=Failure(REFUSED, "connection refused")),
     }
     state = SystemState({"/t": ["/a"]}, {"/t": ["/b"], "/u": ["/b"]}, {"/s": ["/a"], "/a/get_loggers": ["/a"]})
-    text = report({}, Machine({}), System("http://robot:11311", state, nodes), {"/t": "std_msgs/String"}, [])
+    text = format_report({}, Machine({}), System("http://robot:11311", state, nodes), {"/t": "std_msgs/String"}, [])
     assert "None." in text
     assert "| /a | http://robot:1/ | yes; its clock is -1.500 s off | 1 |" in text
     assert "| /b | http://robot:2/ | no: connection refused | 0 |" in text
@@ -82,7 +82,7 @@ def test_the_running_system() -> None:
 def test_a_large_system_is_cut_and_names_do_not_break_the_tables() -> None:
     nodes = {f"/n{number:04}": NodeFacts("http://h:1/", "h") for number in range(MAX_ROWS + 7)}
     state = SystemState({"/a|b\x1b[31m": ["/n0000"]}, {}, {})
-    text = report({}, Machine({}), System("http://h:11311", state, nodes), {}, [])
+    text = format_report({}, Machine({}), System("http://h:11311", state, nodes), {}, [])
     assert "... and 7 more." in text
     assert f"/n{MAX_ROWS - 1:04}" in text
     assert f"/n{MAX_ROWS:04}" not in text

@@ -12,43 +12,51 @@ from pyros1.net.connectivity import is_loopback
 from pyros1.net.hosts import parse_uri
 
 MAX_CLOCK_OFFSET = 1.5
-"""Maximum difference of clocks in seconds. Nodes report the time with a resolution of one second."""
+"""Maximum difference between clocks in seconds. Nodes report the time with a resolution of one second."""
 
 
 def check_connectivity(system: System, machine: Machine) -> list[Finding]:
     """Return the problems with the addresses, services and clocks of nodes."""
-    checks = (_unresolved, _refusing, _hanging, _unreachable, _loopback, _services, _clocks)
+    checks = (
+        _check_unresolved_hosts,
+        _check_refusing_nodes,
+        _check_hanging_nodes,
+        _check_unreachable_hosts,
+        _check_loopback_addresses,
+        _check_services,
+        _check_clocks,
+    )
     return [finding for check in checks for finding in check(system, machine)]
 
 
 def _failed_nodes(system: System, kind: str) -> dict[str, list[str]]:
-    """Return the nodes that failed in a given way, by host."""
-    hosts: dict[str, list[str]] = {}
+    """Return the names of the nodes that failed in a given way, by host. `kind` is that of a `Failure`."""
+    nodes_by_host: dict[str, list[str]] = {}
     for name, node in sorted(system.nodes.items()):
         if node.failure is not None and node.failure.kind == kind:
-            hosts.setdefault(node.host, []).append(name)
-    return hosts
+            nodes_by_host.setdefault(node.host, []).append(name)
+    return nodes_by_host
 
 
-def _unresolved(system: System, machine: Machine) -> Iterator[Finding]:
+def _check_unresolved_hosts(system: System, machine: Machine) -> Iterator[Finding]:
     for host, nodes in _failed_nodes(system, UNRESOLVED).items():
         yield Finding(
             "unknown-host",
             ERROR,
             f"Nodes are registered under the host name [{host}], which is unknown here",
-            f"on their machine export ROS_IP=<its address>{_local_processes(machine, host)} and restart them, "
+            f"on their machine export ROS_IP=<its address>{_local_processes_note(machine, host)} and restart them, "
             f"or add a line 'ADDRESS {host}' to /etc/hosts here",
             tuple(nodes),
         )
 
 
-def _local_processes(machine: Machine, host: str) -> str:
-    """Describe processes on this machine that use the host as their address, since the fix is needed here."""
-    pids = [f"{process.name}, pid {process.pid}" for process in machine.processes if process.host == host]
-    return f" (here: {external_address(machine)}; {'; '.join(pids)})" if pids else ""
+def _local_processes_note(machine: Machine, host: str) -> str:
+    """Return a note about processes on this machine that use the host as their address, which must be fixed here."""
+    descriptions = [f"{process.name}, pid {process.pid}" for process in machine.processes if process.host == host]
+    return f" (here: {external_address(machine)}; {'; '.join(descriptions)})" if descriptions else ""
 
 
-def _refusing(system: System, machine: Machine) -> Iterator[Finding]:
+def _check_refusing_nodes(system: System, machine: Machine) -> Iterator[Finding]:
     nodes = [
         (name, node) for name, node in sorted(system.nodes.items()) if node.failure and node.failure.kind == REFUSED
     ]
@@ -63,7 +71,7 @@ def _refusing(system: System, machine: Machine) -> Iterator[Finding]:
         )
 
 
-def _hanging(system: System, machine: Machine) -> Iterator[Finding]:
+def _check_hanging_nodes(system: System, machine: Machine) -> Iterator[Finding]:
     for host, nodes in _failed_nodes(system, HANGS).items():
         yield Finding(
             "hung-node",
@@ -74,41 +82,41 @@ def _hanging(system: System, machine: Machine) -> Iterator[Finding]:
         )
 
 
-def _unreachable(system: System, machine: Machine) -> Iterator[Finding]:
+def _check_unreachable_hosts(system: System, machine: Machine) -> Iterator[Finding]:
     for host, nodes in _failed_nodes(system, TIMEOUT).items():
         address_text = ", ".join(system.nodes[nodes[0]].addresses or ())
-        local = _local_processes(machine, host)
+        local_note = _local_processes_note(machine, host)
         yield Finding(
             "unreachable-host",
             ERROR,
             f"Nodes at [{host}]{f' ({address_text})' if address_text not in ('', host) else ''} do not answer in time",
             f"ping {host}: if it answers, a firewall blocks the connection; if not, that machine is "
-            f"off or its address is wrong: export ROS_IP=<its address> there{local} and restart the nodes",
+            f"off or its address is wrong: export ROS_IP=<its address> there{local_note} and restart the nodes",
             tuple(nodes),
         )
-    broken = [
+    descriptions = [
         f"{name} ({node.uri}): {node.failure.text}"
         for name, node in sorted(system.nodes.items())
         if node.failure and node.failure.kind not in (UNRESOLVED, REFUSED, TIMEOUT, HANGS)
     ]
-    if broken:
+    if descriptions:
         yield Finding(
             "broken-node",
             ERROR,
             "The following nodes do not answer like ROS nodes",
             "another program may be using their port: pyros1 node cleanup, then restart them",
-            tuple(broken),
+            tuple(descriptions),
         )
 
 
-def _loopback(system: System, machine: Machine) -> Iterator[Finding]:
+def _check_loopback_addresses(system: System, machine: Machine) -> Iterator[Finding]:
     """Check for nodes that can only be reached from their own machine, in a system with several machines."""
-    local = [name for name, node in sorted(system.nodes.items()) if _is_local_only(node)]
+    local_only_nodes = [name for name, node in sorted(system.nodes.items()) if _is_local_only(node)]
     # A node that does not respond may be running on this machine with an incorrect address.
     responding = {name: node for name, node in system.nodes.items() if node.failure is None}
     on_other_machines = [name for name, node in responding.items() if node.addresses and not _is_here(node, machine)]
     is_master_remote = not _master_is_here(system, machine)
-    if local and (on_other_machines or is_master_remote):
+    if local_only_nodes and (on_other_machines or is_master_remote):
         remote_part = "the master is" if is_master_remote else f"nodes are, for example {on_other_machines[0]}"
         yield Finding(
             "loopback-node",
@@ -117,7 +125,7 @@ def _loopback(system: System, machine: Machine) -> Iterator[Finding]:
             f"but {remote_part} on another machine",
             "on their machine: unset ROS_HOSTNAME, export ROS_IP=<address of that machine, here "
             f"{external_address(machine)}>, check /etc/hosts for 127.0.1.1, and restart them",
-            tuple(f"{name} ({system.nodes[name].uri})" for name in local),
+            tuple(f"{name} ({system.nodes[name].uri})" for name in local_only_nodes),
         )
 
 
@@ -138,34 +146,34 @@ def _master_is_here(system: System, machine: Machine) -> bool:
     return any(is_loopback(address) or address in machine.interfaces for address in addresses)
 
 
-def _services(system: System, machine: Machine) -> Iterator[Finding]:
-    broken = [
+def _check_services(system: System, machine: Machine) -> Iterator[Finding]:
+    descriptions = [
         f"service [{name}] appears to be malfunctioning: {failure.text}"
         for name, (_, failure) in sorted(system.services.items())
         if failure is not None and not _is_provider_down(system, name)
     ]
-    if broken:
+    if descriptions:
         yield Finding(
             "service",
             ERROR,
             "Errors connecting to the following services:",
             "restart the nodes that provide them (`pyros1 service node NAME` prints the node)",
-            tuple(broken),
+            tuple(descriptions),
         )
 
 
 def _is_provider_down(system: System, service: str) -> bool:
-    """Return whether no provider of a service responds, which is reported once for the node."""
+    """Return whether no node that provides a service responds, which another check reports once per node."""
     providers = [system.nodes[name] for name in system.state.services.get(service, ()) if name in system.nodes]
     return bool(providers) and all(node.failure is not None for node in providers)
 
 
-def _clocks(system: System, machine: Machine) -> Iterator[Finding]:
-    hosts: dict[str, float] = {}
+def _check_clocks(system: System, machine: Machine) -> Iterator[Finding]:
+    offsets_by_host: dict[str, float] = {}
     for node in system.nodes.values():
         if node.clock_offset is not None and abs(node.clock_offset) > MAX_CLOCK_OFFSET:
-            hosts.setdefault(node.host, node.clock_offset)
-    for host, offset in sorted(hosts.items()):
+            offsets_by_host.setdefault(node.host, node.clock_offset)
+    for host, offset in sorted(offsets_by_host.items()):
         yield Finding(
             "clock-skew",
             WARNING if system.use_sim_time else ERROR,

@@ -1,4 +1,4 @@
-"""The disk usage of log folders, and the files in them that are being written."""
+"""The disk usage of folders, and the files in them that are in use."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ def folder_size(path: Path, *, on_disk: bool = False, deadline: float | None = N
         on_disk: whether to count disk usage instead of file sizes.
         deadline: the time on the monotonic clock in seconds at which to stop counting.
     """
-    seen: set[tuple[int, int]] = set()
+    counted_inodes: set[tuple[int, int]] = set()
     total = 0
-    for name in _walk(path):
+    for path_name in _walk(path):
         if deadline is not None and monotonic() > deadline:
             break
         try:
-            status = os.lstat(name)
+            status = os.lstat(path_name)
         except OSError:
             continue  # the file was removed
         if status.st_nlink > 1:
-            if (status.st_dev, status.st_ino) in seen:
+            if (status.st_dev, status.st_ino) in counted_inodes:
                 continue
-            seen.add((status.st_dev, status.st_ino))
+            counted_inodes.add((status.st_dev, status.st_ino))
         total += status.st_blocks * 512 if on_disk else status.st_size
     return total
 
@@ -48,12 +48,12 @@ def format_size(size: int) -> str:
     Args:
         size: the size in bytes.
     """
-    value, unit = float(size), "B"
-    for larger in ("kB", "MB", "GB", "TB"):
-        if value < 999.5:
+    scaled_size, unit = float(size), "B"
+    for larger_unit in ("kB", "MB", "GB", "TB"):
+        if scaled_size < 999.5:
             break
-        value, unit = value / 1000, larger
-    return f"{value:.1f} {unit}" if unit != "B" and value < 9.95 else f"{value:.0f} {unit}"
+        scaled_size, unit = scaled_size / 1000, larger_unit
+    return f"{scaled_size:.1f} {unit}" if unit != "B" and scaled_size < 9.95 else f"{scaled_size:.0f} {unit}"
 
 
 def format_size_like_du(size: int) -> str:
@@ -81,7 +81,7 @@ def files_in_use(folder: Path) -> list[Path]:
         folder: the folder. Links in its path are resolved, since the system reports the real paths of open files.
     """
     used_files: set[Path] = set()
-    real = str(folder.resolve()) + os.sep
+    real_prefix = str(folder.resolve()) + os.sep
     for descriptors in Path("/proc").glob("[0-9]*/fd"):
         try:
             names = os.listdir(descriptors)
@@ -92,6 +92,6 @@ def files_in_use(folder: Path) -> list[Path]:
                 target = os.readlink(descriptors / name)
             except OSError:
                 continue
-            if target.startswith(real) and os.path.exists(target):
-                used_files.add(folder / target[len(real) :])
+            if target.startswith(real_prefix) and os.path.exists(target):
+                used_files.add(folder / target[len(real_prefix) :])
     return sorted(used_files)

@@ -1,4 +1,4 @@
-"""The connections between nodes: expected, reported and missing ones. This module has no side effects."""
+"""The connections between nodes: those expected, reported and missing. This module has no side effects."""
 
 from __future__ import annotations
 
@@ -33,16 +33,18 @@ def actual_edges(connections: Mapping[str, Iterable[Connection]], uris: Mapping[
         connections: the result of ``getBusInfo`` by node name.
         uris: the API URIs by node name. Nodes report the peers of inbound connections by URI.
     """
-    names = {uri.rstrip("/"): name for name, uri in uris.items()}
+    names_by_uri = {uri.rstrip("/"): name for name, uri in uris.items()}
     return {
         node: {
-            Edge(c.topic, node, names.get(c.destination.rstrip("/"), c.destination))
-            if c.direction == "o"
-            else Edge(c.topic, names.get(c.destination.rstrip("/"), c.destination), node)
-            for c in entries
-            if c.connected and c.direction in ("i", "o")
+            Edge(connection.topic, node, names_by_uri.get(connection.destination.rstrip("/"), connection.destination))
+            if connection.direction == "o"
+            else Edge(
+                connection.topic, names_by_uri.get(connection.destination.rstrip("/"), connection.destination), node
+            )
+            for connection in node_connections
+            if connection.connected and connection.direction in ("i", "o")
         }
-        for node, entries in connections.items()
+        for node, node_connections in connections.items()
     }
 
 
@@ -55,7 +57,7 @@ def is_missing_edge(edge: Edge, reported: Mapping[str, set[Edge]]) -> bool:
         edge: the connection.
         reported: the connections reported by each node that responds; see `actual_edges`.
     """
-    ends = [reported.get(name) for name in (edge.publisher, edge.subscriber)]
+    reports = [reported.get(name) for name in (edge.publisher, edge.subscriber)]
     if edge.publisher == edge.subscriber:
-        return ends[0] is not None and edge not in ends[0]
-    return None not in ends and not all(edge in end for end in ends if end is not None)
+        return reports[0] is not None and edge not in reports[0]
+    return None not in reports and not all(edge in report for report in reports if report is not None)

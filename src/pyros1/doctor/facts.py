@@ -1,4 +1,4 @@
-"""The facts that collectors gather and checks evaluate."""
+"""The facts that one part of this package collects and the checks evaluate."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Failure(NamedTuple):
 
 
 class Disk(NamedTuple):
-    """The free and total space in bytes on the disk of a folder."""
+    """The free and total space in bytes on the disk that contains a folder, and whether the folder is writable."""
 
     folder: str
     free: int
@@ -35,7 +35,7 @@ class Disk(NamedTuple):
 
 
 class LocalProcess(NamedTuple):
-    """A running ROS program on this machine, with variables of its environment, which are empty if unset."""
+    """A running ROS program on this machine. `master_uri` and `host` are from its environment; empty if unset."""
 
     pid: int
     name: str
@@ -90,7 +90,7 @@ class NodeFacts:
         addresses: the addresses of the host as resolved on this machine; None if it cannot be resolved.
         failure: the reason why the node did not respond; None if it did.
         connections: the result of ``getBusInfo``.
-        clock_offset: the offset of the clock on the node's machine from ours in seconds; None if unknown.
+        clock_offset: how far the clock on the node's machine is ahead of ours, in seconds; None if unknown.
     """
 
     uri: str
@@ -134,9 +134,9 @@ class System:
         master_uri: the master's URI in this shell.
         state: the registered publishers, subscribers and service providers.
         nodes: the nodes by name.
-        services: the URI of each service's provider, and the reason why it did not respond or None.
-        publications, subscriptions: the types reported by publishers and subscribers, of which only relevant ones are
-            queried. Subscribers only report type names.
+        services: for each service, its provider's URI and the reason why the provider did not respond; None if it did.
+        publications, subscriptions: the types that publishers and subscribers report. Only those that may reveal a
+            problem are queried. Subscribers report only the name of the type.
         use_sim_time: whether the parameter /use_sim_time is true.
     """
 

@@ -15,7 +15,7 @@ from time import monotonic
 from pyros1.doctor.concurrent import run_concurrently
 from pyros1.doctor.disk import folder_size
 from pyros1.doctor.facts import Disk, LocalProcess, Machine
-from pyros1.doctor.probe import addresses
+from pyros1.doctor.probe import resolve_host
 from pyros1.ground.errors import Error, SettingError
 from pyros1.launch.running.logs import log_folder, ros_home
 from pyros1.net.hosts import DEFAULT_MASTER_URI, host_from_environment, interface_addresses, parse_uri
@@ -29,19 +29,19 @@ _LOG_SIZE_TIMEOUT = 1.0
 
 
 def collect_machine(environ: Mapping[str, str]) -> Machine:
-    """Collect the facts about this machine, which takes up to about three seconds.
+    """Collect the facts about this machine. This takes up to about three seconds.
 
     Args:
         environ: environment variables.
     """
     hostname = socket.gethostname()
-    names = {hostname, environ.get("ROS_HOSTNAME", ""), environ.get("ROS_IP", "")}
-    master = _host_and_port(environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI)
-    if master is not None:
-        names.add(master[0])
+    host_names = {hostname, environ.get("ROS_HOSTNAME", ""), environ.get("ROS_IP", "")}
+    master_address = _host_and_port(environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI)
+    if master_address is not None:
+        host_names.add(master_address[0])
     processes = ros_processes()
-    names |= {address[0] for address in (_host_and_port(process.master_uri) for process in processes) if address}
-    found = run_concurrently({name: partial(addresses, name) for name in names if name}, _TIMEOUT)
+    host_names |= {address[0] for address in (_host_and_port(process.master_uri) for process in processes) if address}
+    addresses_by_host = run_concurrently({name: partial(resolve_host, name) for name in host_names if name}, _TIMEOUT)
     logs = log_folder(environ)
     missing = [
         part for part in environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part and not os.path.isdir(part)
@@ -50,7 +50,9 @@ def collect_machine(environ: Mapping[str, str]) -> Machine:
         environ=environ,
         hostname=hostname,
         interfaces=interface_addresses(),
-        resolved={name: None if isinstance(result, Exception) else result for name, result in found.items()},
+        resolved={
+            name: None if isinstance(result, Exception) else result for name, result in addresses_by_host.items()
+        },
         missing_paths=missing,
         disks=[
             _disk(folder) for folder in dict.fromkeys((_closest_existing(logs), _closest_existing(ros_home(environ))))
@@ -122,7 +124,7 @@ def _is_master(uri: str) -> bool:
 def ros_processes() -> list[LocalProcess]:
     """Return programs with a ROS_MASTER_URI and a listening socket, such as nodes. This only works on Linux."""
     listening = _listening_sockets()
-    found = []
+    processes = []
     for folder in Path("/proc").glob("[0-9]*"):
         if int(folder.name) == os.getpid():
             continue
@@ -134,8 +136,8 @@ def ros_processes() -> list[LocalProcess]:
         except OSError:
             continue  # another user's process, or one that has exited
         host = environ.get("ROS_HOSTNAME") or environ.get("ROS_IP") or ""
-        found.append(LocalProcess(int(folder.name), _program_name(command_line), environ["ROS_MASTER_URI"], host))
-    return sorted(found)
+        processes.append(LocalProcess(int(folder.name), _program_name(command_line), environ["ROS_MASTER_URI"], host))
+    return sorted(processes)
 
 
 def _read_environ(folder: Path) -> dict[str, str]:
@@ -154,15 +156,15 @@ def _has_socket(folder: Path, sockets: set[str]) -> bool:
 
 
 def _listening_sockets() -> set[str]:
-    """Return the names of listening sockets in ``/proc/PID/fd``."""
-    found = set()
+    """Return the names that listening sockets have in ``/proc/PID/fd``."""
+    names = set()
     for table in ("/proc/net/tcp", "/proc/net/tcp6"):
         try:
             rows = Path(table).read_text().splitlines()[1:]
         except OSError:
             continue
-        found |= {f"socket:[{row[9]}]" for row in map(str.split, rows) if len(row) > 9 and row[3] == "0A"}
-    return found
+        names |= {f"socket:[{row[9]}]" for row in map(str.split, rows) if len(row) > 9 and row[3] == "0A"}
+    return names
 
 
 def _program_name(command_line: list[str]) -> str:

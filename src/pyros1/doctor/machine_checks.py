@@ -14,23 +14,24 @@ from pyros1.net.hosts import DEFAULT_MASTER_URI, parse_uri
 MIN_FREE_BYTES = 100 << 20
 """Minimum number of free bytes on the disk of the log files."""
 MAX_LOG_SIZE = 1 << 30
-"""Size of the log folder in bytes above which a warning is given, as in the stock tools."""
+"""Size of the log folder in bytes above which a warning is printed, as in the stock tools."""
 _MAX_ITEMS = 10
+"""Maximum number of items that a finding lists."""
 MIN_PYTHON = (3, 10)
 
 
 def check_machine(machine: Machine) -> list[Finding]:
     """Return the problems of a machine and its environment."""
     checks = (
-        _master_uri,
-        _settings,
-        _address_variables,
-        _machine_name,
-        _package_path,
-        _disks,
-        _masters,
-        _python_version,
-        _reported_problems,
+        _check_master_uri,
+        _check_settings,
+        _check_address_variables,
+        _check_machine_name,
+        _check_package_path,
+        _check_disks,
+        _check_masters,
+        _check_python_version,
+        _report_given_problems,
     )
     return [finding for check in checks for finding in check(machine)]
 
@@ -40,7 +41,7 @@ def external_address(machine: Machine) -> str:
     return next((address for address in machine.interfaces if not is_loopback(address)), "<address of this machine>")
 
 
-def _master_uri(machine: Machine) -> Iterator[Finding]:
+def _check_master_uri(machine: Machine) -> Iterator[Finding]:
     uri = machine.environ.get("ROS_MASTER_URI")
     if not uri:
         return  # the default is used
@@ -63,12 +64,12 @@ def _master_uri(machine: Machine) -> Iterator[Finding]:
         )
 
 
-def _settings(machine: Machine) -> Iterator[Finding]:
+def _check_settings(machine: Machine) -> Iterator[Finding]:
     for problem in machine.setting_problems:
         yield Finding("setting", ERROR, f"no pyros1 node can start in this shell: {problem}", "correct or unset it")
 
 
-def _address_variables(machine: Machine) -> Iterator[Finding]:
+def _check_address_variables(machine: Machine) -> Iterator[Finding]:
     name, address = machine.environ.get("ROS_HOSTNAME"), machine.environ.get("ROS_IP")
     if name is not None and address is not None and name != address:
         yield Finding(
@@ -123,7 +124,7 @@ def _master_is_here(machine: Machine) -> bool:
     return addresses is None or any(is_loopback(address) or address in machine.interfaces for address in addresses)
 
 
-def _machine_name(machine: Machine) -> Iterator[Finding]:
+def _check_machine_name(machine: Machine) -> Iterator[Finding]:
     """Check the machine's name, which nodes use as their address if neither variable is set."""
     if machine.environ.get("ROS_HOSTNAME") or machine.environ.get("ROS_IP"):
         return
@@ -153,7 +154,7 @@ def _machine_name(machine: Machine) -> Iterator[Finding]:
         )
 
 
-def _package_path(machine: Machine) -> Iterator[Finding]:
+def _check_package_path(machine: Machine) -> Iterator[Finding]:
     if machine.missing_paths:
         path = machine.environ.get("ROS_PACKAGE_PATH", "")
         yield Finding(
@@ -165,7 +166,7 @@ def _package_path(machine: Machine) -> Iterator[Finding]:
         )
 
 
-def _disks(machine: Machine) -> Iterator[Finding]:
+def _check_disks(machine: Machine) -> Iterator[Finding]:
     for disk in machine.disks:
         if not disk.writable:
             yield Finding(
@@ -190,7 +191,7 @@ def _disks(machine: Machine) -> Iterator[Finding]:
         )
 
 
-def _masters(machine: Machine) -> Iterator[Finding]:
+def _check_masters(machine: Machine) -> Iterator[Finding]:
     if len(machine.masters) > 1:
         yield Finding(
             "several-masters",
@@ -200,14 +201,18 @@ def _masters(machine: Machine) -> Iterator[Finding]:
             tuple(machine.masters),
         )
     master_uri = machine.environ.get("ROS_MASTER_URI") or DEFAULT_MASTER_URI
-    others = [p for p in machine.processes if p.master_uri and not _is_same_uri(p.master_uri, master_uri, machine)]
-    if others:
+    other_processes = [
+        process
+        for process in machine.processes
+        if process.master_uri and not _is_same_uri(process.master_uri, master_uri, machine)
+    ]
+    if other_processes:
         yield Finding(
             "other-master-uri",
             WARNING,
             f"programs on this machine use a different ROS_MASTER_URI than this shell [{master_uri}]",
             "if they belong together, restart them with the same ROS_MASTER_URI",
-            _shorten(f"{p.name} (pid {p.pid}): {p.master_uri}" for p in others),
+            _shorten(f"{process.name} (pid {process.pid}): {process.master_uri}" for process in other_processes),
         )
 
 
@@ -218,11 +223,11 @@ def _shorten(items: Iterable[str]) -> tuple[str, ...]:
     return (*all_items[:_MAX_ITEMS], *([f"and {remaining} more"] if remaining > 0 else []))
 
 
-def _is_same_uri(uri: str, other: str, machine: Machine) -> bool:
+def _is_same_uri(uri: str, other_uri: str, machine: Machine) -> bool:
     try:
-        (host, port), (other_host, other_port) = parse_uri(uri), parse_uri(other)
+        (host, port), (other_host, other_port) = parse_uri(uri), parse_uri(other_uri)
     except ProtocolError:
-        return uri == other
+        return uri == other_uri
     if port != other_port or host == other_host:
         return port == other_port
     addresses = [{*(machine.resolved.get(name) or (name,))} for name in (host, other_host)]
@@ -233,7 +238,7 @@ def _is_here(machine: Machine, addresses: Iterable[str]) -> bool:
     return all(is_loopback(address) or address in machine.interfaces for address in addresses)
 
 
-def _python_version(machine: Machine) -> Iterator[Finding]:
+def _check_python_version(machine: Machine) -> Iterator[Finding]:
     if machine.python < MIN_PYTHON:
         yield Finding(
             "python",
@@ -243,7 +248,7 @@ def _python_version(machine: Machine) -> Iterator[Finding]:
         )
 
 
-def _reported_problems(machine: Machine) -> Iterator[Finding]:
+def _report_given_problems(machine: Machine) -> Iterator[Finding]:
     if machine.launch_problems:
         yield Finding(
             "launch-file",

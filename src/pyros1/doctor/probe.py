@@ -32,7 +32,7 @@ _MAX_BYTES = 1 << 20
 
 
 def classify_error(error: BaseException) -> Failure:
-    """Classify the error of a request."""
+    """Return the reason why a request failed, according to its error and the causes of the error."""
     causes: list[BaseException] = []
     cause: BaseException | None = error
     while cause is not None:
@@ -49,7 +49,7 @@ def classify_error(error: BaseException) -> Failure:
     return Failure(OTHER, str(error))
 
 
-def addresses(host: str) -> list[str] | None:
+def resolve_host(host: str) -> list[str] | None:
     """Return the IP addresses of a host name; None if it cannot be resolved in time."""
     try:
         return HostLookup(host).wait(NODE_TIMEOUT)
@@ -92,12 +92,12 @@ def probe_node(caller_id: str, uri: str) -> Failure | None:
 
 
 def query_node(caller_id: str, uri: str) -> NodeFacts:
-    """Query the connections and the clock of a node."""
+    """Query the connections and the clock of a node. Errors are returned as the `failure` of the result."""
     try:
         host, port = parse_uri(uri)
     except ProtocolError as error:
         return NodeFacts(uri, uri, None, Failure(OTHER, str(error)))
-    ip_addresses = addresses(host)
+    ip_addresses = resolve_host(host)
     if ip_addresses is None:
         return NodeFacts(uri, host, None, Failure(UNRESOLVED, f"unknown host {host}"))
     facts = NodeFacts(uri, host, ip_addresses)
@@ -113,7 +113,7 @@ def query_node(caller_id: str, uri: str) -> NodeFacts:
 
 
 def clock_offset(caller_id: str, host: str, port: int) -> float | None:
-    """Return the offset of a machine's clock from ours in seconds, using the ``Date`` of a node's HTTP response.
+    """Return how far a machine's clock is ahead of ours in seconds, using the ``Date`` of a node's HTTP response.
 
     Returns:
         The offset, accurate to about a second; None if the response has no date.
@@ -137,14 +137,14 @@ def clock_offset(caller_id: str, host: str, port: int) -> float | None:
         connection.close()
 
 
-def query_publisher(caller_id: str, uri: str, topic: str, listen: float = 0.0) -> ReportedType:
+def query_publisher(caller_id: str, uri: str, topic: str, listen_seconds: float = 0.0) -> ReportedType:
     """Query the type, checksum and definition of a publisher, by connecting like a subscriber that accepts any type.
 
     Args:
         caller_id: the name of the caller.
         uri: the URI of the publisher's node.
         topic: the name of the topic.
-        listen: the time in seconds to wait for a message, whose length is checked.
+        listen_seconds: the time in seconds to wait for a message, whose length is checked.
     """
     api = XmlRpcClient(uri, timeout=NODE_TIMEOUT)
     try:
@@ -152,11 +152,21 @@ def query_publisher(caller_id: str, uri: str, topic: str, listen: float = 0.0) -
         if code != 1 or not protocol or protocol[0] != "TCPROS":
             return ReportedType(failure=Failure(OTHER, f"the node refuses the connection: {text}"))
         request_header = {"callerid": caller_id, "topic": topic, "type": "*", "md5sum": "*", "message_definition": ""}
-        header, body = _exchange_headers(str(protocol[1]), int(protocol[2]), request_header, listen)
+        header, body = _exchange_headers(str(protocol[1]), int(protocol[2]), request_header, listen_seconds)
         if "error" in header:
             return ReportedType(failure=Failure(OTHER, f"the node refuses the connection: {header['error']}"))
-        kind, md5sum, text = header.get("type", "*"), header.get("md5sum", "*"), header.get("message_definition", "")
-        return ReportedType(kind, md5sum, None, text, 0 if body is None else _extra_bytes(kind, md5sum, text, body))
+        type_name, md5sum, definition = (
+            header.get("type", "*"),
+            header.get("md5sum", "*"),
+            header.get("message_definition", ""),
+        )
+        return ReportedType(
+            type_name,
+            md5sum,
+            None,
+            definition,
+            0 if body is None else _extra_bytes(type_name, md5sum, definition, body),
+        )
     except (Error, OSError, ValueError, TypeError, LookupError) as error:
         return ReportedType(failure=classify_error(error))
     finally:
@@ -164,18 +174,18 @@ def query_publisher(caller_id: str, uri: str, topic: str, listen: float = 0.0) -
 
 
 def _exchange_headers(
-    host: str, port: int, request_header: dict[str, str], listen: float = 0.0
+    host: str, port: int, request_header: dict[str, str], listen_seconds: float = 0.0
 ) -> tuple[dict[str, str], bytes | None]:
-    """Return a publisher's header, and the first message if one arrives within `listen` seconds."""
+    """Return a publisher's header, and the first message if one arrives within `listen_seconds`."""
     reader = HeaderReader()
     with socket.create_connection((host, port), NODE_TIMEOUT) as sock:
         sock.sendall(encode_header(request_header))
         header = _read_header(sock, reader, monotonic() + NODE_TIMEOUT)
-        return header, _receive_message(sock, reader.rest, monotonic() + listen) if listen else None
+        return header, _receive_message(sock, reader.rest, monotonic() + listen_seconds) if listen_seconds else None
 
 
 def _receive_message(sock: socket.socket, data: bytes, deadline: float) -> bytes | None:
-    """Receive a publisher's first message. Return None if it is too large or does not arrive in time."""
+    """Receive a publisher's first message, after the bytes in `data`. Return None if it is too large or too late."""
     while (missing := _missing_bytes(data)) and monotonic() < deadline and len(data) + missing < _MAX_BYTES:
         sock.settimeout(max(0.001, deadline - monotonic()))
         try:
@@ -194,10 +204,10 @@ def _missing_bytes(data: bytes) -> int:
     return max(0, size - len(data))
 
 
-def _extra_bytes(kind: str, md5sum: str, text: str, body: bytes) -> int:
-    """Return the number of bytes after the end of a message."""
+def _extra_bytes(type_name: str, md5sum: str, definition: str, body: bytes) -> int:
+    """Return the number of bytes after the end of a message; negative if bytes are missing, 0 if that is unknown."""
     try:
-        message_class = DefinitionCache(by_name=True).get(kind, md5sum, text)
+        message_class = DefinitionCache(by_name=True).get(type_name, md5sum, definition)
         message_class._decode(body, 0, len(body), True)
     except LengthError as error:
         return error.surplus

@@ -1,4 +1,4 @@
-"""A Markdown report for remote support about the machine, the findings and the running system.
+"""A Markdown report about the machine, the findings and the running system, for remote support.
 
 It contains no secrets: only environment variables that ROS reads, and no parameter values or messages. Passwords and
 tokens in addresses are removed, and the user's folders appear without the user's name.
@@ -15,7 +15,7 @@ from pyros1.doctor.finding import Finding
 from pyros1.ground.terminal_text import one_line
 
 MAX_ROWS = 200
-"""Maximum number of rows in a table. For the others, only the number is given."""
+"""Maximum number of rows in a table. The other rows are only counted."""
 _LIBRARIES = (
     "rosbags", "defusedxml", "PyYAML", "lz4", "numpy", "xacro", "websockets", "pillow", "cbor2", "av", "cryptography",
 )  # fmt: skip
@@ -53,14 +53,14 @@ def without_secrets(text: str, home: str = "") -> str:
     return _SECRET_VALUE.sub(r"\1...", _CREDENTIALS.sub("...@", text))
 
 
-def report(
+def format_report(
     about: Mapping[str, str],
     machine: Machine,
     system: System | None,
     types: Mapping[str, str],
     findings: Sequence[Finding],
 ) -> str:
-    """Create the report.
+    """Return the report in Markdown.
 
     Args:
         about: additional rows about the machine, by title.
@@ -72,7 +72,7 @@ def report(
     parts = [
         "# pyros1 wtf --report",
         "## Machine",
-        _table(("what", "value"), [*about.items(), *_machine_rows(machine)]),
+        _format_table(("what", "value"), [*about.items(), *_machine_rows(machine)]),
         "## Findings",
         "\n".join(_finding_lines(findings)) or "None.",
         "## Running system",
@@ -107,16 +107,16 @@ def _system_parts(system: System, types: Mapping[str, str]) -> Iterator[str]:
         (name, node.uri, _response_text(node), str(len(node.connections)))
         for name, node in sorted(system.nodes.items())
     ]
-    yield _table(("node", "address", "responds", "connections"), nodes)
+    yield _format_table(("node", "address", "responds", "connections"), nodes)
     topics = sorted({*state.publishers, *state.subscribers})
-    ends = (state.publishers, state.subscribers)
-    rows = [(topic, types.get(topic, "?"), *(", ".join(table.get(topic, [])) for table in ends)) for topic in topics]
-    yield _table(("topic", "type", "publishers", "subscribers"), rows)
+    tables = (state.publishers, state.subscribers)
+    rows = [(topic, types.get(topic, "?"), *(", ".join(table.get(topic, [])) for table in tables)) for topic in topics]
+    yield _format_table(("topic", "type", "publishers", "subscribers"), rows)
     rows = [(name, ", ".join(providers)) for name, providers in sorted(state.services.items())]
     rows = [
         row for row in rows if not row[0].endswith(("/get_loggers", "/set_logger_level"))
     ]  # every roscpp node has these
-    yield _table(("service", "node"), rows) if rows else "No services except those of loggers."
+    yield _format_table(("service", "node"), rows) if rows else "No services except those of loggers."
 
 
 def _response_text(node: NodeFacts) -> str:
@@ -125,11 +125,11 @@ def _response_text(node: NodeFacts) -> str:
     return "yes" if node.clock_offset is None else f"yes; its clock is {node.clock_offset:+.3f} s off"
 
 
-def _table(titles: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+def _format_table(titles: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     lines = [titles, ["---"] * len(titles), *rows[:MAX_ROWS]]
-    text = "\n".join(f"| {' | '.join(_cell(cell) for cell in line)} |" for line in lines)
+    text = "\n".join(f"| {' | '.join(_format_cell(cell) for cell in line)} |" for line in lines)
     return text if len(rows) <= MAX_ROWS else f"{text}\n\n... and {len(rows) - MAX_ROWS} more."
 
 
-def _cell(text: str) -> str:
+def _format_cell(text: str) -> str:
     return one_line(text).replace("|", "\\|")

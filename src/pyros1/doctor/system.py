@@ -20,7 +20,7 @@ ROUND_TIMEOUT = NODE_TIMEOUT + 0.5
 MESSAGE_TIMEOUT = 0.5
 """Time in seconds to wait for a publisher's message, whose length is checked."""
 CONNECT_TIMEOUT = 1.0
-"""Time in seconds in which new nodes should have connected."""
+"""Time in seconds that new nodes are given to connect before they are queried again."""
 
 
 def collect_system(master: MasterClient, only: Collection[str] | None = None) -> System:
@@ -28,7 +28,7 @@ def collect_system(master: MasterClient, only: Collection[str] | None = None) ->
 
     Args:
         master: the system's master.
-        only: the names of the nodes to query, including the services that they provide; None for all.
+        only: the names of the nodes to query, together with the services that they provide; None for all nodes.
 
     Returns:
         The facts. This takes up to about ten seconds.
@@ -50,8 +50,8 @@ def collect_system(master: MasterClient, only: Collection[str] | None = None) ->
         for name, uri in service_uris.items()
     }
     results = run_concurrently(jobs, ROUND_TIMEOUT)
-    nodes = {name: _node_facts(uris[name], results["node", name]) for name in uris}
-    services = {name: (uri, _failure(results["service", name])) for name, uri in service_uris.items()}
+    nodes = {name: _to_node_facts(uris[name], results["node", name]) for name in uris}
+    services = {name: (uri, _to_failure(results["service", name])) for name, uri in service_uris.items()}
     system = System(master.uri, state, nodes, services, use_sim_time=use_sim_time)
     if missing_edges(system):
         sleep(CONNECT_TIMEOUT)  # new nodes may not be connected yet
@@ -59,7 +59,7 @@ def collect_system(master: MasterClient, only: Collection[str] | None = None) ->
         new_results = run_concurrently(
             {name: partial(query_node, master.caller_id, uris[name]) for name in unconnected}, ROUND_TIMEOUT
         )
-        system.nodes = {**nodes, **{name: _node_facts(uris[name], result) for name, result in new_results.items()}}
+        system.nodes = {**nodes, **{name: _to_node_facts(uris[name], result) for name, result in new_results.items()}}
     _query_types(master, system)
     return system
 
@@ -72,7 +72,7 @@ def _get_param(master: MasterClient, name: str) -> object:
 
 
 def _lookup_uris(master: MasterClient, method: str, names: list[str]) -> dict[str, str]:
-    """Look up the URIs of nodes or services, if possible in one call. Leave out those that have exited."""
+    """Return the URIs of nodes or services by name, looked up in one call, without those that have exited."""
     if not names:
         return {}
     try:
@@ -82,7 +82,7 @@ def _lookup_uris(master: MasterClient, method: str, names: list[str]) -> dict[st
     return {name: value for name, value in zip(names, values, strict=True) if isinstance(value, str)}
 
 
-def _node_facts(uri: str, result: object) -> NodeFacts:
+def _to_node_facts(uri: str, result: object) -> NodeFacts:
     if isinstance(result, NodeFacts):
         return result
     try:
@@ -92,28 +92,30 @@ def _node_facts(uri: str, result: object) -> NodeFacts:
     return NodeFacts(uri, host, (), Failure(TIMEOUT, str(result)))
 
 
-def _failure(result: object) -> Failure | None:
+def _to_failure(result: object) -> Failure | None:
     return classify_error(result) if isinstance(result, Exception) else None
 
 
 def _query_types(master: MasterClient, system: System) -> None:
-    """Query the types of publishers whose peers may use different ones, and of subscribers without a connection."""
+    """Add to the facts the types of publishers whose peers may use others, and of subscribers without a connection."""
     state, nodes = system.state, system.nodes
-    connected_topics = [
+    shared_topics = [
         topic
         for topic, publishers in state.publishers.items()
         if len(publishers) + len(state.subscribers.get(topic, ())) > 1
     ]
-    ends = [
+    participants = [
         TopicParticipant(topic, node)
-        for topic in connected_topics
+        for topic in shared_topics
         for node in state.publishers[topic]
         if node in nodes and nodes[node].failure is None
     ]
     results = run_concurrently(
         {
-            end: partial(query_publisher, master.caller_id, nodes[end.node].uri, end.topic, MESSAGE_TIMEOUT)
-            for end in ends
+            participant: partial(
+                query_publisher, master.caller_id, nodes[participant.node].uri, participant.topic, MESSAGE_TIMEOUT
+            )
+            for participant in participants
         },
         ROUND_TIMEOUT,
     )
@@ -133,8 +135,8 @@ def _reported_types(
     results: Mapping[TopicParticipant, ReportedType | Exception],
 ) -> dict[TopicParticipant, ReportedType]:
     return {
-        end: ReportedType(failure=classify_error(result)) if isinstance(result, Exception) else result
-        for end, result in results.items()
+        participant: ReportedType(failure=classify_error(result)) if isinstance(result, Exception) else result
+        for participant, result in results.items()
     }
 
 

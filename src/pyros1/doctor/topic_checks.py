@@ -1,4 +1,7 @@
-"""Checks of a running system: unpublished topics, mismatched types, missing connections. It has no side effects."""
+"""Checks of a running system: unpublished topics, mismatched types, missing connections.
+
+This module has no side effects.
+"""
 
 from __future__ import annotations
 
@@ -11,17 +14,18 @@ from pyros1.doctor.finding import ERROR, WARNING, Finding
 from pyros1.graph import Connection
 
 _IGNORED_TOPICS = frozenset({"/clock", "/rosout", "/statistics", "/tf_static"})
-"""Topics that may lack publishers or subscribers."""
+"""Topics that may lack publishers or subscribers without this being a problem."""
 _MIN_SIMILARITY = 0.75
+"""Minimum similarity of two names, from 0 to 1, for one to be suggested in place of the other."""
 
 
 def check_topics(system: System) -> list[Finding]:
     """Return the problems with the topics of a system."""
-    checks = (_clock, _types, _wrong_lengths, _unpublished, _connections)
+    checks = (_check_clock, _check_types, _check_lengths, _check_unpublished, _check_connections)
     return [finding for check in checks for finding in check(system)]
 
 
-def _clock(system: System) -> Iterator[Finding]:
+def _check_clock(system: System) -> Iterator[Finding]:
     publishers = system.state.publishers.get("/clock", [])
     alive = [name for name in publishers if name in system.nodes and system.nodes[name].failure is None]
     if system.use_sim_time and not alive:
@@ -42,11 +46,15 @@ def _clock(system: System) -> Iterator[Finding]:
         )
 
 
-def _types(system: System) -> Iterator[Finding]:
-    for topic in sorted({end.topic for end in (*system.publications, *system.subscriptions)}):
-        reported_types = {f"publisher {end.node}": reported for end, reported in _reported(system.publications, topic)}
+def _check_types(system: System) -> Iterator[Finding]:
+    for topic in sorted({participant.topic for participant in (*system.publications, *system.subscriptions)}):
+        reported_types = {
+            f"publisher {participant.node}": reported
+            for participant, reported in _responses(system.publications, topic)
+        }
         reported_types |= {
-            f"subscriber {end.node}": reported for end, reported in _reported(system.subscriptions, topic)
+            f"subscriber {participant.node}": reported
+            for participant, reported in _responses(system.subscriptions, topic)
         }
         types = {reported.type for reported in reported_types.values()} - {"*"}
         md5sums = {reported.md5sum for reported in reported_types.values()} - {"*"}
@@ -56,7 +64,7 @@ def _types(system: System) -> Iterator[Finding]:
                 ERROR,
                 f"the nodes of topic {topic} do not agree on its type: {', '.join(map(str, sorted(types)))}",
                 "correct the type in one of them, or remap one to another topic: they cannot connect",
-                tuple(f"{end_name}: {reported.type}" for end_name, reported in reported_types.items()),
+                tuple(f"{participant_name}: {reported.type}" for participant_name, reported in reported_types.items()),
             )
         elif len(md5sums) > 1:
             name = next(iter(types), "*")
@@ -65,13 +73,17 @@ def _types(system: System) -> Iterator[Finding]:
                 ERROR,
                 f"the nodes of topic {topic} have different definitions of {name}",
                 f"compare `pyros1 msg md5 {name}` on their machines, rebuild the older package, and restart its nodes",
-                tuple(f"{end_name}: {reported.md5sum}" for end_name, reported in reported_types.items()),
+                tuple(
+                    f"{participant_name}: {reported.md5sum}" for participant_name, reported in reported_types.items()
+                ),
             )
 
 
-def _wrong_lengths(system: System) -> Iterator[Finding]:
+def _check_lengths(system: System) -> Iterator[Finding]:
     """Check for publishers whose messages have the wrong length."""
-    wrong = [(end, reported) for end, reported in sorted(system.publications.items()) if reported.extra_bytes]
+    wrong = [
+        (participant, reported) for participant, reported in sorted(system.publications.items()) if reported.extra_bytes
+    ]
     if wrong:
         yield Finding(
             "odd-ends",
@@ -80,8 +92,8 @@ def _wrong_lengths(system: System) -> Iterator[Finding]:
             "compare the definition of the type there with `pyros1 msg show` here; boards with an old library of "
             "rosserial send a checksum byte: update it",
             tuple(
-                f"{end.node}: {end.topic} ({reported.type}): {_length_text(reported.extra_bytes)}"
-                for end, reported in wrong
+                f"{participant.node}: {participant.topic} ({reported.type}): {_length_text(reported.extra_bytes)}"
+                for participant, reported in wrong
             ),
         )
 
@@ -91,64 +103,65 @@ def _length_text(extra_bytes: int) -> str:
     return f"{count_text} too many" if extra_bytes > 0 else f"{count_text} missing"
 
 
-def _reported(
+def _responses(
     reported_types: Mapping[TopicParticipant, ReportedType], topic: str
 ) -> list[tuple[TopicParticipant, ReportedType]]:
     return [
-        (end, reported)
-        for end, reported in sorted(reported_types.items())
-        if end.topic == topic and reported.failure is None
+        (participant, reported)
+        for participant, reported in sorted(reported_types.items())
+        if participant.topic == topic and reported.failure is None
     ]
 
 
-def _unpublished(system: System) -> Iterator[Finding]:
+def _check_unpublished(system: System) -> Iterator[Finding]:
     """Check for topics that are subscribed to but not published, and for similar names."""
     state = system.state
-    similar: list[str] = []
-    unpublished: list[str] = []
+    similar_notes: list[str] = []
+    unpublished_notes: list[str] = []
     for topic, nodes in sorted(state.subscribers.items()):
         if state.publishers.get(topic) or topic in _IGNORED_TOPICS:
             continue
-        match = similar_topic_name(topic, [name for name in state.publishers if name not in _IGNORED_TOPICS])
+        similar_topic = similar_topic_name(topic, [name for name in state.publishers if name not in _IGNORED_TOPICS])
         for node in nodes:
-            if match is None:
-                unpublished.append(f"{node}: {topic}")
+            if similar_topic is None:
+                unpublished_notes.append(f"{node}: {topic}")
             else:
-                similar.append(
-                    f"{node} subscribes to {topic}; {', '.join(map(str, state.publishers[match]))} publishes {match}"
+                similar_notes.append(
+                    f"{node} subscribes to {topic}; "
+                    f"{', '.join(map(str, state.publishers[similar_topic]))} publishes {similar_topic}"
                 )
-    if similar:
+    if similar_notes:
         yield Finding(
             "near-miss",
             WARNING,
             "The following topics have no publisher, but a topic of a similar name has:",
             "correct the name, or remap: FROM:=TO on the command line, <remap from= to=> in the launch file",
-            tuple(similar),
+            tuple(similar_notes),
         )
-    if unpublished:
+    if unpublished_notes:
         yield Finding(
             "no-publisher",
             WARNING,
             "The following node subscriptions are unconnected: no node publishes their topics",
             "start the nodes that publish them; if they are running, compare the names: pyros1 topic list -v",
-            tuple(unpublished),
+            tuple(unpublished_notes),
         )
 
 
 def similar_topic_name(topic: str, others: list[str]) -> str | None:
     """Return a topic with a similar name or with the same name in another namespace; None if there is none."""
-    last = topic.rpartition("/")[2]
-    same_name = [match for match in others if match.rpartition("/")[2] == last and match != topic]
+    base_name = topic.rpartition("/")[2]
+    same_name = [other for other in others if other.rpartition("/")[2] == base_name and other != topic]
     if len(same_name) == 1:
         return same_name[0]
-    matches = difflib.get_close_matches(topic, [match for match in others if match != topic], 1, _MIN_SIMILARITY)
+    matches = difflib.get_close_matches(topic, [other for other in others if other != topic], 1, _MIN_SIMILARITY)
     return matches[0] if matches else None
 
 
-def _connections(system: System) -> Iterator[Finding]:
+def _check_connections(system: System) -> Iterator[Finding]:
     missing = missing_edges(system)
-    explained = _mismatched_topics(system)
-    unexplained = [edge for edge in missing if edge.topic not in explained]
+    mismatched_topics = _mismatched_topics(system)
+    unexplained = [edge for edge in missing if edge.topic not in mismatched_topics]
     if unexplained:
         yield Finding(
             "missing-link",
@@ -170,14 +183,16 @@ def _connections(system: System) -> Iterator[Finding]:
 
 
 def _mismatched_topics(system: System) -> set[str]:
-    """Return topics whose publishers and subscribers do not match, which explains missing connections."""
+    """Return the topics whose participants report different types, which explains why connections are missing."""
     found = set()
-    for topic in {end.topic for end in system.publications}:
+    for topic in {participant.topic for participant in system.publications}:
         reported_types = [
-            o for _, o in (*_reported(system.publications, topic), *_reported(system.subscriptions, topic))
+            response
+            for _, response in (*_responses(system.publications, topic), *_responses(system.subscriptions, topic))
         ]
         if any(
-            len({getattr(reported, part) for reported in reported_types} - {"*"}) > 1 for part in ("type", "md5sum")
+            len({getattr(reported, attribute) for reported in reported_types} - {"*"}) > 1
+            for attribute in ("type", "md5sum")
         ):
             found.add(topic)
     return found
