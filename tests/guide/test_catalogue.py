@@ -14,7 +14,16 @@ from defusedxml.ElementTree import fromstring
 from pyros1.cli.main import entry
 from pyros1.finding.library import Library
 from pyros1.finding.manifest import read_manifest
-from pyros1.guide.catalogue import CATALOGUE, EXAMPLES, FACES, PLACEHOLDER, SHARED, example, gather, tries
+from pyros1.guide.catalogue import (
+    CATALOGUE,
+    EXAMPLES,
+    FACES,
+    PLACEHOLDER,
+    SHARED,
+    collect_files,
+    commands_to_try,
+    find_example,
+)
 from pyros1.guide.text import steps
 
 pytestmark = pytest.mark.once
@@ -55,7 +64,7 @@ def test_a_copy_is_complete(folder: Path, capfd: pytest.CaptureFixture[str], nam
         if path.parent.name == "scripts":
             check_script(path, text)
     manifest = read_manifest(package / "package.xml")
-    assert {*example(name).needs(face)} <= {*manifest.run_dependencies()}
+    assert {*find_example(name).dependencies(face)} <= {*manifest.run_dependencies()}
     built = re.findall(r"<depend>(\w+)<", (package / "package.xml").read_text())
     assert not {"tf2_ros", "rosbag", "robot_state_publisher"} & {*built}  # which need not be there to build
     cmake = (package / "CMakeLists.txt").read_text()
@@ -77,10 +86,10 @@ def check_script(path: Path, text: str) -> None:
 
 def test_what_is_to_be_tried_is_there() -> None:
     for name, face in COPIES:
-        found = example(name)
-        files = {Path(file).name for file in gather([found], face, NAME)}
-        assert found.tries
-        for text in [*tries([found], NAME), *found.files(face, NAME).values()]:
+        found = find_example(name)
+        files = {Path(file).name for file in collect_files([found], face, NAME)}
+        assert found.commands
+        for text in [*commands_to_try([found], NAME), *found.files(face, NAME).values()]:
             for named in re.findall(rf"pyros1 (?:run|launch|test) {NAME} (\S+)", text):
                 assert named in files, text
 
@@ -104,7 +113,7 @@ def test_the_steps_of_the_guide_name_examples_that_there_are() -> None:
     named = {name for step in steps() for name in re.findall(r"--example (\w+)", step.text)}
     assert len(named) > 8
     for name in named:
-        assert example(name).name == name
+        assert find_example(name).name == name
 
 
 @pytest.mark.parametrize("face", FACES)

@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 import pytest
 
 from pyros1.cli import registry
-from pyros1.guide.text import HOWTO, GuidePage, blocks, for_terminal, pages, plain
+from pyros1.guide.text import HOWTO, GuidePage, format_for_terminal, pages, parse_blocks, remove_markup
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = pages()
@@ -25,7 +25,7 @@ def test_tables_and_links() -> None:
     title, table = page.blocks
     assert title.text == "X"
     assert table.rows == (("a", "`b`", ""), ("1", "2 | 3", ""), ("[c](y.md)", "", "<http://z>"))
-    wide = for_terminal(page, 80, colour=False).splitlines()
+    wide = format_for_terminal(page, 80, colour=False).splitlines()
     assert wide == [
         "X",
         "",
@@ -33,23 +33,23 @@ def test_tables_and_links() -> None:
         "1                         2 | 3",
         "c (pyros1 guide howto y)         http://z",
     ]
-    narrow = for_terminal(page, 30, colour=False).splitlines()
+    narrow = format_for_terminal(page, 30, colour=False).splitlines()
     assert narrow[2:] == ["- 1", "  `b`: 2 | 3", "- c (pyros1 guide howto y)", "  http://z"]
 
 
 def test_pictures_and_comments_are_not_shown() -> None:
     pictures = "| | |\n|---|---|\n| ![p](x/q.png) | |\n"
     text = f"a\n\n{pictures}\n<!-- made -->\n| h |\n|---|\n| c |\n<!-- end -->\n![r](x/s.png)\n"
-    assert [block.kind for block in blocks(text)] == ["paragraph", "table"]
+    assert [block.kind for block in parse_blocks(text)] == ["paragraph", "table"]
 
 
 def test_marks_in_a_line() -> None:
-    assert plain("*so* `*x*` and [`t`](http://u/v), [w](../w.py)") == "so `*x*` and `t` (http://u/v), w"
+    assert remove_markup("*so* `*x*` and [`t`](http://u/v), [w](../w.py)") == "so `*x*` and `t` (http://u/v), w"
 
 
 @pytest.mark.parametrize("page", PAGES.values(), ids=PAGES)
 def test_a_page_in_a_terminal(page: GuidePage) -> None:
-    shown = for_terminal(page, 80, colour=False)
+    shown = format_for_terminal(page, 80, colour=False)
     assert shown.startswith(f"{page.heading}\n\n")
     code = {line.strip() for block in page.blocks if block.kind == "code" for line in block.text.splitlines()}
     for line in shown.splitlines():

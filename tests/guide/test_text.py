@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from pyros1.guide.text import Block, GuideStep, for_terminal, steps
+from pyros1.guide.text import Block, GuideStep, format_for_terminal, steps
 
 STEP = """# A step
 
@@ -45,17 +45,17 @@ def test_the_parts_of_a_step() -> None:
         Block("code", "x = 1\n", "python", "a/b.py"),
     ]
     assert step.files == {"a/b.py": "x = 1\n"}
-    shown = for_terminal(step, 20, colour=False).splitlines()
+    shown = format_for_terminal(step, 20, colour=False).splitlines()
     assert shown[:5] == ["3. A step", "", "Two lines of text", "with `code`.", ""]
-    assert "\x1b[1m3. A step\x1b[0m" in for_terminal(step, 20, colour=True)
+    assert "\x1b[1m3. A step\x1b[0m" in format_for_terminal(step, 20, colour=True)
 
 
 def test_commands_in_prose_are_marked() -> None:
     step = GuideStep(1, "s", "S", "# S\n\nType `pyros1 topic list` now.\n\n| `a` | b |\n|---|---|\n| `c d` | `e` |\n")
-    bold = for_terminal(step, 17, colour=True)
+    bold = format_for_terminal(step, 17, colour=True)
     assert "Type \x1b[1mpyros1\x1b[0m\n\x1b[1mtopic list\x1b[0m now." in bold
     assert "\x1b[1ma    b\x1b[0m\n\x1b[1mc d\x1b[0m  \x1b[1me\x1b[0m\n" in bold
-    assert "`a`    b\n`c d`  `e`\n" in for_terminal(step, 17, colour=False)
+    assert "`a`    b\n`c d`  `e`\n" in format_for_terminal(step, 17, colour=False)
 
 
 @pytest.mark.parametrize("seed", range(50))
@@ -105,5 +105,5 @@ def test_pictures_are_shown_on_the_page_and_are_small() -> None:
     assert len(files) > 4 and {*files} == {*(page / "pictures").iterdir()}
     assert sum(file.stat().st_size for file in files) < 300_000
     look = steps()[2]
-    assert found[0].text not in for_terminal(look, 100, colour=False)
+    assert found[0].text not in format_for_terminal(look, 100, colour=False)
     assert not any("![" in block.text for step in steps() for block in step.blocks if block.kind != "code")

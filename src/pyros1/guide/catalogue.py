@@ -1,6 +1,7 @@
 """The catalogue of examples to copy, whose files are in examples/.
 
-The folder of an example has a folder for each API, ``node`` (`pyros1.Node`) and ``rospy``, and one for shared files.
+The folder of an example has a subfolder for each API, ``node`` (`pyros1.Node`) and ``rospy``, and one for files that
+both share.
 The files belong to a package called `PLACEHOLDER`.
 """
 
@@ -19,7 +20,7 @@ FACES = ("node", "rospy")
 """The APIs: `pyros1.Node`, and rospy for programs that should also run with other ROS 1 installations."""
 SHARED = "both"
 PLACEHOLDER = "my_package"
-"""The name of the package in the example files."""
+"""The name of the package in the example files, which is replaced when they are copied."""
 _PYTHON_PREFIX = "python3 "
 
 
@@ -34,7 +35,7 @@ class Example(NamedTuple):
         name: the name in commands.
         about: a one-line description.
         depends: the packages that the example needs with any API.
-        tries: the commands to try it out, without ``pyros1 ``, and with `PLACEHOLDER` for the package. A line that
+        commands: the commands to try it out, without ``pyros1 ``, and with `PLACEHOLDER` for the package. A line that
             starts with ``python3`` is a complete command.
         rospy_depends: the packages that the rospy version needs in addition to rospy.
     """
@@ -42,7 +43,7 @@ class Example(NamedTuple):
     name: str
     about: str
     depends: tuple[str, ...]
-    tries: tuple[str, ...]
+    commands: tuple[str, ...]
     rospy_depends: tuple[str, ...] = ()
 
     @property
@@ -68,8 +69,8 @@ class Example(NamedTuple):
                     contents[path.relative_to(folder).as_posix().replace(PLACEHOLDER, package)] = text
         return contents
 
-    def needs(self, face: str) -> list[str]:
-        """Return the packages on which the example depends with this API."""
+    def dependencies(self, face: str) -> list[str]:
+        """Return the packages on which the example depends if it uses this API."""
         return [*self.depends, *(["rospy", *self.rospy_depends] if face == "rospy" else [])]
 
 
@@ -143,7 +144,7 @@ CATALOGUE = (
 )  # fmt: skip
 
 
-def example(name: str, face: str = FACES[0]) -> Example:
+def find_example(name: str, face: str = FACES[0]) -> Example:
     """Return an example.
 
     Args:
@@ -157,23 +158,23 @@ def example(name: str, face: str = FACES[0]) -> Example:
     if name not in known:
         hint = did_you_mean(name, known)
         raise ExampleError(f"there is no example '{name}'{hint}; the examples are: {', '.join(known)}")
-    example = known[name]
-    if face not in example.faces:
+    selected = known[name]
+    if face not in selected.faces:
         raise ExampleError(
-            f"the example '{name}' is not available with --face {face}, only with: {', '.join(example.faces)}"
+            f"the example '{name}' is not available with --face {face}, only with: {', '.join(selected.faces)}"
         )
-    return example
+    return selected
 
 
-def builds_with(package: str) -> bool:
-    """Return whether stock ROS needs a package at build time because of its messages or CMake functions.
+def is_build_dependency(package: str) -> bool:
+    """Return whether a dependency is needed when a package is built with stock ROS, for messages or CMake functions.
 
     Other packages are only needed at run time.
     """
     return package.endswith(("_msgs", "_srvs")) or package in ("dynamic_reconfigure", "rospy")
 
 
-def gather(examples: Sequence[Example], face: str, package: str) -> dict[str, str]:
+def collect_files(examples: Sequence[Example], face: str, package: str) -> dict[str, str]:
     """Return the contents of the combined files of several examples by path, including a README.md that lists them.
 
     Args:
@@ -187,16 +188,21 @@ def gather(examples: Sequence[Example], face: str, package: str) -> dict[str, st
     return {"README.md": _readme(examples, package), **files}
 
 
-def tries(examples: Sequence[Example], package: str) -> list[str]:
-    """Return the commands to try out the examples."""
-    lines = [line.replace(PLACEHOLDER, package) for chosen in examples for line in chosen.tries]
+def commands_to_try(examples: Sequence[Example], package: str) -> list[str]:
+    """Return the command lines with which to try out the examples."""
+    lines = [line.replace(PLACEHOLDER, package) for chosen in examples for line in chosen.commands]
     return [line if line.startswith(_PYTHON_PREFIX) else f"pyros1 {line}" for line in lines]
 
 
 def _readme(examples: Sequence[Example], package: str) -> str:
     lines = [f"# {package}", ""]
     for chosen in examples:
-        lines += [f"{chosen.name}: {chosen.about}.", "", *(f"    {line}" for line in tries([chosen], package)), ""]
+        lines += [
+            f"{chosen.name}: {chosen.about}.",
+            "",
+            *(f"    {line}" for line in commands_to_try([chosen], package)),
+            "",
+        ]
     lines += [
         "Nothing needs to be built: pyros1 finds the package from its parent folder and from inside the package. Each",
         "program explains at the top what it does and how to run it.",

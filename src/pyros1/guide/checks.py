@@ -37,6 +37,7 @@ MESSAGE_TIMEOUT = 5.0
 POSITION_TOLERANCE = 0.005
 """Tolerance of a position in metres."""
 SECOND_PORT = 11312
+"""The port of the second master that the reader starts."""
 MAX_TEST_SECONDS = 60.0
 """Maximum duration of the reader's test in seconds."""
 MAX_ERROR_LINES = 5
@@ -76,8 +77,8 @@ class CheckContext:
         """Return the publishers, subscribers and services."""
         return Graph(self.node.master).state()
 
-    def message(self, topic: str, matches: Callable[[Any], bool] = lambda _: True) -> Any:
-        """Return the first matching message of a topic of numbers; None if no message arrives in time."""
+    def wait_for_message(self, topic: str, matches: Callable[[Any], bool] = lambda _: True) -> Any:
+        """Return the first matching message on a std_msgs/Float64 topic; None if none arrives in time."""
         deadline = time.monotonic() + MESSAGE_TIMEOUT
         while (remaining := deadline - time.monotonic()) > 0:
             try:
@@ -88,8 +89,8 @@ class CheckContext:
                 return message
         return None
 
-    def rate(self, topic: str, seconds: float = 2.0) -> float:
-        """Measure the rate of a topic of numbers in Hz. Return 0 for fewer than two messages."""
+    def measure_rate(self, topic: str, seconds: float = 2.0) -> float:
+        """Return the rate of a std_msgs/Float64 topic in Hz, measured now; 0 if fewer than two messages arrive."""
         meter = RateMeter()
         subscriber: Any = self.node.subscribe(topic, FLOAT, lambda _: meter.add(time.monotonic()))
         self.node.sleep(seconds)
@@ -97,13 +98,13 @@ class CheckContext:
         measurement = meter.measurement()
         return measurement[0] if measurement else 0.0
 
-    def call(self, service: str, kind: str) -> Any:
+    def call_service(self, service: str, type_name: str) -> Any:
         """Call a service with an empty request. Return the response.
 
         Raises:
             WaitTimeoutError: the service does not respond in time.
         """
-        service_class: Any = load_service(kind)
+        service_class: Any = load_service(type_name)
         return self.node.service(service, service_class).call(service_class._request_class(), MESSAGE_TIMEOUT)
 
 
@@ -111,7 +112,7 @@ Check = Callable[[CheckContext], str]
 """Returns what is missing and what to do; an empty string if the exercise is done."""
 
 
-def package(context: CheckContext) -> str:
+def check_package(context: CheckContext) -> str:
     library = Library(context.environ)
     if not library.has_package("my_messages"):
         return "there is no package my_messages here: pyros1 pkg create my_messages std_msgs"
@@ -123,25 +124,25 @@ def package(context: CheckContext) -> str:
     return ""
 
 
-def publisher(context: CheckContext) -> str:
+def check_publisher(context: CheckContext) -> str:
     missing = _missing_publisher(context, "/topic2")
     if missing:
         return missing
-    rate = context.rate("/topic2")
+    rate = context.measure_rate("/topic2")
     return "" if 8.0 < rate < 12.0 else f"/topic2 should be published at 10 Hz, but its rate is {rate:.1f} Hz"
 
 
-def published_by_hand(context: CheckContext) -> str:
+def check_published_by_hand(context: CheckContext) -> str:
     missing = _missing_publisher(context, "/topic1")
     if missing:
         return missing
     if "/minimal_subscriber" not in context.state().subscribers.get("/topic1", []):
         return "the minimal_subscriber is not running: pyros1 run minimal_nodes minimal_subscriber"
-    received = context.message("/topic1", lambda message: message.data == 3.5)
+    received = context.wait_for_message("/topic1", lambda message: message.data == 3.5)
     return "" if received else "no node publishes 3.5 on /topic1: pyros1 topic pub -r 1 topic1 std_msgs/Float64 3.5"
 
 
-def launched(context: CheckContext) -> str:
+def check_launched(context: CheckContext) -> str:
     nodes = context.state().publishers.get("/left/topic1", [])
     if "/left/second" in nodes:
         return ""
@@ -150,15 +151,15 @@ def launched(context: CheckContext) -> str:
     return 'no node publishes /left/topic1: put <group ns="left"> around <node name="second" ...>, and launch the file'
 
 
-def logger_level(context: CheckContext) -> str:
+def check_logger_level(context: CheckContext) -> str:
     if "/minimal_subscriber" not in context.state().nodes():
         return "the minimal_subscriber is not running: pyros1 run minimal_nodes minimal_subscriber"
-    response = context.call("/minimal_subscriber/get_loggers", "roscpp/GetLoggers")
+    response = context.call_service("/minimal_subscriber/get_loggers", "roscpp/GetLoggers")
     level = {logger.name: logger.level.lower() for logger in response.loggers}.get("rosout", "unknown")
     return "" if level == "error" else f"its level is {level}: pyros1 log set /minimal_subscriber rosout error"
 
 
-def recorded(context: CheckContext) -> str:
+def check_recorded(context: CheckContext) -> str:
     path = context.folder / "both.bag"
     if not path.exists():
         hint = " It is still being recorded: press Ctrl-C there." if path.with_suffix(".bag.active").exists() else ""
@@ -170,21 +171,21 @@ def recorded(context: CheckContext) -> str:
     return ""
 
 
-def robot_stops(context: CheckContext) -> str:
+def check_robot_stops(context: CheckContext) -> str:
     missing = _missing_publisher(context, "/velocity")
     if missing:
         return f"{missing}: pyros1 launch minimal_simulator.launch"
-    command = context.message("/vel_cmd")
+    command = context.wait_for_message("/vel_cmd")
     if command is None:
         return "no node publishes /vel_cmd: pyros1 topic pub -r 10 vel_cmd std_msgs/Float64 0.0"
     if command.data != 0.0:
         return f"the commanded velocity is {command.data:g} m/s: stop that publisher and send 0.0"
-    if context.message("/velocity", lambda message: abs(message.data) < 0.05):
+    if context.wait_for_message("/velocity", lambda message: abs(message.data) < 0.05):
         return ""
     return "the mass is still moving: is the old command still being published? pyros1 topic info vel_cmd"
 
 
-def parameter(context: CheckContext) -> str:
+def check_parameter(context: CheckContext) -> str:
     rate = context.node.params.get("/minimal_publisher/rate", None)
     if rate != 5:
         value_text = "not set" if rate is None else rate
@@ -192,7 +193,7 @@ def parameter(context: CheckContext) -> str:
     missing = _missing_publisher(context, "/topic1")
     if missing:
         return missing
-    measured = context.rate("/topic1")
+    measured = context.measure_rate("/topic1")
     if 4.0 < measured < 6.0:
         return ""
     other_publishers = [node for node in context.state().publishers["/topic1"] if node != "/minimal_publisher"]
@@ -204,13 +205,13 @@ def parameter(context: CheckContext) -> str:
     return f"the rate of /topic1 is {measured:.1f} Hz: {hint}"
 
 
-def service(context: CheckContext) -> str:
+def check_service(context: CheckContext) -> str:
     services = context.state().services
     for name in ("/stopwatch/read", "/stopwatch/reset"):
         if name not in services:
             return f"there is no service {name}: does my_robot/scripts/stopwatch advertise it, and is it running?"
-    context.call("/stopwatch/reset", "std_srvs/Empty")
-    response = context.call("/stopwatch/read", "std_srvs/Trigger")
+    context.call_service("/stopwatch/reset", "std_srvs/Empty")
+    response = context.call_service("/stopwatch/read", "std_srvs/Trigger")
     return (
         ""
         if response.message.startswith("0")
@@ -218,7 +219,7 @@ def service(context: CheckContext) -> str:
     )
 
 
-def camera(context: CheckContext) -> str:
+def check_camera(context: CheckContext) -> str:
     buffer = Buffer()
     with TransformListener(context.node, buffer):
         try:
@@ -237,7 +238,7 @@ def camera(context: CheckContext) -> str:
     return f"camera should be at 0 0 0.1 in lamp, but it is at {position.x:g} {position.y:g} {position.z:g}"
 
 
-def robot_arm(context: CheckContext) -> str:
+def check_robot_arm(context: CheckContext) -> str:
     robot = read(robot_description(context.node))
     for link in ("arm", "hand"):
         if link not in robot.links:
@@ -245,11 +246,11 @@ def robot_arm(context: CheckContext) -> str:
     wrist = robot.joints.get("wrist")
     if wrist is None:
         return f"the robot has no joint wrist, only {', '.join(robot.joints) or 'none'}"
-    expected = {
+    comparisons = {
         "type": (wrist.type, "continuous"), "parent": (wrist.parent, "arm"), "child": (wrist.child, "hand"),
-        "axis": (_numbers(wrist.axis), "0 1 0"), "origin": (_numbers(wrist.origin[:3]), "0.5 0 0"),
+        "axis": (_format_numbers(wrist.axis), "0 1 0"), "origin": (_format_numbers(wrist.origin[:3]), "0.5 0 0"),
     }  # fmt: skip
-    for attribute, (actual, correct) in expected.items():
+    for attribute, (actual, correct) in comparisons.items():
         if actual != correct:
             return f"the {attribute} of wrist should be {correct}, but it is {actual}"
     buffer = Buffer()
@@ -259,51 +260,51 @@ def robot_arm(context: CheckContext) -> str:
     return "no node publishes the position of the hand: are robot_state_publisher and joint_state_publisher running?"
 
 
-def refusal(context: CheckContext) -> str:
-    kind = Graph(context.node.master).topic_types().get("/drive/goal", "")
+def check_refusal(context: CheckContext) -> str:
+    type_name = Graph(context.node.master).topic_types().get("/drive/goal", "")
     if "/drive/goal" not in context.state().subscribers:
         return "there is no server for the action drive: pyros1 run my_robot driver"
-    if kind != f"{ACTION}ActionGoal":
-        return f"goals of drive should have the type {ACTION}ActionGoal, but their type is {kind}"
-    goal: Any = load_message(f"{ACTION}Goal")
+    if type_name != f"{ACTION}ActionGoal":
+        return f"goals of drive should have the type {ACTION}ActionGoal, but their type is {type_name}"
+    goal_class: Any = load_message(f"{ACTION}Goal")
     with actions.Client(context.node, "/drive", ACTION) as client:
-        refused = client.send(goal(-1), timeout=MESSAGE_TIMEOUT)
-        if not refused.wait(MESSAGE_TIMEOUT) or refused.status is not actions.Status.ABORTED:
-            return f"a goal of -1 m should be aborted, but {_outcome(refused.status)}"
-        if not refused.text:
+        refused_goal = client.send(goal_class(-1), timeout=MESSAGE_TIMEOUT)
+        if not refused_goal.wait(MESSAGE_TIMEOUT) or refused_goal.status is not actions.Status.ABORTED:
+            return f"a goal of -1 m should be aborted, but {_outcome(refused_goal.status)}"
+        if not refused_goal.text:
             return "the driver does not say why it aborts the goal: goal.abort(text=...)"
-        accepted = client.send(goal(1), timeout=MESSAGE_TIMEOUT)
-        if not accepted.wait(MESSAGE_TIMEOUT) or accepted.status is not actions.Status.SUCCEEDED:
-            return f"a goal of 1 m should succeed, but {_outcome(accepted.status)}"
+        accepted_goal = client.send(goal_class(1), timeout=MESSAGE_TIMEOUT)
+        if not accepted_goal.wait(MESSAGE_TIMEOUT) or accepted_goal.status is not actions.Status.SUCCEEDED:
+            return f"a goal of 1 m should succeed, but {_outcome(accepted_goal.status)}"
     return ""
 
 
-def second_master(context: CheckContext) -> str:
-    command = f"pyros1 core -p {SECOND_PORT} --bind 127.0.0.1"
+def check_second_master(context: CheckContext) -> str:
+    core_command = f"pyros1 core -p {SECOND_PORT} --bind 127.0.0.1"
     client = MasterClient("/guide", f"http://127.0.0.1:{SECOND_PORT}")
     try:
         publishers = Graph(client).state().publishers.get("/topic1", [])
     except MasterUnreachableError:
-        return f"there is no master on port {SECOND_PORT}: {command}"
+        return f"there is no master on port {SECOND_PORT}: {core_command}"
     finally:
         client.close()
     for address in interface_addresses():
         if not is_loopback(address) and accepts_connections(address, SECOND_PORT):
-            return f"other machines can reach the second master at {address}: start it with {command}"
+            return f"other machines can reach the second master at {address}: start it with {core_command}"
     if "/minimal_publisher" in publishers:
         return ""
-    run = "pyros1 run minimal_nodes minimal_publisher"
-    return f"no minimal_publisher is running there: ROS_MASTER_URI=http://127.0.0.1:{SECOND_PORT} {run}"
+    run_command = "pyros1 run minimal_nodes minimal_publisher"
+    return f"no minimal_publisher is running there: ROS_MASTER_URI=http://127.0.0.1:{SECOND_PORT} {run_command}"
 
 
-def tested(context: CheckContext) -> str:
+def check_tested(context: CheckContext) -> str:
     path = context.folder / "my_robot" / "tests" / "test_stopwatch.py"
     if not path.exists():
         return "there is no my_robot/tests/test_stopwatch.py in this folder"
     text = path.read_text(encoding="utf-8", errors="replace")
-    for required in ("def test_", "ros_run", "/stopwatch/reset", "/stopwatch/read", "assert"):
-        if required not in text:
-            return f"the test does not contain {required}"
+    for required_text in ("def test_", "ros_run", "/stopwatch/reset", "/stopwatch/read", "assert"):
+        if required_text not in text:
+            return f"the test does not contain {required_text}"
     command = [sys.executable, "-m", "pytest", "-q", "--tb=short", str(path)]
     with subprocess.Popen(
         command, cwd=context.folder, env=dict(context.environ), stdout=subprocess.PIPE, stderr=subprocess.PIPE,
@@ -322,8 +323,8 @@ def tested(context: CheckContext) -> str:
     if child.returncode == 0:
         return ""
     lines = [terminal_text.one_line(line) for line in out.strip().splitlines()] or ["no output"]
-    errors = [line for line in lines if line.startswith("E ")][-MAX_ERROR_LINES:]
-    return "\n".join([f"python3 -m pytest my_robot/tests/test_stopwatch.py: {lines[-1]}", *errors])
+    error_lines = [line for line in lines if line.startswith("E ")][-MAX_ERROR_LINES:]
+    return "\n".join([f"python3 -m pytest my_robot/tests/test_stopwatch.py: {lines[-1]}", *error_lines])
 
 
 def _kill(child: subprocess.Popen[str]) -> None:
@@ -335,14 +336,15 @@ def _kill(child: subprocess.Popen[str]) -> None:
 
 
 CHECKS: tuple[Check, ...] = (
-    package, publisher, published_by_hand, launched, logger_level, recorded, robot_stops, parameter, service,
-    camera, robot_arm, refusal, second_master, tested,
+    check_package, check_publisher, check_published_by_hand, check_launched, check_logger_level, check_recorded,
+    check_robot_stops, check_parameter, check_service,
+    check_camera, check_robot_arm, check_refusal, check_second_master, check_tested,
 )  # fmt: skip
-"""The checks of all steps."""
+"""The check of each step, in the order of the steps."""
 
 
 def check(number: int, environ: Mapping[str, str] = os.environ, folder: Path | None = None) -> str:
-    """Check the exercise of a step. Return what is missing and what to do; an empty string if it is done.
+    """Check the exercise of a step. Return what is missing and what to do; an empty string if the exercise is done.
 
     Args:
         number: the number of the step, starting at 1.
@@ -357,11 +359,11 @@ def check(number: int, environ: Mapping[str, str] = os.environ, folder: Path | N
 
 
 def _missing_publisher(context: CheckContext, topic: str) -> str:
-    """Check whether a topic of numbers is published. Return what is missing."""
+    """Check whether a std_msgs/Float64 topic is published. Return what is missing; an empty string if it is."""
     if not context.state().publishers.get(topic):
         return f"no node publishes {topic}"
-    kind = Graph(context.node.master).topic_types().get(topic, FLOAT)
-    return "" if kind == FLOAT else f"{topic} should have the type {FLOAT}, but its type is {kind}"
+    type_name = Graph(context.node.master).topic_types().get(topic, FLOAT)
+    return "" if type_name == FLOAT else f"{topic} should have the type {FLOAT}, but its type is {type_name}"
 
 
 def _outcome(status: actions.Status) -> str:
@@ -377,7 +379,7 @@ def _format_fields(fields: list[tuple[str, str]]) -> str:
     return ", ".join(f"{kind} {name}" for kind, name in fields) or "none"
 
 
-def _numbers(numbers: Iterable[float]) -> str:
+def _format_numbers(numbers: Iterable[float]) -> str:
     return " ".join(f"{number:.4g}" for number in numbers)
 
 

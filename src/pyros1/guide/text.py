@@ -2,8 +2,8 @@
 
 In a step's ``console`` blocks, a line with ``$`` is a command, followed by its output; ``...`` represents omitted lines
 and ``^C`` the key. A block with a file name after its language is a file that the reader creates. Pages also have
-tables and links. Images that are files of the web page, each in its own paragraph, are displayed in the browser as
-well. Other images are only visible to readers of the files in the repository.
+tables and links. Images that are among the web page's files, each in its own paragraph, are also displayed in the
+browser. Other images are only visible when the Markdown files are read in the repository.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ class GuideStep(NamedTuple):
     @property
     def blocks(self) -> list[Block]:
         """The blocks in order."""
-        return blocks(self.text)
+        return parse_blocks(self.text)
 
 
 class GuidePage(NamedTuple):
@@ -102,7 +102,7 @@ class GuidePage(NamedTuple):
     @property
     def blocks(self) -> list[Block]:
         """The blocks in order."""
-        return blocks(self.text)
+        return parse_blocks(self.text)
 
     def code(self, language: str, heading: str = "") -> list[str]:
         """Return the page's code blocks in a language, optionally only those under a heading."""
@@ -115,36 +115,36 @@ class GuidePage(NamedTuple):
         return found
 
 
-def blocks(text: str) -> list[Block]:
+def parse_blocks(text: str) -> list[Block]:
     """Return the blocks of a Markdown document in order."""
     found: list[Block] = []
     position = 0
-    for fence in _CODE.finditer(text):
-        found.extend(_prose(text[position : fence.start()]))
-        found.append(Block("code", fence["text"], fence["language"], fence["file"] or ""))
-        position = fence.end()
-    return [*found, *_prose(text[position:])]
+    for code_match in _CODE.finditer(text):
+        found.extend(_parse_prose(text[position : code_match.start()]))
+        found.append(Block("code", code_match["text"], code_match["language"], code_match["file"] or ""))
+        position = code_match.end()
+    return [*found, *_parse_prose(text[position:])]
 
 
-def _prose(text: str) -> Iterator[Block]:
+def _parse_prose(text: str) -> Iterator[Block]:
     for part in _PARAGRAPH_BREAK.split(_HIDDEN.sub("", text).strip()):
-        picture = _PICTURE.fullmatch(part.strip())
-        if picture:
-            yield Block("picture", picture["text"], file=picture["file"])
+        picture_match = _PICTURE.fullmatch(part.strip())
+        if picture_match:
+            yield Block("picture", picture_match["text"], file=picture_match["file"])
             continue
         lines = [line.strip() for line in part.splitlines()]
         if part.startswith("|"):
-            rows = [_cells(line) for line in lines if not _TABLE_SEPARATOR.fullmatch(line) or line == lines[0]]
+            rows = [_split_cells(line) for line in lines if not _TABLE_SEPARATOR.fullmatch(line) or line == lines[0]]
             if any(map(any, rows)):
                 yield Block("table", "", rows=tuple(rows))
             continue
         line = " ".join(lines)
-        mark = next((mark for mark in _LINE_PREFIXES if line.startswith(mark)), "")
+        prefix = next((prefix for prefix in _LINE_PREFIXES if line.startswith(prefix)), "")
         if line:
-            yield Block(_LINE_PREFIXES.get(mark, "paragraph"), line.removeprefix(mark))
+            yield Block(_LINE_PREFIXES.get(prefix, "paragraph"), line.removeprefix(prefix))
 
 
-def _cells(line: str) -> tuple[str, ...]:
+def _split_cells(line: str) -> tuple[str, ...]:
     return tuple(cell.strip().replace("\\|", "|") for cell in _CELL_SEPARATOR.split(line)[1:-1])
 
 
@@ -187,11 +187,11 @@ class _Style(NamedTuple):
         return _COMMAND.sub(lambda found: "\n".join(map(self.bold, found[1].split("\n"))), text)
 
     def width(self, text: str) -> int:
-        """Return the number of columns of a string after commands are highlighted."""
+        """Return the number of columns that a string takes up after its commands are highlighted."""
         return len(text) - self.colour * text.count("`")
 
 
-def for_terminal(page: GuideStep | GuidePage, width: int, colour: bool) -> str:
+def format_for_terminal(page: GuideStep | GuidePage, width: int, colour: bool) -> str:
     """Format a step or page for a terminal.
 
     Args:
@@ -218,28 +218,28 @@ def for_terminal(page: GuideStep | GuidePage, width: int, colour: bool) -> str:
                 "    " + (style.bold(line) if line.startswith("$ ") else line) for line in block.text.splitlines()
             )
         elif block.kind == "table":
-            lines.extend(_table(block, width, style))
+            lines.extend(_format_table(block, width, style))
         else:
-            lines.extend(_wrap(plain(block.text), width, "- " if block.kind == "item" else "", style))
+            lines.extend(_wrap(remove_markup(block.text), width, "- " if block.kind == "item" else "", style))
     return "\n".join(lines) + "\n"
 
 
-def plain(text: str) -> str:
-    """Remove markup except the backticks of commands. Links include their targets."""
+def remove_markup(text: str) -> str:
+    """Return text without markup, except the backticks of commands. Links are followed by their targets."""
 
-    def replacement(found: re.Match[str]) -> str:
-        if found["label"] is None:
-            return found["word"] or found["link"] or found[0]
-        name, label = _PAGE_FILE.fullmatch(found["to"]), plain(found["label"])
-        target = f"pyros1 guide howto {name[1]}" if name else found["to"]
-        return f"{label} ({target})" if name or target.startswith("http") else label
+    def replacement(match: re.Match[str]) -> str:
+        if match["label"] is None:
+            return match["word"] or match["link"] or match[0]
+        page_match, label = _PAGE_FILE.fullmatch(match["to"]), remove_markup(match["label"])
+        target = f"pyros1 guide howto {page_match[1]}" if page_match else match["to"]
+        return f"{label} ({target})" if page_match or target.startswith("http") else label
 
     return _INLINE.sub(replacement, text)
 
 
-def _table(table: Block, width: int, style: _Style) -> Iterator[str]:
-    """Yield the rows in columns if they fit, otherwise a list item for each row."""
-    header, *rows = (tuple(map(plain, row)) for row in table.rows)
+def _format_table(table: Block, width: int, style: _Style) -> Iterator[str]:
+    """Yield the lines of a table: in columns if they fit, otherwise a list item for each row."""
+    header, *rows = (tuple(map(remove_markup, row)) for row in table.rows)
     widths = [max(map(style.width, column)) for column in zip(header, *rows, strict=True)]
     if sum(widths) + 2 * (len(widths) - 1) <= width:
         for row in (header, *rows):

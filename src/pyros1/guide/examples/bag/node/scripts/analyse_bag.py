@@ -18,8 +18,8 @@ except ImportError:
 X, SPEED = "pose.pose.position.x", "twist.twist.linear.x"
 
 
-def table(path, topic):
-    """Return the odometry as a table, indexed by the time in s since the start of the bag."""
+def read_odometry(path, topic):
+    """Return the odometry in a bag as a table, indexed by the time in s since the first message."""
     with pyros1.bag.open(path) as bag:
         frame = pandas.DataFrame(bag.arrays(topic, [X, SPEED]))
     frame["time"] -= frame["time"].iloc[0]
@@ -29,11 +29,11 @@ def table(path, topic):
 if not 2 <= len(sys.argv) <= 3:
     sys.exit("usage: analyse_bag.py FILE [TOPIC]")
 try:
-    frame = table(sys.argv[1], sys.argv[2] if len(sys.argv) > 2 else "/odom")
+    frame = read_odometry(sys.argv[1], sys.argv[2] if len(sys.argv) > 2 else "/odom")
 except (OSError, pyros1.Error) as error:
     sys.exit(str(error))
 print(frame.rename(columns={X: "x in m", SPEED: "speed in m/s"}).describe().round(3))
 print(f"driven: {frame[X].diff().abs().sum():.2f} m")
 print(f"stood still: {(frame[SPEED] == 0).mean():.0%} of the time")
-by_tens = frame[SPEED].groupby(frame.index // 10 * 10).mean()
-print("mean speed, every 10 s:", ", ".join(f"{speed:.2f}" for speed in by_tens), "m/s")
+mean_speeds = frame[SPEED].groupby(frame.index // 10 * 10).mean()
+print("mean speed, every 10 s:", ", ".join(f"{speed:.2f}" for speed in mean_speeds), "m/s")

@@ -16,8 +16,8 @@ except ImportError:
     sys.exit("this needs pandas: pip install pandas")
 
 
-def table(path, topic):
-    """Return the odometry as a table, indexed by the time in s since the start of the bag."""
+def read_odometry(path, topic):
+    """Return the odometry in a bag as a table, indexed by the time in s since the first message."""
     with rosbag.Bag(path) as bag:
         rows = [
             (time.to_sec(), message.pose.pose.position.x, message.twist.twist.linear.x)
@@ -33,12 +33,12 @@ def table(path, topic):
 if not 2 <= len(sys.argv) <= 3:
     sys.exit("usage: analyse_bag.py FILE [TOPIC]")
 try:
-    frame = table(sys.argv[1], sys.argv[2] if len(sys.argv) > 2 else "/odom")
+    frame = read_odometry(sys.argv[1], sys.argv[2] if len(sys.argv) > 2 else "/odom")
 except (OSError, rosbag.ROSBagException) as error:
     sys.exit(str(error))
 speed = frame["speed in m/s"]
 print(frame.describe().round(3))
 print(f"driven: {frame['x in m'].diff().abs().sum():.2f} m")
 print(f"stood still: {(speed == 0).mean():.0%} of the time")
-by_tens = speed.groupby(frame.index // 10 * 10).mean()
-print("mean speed, every 10 s:", ", ".join(f"{each:.2f}" for each in by_tens), "m/s")
+mean_speeds = speed.groupby(frame.index // 10 * 10).mean()
+print("mean speed, every 10 s:", ", ".join(f"{mean:.2f}" for mean in mean_speeds), "m/s")

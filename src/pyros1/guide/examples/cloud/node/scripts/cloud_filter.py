@@ -11,34 +11,35 @@ import numpy
 import pyros1
 from pyros1.msgs.sensor_msgs.msg import PointCloud2
 
-TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}  # of PointField
+NUMPY_TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}  # of PointField
 
 
 def records(cloud):
     """Return the points as an array with a column for each of the cloud's fields."""
-    order = ">" if cloud.is_bigendian else "<"
-    columns = {
+    byte_order = ">" if cloud.is_bigendian else "<"
+    layout = {
         "names": [field.name for field in cloud.fields],
         "formats": [
-            (order + TYPES[field.datatype], (field.count,) if field.count > 1 else ()) for field in cloud.fields
+            (byte_order + NUMPY_TYPES[field.datatype], (field.count,) if field.count > 1 else ())
+            for field in cloud.fields
         ],
         "offsets": [field.offset for field in cloud.fields],
         "itemsize": cloud.point_step,
     }
-    return numpy.frombuffer(cloud.data, numpy.dtype(columns), count=cloud.width * cloud.height)
+    return numpy.frombuffer(cloud.data, numpy.dtype(layout), count=cloud.width * cloud.height)
 
 
 def on_cloud(cloud):
     points = records(cloud)
-    place = numpy.column_stack([points[axis] for axis in "xyz"])
-    high = numpy.isfinite(place).all(axis=1) & (place[:, 2] > floor)
-    _, first = numpy.unique((place[high] // cube).astype(int), axis=0, return_index=True)
-    left = points[high][first]
+    positions = numpy.column_stack([points[axis] for axis in "xyz"])
+    is_above_floor = numpy.isfinite(positions).all(axis=1) & (positions[:, 2] > floor)
+    _, first_in_cube = numpy.unique((positions[is_above_floor] // cube).astype(int), axis=0, return_index=True)
+    kept_points = points[is_above_floor][first_in_cube]
     # Same fields, fewer points. The header contains the time and frame of the measurement, so it is kept.
-    cloud.height, cloud.width, cloud.row_step = 1, len(left), left.nbytes
-    cloud.is_dense, cloud.data = True, left.tobytes()
+    cloud.height, cloud.width, cloud.row_step = 1, len(kept_points), kept_points.nbytes
+    cloud.is_dense, cloud.data = True, kept_points.tobytes()
     publisher.publish(cloud)
-    node.log.debug("%d of %d points", len(left), len(points))
+    node.log.debug("%d of %d points", len(kept_points), len(points))
 
 
 with pyros1.Node("cloud_filter") as node:

@@ -10,13 +10,13 @@ import numpy
 import pyros1
 from pyros1.msgs.sensor_msgs.msg import PointCloud2, PointField
 
-COUNT = 5000  # points of each object
+COUNT = 5000  # number of points on each object
 RADIUS = 0.3  # m, of the ball
 FIELDS = [PointField(name, 4 * place, PointField.FLOAT32, 1) for place, name in enumerate("xyz")]
 
 
 def points(seconds, generator):
-    """Return an array of points with x, y and z in m."""
+    """Return the points of the floor and the ball as an array with the columns x, y and z in m."""
     floor = numpy.column_stack([generator.uniform(-2, 2, (COUNT, 2)), numpy.zeros(COUNT)])
     ball = generator.normal(size=(COUNT, 3))
     ball *= RADIUS / numpy.linalg.norm(ball, axis=1, keepdims=True)

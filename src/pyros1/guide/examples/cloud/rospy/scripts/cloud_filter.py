@@ -25,16 +25,16 @@ class Filter:
         self.cube = cube
         self.publisher = rospy.Publisher("filtered", PointCloud2, queue_size=1)
         # Only the newest if they arrive too fast; buff_size must be large enough for a whole cloud.
-        rospy.Subscriber("points", PointCloud2, self.received, queue_size=1, buff_size=2**24)
+        rospy.Subscriber("points", PointCloud2, self.on_cloud, queue_size=1, buff_size=2**24)
 
-    def received(self, cloud):
-        found = point_cloud2.read_points(cloud, ("x", "y", "z"), skip_nans=True)
-        points = numpy.array(list(found), dtype=float).reshape(-1, 3)
-        high = points[points[:, 2] > self.floor]
-        _, first = numpy.unique((high // self.cube).astype(int), axis=0, return_index=True)
+    def on_cloud(self, cloud):
+        valid_points = point_cloud2.read_points(cloud, ("x", "y", "z"), skip_nans=True)
+        points = numpy.array(list(valid_points), dtype=float).reshape(-1, 3)
+        points_above_floor = points[points[:, 2] > self.floor]
+        _, first_in_cube = numpy.unique((points_above_floor // self.cube).astype(int), axis=0, return_index=True)
         # The header contains the time and frame of the measurement, so it is kept.
-        self.publisher.publish(point_cloud2.create_cloud_xyz32(cloud.header, high[first]))
-        rospy.logdebug("%d of %d points", len(first), len(points))
+        self.publisher.publish(point_cloud2.create_cloud_xyz32(cloud.header, points_above_floor[first_in_cube]))
+        rospy.logdebug("%d of %d points", len(first_in_cube), len(points))
 
 
 if __name__ == "__main__":

@@ -11,12 +11,12 @@ from sensor_msgs import point_cloud2
 from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import Header
 
-COUNT = 5000  # points of each object
+COUNT = 5000  # number of points on each object
 RADIUS = 0.3  # m, of the ball
 
 
 def points(seconds, generator):
-    """Return an array of points with x, y and z in m."""
+    """Return the points of the floor and the ball as an array with the columns x, y and z in m."""
     floor = numpy.column_stack([generator.uniform(-2, 2, (COUNT, 2)), numpy.zeros(COUNT)])
     ball = generator.normal(size=(COUNT, 3))
     ball *= RADIUS / numpy.linalg.norm(ball, axis=1, keepdims=True)

@@ -15,7 +15,7 @@ CHANNELS = {"mono8": 1, "rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4}
 
 
 def brightness(image):
-    """Return an array of rows and columns, 0 to 255; None if the encoding is not supported."""
+    """Return an array of shape (height, width) with values from 0 to 255; None if the encoding is not supported."""
     channels = CHANNELS.get(image.encoding)
     if channels is None:
         return None
@@ -24,7 +24,7 @@ def brightness(image):
     return pixels[:, :, :3].mean(axis=2)
 
 
-def received(image):
+def on_image(image):
     grey = brightness(image)
     if grey is None:
         known = ", ".join(CHANNELS)
@@ -34,10 +34,10 @@ def received(image):
     strength = numpy.clip(2 * numpy.hypot(down, right), 0, 255).astype(numpy.uint8)
     height, width = strength.shape
     # The header contains the time and frame of the image, so it is kept.
-    edges.publish(Image(image.header, height, width, "mono8", 0, width, strength.tobytes()))
+    publisher.publish(Image(image.header, height, width, "mono8", 0, width, strength.tobytes()))
 
 
 with pyros1.Node("edges") as node:
-    edges = node.advertise("edges", Image, queue_size=1)
-    node.subscribe("image", Image, received, queue_size=1)  # only the newest if they arrive too fast
+    publisher = node.advertise("edges", Image, queue_size=1)
+    node.subscribe("image", Image, on_image, queue_size=1)  # only the newest if they arrive too fast
     node.spin()

@@ -15,7 +15,7 @@ SPEED = 40.0  # pixels/s
 
 
 def picture(seconds):
-    """Return an array of rows, columns and the colours red, green and blue."""
+    """Return an image as an array of shape (height, width, 3) with red, green and blue."""
     pixels = numpy.full((HEIGHT, WIDTH, 3), 40, dtype=numpy.uint8)
     left = int(SPEED * seconds) % (WIDTH - SIDE)
     top = (HEIGHT - SIDE) // 2

@@ -14,7 +14,7 @@ CHANNELS = {"mono8": 1, "rgb8": 3, "bgr8": 3, "rgba8": 4, "bgra8": 4}
 
 
 def brightness(image):
-    """Return an array of rows and columns, 0 to 255; None if the encoding is not supported."""
+    """Return an array of shape (height, width) with values from 0 to 255; None if the encoding is not supported."""
     channels = CHANNELS.get(image.encoding)
     if channels is None:
         return None
@@ -23,7 +23,7 @@ def brightness(image):
     return pixels[:, :, :3].mean(axis=2)
 
 
-def received(image, edges):
+def on_image(image, publisher):
     grey = brightness(image)
     if grey is None:
         rospy.logwarn_once("images in %s are not supported, only: %s", image.encoding, ", ".join(CHANNELS))
@@ -32,12 +32,12 @@ def received(image, edges):
     strength = numpy.clip(2 * numpy.hypot(down, right), 0, 255).astype(numpy.uint8)
     height, width = strength.shape
     # The header contains the time and frame of the image, so it is kept.
-    edges.publish(Image(image.header, height, width, "mono8", 0, width, strength.tobytes()))
+    publisher.publish(Image(image.header, height, width, "mono8", 0, width, strength.tobytes()))
 
 
 if __name__ == "__main__":
     rospy.init_node("edges")
-    edges = rospy.Publisher("edges", Image, queue_size=1)
+    publisher = rospy.Publisher("edges", Image, queue_size=1)
     # Only the newest if they arrive too fast; buff_size must be large enough for a whole image.
-    rospy.Subscriber("image", Image, received, edges, queue_size=1, buff_size=2**24)
+    rospy.Subscriber("image", Image, on_image, publisher, queue_size=1, buff_size=2**24)
     rospy.spin()

@@ -18,11 +18,12 @@ def clamp(value, limit):
     return max(-limit, min(limit, value))
 
 
-def received(twist):
-    limits = {**DEFAULT_LIMITS, **node.params.cached("~limits", {})}  # a local copy, which the master updates
+def on_twist(twist):
+    # The parameters are a local copy that the master keeps up to date.
+    limits = {**DEFAULT_LIMITS, **node.params.cached("~limits", {})}
     twist.linear.x = clamp(twist.linear.x, limits["linear"])
     twist.angular.z = clamp(twist.angular.z, limits["angular"])
-    limited.publish(twist)
+    publisher.publish(twist)
 
 
 with pyros1.Node("speed_limiter") as node:
@@ -31,7 +32,7 @@ with pyros1.Node("speed_limiter") as node:
     node.params["~wheel_count"] = len(wheels)  # for other nodes
     node.params.on_update(lambda key, value: node.log.info("%s is now %s", key, value))
     node.params.cached("~limits", {})  # receive updates from the master from now on
-    limited = node.advertise("cmd_vel_limited", Twist, queue_size=1)
-    node.subscribe("cmd_vel", Twist, received, queue_size=1)
+    publisher = node.advertise("cmd_vel_limited", Twist, queue_size=1)
+    node.subscribe("cmd_vel", Twist, on_twist, queue_size=1)
     node.log.info("%s has the wheels: %s", name, ", ".join(wheels) or "none")
     node.spin()

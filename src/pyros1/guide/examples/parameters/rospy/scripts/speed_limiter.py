@@ -18,11 +18,12 @@ def clamp(value, limit):
     return max(-limit, min(limit, value))
 
 
-def received(twist, limited):
-    limits = {**DEFAULT_LIMITS, **rospy.get_param_cached("~limits", {})}  # a local copy, which the master updates
+def on_twist(twist, publisher):
+    # The parameters are a local copy that the master keeps up to date.
+    limits = {**DEFAULT_LIMITS, **rospy.get_param_cached("~limits", {})}
     twist.linear.x = clamp(twist.linear.x, limits["linear"])
     twist.angular.z = clamp(twist.angular.z, limits["angular"])
-    limited.publish(twist)
+    publisher.publish(twist)
 
 
 def main():
@@ -30,8 +31,8 @@ def main():
     name = rospy.get_param("~name", "robot")
     wheels = rospy.get_param("~wheels", [])
     rospy.set_param("~wheel_count", len(wheels))  # for other nodes
-    limited = rospy.Publisher("cmd_vel_limited", Twist, queue_size=1)
-    rospy.Subscriber("cmd_vel", Twist, received, limited, queue_size=1)
+    publisher = rospy.Publisher("cmd_vel_limited", Twist, queue_size=1)
+    rospy.Subscriber("cmd_vel", Twist, on_twist, publisher, queue_size=1)
     rospy.loginfo("%s has the wheels: %s", name, ", ".join(wheels) or "none")
     rospy.spin()
 

@@ -32,8 +32,10 @@ with pyros1.Node("oscillator") as node:
     rate = node.rate(50.0)  # Hz
     phase = 0.0  # rad
     while node.ok():
-        now = server.config
+        settings = server.config
         value = math.sin(phase)
-        publisher.publish(Float64(now.amplitude * (value if now.shape == SINE else math.copysign(1.0, value))))
-        phase += 2 * math.pi * now.frequency / 50.0
+        publisher.publish(
+            Float64(settings.amplitude * (value if settings.shape == SINE else math.copysign(1.0, value)))
+        )
+        phase += 2 * math.pi * settings.frequency / 50.0
         rate.sleep()

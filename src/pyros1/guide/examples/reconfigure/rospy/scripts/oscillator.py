@@ -29,11 +29,11 @@ def main():
     rate = rospy.Rate(RATE)
     phase = 0.0  # rad
     while not rospy.is_shutdown():
-        now = server.config
+        settings = server.config
         value = math.sin(phase)
-        square = now.shape == OscillatorConfig.Oscillator_square
-        publisher.publish(now.amplitude * (math.copysign(1.0, value) if square else value))
-        phase += 2 * math.pi * now.frequency / RATE
+        square = settings.shape == OscillatorConfig.Oscillator_square
+        publisher.publish(settings.amplitude * (math.copysign(1.0, value) if square else value))
+        phase += 2 * math.pi * settings.frequency / RATE
         rate.sleep()
 
 

@@ -16,9 +16,9 @@ class Mean:
         self.node = node
         self.count = 0
         self.sum = 0.0
-        node.subscribe("numbers", Float64, self.received, queue_size=10)
+        node.subscribe("numbers", Float64, self.on_number, queue_size=10)
 
-    def received(self, message):
+    def on_number(self, message):
         self.count += 1
         self.sum += message.data
         self.node.log.info("%.3f, the mean of %d is %.3f", message.data, self.count, self.sum / self.count)
@@ -26,4 +26,4 @@ class Mean:
 
 with pyros1.Node("subscriber") as node:
     Mean(node)
-    node.spin()  # until Ctrl-C; received() is called for each message
+    node.spin()  # until Ctrl-C; on_number() is called for each message

@@ -15,9 +15,9 @@ class Mean:
     def __init__(self):
         self.count = 0
         self.sum = 0.0
-        rospy.Subscriber("numbers", Float64, self.received, queue_size=10)
+        rospy.Subscriber("numbers", Float64, self.on_number, queue_size=10)
 
-    def received(self, message):
+    def on_number(self, message):
         self.count += 1
         self.sum += message.data
         rospy.loginfo("%.3f, the mean of %d is %.3f", message.data, self.count, self.sum / self.count)
@@ -26,4 +26,4 @@ class Mean:
 if __name__ == "__main__":
     rospy.init_node("subscriber")
     mean = Mean()
-    rospy.spin()  # until Ctrl-C; received() is called for each message
+    rospy.spin()  # until Ctrl-C; on_number() is called for each message

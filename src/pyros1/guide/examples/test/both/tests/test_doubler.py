@@ -8,16 +8,16 @@ import pytest
 
 @pytest.fixture
 def doubled(ros_run, ros_node, ros_listen):
-    """Return a function that sends a number to the doubler and returns its output."""
-    received = ros_listen("output", "std_msgs/Float64")
+    """Return a function that sends a number to the doubler and returns the number that it publishes."""
+    output = ros_listen("output", "std_msgs/Float64")
     ros_run("my_package", "doubler.py")
     sender = ros_node("sender").advertise("input", "std_msgs/Float64", latch=True)
 
-    def ask(number):
+    def double(number):
         sender.publish(data=number)  # latched, in case the doubler subscribes later
-        return received.next(timeout=20.0).data
+        return output.next(timeout=20.0).data
 
-    return ask
+    return double
 
 
 @pytest.mark.parametrize("number", [1.5, -3.0])

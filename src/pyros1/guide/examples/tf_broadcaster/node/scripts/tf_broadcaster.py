@@ -16,7 +16,7 @@ RADIUS = 2.0  # m
 SPEED = 0.5  # rad/s
 
 
-def transform(parent, child, x, y, z, yaw):
+def make_transform(parent, child, x, y, z, yaw):
     """Return the pose of the child relative to its parent, in m and rad, at the current time."""
     message = TransformStamped(child_frame_id=child)
     message.header.frame_id = parent
@@ -28,12 +28,12 @@ def transform(parent, child, x, y, z, yaw):
 
 
 with pyros1.Node("tf_broadcaster") as node:
-    fixed = StaticTransformBroadcaster(node)
-    fixed.send_transform(transform("base_link", "laser", 0.2, 0.0, 0.3, 0.0))
-    moving = TransformBroadcaster(node)
+    static_broadcaster = StaticTransformBroadcaster(node)
+    static_broadcaster.send_transform(make_transform("base_link", "laser", 0.2, 0.0, 0.3, 0.0))
+    broadcaster = TransformBroadcaster(node)
     rate = node.rate(20.0)  # Hz
     while node.ok():
         angle = SPEED * node.now().to_sec() % (2 * math.pi)
         x, y = RADIUS * math.cos(angle), RADIUS * math.sin(angle)
-        moving.send_transform(transform("world", "base_link", x, y, 0.0, angle + math.pi / 2))
+        broadcaster.send_transform(make_transform("world", "base_link", x, y, 0.0, angle + math.pi / 2))
         rate.sleep()

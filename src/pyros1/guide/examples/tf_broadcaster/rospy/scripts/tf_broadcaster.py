@@ -16,7 +16,7 @@ RADIUS = 2.0  # m
 SPEED = 0.5  # rad/s
 
 
-def transform(parent, child, x, y, z, yaw):
+def make_transform(parent, child, x, y, z, yaw):
     """Return the pose of the child relative to its parent, in m and rad, at the current time."""
     message = TransformStamped()
     message.header.frame_id = parent
@@ -30,14 +30,14 @@ def transform(parent, child, x, y, z, yaw):
 
 def main():
     rospy.init_node("tf_broadcaster")
-    fixed = tf2_ros.StaticTransformBroadcaster()
-    fixed.sendTransform(transform("base_link", "laser", 0.2, 0.0, 0.3, 0.0))
-    moving = tf2_ros.TransformBroadcaster()
+    static_broadcaster = tf2_ros.StaticTransformBroadcaster()
+    static_broadcaster.sendTransform(make_transform("base_link", "laser", 0.2, 0.0, 0.3, 0.0))
+    broadcaster = tf2_ros.TransformBroadcaster()
     rate = rospy.Rate(20.0)  # Hz
     while not rospy.is_shutdown():
         angle = SPEED * rospy.get_time() % (2 * math.pi)
         x, y = RADIUS * math.cos(angle), RADIUS * math.sin(angle)
-        moving.sendTransform(transform("world", "base_link", x, y, 0.0, angle + math.pi / 2))
+        broadcaster.sendTransform(make_transform("world", "base_link", x, y, 0.0, angle + math.pi / 2))
         rate.sleep()
 
 

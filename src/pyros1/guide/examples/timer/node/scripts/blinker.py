@@ -15,16 +15,16 @@ class Blinker:
 
     def __init__(self, node, period, duration):
         self.node = node
-        self.on = False
+        self.is_on = False
         self.lamp = node.advertise("lamp", Bool, queue_size=1, latch=True)
         self.timer = node.timer(period, self.blink)
         node.timer(duration, self.stop, oneshot=True)
 
     def blink(self, event):
-        self.on = not self.on
-        self.lamp.publish(Bool(self.on))
+        self.is_on = not self.is_on
+        self.lamp.publish(Bool(self.is_on))
         delay = (event.current_real - event.current_expected).to_sec()
-        self.node.log.info("%s, %.1f ms late", "on" if self.on else "off", 1000 * delay)
+        self.node.log.info("%s, %.1f ms late", "on" if self.is_on else "off", 1000 * delay)
 
     def stop(self, event):
         self.timer.shutdown()

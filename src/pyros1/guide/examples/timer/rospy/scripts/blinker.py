@@ -14,16 +14,16 @@ class Blinker:
     """A lamp that blinks."""
 
     def __init__(self, period, duration):
-        self.on = False
+        self.is_on = False
         self.lamp = rospy.Publisher("lamp", Bool, queue_size=1, latch=True)
         self.timer = rospy.Timer(rospy.Duration.from_sec(period), self.blink)
         rospy.Timer(rospy.Duration.from_sec(duration), self.stop, oneshot=True)
 
     def blink(self, event):
-        self.on = not self.on
-        self.lamp.publish(self.on)
+        self.is_on = not self.is_on
+        self.lamp.publish(self.is_on)
         delay = (event.current_real - event.current_expected).to_sec()
-        rospy.loginfo("%s, %.1f ms late", "on" if self.on else "off", 1000 * delay)
+        rospy.loginfo("%s, %.1f ms late", "on" if self.is_on else "off", 1000 * delay)
 
     def stop(self, event):
         self.timer.shutdown()

@@ -16,8 +16,8 @@ with pyros1.Node("arm_mover") as node:
     rate = node.rate(20.0)  # Hz
     while node.ok():
         now = node.now()
-        swing = math.sin(now.to_sec())
-        wanted = JointState(name=["shoulder", "left_finger"], position=[swing, 0.015 * (1 + swing)])  # rad, m
-        wanted.header.stamp = now
-        publisher.publish(wanted)
+        sine = math.sin(now.to_sec())
+        target = JointState(name=["shoulder", "left_finger"], position=[sine, 0.015 * (1 + sine)])  # rad, m
+        target.header.stamp = now
+        publisher.publish(target)
         rate.sleep()

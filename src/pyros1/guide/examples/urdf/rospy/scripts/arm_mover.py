@@ -18,10 +18,10 @@ def main():
     rate = rospy.Rate(20.0)  # Hz
     while not rospy.is_shutdown():
         now = rospy.Time.now()
-        swing = math.sin(now.to_sec())
-        wanted = JointState(name=["shoulder", "left_finger"], position=[swing, 0.015 * (1 + swing)])  # rad, m
-        wanted.header.stamp = now
-        publisher.publish(wanted)
+        sine = math.sin(now.to_sec())
+        target = JointState(name=["shoulder", "left_finger"], position=[sine, 0.015 * (1 + sine)])  # rad, m
+        target.header.stamp = now
+        publisher.publish(target)
         rate.sleep()
 
 
