@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from pyros1.msgs.geometry_msgs.msg import Point, Pose, PoseArray, PoseStamped
 from pyros1.msgs.sensor_msgs.msg import JointState
-from pyros1.observe.fields import FieldPath, FieldPathError, expand, split_expression
+from pyros1.observe.fields import FieldPath, FieldPathError, expand_fields, split_expression
 
 
 def _poses() -> PoseArray:
@@ -57,7 +57,7 @@ def test_a_path_leads_to_value_and_type(path: str, value: object, kind: str | No
 )
 def test_the_curves_of_an_argument(text: str, curves: list[str]) -> None:
     """tests/web/page/plot.test.mjs has the same of the page."""
-    assert expand(text) == curves
+    assert expand_fields(text) == curves
 
 
 def test_an_expression_behind_a_topic() -> None:

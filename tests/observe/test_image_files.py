@@ -23,7 +23,7 @@ from PIL import Image as Pictures
 
 from pyros1.observe import png16
 from pyros1.observe.compressed_depth import decode_depth
-from pyros1.observe.image_files import Pixels, UnsupportedFileError, decode, encode, to_bytes
+from pyros1.observe.image_files import Pixels, UnsupportedFileError, decode, encode, to_uint8
 
 SHAPES = st.tuples(st.integers(1, 9), st.integers(1, 9), st.sampled_from([1, 2, 3, 4]))
 
@@ -138,8 +138,8 @@ def test_what_pillow_would_cut_is_refused() -> None:
 
 
 def test_other_numbers_become_the_nearest_bytes() -> None:
-    assert to_bytes(np.array([-1, 1.5, 2.5, 300, np.nan, 1e20])).tolist() == [0, 2, 2, 255, 0, 0]
-    assert to_bytes(np.array([-7, 8, 70000], np.int32)).tolist() == [0, 8, 255]
+    assert to_uint8(np.array([-1, 1.5, 2.5, 300, np.nan, 1e20])).tolist() == [0, 2, 2, 255, 0, 0]
+    assert to_uint8(np.array([-7, 8, 70000], np.int32)).tolist() == [0, 8, 255]
 
 
 def test_compressed_depths() -> None:

@@ -8,16 +8,16 @@ import numpy as np
 
 from pyros1.observe.image_files import MAX_PIXELS, ImageFileError, Pixels, decode
 
-HEADER = struct.Struct("<iff")
+DEPTH_HEADER = struct.Struct("<iff")
 """The header before the PNG file: the format, and two numbers for the conversion of values."""
 _ENCODINGS = ("16UC1", "32FC1")
 
 
-def decode_depth(form: str, data: bytes, max_pixels: int = MAX_PIXELS) -> Pixels:
+def decode_depth(format_text: str, data: bytes, max_pixels: int = MAX_PIXELS) -> Pixels:
     """Return the depths in a message as an array of shape (height, width).
 
     Args:
-        form: the ``format`` of the sensor_msgs/CompressedImage message.
+        format_text: the ``format`` of the sensor_msgs/CompressedImage message.
         data: the ``data`` of the message.
         max_pixels: the maximum number of pixels.
 
@@ -29,17 +29,19 @@ def decode_depth(form: str, data: bytes, max_pixels: int = MAX_PIXELS) -> Pixels
         ImageFileError: the format is not supported, or the data is damaged or not a PNG file.
         Error: Pillow is not installed.
     """
-    encoding = form.partition(";")[0].strip()
-    if "compressedDepth" not in form or encoding not in _ENCODINGS or len(data) < HEADER.size:
-        raise ImageFileError(f"not a depth image of {' or '.join(_ENCODINGS)}, but an image of the format {form[:200]}")
-    if data[HEADER.size :][:4] != b"\x89PNG":
+    encoding = format_text.partition(";")[0].strip()
+    if "compressedDepth" not in format_text or encoding not in _ENCODINGS or len(data) < DEPTH_HEADER.size:
+        raise ImageFileError(
+            f"not a depth image of {' or '.join(_ENCODINGS)}, but an image of the format {format_text[:200]}"
+        )
+    if data[DEPTH_HEADER.size :][:4] != b"\x89PNG":
         raise ImageFileError("only PNG is supported for compressed depth images")
-    pixels = decode(data[HEADER.size :], max_pixels)
+    pixels = decode(data[DEPTH_HEADER.size :], max_pixels)
     if pixels.ndim != 2:
         raise ImageFileError("the compressed depth image has colours")
     if encoding == _ENCODINGS[0]:
         return pixels.astype(np.uint16)
-    _, numerator, offset = HEADER.unpack_from(data)
+    _, numerator, offset = DEPTH_HEADER.unpack_from(data)
     with np.errstate(all="ignore"):
         metres: Pixels = np.where(pixels > 0, numerator / (pixels.astype(np.float32) - offset), np.nan).astype(
             np.float32

@@ -20,13 +20,13 @@ from pyros1.observe.modules import Module
 __all__ = ["FUNCTIONS", "MAX_ITEMS", "TIME_METHODS", "Expression", "ExpressionError"]
 
 MAX_ITEMS = 1_000_000
-"""Maximum size of a value, since values such as the string representation of a message may be long."""
+"""Maximum number of items or characters in a value, since the string representation of a message may be long."""
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     **functions(MAX_ITEMS),
     **extra_functions(MAX_ITEMS),
     **{name: MATH[name] for name in ("sqrt", "sin", "cos", "atan2", "hypot", "isnan", "isinf")},
 }
-"""Functions that every expression can call, besides hasattr and getattr."""
+"""Functions that every expression can call, in addition to hasattr, getattr and type."""
 TIME_METHODS = frozenset({"secs", "nsecs", "to_sec", "to_nsec", "to_time", "is_zero"})
 """Members of times and durations that expressions can use."""
 _CLASS_ATTRIBUTES = frozenset({"_type", "_md5sum", "_full_text", "_slot_types", "_has_header", "__slots__", "__name__"})
@@ -40,16 +40,16 @@ class Expression:
 
     Args:
         text: the expression, such as ``m.data > 3 and any('x' in name for name in m.names)``.
-        more: additional functions and modules that the expression can use, by name.
+        extra_names: additional functions and modules that the expression can use, by name.
 
     Raises:
         ExpressionError: the expression is malformed or uses something that is not allowed.
     """
 
-    def __init__(self, text: str, more: Mapping[str, Any] = MappingProxyType({})) -> None:
+    def __init__(self, text: str, extra_names: Mapping[str, Any] = MappingProxyType({})) -> None:
         self.text = text
         try:
-            self._language = _FilterLanguage(text, more)
+            self._language = _FilterLanguage(text, extra_names)
         except ExpressionError as error:
             raise ExpressionError(f"[{text}]: {error}") from None
 
@@ -79,13 +79,13 @@ class MessageLanguage(Interpreter):
         if name in names:
             return names[name]
         if name in _REFLECTION_FUNCTIONS:
-            return {"hasattr": self._has, "getattr": self._get, "type": _type_of}[name]
+            return {"hasattr": self._hasattr, "getattr": self._getattr, "type": _type_of}[name]
         if name in FUNCTIONS:
             return FUNCTIONS[name]
         raise UnknownNameError(f"unknown name {name!r}; known names: {self.known(names)}")
 
     def known(self, names: Mapping[str, Any]) -> str:
-        """Return the known names, for error messages."""
+        """Return the names that can be used, separated by commas, for error messages."""
         return ", ".join(sorted(names))
 
     def attribute(self, owner: Any, name: str) -> Any:
@@ -105,12 +105,12 @@ class MessageLanguage(Interpreter):
             return getattr(owner, name)
         return super().attribute(owner, name)
 
-    def _has(self, owner: Any, name: str) -> bool:
+    def _hasattr(self, owner: Any, name: str) -> bool:
         """Implement hasattr() for the attributes that expressions can access."""
         missing = object()
-        return self._get(owner, name, missing) is not missing
+        return self._getattr(owner, name, missing) is not missing
 
-    def _get(self, owner: Any, name: str, *default: Any) -> Any:
+    def _getattr(self, owner: Any, name: str, *default: Any) -> Any:
         """Implement getattr() for the attributes that expressions can access."""
         is_hidden = isinstance(name, str) and name.startswith("_") and name not in self.private
         if not isinstance(name, str) or is_hidden or len(default) > 1:
@@ -140,24 +140,24 @@ def _type_of(value: Any) -> Any:
 
 
 class _FilterLanguage(MessageLanguage):
-    def __init__(self, text: str, more: Mapping[str, Any]) -> None:
-        self._more = more
+    def __init__(self, text: str, extra_names: Mapping[str, Any]) -> None:
+        self._extra_names = extra_names
         super().__init__(text)
 
     def check(self, node: ast.AST) -> None:
         super().check(node)
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and not self._is_function(node.func.id):
-            functions = [name for name, value in self._more.items() if not isinstance(value, Module)]
+            functions = [name for name, value in self._extra_names.items() if not isinstance(value, Module)]
             known = ", ".join(sorted({*FUNCTIONS, *_REFLECTION_FUNCTIONS, *functions}))
             raise ExpressionError(f"unknown function {node.func.id}; known functions: {known}")
 
     def name(self, name: str, names: Mapping[str, Any]) -> Any:
-        if name not in names and name in self._more:
-            return self._more[name]
+        if name not in names and name in self._extra_names:
+            return self._extra_names[name]
         return math.pi if name == "pi" and name not in names else super().name(name, names)
 
     def _is_function(self, name: str) -> bool:
-        return is_function(name) or name in self._more
+        return is_function(name) or name in self._extra_names
 
 
 def is_function(name: str) -> bool:

@@ -27,13 +27,13 @@ class FieldPathError(Error):
 
 
 def split_expression(text: str) -> tuple[str, str] | None:
-    """Return the topic and the expression of ``/topic: m.x * 2``, where ``m`` is a message; otherwise None."""
+    """Return the topic and the expression of a string such as ``/topic: m.x * 2``; None for other strings."""
     match = _TOPIC_WITH_EXPRESSION.match(text)
     return (match[1], match[2]) if match else None
 
 
-def expand(name: str) -> list[str]:
-    """Return the fields in an argument. There are three in ``/t/x:y:z`` and two in ``/t/x[0]:y[0]`` and ``/t/x,/u/y``.
+def expand_fields(name: str) -> list[str]:
+    """Return the fields that an argument names: three in ``/t/x:y:z``, two in ``/t/x[0]:y[0]`` and in ``/t/x,/u/y``.
 
     An expression is returned unchanged.
     """
@@ -69,7 +69,8 @@ class FieldPath:
         self._steps = [_parse_step(part) for part in text.strip("/").split("/")] if text.strip("/") else []
 
     def get(self, message: Any) -> tuple[Any, str | None]:
-        """Return the value at the path and its type, which is None if the path is empty.
+        """Return the value at the path and its type, which is None if the path is empty or its slices
+        select no elements.
 
         Raises:
             FieldPathError: an index is out of range, or a field does not exist.
@@ -89,19 +90,19 @@ class FieldPath:
         Raises:
             FieldPathError: a field does not exist.
         """
-        current, is_list = message_class._type, False
+        type_name, is_list = message_class._type, False
         owner: type[Message] | None = message_class
         for step in self._steps:
-            current = _field_type(current, owner, step.field)
+            type_name = _field_type(type_name, owner, step.field)
             if step.subscript is not None:
-                if "[" not in current and current != "string":
-                    raise FieldPathError(f"field {step.field!r} of type {current} has no elements")
+                if "[" not in type_name and type_name != "string":
+                    raise FieldPathError(f"field {step.field!r} of type {type_name} has no elements")
                 if isinstance(step.subscript, int):
-                    current = current.partition("[")[0]
-                elif "[" in current:
-                    current, is_list = current.partition("[")[0], True
+                    type_name = type_name.partition("[")[0]
+                elif "[" in type_name:
+                    type_name, is_list = type_name.partition("[")[0], True
             owner = None
-        return current + "[]" if is_list else current
+        return type_name + "[]" if is_list else type_name
 
 
 def _parse_step(part: str) -> _Step:
@@ -130,22 +131,22 @@ def _parse_step(part: str) -> _Step:
     return _Step(field, slice(*numbers))
 
 
-def _resolve(value: Any, kind: str | None, steps: Sequence[_Step]) -> tuple[Any, str | None]:
+def _resolve(value: Any, type_name: str | None, steps: Sequence[_Step]) -> tuple[Any, str | None]:
     for number, step in enumerate(steps):
-        kind = _slot_type(value, step.field)
+        type_name = _slot_type(value, step.field)
         value = getattr(value, step.field)
         if step.subscript is None:
             continue
         value = value[step.subscript]
         if isinstance(step.subscript, int):
-            kind = kind.partition("[")[0]
+            type_name = type_name.partition("[")[0]
             continue
         remaining = steps[number + 1 :]
         if remaining:
             results = [_resolve(element, None, remaining) for element in value]
-            kind = f"{results[0][1]}[]" if results else None
-            return [element for element, _ in results], kind
-    return value, kind
+            type_name = f"{results[0][1]}[]" if results else None
+            return [element for element, _ in results], type_name
+    return value, type_name
 
 
 def _slot_type(owner: Any, field: str) -> str:

@@ -50,7 +50,7 @@ class UnsupportedFileError(ImageFileError):
     """Pillow would lose bits of the image, unlike OpenCV. The message suggests an alternative."""
 
 
-def pillow() -> Any:
+def import_pillow() -> Any:
     """Import and return the module PIL.Image. Raise Error if Pillow is not installed."""
     try:
         return import_module("PIL.Image")
@@ -73,67 +73,68 @@ def decode(data: bytes, max_pixels: int = MAX_PIXELS) -> Pixels:
         ImageFileError: the file is damaged or too large, or its format or depth is not supported.
         Error: Pillow is not installed.
     """
-    module = pillow()
+    pillow_image = import_pillow()
     _ignore_warnings()
     try:
-        with module.open(BytesIO(data + _END_OF_JPEG), formats=_FORMATS) as picture:
-            head = png16.header(data)
+        with pillow_image.open(BytesIO(data + _END_OF_JPEG), formats=_FORMATS) as picture:
+            png_header = png16.header(data)
             # If a file contains several headers, Pillow uses the last.
-            width, height = map(max, picture.size, (head.width, head.height) if head else (0, 0))
+            width, height = map(max, picture.size, (png_header.width, png_header.height) if png_header else (0, 0))
             if width * height > (
-                max_pixels // _DEEP_MEMORY_FACTOR if head is not None and head.bits == 16 else max_pixels
+                max_pixels // _DEEP_MEMORY_FACTOR if png_header is not None and png_header.bits == 16 else max_pixels
             ):
                 raise _too_large(max_pixels, f" of {width} x {height} pixels")
-            return _to_array(module, picture, data)
+            return _to_array(pillow_image, picture, data)
     except MessageError:
         raise
-    except module.UnidentifiedImageError:
+    except pillow_image.UnidentifiedImageError:
         raise ImageFileError("the image cannot be read: its format is unknown") from None
-    except module.DecompressionBombError:
+    except pillow_image.DecompressionBombError:
         raise _too_large(max_pixels) from None
     except Exception as error:  # noqa: BLE001 - Pillow raises many exception types for damaged files
         raise ImageFileError(f"the image cannot be read: {error}") from None
 
 
-def encode(image: Pixels, form: str, **options: Any) -> bytes:
+def encode(image: Pixels, requested_format: str, **options: Any) -> bytes:
     """Encode an image file.
 
     Args:
         image: an array of shape (height, width), or (height, width, 1, 3 or 4) with red, green, blue and alpha. Numbers
             outside the format's range are clipped to 0 ... 255. Alpha is left out if the format does not support it.
-        form: the format or a file extension, such as "jpg" or "png".
+        requested_format: the format or a file extension, such as "jpg" or "png".
         options: Pillow's options for the format, such as ``quality`` for JPEG or ``compress_level`` for PNG.
 
     Raises:
         ImageFileError: the format does not exist or cannot store the image.
         Error: Pillow is not installed.
     """
-    name = _FORMATS_BY_EXTENSION.get(form.lower(), form.upper())
+    format_name = _FORMATS_BY_EXTENSION.get(requested_format.lower(), requested_format.upper())
     if image.ndim == 3 and image.shape[2] == 1:
         image = image[:, :, 0]
     if not image.size or image.ndim not in (2, 3) or image.shape[2:] not in ((), (3,), (4,)):
-        raise ImageFileError(f"an image with the shape {image.shape} cannot be written as {form}")
-    kind = image.dtype.str[1:]
-    if name == "PNG" and kind == "u2" and image.ndim == 3:
+        raise ImageFileError(f"an image with the shape {image.shape} cannot be written as {requested_format}")
+    dtype_code = image.dtype.str[1:]
+    if format_name == "PNG" and dtype_code == "u2" and image.ndim == 3:
         return png16.write(image, options.get("compress_level", 6))
-    deep_types = {"PNG": ("u2",), "TIFF": _TIFF_KINDS, "PPM": ("u2",), "JPEG2000": ("u2",)}.get(name, ())
-    if kind not in deep_types and name not in ("TIFF", "PPM", "JPEG2000"):
-        image = to_bytes(image)
-    elif kind != "u1" and (kind not in deep_types or image.ndim == 3):
+    deep_types = {"PNG": ("u2",), "TIFF": _TIFF_KINDS, "PPM": ("u2",), "JPEG2000": ("u2",)}.get(format_name, ())
+    if dtype_code not in deep_types and format_name not in ("TIFF", "PPM", "JPEG2000"):
+        image = to_uint8(image)
+    elif dtype_code != "u1" and (dtype_code not in deep_types or image.ndim == 3):
         raise UnsupportedFileError(
-            f"an image of {image.dtype} with the shape {image.shape} cannot be written as {form}; write 8 bits, or PNG"
+            f"an image of {image.dtype} with the shape {image.shape} cannot be written as {requested_format}; "
+            "write 8 bits, or PNG"
         )
-    if name in ("JPEG", "BMP", "PPM") and image.ndim == 3:
+    if format_name in ("JPEG", "BMP", "PPM") and image.ndim == 3:
         image = image[:, :, :3]
-    if name == "PPM" and kind == "u2":
+    if format_name == "PPM" and dtype_code == "u2":
         image = image.astype(np.int32)
     file = BytesIO()
     try:
-        pillow().fromarray(np.ascontiguousarray(image.astype(image.dtype.newbyteorder("=")))).save(
-            file, name, **options
+        import_pillow().fromarray(np.ascontiguousarray(image.astype(image.dtype.newbyteorder("=")))).save(
+            file, format_name, **options
         )
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise ImageFileError(f"the image cannot be written as {form}: {error}") from None
+        raise ImageFileError(f"the image cannot be written as {requested_format}: {error}") from None
     return file.getvalue()
 
 
@@ -148,7 +149,7 @@ def _too_large(max_pixels: int, size: str = "") -> ImageFileError:
     return ImageFileError(f"the image{size} is too large: at most {max_pixels} pixels can be read")
 
 
-def to_bytes(image: Pixels) -> NDArray[np.uint8]:
+def to_uint8(image: Pixels) -> NDArray[np.uint8]:
     """Round and clip numbers to 0 ... 255. NaN and numbers beyond 32 bits become 0, as in OpenCV."""
     if image.dtype == np.uint8:
         return image
@@ -158,26 +159,27 @@ def to_bytes(image: Pixels) -> NDArray[np.uint8]:
     return np.clip(image, 0, 255).astype(np.uint8)
 
 
-def _to_array(module: Any, picture: Any, data: bytes) -> Pixels:
-    head = png16.header(data)
-    if head is not None and head.bits == 16 and head.colour:
-        pixels = png16.read(data, module)
+def _to_array(pillow_image: Any, picture: Any, data: bytes) -> Pixels:
+    png_header = png16.header(data)
+    if png_header is not None and png_header.bits == 16 and png_header.colour_type:
+        pixels = png16.read(data, pillow_image)
         return np.dstack([pixels[:, :, :1]] * 3 + [pixels[:, :, 1:]]) if pixels.shape[2] == 2 else pixels
-    mode, name = picture.mode, picture.format
+    mode, format_name = picture.mode, picture.format
     if mode in ("RGB", "RGBA", "LA", "La", "CMYK") and _exceeds_8_bits(picture, data):
         raise UnsupportedFileError(
-            f"a colour {name} file with more than 8 bits per channel cannot be read without loss; send PNG instead"
+            f"a colour {format_name} file with more than 8 bits per channel cannot be read without loss; "
+            "send PNG instead"
         )
-    if name == "TIFF" and mode in ("RGBA", "LA", "La", "CMYK"):
+    if format_name == "TIFF" and mode in ("RGBA", "LA", "La", "CMYK"):
         return _from_tiff(picture)
     if mode == "CMYK":
         return _from_cmyk(picture)
-    if name == "TIFF" and picture.tag_v2.get(_TIFF_SAMPLE_FORMAT, (1,))[0] == 2 and mode in ("L", "I"):
+    if format_name == "TIFF" and picture.tag_v2.get(_TIFF_SAMPLE_FORMAT, (1,))[0] == 2 and mode in ("L", "I"):
         return np.asarray(picture).astype(f"i{picture.tag_v2[_TIFF_BITS][0] // 8}")
     if mode == "F" or mode.startswith("I"):
         return np.asarray(picture).astype(np.float32 if mode == "F" else np.uint16)
     has_transparency = "transparency" in picture.info
-    if name == "WEBP" or mode not in ("1", "L"):
+    if format_name == "WEBP" or mode not in ("1", "L"):
         mode = "RGBA" if has_transparency or mode in ("RGBA", "LA", "PA") else "RGB"
     else:
         mode = "L"
@@ -201,10 +203,10 @@ def _from_cmyk(picture: Any) -> Pixels:
     stored: Pixels = np.asarray(picture)
     is_inverted = "adobe" in picture.info  # Pillow has inverted it
     colours: Pixels = np.empty((*stored.shape[:2], 3), np.uint8)
-    for block, result in _blocks(stored, colours):
-        wide = (~block if is_inverted else block).astype(np.uint16)
-        black = wide[:, :, 3:]
-        result[:] = black - ((255 - wide[:, :, :3]) * black >> 8)
+    for block, result in _row_blocks(stored, colours):
+        wide_block = (~block if is_inverted else block).astype(np.uint16)
+        black = wide_block[:, :, 3:]
+        result[:] = black - ((255 - wide_block[:, :, :3]) * black >> 8)
     return colours
 
 
@@ -220,17 +222,17 @@ def _from_tiff(picture: Any) -> Pixels:
     if mode == "RGBA" and alpha_kind not in (1, 2):
         return colours
     rounding = 127 if alpha_kind == 2 else 254  # Pillow has divided premultiplied colours and truncated the result
-    for block, result in _blocks(stored, colours):
+    for block, result in _row_blocks(stored, colours):
         if mode == "CMYK":
-            wide = 255 - block.astype(np.uint16)
-            result[:, :, :3] = wide[:, :, :3] * wide[:, :, 3:] // 255
+            wide_block = 255 - block.astype(np.uint16)
+            result[:, :, :3] = wide_block[:, :, :3] * wide_block[:, :, 3:] // 255
             result[:, :, 3] = 255
         else:
             result[:, :, :3] = (block[:, :, :3] * block[:, :, 3:].astype(np.uint16) + rounding) // 255
     return colours
 
 
-def _blocks(*images: Pixels) -> Iterator[tuple[Pixels, ...]]:
+def _row_blocks(*images: Pixels) -> Iterator[tuple[Pixels, ...]]:
     """Yield a few rows of images at a time, so that conversions with wider types need little memory."""
     height, width = images[0].shape[:2]
     rows = max(1, _BLOCK_PIXELS // width)

@@ -1,4 +1,5 @@
-"""PNG files with 16 bits per channel (https://www.w3.org/TR/png). Of colours, Pillow reads only the upper bytes.
+"""PNG files with 16 bits per channel (https://www.w3.org/TR/png). Pillow reads only the upper
+byte of each channel of colour images.
 
 PNG filters process each byte of a pixel separately. Therefore, the upper bytes of all channels form an 8-bit image, as
 do the lower bytes, and Pillow can read both. This module has no side effects.
@@ -26,12 +27,12 @@ _INTERLACED = ((0, 0, 8, 8), (4, 0, 8, 8), (0, 4, 4, 8), (2, 0, 4, 4), (0, 2, 2,
 
 
 class Header(NamedTuple):
-    """The header chunk of a PNG file."""
+    """The fields of the header chunk of a PNG file."""
 
     width: int
     height: int
     bits: int
-    colour: int
+    colour_type: int
     compression: int
     filter: int
     interlace: int
@@ -57,33 +58,37 @@ def read(data: bytes, pillow: Any) -> NDArray[np.uint16]:
     Raises:
         ValueError: the file is damaged.
     """
-    head = header(data)
+    png_header = header(data)
     if (
-        head is None
-        or head.bits != 16
-        or head.colour not in _MODES
-        or head.interlace > 1
-        or head.compression
-        or head.filter
+        png_header is None
+        or png_header.bits != 16
+        or png_header.colour_type not in _MODES
+        or png_header.interlace > 1
+        or png_header.compression
+        or png_header.filter
     ):
         raise ValueError("not a PNG file with 16 bits per channel")
-    mode = _MODES[head.colour]
+    mode = _MODES[png_header.colour_type]
     chunks = list(_chunks(data))
     passes = [
-        (max(0, -(-(head.width - x) // across)), max(0, -(-(head.height - y) // down)))
-        for x, y, across, down in (_INTERLACED if head.interlace else _NOT_INTERLACED)
+        (max(0, -(-(png_header.width - x) // across)), max(0, -(-(png_header.height - y) // down)))
+        for x, y, across, down in (_INTERLACED if png_header.interlace else _NOT_INTERLACED)
     ]
     sizes = [(1 + 2 * len(mode) * width) * height if width else 0 for width, height in passes]
-    rows = _decompress(b"".join(body for kind, body in chunks if kind == b"IDAT"), sum(sizes))
+    rows = _decompress(b"".join(body for chunk_type, body in chunks if chunk_type == b"IDAT"), sum(sizes))
     upper, lower = (
-        np.asarray(pillow.frombytes(mode, (head.width, head.height), part, "zip", mode, head.interlace))
+        np.asarray(
+            pillow.frombytes(mode, (png_header.width, png_header.height), part, "zip", mode, png_header.interlace)
+        )
         for part in _split_bytes(
             rows, [(1 + 2 * len(mode) * width, size) for (width, _), size in zip(passes, sizes, strict=True)]
         )
     )
-    pixels: NDArray[np.uint16] = (upper.astype(np.uint16) << 8 | lower).reshape(head.height, head.width, len(mode))
-    transparent_colours = [body for kind, body in chunks if kind == b"tRNS"]
-    if transparent_colours and head.colour == 2 and len(transparent_colours[0]) >= 6:
+    pixels: NDArray[np.uint16] = (upper.astype(np.uint16) << 8 | lower).reshape(
+        png_header.height, png_header.width, len(mode)
+    )
+    transparent_colours = [body for chunk_type, body in chunks if chunk_type == b"tRNS"]
+    if transparent_colours and png_header.colour_type == 2 and len(transparent_colours[0]) >= 6:
         alpha = np.where((pixels == struct.unpack_from(">3H", transparent_colours[0])).all(axis=2), 0, 0xFFFF)
         pixels = np.dstack([pixels, alpha.astype(np.uint16)])
     return pixels
@@ -106,20 +111,20 @@ def write(pixels: NDArray[np.uint16], level: int = 6) -> bytes:
     return _SIGNATURE + _chunk(b"IHDR", head) + _chunk(b"IDAT", body) + _chunk(b"IEND", b"")
 
 
-def _chunk(kind: bytes, body: bytes) -> bytes:
-    return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+def _chunk(chunk_type: bytes, body: bytes) -> bytes:
+    return struct.pack(">I", len(body)) + chunk_type + body + struct.pack(">I", zlib.crc32(chunk_type + body))
 
 
 def _chunks(data: bytes) -> Iterator[tuple[bytes, bytes]]:
-    offset, kind = len(_SIGNATURE), b""
-    while kind != b"IEND":
+    offset, chunk_type = len(_SIGNATURE), b""
+    while chunk_type != b"IEND":
         if offset + 12 > len(data):
             raise ValueError("the file is truncated")
         (size,) = struct.unpack_from(">I", data, offset)
-        kind, body = data[offset + 4 : offset + 8], data[offset + 8 : offset + 8 + size]
-        if data[offset + 8 + size : offset + 12 + size] != struct.pack(">I", zlib.crc32(kind + body)):
+        chunk_type, body = data[offset + 4 : offset + 8], data[offset + 8 : offset + 8 + size]
+        if data[offset + 8 + size : offset + 12 + size] != struct.pack(">I", zlib.crc32(chunk_type + body)):
             raise ValueError(f"invalid checksum at byte {offset}")
-        yield kind, body
+        yield chunk_type, body
         offset += 12 + size
 
 
@@ -135,16 +140,16 @@ def _decompress(data: bytes, size: int) -> bytes:
 
 
 def _split_bytes(rows: bytes, passes: list[tuple[int, int]]) -> Iterator[bytes]:
-    """Yield the data of two images, which consist of the upper and the lower bytes.
+    """Yield the compressed data of two images: one of the upper bytes, one of the lower bytes.
 
     Args:
         rows: the rows of all passes.
         passes: the number of bytes per row and the total number of bytes of each pass.
     """
-    for half in (1, 2):
+    for first_byte in (1, 2):
         offset, parts = 0, []
-        for step, size in passes:
-            block = np.frombuffer(rows, np.uint8, size, offset).reshape(-1, step)
-            parts.append(np.hstack([block[:, :1], block[:, half::2]]).tobytes())
+        for row_size, size in passes:
+            block = np.frombuffer(rows, np.uint8, size, offset).reshape(-1, row_size)
+            parts.append(np.hstack([block[:, :1], block[:, first_byte::2]]).tobytes())
             offset += size
         yield zlib.compress(b"".join(parts), 0)

@@ -11,13 +11,13 @@ HZ_WINDOW = 50_000
 """Default window of ``hz`` and ``delay`` in messages."""
 
 BW_WINDOW = 100
-"""Default window of ``bw`` in messages. It includes all messages of the last `BW_SECONDS` if these are more."""
+"""Default window of ``bw`` in messages. It includes all messages of the last `BW_SECONDS` if there are more of them."""
 
 BW_SECONDS = 1.0
 
 
 class Summary(NamedTuple):
-    """The statistics of a window."""
+    """The statistics of the values in a window."""
 
     mean: float
     minimum: float
@@ -60,8 +60,9 @@ class RateMeter:
     def measurement(self) -> tuple[float, Summary, int] | None:
         """Return the rate in Hz, the statistics of the intervals, and the number of messages in the window.
 
-
-        None if no message came since the last call."""
+        Returns:
+            These three values; None if no interval has ended since the last call.
+        """
         intervals = list(self._intervals)  # another thread may add to it
         if not self._is_changed or not intervals:
             return None
@@ -71,11 +72,11 @@ class RateMeter:
         return rate, summary, len(intervals) + 1
 
 
-def rate_lines(rate: float, summary: Summary, window: int) -> str:
+def rate_lines(rate: float, summary: Summary, message_count: int) -> str:
     """Return the output of ``hz`` for one topic."""
     return (
         f"average rate: {rate:.3f}\n\tmin: {summary.minimum:.3f}s max: {summary.maximum:.3f}s "
-        f"std dev: {summary.deviation:.5f}s window: {window}"
+        f"std dev: {summary.deviation:.5f}s window: {message_count}"
     )
 
 
@@ -83,8 +84,12 @@ def rate_table(measurements: Mapping[str, tuple[float, Summary, int]]) -> str:
     """Return the output of ``hz`` for several topics."""
     header = ["topic", "rate", "min_delta", "max_delta", "std_dev", "window"]
     rows = [
-        [topic, *(f"{x:.4}" for x in (rate, summary.minimum, summary.maximum, summary.deviation)), str(window)]
-        for topic, (rate, summary, window) in measurements.items()
+        [
+            topic,
+            *(f"{value:.4}" for value in (rate, summary.minimum, summary.maximum, summary.deviation)),
+            str(message_count),
+        ]
+        for topic, (rate, summary, message_count) in measurements.items()
     ]
     widths = [max(len(row[column]) for row in [header, *rows]) for column in range(len(header))]
     lines = ["   ".join(name.center(width) for name, width in zip(header, widths, strict=True))]
@@ -121,7 +126,7 @@ class BandwidthMeter:
 
 
 def size_lines(sizes: Sequence[int], seconds: float) -> str:
-    """Return the output of ``bw`` for messages of these sizes in bytes that arrived within a time."""
+    """Return the output of ``bw`` for messages that arrived within a number of seconds, given their sizes in bytes."""
     rate = sum(sizes) / seconds
     unit, factor = ("B", 1) if rate < 1000 else ("KB", 1000) if rate < 1_000_000 else ("MB", 1_000_000)
     values = (rate, sum(sizes) / len(sizes), min(sizes), max(sizes))
@@ -154,9 +159,9 @@ class DelayMeter:
         return delay_lines(summarise(delays), len(delays))
 
 
-def delay_lines(summary: Summary, window: int) -> str:
+def delay_lines(summary: Summary, message_count: int) -> str:
     """Return the output of ``delay``."""
     return (
         f"average delay: {summary.mean:.3f}\n\tmin: {summary.minimum:.3f}s max: {summary.maximum:.3f}s "
-        f"std dev: {summary.deviation:.5f}s window: {window}"
+        f"std dev: {summary.deviation:.5f}s window: {message_count}"
     )

@@ -58,7 +58,7 @@ class _TemplateBuilder:
             if base in ("uint8", "char"):
                 return bytes(value)
             if length == "]" and not self._empty_arrays:
-                value = [_element(base, classes)]
+                value = [_default_element(base, classes)]
             return [self._field(item, base, classes) for item in value]
         if isinstance(value, Message):
             return self.message(value)
@@ -67,14 +67,14 @@ class _TemplateBuilder:
         return value
 
 
-def _element(base: str, classes: Any) -> Any:
-    if base in classes:
-        return classes[base]()
-    if base in ("time", "duration"):
+def _default_element(type_name: str, classes: Any) -> Any:
+    if type_name in classes:
+        return classes[type_name]()
+    if type_name in ("time", "duration"):
         from pyros1.ground.timing import Duration, Time  # noqa: PLC0415
 
-        return Time() if base == "time" else Duration()
-    return "" if base == "string" else 0
+        return Time() if type_name == "time" else Duration()
+    return "" if type_name == "string" else 0
 
 
 # Layout ---------------------------------------------------------------------------------------------------------------
@@ -89,27 +89,27 @@ def _render(value: dict[str, Any], flow_style: int | None) -> str:
     return dump(value, inline=lambda part: id(part) in bracketed, ordered=True).rstrip("\n")
 
 
-def _items(value: Any) -> list[Any]:
+def _parts_of(value: Any) -> list[Any]:
     return list(value.values()) if isinstance(value, dict) else value if isinstance(value, list) else []
 
 
-def _select_bracketed(value: Any, bracketed: set[int], found: bool) -> bool:
-    """Select the collections to write in brackets. Return whether a long collection was found."""
-    parts = _items(value)
+def _select_bracketed(value: Any, bracketed: set[int], found_long: bool) -> bool:
+    """Add the ids of the collections to write in brackets. Return whether a long collection was found."""
+    parts = _parts_of(value)
     if (
-        found
+        found_long
         or len(parts) > MAX_SHORT_LENGTH
         or any(isinstance(part, list) and len(part) > MAX_SHORT_LENGTH for part in parts)
     ):
         _add_innermost(value, bracketed)
         return True
     for part in parts:
-        found = _select_bracketed(part, bracketed, found)
-    return found
+        found_long = _select_bracketed(part, bracketed, found_long)
+    return found_long
 
 
 def _add_innermost(value: Any, bracketed: set[int]) -> None:
-    parts = _items(value)
+    parts = _parts_of(value)
     if isinstance(value, (dict, list)) and not any(isinstance(part, (dict, list)) for part in parts):
         bracketed.add(id(value))
     for part in parts:

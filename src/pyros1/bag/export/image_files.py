@@ -14,7 +14,7 @@ from pyros1.bag.export.topic_names import FileNames
 from pyros1.ground.errors import MessageError
 from pyros1.ground.timing import Time
 from pyros1.observe import png16
-from pyros1.observe.compressed_depth import HEADER, decode_depth
+from pyros1.observe.compressed_depth import DEPTH_HEADER, decode_depth
 from pyros1.observe.image_files import MAX_PIXELS, decode
 
 TYPES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
@@ -114,9 +114,9 @@ def image_file(message: Any) -> tuple[bytes, str]:
     """
     data, form = bytes(message.data), str(message.format)
     if "compressedDepth" in form:
-        if not form.startswith("16UC1") or not data[HEADER.size :].startswith(b"\x89PNG"):
+        if not form.startswith("16UC1") or not data[DEPTH_HEADER.size :].startswith(b"\x89PNG"):
             raise MessageError(f"depth images of the format {form!r} are not supported, only 16UC1")
-        data = data[HEADER.size :]
+        data = data[DEPTH_HEADER.size :]
     if not data:
         raise MessageError("the compressed image is empty")
     for magic, kind in _KINDS.items():
