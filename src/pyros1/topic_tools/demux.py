@@ -11,7 +11,7 @@ from pyros1.topic_tools.output import QUEUE_SIZE, Output
 from pyros1.topic_tools.selection import Selection
 
 CONNECT_DELAY = 0.5
-"""Time in seconds that the first message on a new topic is delayed, so that subscribers can connect."""
+"""Time in seconds by which the first message on a new topic is delayed, so that subscribers can connect."""
 
 
 class Demux:

@@ -14,15 +14,15 @@ class Drop:
 
     Args:
         dropped: number of messages to drop, X.
-        among: size of each group of messages, Y.
+        group_size: number of messages in each group, Y.
     """
 
-    def __init__(self, dropped: int, among: int) -> None:
-        self._passes = cycle([number >= dropped for number in range(among)])
+    def __init__(self, dropped: int, group_size: int) -> None:
+        self._pass_sequence = cycle([number >= dropped for number in range(group_size)])
 
     def __call__(self, message: AnyMsg) -> bool:
         """Return whether the message passes."""
-        return next(self._passes)
+        return next(self._pass_sequence)
 
 
 class MessageThrottle:
@@ -38,17 +38,17 @@ class MessageThrottle:
         self._period = period
         self._now = now
         self._on_time_jump = on_time_jump
-        self._last = 0
+        self._last_passed_at = 0
 
     def __call__(self, message: AnyMsg) -> bool:
         """Return whether the message passes."""
         now = self._now()
-        if now < self._last:
+        if now < self._last_passed_at:
             self._on_time_jump()
-            self._last = now
-        if now - self._last <= self._period:
+            self._last_passed_at = now
+        if now - self._last_passed_at <= self._period:
             return False
-        self._last = now
+        self._last_passed_at = now
         return True
 
 
@@ -67,22 +67,22 @@ class ByteThrottle:
         self._window = window
         self._now = now
         self._on_time_jump = on_time_jump
-        self._sent: deque[tuple[int, int]] = deque()
-        self._bytes = 0
+        self._passed_messages: deque[tuple[int, int]] = deque()
+        self._bytes_in_window = 0
 
     def __call__(self, message: AnyMsg) -> bool:
         """Return whether the message passes."""
         now = self._now()
-        sent = self._sent
-        if sent and now < sent[-1][0]:
+        passed_messages = self._passed_messages
+        if passed_messages and now < passed_messages[-1][0]:
             self._on_time_jump()
-            sent.clear()
-            self._bytes = 0
-        while sent and sent[0][0] < now - self._window:
-            self._bytes -= sent.popleft()[1]
-        if self._bytes >= self._max_bytes:
+            passed_messages.clear()
+            self._bytes_in_window = 0
+        while passed_messages and passed_messages[0][0] < now - self._window:
+            self._bytes_in_window -= passed_messages.popleft()[1]
+        if self._bytes_in_window >= self._max_bytes:
             return False
         size = len(message._buff)
-        sent.append((now, size))
-        self._bytes += size
+        passed_messages.append((now, size))
+        self._bytes_in_window += size
         return True

@@ -22,8 +22,8 @@ class Mux:
         target: the topic to publish.
         sources: the input topics.
         initial: the topic to select at the start, or ``__none``; empty for the first topic.
-        lazy: whether to subscribe only to the selected topic, and only while the output has subscribers, as soon as the
-            type is known.
+        lazy: whether, once the type is known, to subscribe only to the selected topic and only while the output has
+            subscribers.
         latch: whether to latch the output.
         connect_timeout: the maximum time in seconds to wait for a subscriber before the first message is published.
     """
@@ -73,14 +73,16 @@ class Mux:
     def _update_subscriptions(self, *_: object) -> None:
         """Subscribe to the topics that are needed, and unsubscribe from all others."""
         with self._selection.lock:
-            needed = self._selection.topics
+            needed_topics = self._selection.topics
             if self._lazy and self._output.is_advertised:
-                needed = [
-                    topic for topic in needed if topic == self._selection.selected and self._output.has_subscribers
+                needed_topics = [
+                    topic
+                    for topic in needed_topics
+                    if topic == self._selection.selected and self._output.has_subscribers
                 ]
-            for topic in [topic for topic in self._subscribers if topic not in needed]:
+            for topic in [topic for topic in self._subscribers if topic not in needed_topics]:
                 self._subscribers.pop(topic).unregister()
-            for topic in needed:
+            for topic in needed_topics:
                 if topic not in self._subscribers and self._node.ok():
                     receive = partial(self._receive, topic)
                     self._subscribers[topic] = self._node.subscribe(topic, AnyMsg, receive, queue_size=QUEUE_SIZE)

@@ -43,7 +43,7 @@ class Output:
 
     @property
     def is_advertised(self) -> bool:
-        """Whether the topic is advertised, which requires that a message has arrived."""
+        """Whether the topic is advertised, which happens when the first message arrives."""
         return self._publisher is not None
 
     @property
@@ -69,13 +69,11 @@ class Output:
                 )
             topic_type = self._type or message_type
             if topic_type.md5sum != message_type.md5sum:
-                message_format, publisher_name = (
+                log_format, publisher_name = (
                     "%s has the type %s, not %s: messages from %s are dropped",
                     header.get("callerid", "?"),
                 )
-                self._node.log.peer(
-                    ERROR, message_format, self.topic, topic_type.name, message_type.name, publisher_name
-                )
+                self._node.log.peer(ERROR, log_format, self.topic, topic_type.name, message_type.name, publisher_name)
                 return False
             self.header = header
             return True
@@ -91,7 +89,7 @@ class Output:
         )
 
     def publish(self, message: AnyMsg) -> None:
-        """Publish an admitted message."""
+        """Publish a message that `admit` has accepted."""
         publisher = self._publisher
         if publisher is not None:
             publisher.publish(message)

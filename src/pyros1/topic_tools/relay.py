@@ -21,7 +21,7 @@ class Relay:
     Args:
         node: the node that subscribes and publishes.
         source: the topic to subscribe to.
-        output: the output.
+        output: the topic to publish.
         gate: decides whether a message passes; None to pass all.
         transports: the transports to request, see `Node.subscribe`.
 
@@ -44,8 +44,8 @@ class Relay:
         self._output = output
         self._gate = gate
         self._transports = transports
-        self._no_subscriber = threading.Event()  # set when a message had no subscriber, or when the node shuts down
-        node.on_shutdown(self._no_subscriber.set)
+        self._wake = threading.Event()  # set when a message had no subscriber, or when the node shuts down
+        node.on_shutdown(self._wake.set)
 
     def run(self) -> None:
         """Forward messages until the node shuts down."""
@@ -59,8 +59,8 @@ class Relay:
         """Forward messages until the node shuts down. Only subscribe while the output has subscribers."""
         while self._node.ok():
             with self._subscribe(self._receive_lazily):
-                self._no_subscriber.wait()
-            self._no_subscriber.clear()
+                self._wake.wait()
+            self._wake.clear()
             self._output.wait_for_subscriber()
 
     def run_stealth(self, monitored: str, period: float) -> None:
@@ -68,7 +68,7 @@ class Relay:
 
         Args:
             monitored: the monitored topic.
-            period: the interval of queries to the master in seconds.
+            period: the time between queries to the master in seconds.
         """
         monitored = self._node.resolve(monitored)
         subscriber = None
@@ -79,7 +79,7 @@ class Relay:
             elif not is_needed and subscriber is not None:
                 subscriber.unregister()
                 subscriber = None
-            self._no_subscriber.wait(period)
+            self._wake.wait(period)
             is_needed = self._has_subscribers(monitored, is_needed)
 
     def _has_subscribers(self, topic: str, default: bool) -> bool:
@@ -100,6 +100,6 @@ class Relay:
 
     def _receive_lazily(self, message: AnyMsg) -> None:
         if self._output.admit(message) and not self._output.has_subscribers:
-            self._no_subscriber.set()
+            self._wake.set()
         else:
             self._receive(message)

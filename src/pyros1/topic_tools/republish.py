@@ -21,7 +21,7 @@ TRANSPORTS = ("raw", "compressed")
 
 
 class Republisher:
-    """Republishes the images of a topic until the node shuts down.
+    """Converts the images on a topic and publishes them on another until the node shuts down.
 
     Compression is configured by dynamic_reconfigure in ``OUTPUT/compressed``: ``format``,
     ``jpeg_quality`` and ``png_level``.
@@ -32,8 +32,7 @@ class Republisher:
         output, output_transport: the topic and transport of the output images.
 
     Raises:
-        NodeError: input and output are the same.
-        ValueError: a transport is unknown.
+        ValueError: a transport is unknown, or input and output are the same.
     """
 
     def __init__(self, node: Node, source: str, source_transport: str, output: str, output_transport: str) -> None:
@@ -42,7 +41,7 @@ class Republisher:
                 raise ValueError(f"there is no image transport {transport!r}: only {' and '.join(TRANSPORTS)}")
         self._node = node
         self._options: dict[str, Any] = {}
-        self._convert = self._make_conversion(source_transport, output_transport)
+        self._convert_image = self._make_conversion(source_transport, output_transport)
         self.topic, output_type = _topic_and_type(node, output, output_transport)
         input_topic, input_type = _topic_and_type(node, source, source_transport)
         if input_topic == self.topic:
@@ -52,10 +51,10 @@ class Republisher:
         self._publisher = node.advertise(self.topic, output_type, queue_size=1)
         node.subscribe(input_topic, input_type, self._receive, queue_size=1)
 
-    def _make_conversion(self, source: str, output: str) -> Callable[[Any], Any]:
-        if source == output:
+    def _make_conversion(self, source_transport: str, output_transport: str) -> Callable[[Any], Any]:
+        if source_transport == output_transport:
             return lambda message: message
-        return decompress if source == "compressed" else lambda message: compress(message, **self._options)
+        return decompress if source_transport == "compressed" else lambda message: compress(message, **self._options)
 
     def _on_configured(self, config: Any, level: int) -> Any:
         self._options = {
@@ -69,7 +68,7 @@ class Republisher:
         if not self._publisher.num_connections:
             return
         try:
-            self._publisher.publish(self._convert(message))
+            self._publisher.publish(self._convert_image(message))
         except MessageError as error:
             self._node.log.error("%s: %s", self.topic, error, throttle=10)
 

@@ -26,7 +26,7 @@ class Selection:
         node: the node that provides the services.
         kind: ``mux`` or ``demux``.
         topics: the topics. The first one is selected.
-        initial: another topic to select, or `NONE`. An unknown topic is treated like `NONE`.
+        initial: the topic to select instead of the first, or `NONE`. An unknown topic is treated like `NONE`.
 
     Attributes:
         topics: the full names of the topics.
@@ -107,6 +107,7 @@ class Selection:
         return {"topics": list(self.topics)}
 
     def _find_topic(self, name: str) -> str | None:
+        """Return the full name of a topic in the list; None if it is not in the list."""
         try:
             topic = self._node.resolve(name)
         except InvalidNameError as error:
@@ -114,6 +115,7 @@ class Selection:
         return topic if topic in self.topics else None
 
     def _refuse(self, reason: str) -> Any:
+        """Log why a request is refused, and raise NodeError."""
         self._node.log.peer(WARN, "%s: %s", self._kind, reason)
         raise NodeError(reason)
 

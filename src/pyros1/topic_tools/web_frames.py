@@ -1,4 +1,4 @@
-"""tf2_web_republisher: provides selected transforms for web pages, for which all of /tf would be too much.
+"""tf2_web_republisher: provides selected transforms for web pages, for which all of /tf would be too much data.
 
 A page requests frames and receives those that moved, from the action ``tf2_web_republisher`` or on a separate topic
 created by the service ``republish_tfs``. The TFClient of roslibjs, which ros3djs uses, expects this interface
@@ -31,7 +31,7 @@ _MIN_TIMEOUT = 1.0
 
 
 class MovedFrames:
-    """Finds the frames that have moved since the last query.
+    """Finds the requested frames that have moved since they were last returned.
 
     Args:
         buffer: the buffer of transforms.
@@ -52,19 +52,19 @@ class MovedFrames:
         self._sources = dict.fromkeys(source.lstrip("/") for source in sources)
         self._angle = angle
         self._distance = distance
-        self._last: dict[str, Any] = {}
+        self._last_transforms: dict[str, Any] = {}
 
     def find_moved(self) -> list[TransformStamped]:
-        """Return the transforms of frames that have moved, without those that are unknown."""
+        """Return the transforms of the frames that have moved since the last call, except unknown frames."""
         moved = []
         for source in self._sources:
             try:
                 transform: Any = self._buffer.lookup_transform(self._target, source)
             except TransformException:
                 continue
-            last = self._last.get(source)
+            last = self._last_transforms.get(source)
             if last is None or self._has_moved(last.transform, transform.transform):
-                self._last[source] = transform
+                self._last_transforms[source] = transform
                 moved.append(transform)
         return moved
 
@@ -95,8 +95,8 @@ class Republisher:
         self._buffer = Buffer()
         self._listener = TransformListener(node, self._buffer)
         self._lock = threading.Lock()
-        self._pages = 0
-        self._numbers = itertools.count()
+        self._page_count = 0
+        self._topic_numbers = itertools.count()
         self._server = Server(node, node.name, TFSubscriptionAction, self._on_goal)
         self._service = node.advertise_service("republish_tfs", RepublishTFs, self._on_request)
 
@@ -107,7 +107,11 @@ class Republisher:
         self._listener.close()
 
     def _add_page(self, subscription: Any) -> tuple[MovedFrames, float]:
-        """Register a page. Return its `MovedFrames` and its update period in seconds. Raise ValueError for errors."""
+        """Register a page. Return its `MovedFrames` and its update period in seconds.
+
+        Raises:
+            ValueError: the page requests too many frames, or too many pages are being served.
+        """
         moved_frames = MovedFrames(
             self._buffer,
             subscription.target_frame,
@@ -117,14 +121,14 @@ class Republisher:
         )
         rate = min(max(subscription.rate, _MIN_RATE), _MAX_RATE) if subscription.rate > 0 else _DEFAULT_RATE
         with self._lock:
-            if self._pages >= MAX_PAGES:
+            if self._page_count >= MAX_PAGES:
                 raise ValueError(f"{MAX_PAGES} pages are already being served")
-            self._pages += 1
+            self._page_count += 1
         return moved_frames, 1.0 / rate
 
     def _remove_page(self) -> None:
         with self._lock:
-            self._pages -= 1
+            self._page_count -= 1
 
     def _on_goal(self, goal: Any) -> None:
         try:
@@ -149,24 +153,26 @@ class Republisher:
             moved_frames, period = self._add_page(request)
         except ValueError as error:
             raise ServiceRefusal(str(error)) from None
-        topic = f"~tf_repub_{next(self._numbers)}"
+        topic = f"~tf_repub_{next(self._topic_numbers)}"
         publisher = self._node.advertise(topic, TFArray, queue_size=10)
-        known: dict[str, TransformStamped] = {}
-        publisher.watch(lambda peer: peer.publish(TFArray(list(known.values()))) if known else None)
+        latest_transforms: dict[str, TransformStamped] = {}
+        publisher.watch(
+            lambda peer: peer.publish(TFArray(list(latest_transforms.values()))) if latest_transforms else None
+        )
         timeout = max(request.timeout.to_sec(), _MIN_TIMEOUT)
-        last_subscribed = monotonic()
+        last_subscribed_at = monotonic()
 
         def on_timer(_: Any) -> None:
-            nonlocal last_subscribed, known
+            nonlocal last_subscribed_at, latest_transforms
             if publisher.num_connections:
-                last_subscribed = monotonic()
-            elif monotonic() - last_subscribed > timeout:
+                last_subscribed_at = monotonic()
+            elif monotonic() - last_subscribed_at > timeout:
                 timer.shutdown()
                 publisher.unregister()
                 self._remove_page()
                 return
             if moved := moved_frames.find_moved():
-                known = known | {
+                latest_transforms = latest_transforms | {
                     transform.child_frame_id: transform for transform in moved
                 }  # a new dict, since another thread reads it
                 publisher.publish(TFArray(moved))
