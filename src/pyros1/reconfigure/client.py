@@ -26,10 +26,10 @@ class Client:
     Args:
         node: this node.
         name: the other node's name, or the namespace of its parameters.
-        timeout: seconds to wait for the other node; None for no limit.
+        timeout: the time to wait for the other node in seconds; None for no limit.
         on_config: called with each new configuration.
         on_description: called with the list of parameters; see `description`.
-        make: creates dictionaries.
+        make: creates the dictionaries of configurations and descriptions.
         remap: whether remappings of ``name`` apply, in addition to those of its topics and service.
 
     Raises:
@@ -65,34 +65,32 @@ class Client:
         """Return the configuration last published by the other node: a `Config`, with its groups.
 
         Args:
-            timeout: seconds to wait for the first one; None for no limit.
+            timeout: the time to wait for the first configuration in seconds; None for no limit.
 
         Raises:
-            WaitTimeoutError: none arrived in time.
+            WaitTimeoutError: no configuration arrived in time.
             NodeShutdownError: this node is shutting down.
         """
         self._wait_for(lambda: self._config is not None, "the configuration", timeout)
         return self._with_groups(self._config)
 
     def groups(self, timeout: float | None = None) -> Any:
-        """Return the tree of groups, whose ``parameters`` are lists of dictionaries; raises the same errors as
-        `config`.
-        """
+        """Return the tree of groups, whose ``parameters`` are lists of dictionaries. See `config` for the errors."""
         self._wait_for(lambda: self._description is not None, "the description of the parameters", timeout)
         return self._tree
 
     def description(self, timeout: float | None = None) -> list[dict[str, Any]]:
-        """Return all parameters as dictionaries (see `pyros1.reconfigure.encoding`); raises the errors of `config`."""
+        """Return all parameters as dictionaries, see `pyros1.reconfigure.encoding`. See `config` for the errors."""
         tree = self.groups(timeout)
         return parameters_of(tree) if tree is not None else []
 
     def update(self, changes: Mapping[str, Any], timeout: float | None = None) -> Any:
-        """Change parameters; return the other node's new configuration.
+        """Change parameters. Return the other node's new configuration.
 
         Args:
-            changes: parameter -> value, which can also be a string or the name of a choice; ``groups`` -> group ->
-                state.
-            timeout: seconds to wait for the description, and for the response.
+            changes: values by parameter. A value can also be a string or the name of a choice. The key ``groups``
+                contains states by group.
+            timeout: the time in seconds to wait for the description, and again for the response; None for no limit.
 
         Raises:
             ParameterError: a parameter does not exist, or cannot have the value.
@@ -114,8 +112,10 @@ class Client:
         values = decode(message, self._make)
         if self._description is None:
             return values
-        names = {group.id: [each.name for each in group.parameters] for group in self._description.groups}
-        return with_groups(values, message.groups, names, self._make)
+        names_by_group_id = {
+            group.id: [parameter.name for parameter in group.parameters] for group in self._description.groups
+        }
+        return with_groups(values, message.groups, names_by_group_id, self._make)
 
     def _on_description_message(self, message: Any) -> None:
         self._tree = decode_description(message, self._make)
@@ -130,10 +130,10 @@ class Client:
         if self.on_config is not None:
             self.on_config(self._with_groups(message))
 
-    def _wait_for(self, ready: Callable[[], bool], awaited: str, timeout: float | None) -> None:
+    def _wait_for(self, has_arrived: Callable[[], bool], description: str, timeout: float | None) -> None:
         deadline = None if timeout is None else time.monotonic() + timeout
-        while not self._condition.wait_for(ready, POLL_INTERVAL):
+        while not self._condition.wait_for(has_arrived, POLL_INTERVAL):
             if not self._node.ok():
                 raise NodeShutdownError(f"{self._node.name} is shutting down")
             if deadline is not None and time.monotonic() >= deadline:
-                raise WaitTimeoutError(f"timeout exceeded while waiting for {awaited} of {self.name}")
+                raise WaitTimeoutError(f"timeout exceeded while waiting for {description} of {self.name}")

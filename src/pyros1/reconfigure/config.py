@@ -6,7 +6,7 @@ from typing import Any
 
 
 class _MissingParameterError(AttributeError, KeyError):
-    """There is no such parameter; both an AttributeError and a KeyError."""
+    """There is no such parameter. The error is both an AttributeError and a KeyError."""
 
     def __str__(self) -> str:
         return AttributeError.__str__(self)
@@ -25,5 +25,5 @@ class Config(dict[str, Any]):
         self[name] = value
 
     def copy(self) -> Config:
-        """Return a copy; the tree of groups is shared."""
+        """Return a copy that shares the tree of groups with the original."""
         return type(self)(self)

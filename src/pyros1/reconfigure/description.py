@@ -1,4 +1,4 @@
-"""Describes configurations in Python: parameters in groups. Pure."""
+"""Describes configurations in Python: parameters in groups. This module has no side effects."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _DEFAULTS_BY_TYPE: dict[str, tuple[type, Any, Any, Any]] = {
     "str": (str, "", "", ""),
     "bool": (bool, False, False, True),
 }
-"""Type name -> Python type, and the default, minimum and maximum that are used if these are not given."""
+"""The Python type for each type name, and the default, minimum and maximum that are used if none are given."""
 _TYPE_NAMES = {bool: "bool", int: "int", float: "double", str: "str"}
 
 
@@ -47,17 +47,17 @@ class Group:
         choices: Mapping[str, Any] | None = None,
         edit_method: str = "",
     ) -> dict[str, Any]:
-        """Add a parameter; return its dictionary.
+        """Add a parameter. Return the dictionary that describes it.
 
         Args:
-            name: name of the parameter: letters, digits and ``_``.
-            default: its initial value.
-            description: text displayed to users.
+            name: the parameter's name: a letter, followed by letters, digits and ``_``.
+            default: the initial value; None for 0, 0.0, False or an empty string.
+            description: the text that tools display.
             type: "bool", "int", "double" or "str"; None for the type of the default.
-            minimum, maximum: limits of numbers.
-            level: bits passed to the callback when the parameter changes, which tell it what to do.
-            choices: name -> value, for selection lists in tools.
-            edit_method: string sent to tools instead of ``choices``.
+            minimum, maximum: the limits of a number.
+            level: bits that are passed to the callback when the parameter changes, and tell it what to do.
+            choices: values by name, which tools offer for selection.
+            edit_method: a string that is sent to tools instead of ``choices``.
 
         Raises:
             ValueError: the name is not legal.
@@ -70,21 +70,23 @@ class Group:
             )
         if not isinstance(description, str):
             raise TypeError(f"'{name}': the description must be a string, not {description!r}")
-        kind = type if type is not None else _TYPE_NAMES.get(default.__class__, "")
-        if kind not in _DEFAULTS_BY_TYPE:
+        type_name = type if type is not None else _TYPE_NAMES.get(default.__class__, "")
+        if type_name not in _DEFAULTS_BY_TYPE:
             raise TypeError(f"'{name}' must have a default, or a type, of bool, int, double (float) or str")
-        _, default_value, low, high = _DEFAULTS_BY_TYPE[kind]
+        _, default_of_type, lowest, highest = _DEFAULTS_BY_TYPE[type_name]
         if choices:
-            entries = [{"name": key, "type": kind, "value": value, "description": ""} for key, value in choices.items()]
+            entries = [
+                {"name": key, "type": type_name, "value": value, "description": ""} for key, value in choices.items()
+            ]
             edit_method = repr({"enum": entries, "enum_description": description})
         parameter = {
             "name": name,
-            "type": kind,
-            "default": check_type(name, kind, "default", default_value if default is None else default),
+            "type": type_name,
+            "default": check_type(name, type_name, "default", default_of_type if default is None else default),
             "level": level,
             "description": description,
-            "min": check_type(name, kind, "min", low if minimum is None else minimum),
-            "max": check_type(name, kind, "max", high if maximum is None else maximum),
+            "min": check_type(name, type_name, "min", lowest if minimum is None else minimum),
+            "max": check_type(name, type_name, "max", highest if maximum is None else maximum),
             "edit_method": edit_method,
         }
         self.parameters.append(parameter)
@@ -121,10 +123,10 @@ class Parameters(Group):
         self._last_id = 0
 
     def group(self, name: str, type: str = "", state: bool = True, parent: Group | None = None) -> Group:
-        """Add a group of parameters, and return it.
+        """Add a group of parameters. Return the group.
 
         Args:
-            name: name displayed to users.
+            name: the name that tools display.
             type: how tools display the group: "", "collapse", "tab", "hide" or "apply".
             state: whether the group is initially on.
             parent: the parent group; None for the outermost one.
@@ -140,26 +142,26 @@ class Parameters(Group):
         return self.as_dict()
 
     def _field_by_name(self, field: str) -> dict[str, Any]:
-        return {each["name"]: each[field] for group in self.all_groups() for each in group.parameters}
+        return {parameter["name"]: parameter[field] for group in self.all_groups() for parameter in group.parameters}
 
     @property
     def defaults(self) -> dict[str, Any]:
-        """Parameter -> its initial value."""
+        """The initial values by parameter."""
         return self._field_by_name("default")
 
     @property
     def min(self) -> dict[str, Any]:
-        """Parameter -> its minimum."""
+        """The minimums by parameter."""
         return self._field_by_name("min")
 
     @property
     def max(self) -> dict[str, Any]:
-        """Parameter -> its maximum."""
+        """The maximums by parameter."""
         return self._field_by_name("max")
 
     @property
     def level(self) -> dict[str, int]:
-        """Parameter -> its level bits."""
+        """The level bits by parameter."""
         return self._field_by_name("level")
 
     @property
@@ -171,14 +173,14 @@ class Parameters(Group):
         return bits
 
 
-def check_type(name: str, kind: str, field: str, value: Any) -> Any:
-    """Check and return the value of a parameter or constant; integers for a double become floats.
+def check_type(name: str, type_name: str, field: str, value: Any) -> Any:
+    """Check and return the value of a parameter or constant. Integers for a double are converted to floats.
 
     Raises:
-        TypeError: it has a different type.
+        TypeError: the value has a different type.
     """
-    expected = _DEFAULTS_BY_TYPE[kind][0]
-    is_instance = isinstance(value, (int, float) if expected is float else expected)
-    if not is_instance or (expected is not bool and isinstance(value, bool)):
-        raise TypeError(f"'{name}' has type {kind}, but {field} is {value!r}")
-    return expected(value)
+    python_type = _DEFAULTS_BY_TYPE[type_name][0]
+    is_instance = isinstance(value, (int, float) if python_type is float else python_type)
+    if not is_instance or (python_type is not bool and isinstance(value, bool)):
+        raise TypeError(f"'{name}' has type {type_name}, but {field} is {value!r}")
+    return python_type(value)

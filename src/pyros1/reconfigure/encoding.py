@@ -4,7 +4,7 @@ A description is a group: a dictionary with ``name``, ``type``, ``state`` (wheth
 id), ``parameters`` and ``groups`` (both lists); a parameter has ``name``, ``type``, ``default``, ``min``, ``max``,
 ``level``, ``description`` and ``edit_method``. When decoded from messages, ``groups`` is a dictionary by name.
 
-Pure. Trees are traversed without recursion, since they come from other nodes.
+This module has no side effects. Trees are traversed without recursion, since they come from other nodes.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ _CLASSES = {"bool": BoolParameter, "int": IntParameter, "str": StrParameter, "do
 _TYPE_NAMES = ((bool, "bool"), (int, "int"), (str, "str"), (float, "double"))
 
 Make = Callable[..., Any]
-"""A function that creates a dictionary."""
+"""A function that creates a dictionary, such as the class `Config`."""
 
 
 def groups_of(root: Mapping[str, Any]) -> Iterator[Any]:
@@ -60,9 +60,9 @@ def describe(
         root: the description.
         maximum, minimum, defaults: parameter -> value.
     """
-    types = {each["name"]: each["type"] for each in parameters_of(root)}
+    types = {parameter["name"]: parameter["type"] for parameter in parameters_of(root)}
     return ConfigDescription(
-        groups=[group_message(each) for each in groups_of(root)],
+        groups=[group_message(group) for group in groups_of(root)],
         max=encode(maximum, types),
         min=encode(minimum, types),
         dflt=encode(defaults, types),
@@ -72,12 +72,12 @@ def describe(
 def group_message(group: Mapping[str, Any]) -> Any:
     """Convert one group of a description to a dynamic_reconfigure/Group."""
     fields = ("name", "type", "level", "description", "edit_method")
-    parameters = [ParamDescription(*(each[field] for field in fields)) for each in group["parameters"]]
+    parameters = [ParamDescription(*(parameter[field] for field in fields)) for parameter in group["parameters"]]
     return Group(group["name"], group["type"], parameters, group["parent"], group["id"])
 
 
 def encode(config: Mapping[str, Any], types: Mapping[str, str] | None = None) -> Any:
-    """Convert a configuration to a dynamic_reconfigure/Config; values of other types are left out.
+    """Convert a configuration to a dynamic_reconfigure/Config. Values of types that it cannot contain are left out.
 
     Args:
         config: parameter -> value, and under ``groups`` a tree of groups.
@@ -90,15 +90,17 @@ def encode(config: Mapping[str, Any], types: Mapping[str, str] | None = None) ->
     for name, value in config.items():
         if name == "groups":
             message.groups = [
-                GroupState(each["name"], each["state"], each["id"], each["parent"]) for each in groups_of(value)
+                GroupState(group["name"], group["state"], group["id"], group["parent"]) for group in groups_of(value)
             ]
             continue
-        kind = (types or {}).get(name) or next((kind for cls, kind in _TYPE_NAMES if isinstance(value, cls)), None)
-        if kind is not None:
-            value = TYPE_CONVERTERS[kind](value)  # noqa: PLW2901
-            if kind == "int" and value not in INT_RANGE:
+        type_name = (types or {}).get(name) or next(
+            (type_name for cls, type_name in _TYPE_NAMES if isinstance(value, cls)), None
+        )
+        if type_name is not None:
+            value = TYPE_CONVERTERS[type_name](value)  # noqa: PLW2901
+            if type_name == "int" and value not in INT_RANGE:
                 raise ValueError(f"parameter '{name}': {value} does not fit into 32 bits")
-            getattr(message, FIELD_NAMES[kind]).append(_CLASSES[kind](name, value))
+            getattr(message, FIELD_NAMES[type_name]).append(_CLASSES[type_name](name, value))
     return message
 
 
@@ -109,13 +111,13 @@ def decode(message: Any, make: Make = Config) -> Any:
     """Return the values in a dynamic_reconfigure/Config, without its groups."""
     values = make()
     for field in FIELD_NAMES.values():
-        for each in getattr(message, field):
-            values[each.name] = each.value
+        for parameter in getattr(message, field):
+            values[parameter.name] = parameter.value
     return values
 
 
 def build_tree(groups: Iterable[Any], make: Make = Config, parameters: Callable[[Any], Any] | None = None) -> Any:
-    """Return the tree of the groups described by messages, or None if there is no group 0.
+    """Return the tree of the groups that messages describe; None if there is no group 0, which is the root.
 
     Args:
         groups: dynamic_reconfigure/Group or GroupState messages.
@@ -123,16 +125,16 @@ def build_tree(groups: Iterable[Any], make: Make = Config, parameters: Callable[
         parameters: returns the entry ``parameters`` of a group.
     """
     nodes: dict[int, Any] = {}
-    for each in groups:
-        nodes[each.id] = node = make()
+    for group in groups:
+        nodes[group.id] = node = make()
         node.update(
-            id=each.id,
-            parent=each.parent,
-            name=each.name,
-            type=getattr(each, "type", ""),
-            state=getattr(each, "state", True),
+            id=group.id,
+            parent=group.parent,
+            name=group.name,
+            type=getattr(group, "type", ""),
+            state=getattr(group, "state", True),
             groups=make(),
-            parameters=make() if parameters is None else parameters(each),
+            parameters=make() if parameters is None else parameters(group),
         )
     for node in nodes.values():
         if node["id"] != 0 and node["parent"] in nodes:
@@ -150,36 +152,38 @@ def decode_description(message: Any, make: Make = Config) -> Any:
     def parameters(group: Any) -> list[dict[str, Any]]:
         return [
             {
-                "name": each.name,
-                "min": limits["min"].get(each.name),
-                "max": limits["max"].get(each.name),
-                "default": limits["dflt"].get(each.name),
-                "type": each.type,
-                "level": each.level,
-                "description": each.description,
-                "edit_method": each.edit_method,
+                "name": parameter.name,
+                "min": limits["min"].get(parameter.name),
+                "max": limits["max"].get(parameter.name),
+                "default": limits["dflt"].get(parameter.name),
+                "type": parameter.type,
+                "level": parameter.level,
+                "description": parameter.description,
+                "edit_method": parameter.edit_method,
             }
-            for each in group.parameters
+            for parameter in group.parameters
         ]
 
     return build_tree(message.groups, make, parameters)
 
 
-def with_groups(values: Any, states: Iterable[Any], names: Mapping[int, Iterable[str]], make: Make = Config) -> Any:
+def with_groups(
+    values: Any, states: Iterable[Any], names_by_group_id: Mapping[int, Iterable[str]], make: Make = Config
+) -> Any:
     """Return a configuration with the tree of its groups under ``groups``, in which each group has its parameters'
     values.
 
     Args:
         values: parameter -> value.
         states: dynamic_reconfigure/GroupState messages. If there is no group 0, there is no tree.
-        names: id of a group -> its parameters.
+        names_by_group_id: id of a group -> its parameters.
         make: creates a dictionary.
     """
     root = build_tree(states, make)
     if root is None:
         return values
     for group in groups_of(root):
-        group.update({name: values[name] for name in names.get(group["id"], ()) if name in values})
+        group.update({name: values[name] for name in names_by_group_id.get(group["id"], ()) if name in values})
     values["groups"] = root
     return values
 
@@ -191,8 +195,8 @@ def configuration(config: Any, description: Any) -> Any:
         config: a dynamic_reconfigure/Config.
         description: the dynamic_reconfigure/ConfigDescription of the same node.
     """
-    names = {group.id: [each.name for each in group.parameters] for group in description.groups}
-    return with_groups(decode(config, dict), config.groups, names, dict)
+    names_by_group_id = {group.id: [parameter.name for parameter in group.parameters] for group in description.groups}
+    return with_groups(decode(config, dict), config.groups, names_by_group_id, dict)
 
 
 def initial_config(values: Any, root: Mapping[str, Any], make: Make = Config) -> Any:
@@ -206,7 +210,7 @@ def initial_config(values: Any, root: Mapping[str, Any], make: Make = Config) ->
     nodes: dict[int, Any] = {}
     for group in groups_of(root):
         nodes[group["id"]] = node = make()
-        names = [each["name"] for each in group["parameters"]]
+        names = [parameter["name"] for parameter in group["parameters"]]
         node.update({key: group[key] for key in ("id", "parent", "name")}, type="", state=group["state"])
         node.update(groups=make(), parameters=make({name: values[name] for name in names if name in values}))
         if group["id"] != 0:

@@ -23,7 +23,7 @@ class CallbackError(Error):
 
 
 class Server:
-    """Offers parameters to tools and other nodes; see https://wiki.ros.org/dynamic_reconfigure.
+    """Lets tools and other nodes change parameters; see https://wiki.ros.org/dynamic_reconfigure.
 
     The initial values are those on the parameter server, or else the defaults; changes are written to it as well.
 
@@ -39,8 +39,11 @@ class Server:
         remap: whether remappings of the namespace apply, in addition to those of its topics, service and parameters.
 
     Attributes:
-        config: the current configuration. namespace: with a trailing ``/``. message: the description as a message.
-        descriptions, updates: publishers. service: the service for changes.
+        config: the current configuration.
+        namespace: the namespace of the parameters, topics and service, with a trailing ``/``.
+        message: the description as a message.
+        descriptions, updates: the publishers of the description and of new configurations.
+        service: the service for changes.
 
     Raises:
         CallbackError: the callback did not return a configuration.
@@ -63,7 +66,9 @@ class Server:
         self.description = description
         self.callback = callback
         self._node = node
-        self._types = {each["name"]: each["type"] for each in parameters_of(description.config_description)}
+        self._types = {
+            parameter["name"]: parameter["type"] for parameter in parameters_of(description.config_description)
+        }
         self._lock = threading.RLock()  # a callback may request a change
         self._written_values: dict[str, Any] = {}
         values = make({name: node.params.get(self.namespace + name, value) for name, value in self._defaults()})
@@ -84,15 +89,15 @@ class Server:
             raise
 
     def _defaults(self) -> list[tuple[str, Any]]:
-        """Return all parameters with their defaults, in the order of the fields of messages."""
+        """Return all parameters with their defaults, in the order of the fields of a configuration message."""
         type_order = list(FIELD_NAMES)
-        return sorted(self.description.defaults.items(), key=lambda each: type_order.index(self._types[each[0]]))
+        return sorted(self.description.defaults.items(), key=lambda item: type_order.index(self._types[item[0]]))
 
     def update(self, changes: Mapping[str, Any]) -> Any:
-        """Change parameters from within the node, and return the new configuration.
+        """Change parameters from within the node. Return the new configuration.
 
         Args:
-            changes: parameter -> value; values are clamped to the limits.
+            changes: values by parameter, which are clamped to the limits.
 
         Raises:
             CallbackError: the callback did not return a configuration; nothing is changed.
@@ -112,18 +117,19 @@ class Server:
 
     def _clamp(self, config: Any) -> Any:
         """Convert all values to their types, and clamp them to the limits."""
-        for name, kind in self._types.items():
-            value, low, high = (
-                TYPE_CONVERTERS[kind](config[name]),
+        for name, type_name in self._types.items():
+            value, minimum, maximum = (
+                TYPE_CONVERTERS[type_name](config[name]),
                 self.description.min[name],
                 self.description.max[name],
             )
-            if kind in ("int", "double"):
-                value = low if value < low else high if value > high else value
+            if type_name in ("int", "double"):
+                value = minimum if value < minimum else maximum if value > maximum else value
             config[name] = value
         return config
 
     def _apply(self, config: Any, level: int) -> Any:
+        """Call the callback, and publish and return the configuration that it returns."""
         config = self.callback(config, level)
         if config is None:
             text = "Reconfigure callback should return a possibly updated configuration."
@@ -140,15 +146,15 @@ class Server:
         """Handle a service call."""
         with self._lock:
             changes = decode(request.config, dict)
-            states = {each.id: each.state for each in request.config.groups}
+            states = {group.id: group.state for group in request.config.groups}
             config: Any = None
             if states and "groups" in self.config:
-                before = {each["id"]: each["state"] for each in groups_of(self.config["groups"])}
+                previous_states = {group["id"]: group["state"] for group in groups_of(self.config["groups"])}
                 self._set_states(states)
                 try:
                     config = self.update(changes)
                 except BaseException:
-                    self._set_states(before)
+                    self._set_states(previous_states)
                     raise
             else:
                 config = self.update(changes)
