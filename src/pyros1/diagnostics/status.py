@@ -17,7 +17,7 @@ class Status(DiagnosticStatus):
         self.level, self.message = level, message
 
     def merge(self, level: int, message: str) -> None:
-        """Merge a level and a message with the current ones: the worse level and the messages of problems are kept.
+        """Merge a level and a message into the current ones. The worse level and the messages of problems are kept.
 
         If both are problems, or both are OK, the messages are joined.
         """

@@ -21,13 +21,13 @@ def alive(status: Status) -> None:
 
 
 class Frequency:
-    """Counts events, and reports whether they occur as often as they should, in the time of ``now``.
+    """Counts events, and reports whether they occur as often as they should.
 
     Args:
         now: returns the time, for example ``node.now``.
-        minimum, maximum: limits in Hz; a ``maximum`` of None means no limit.
-        tolerance: fraction by which the frequency may exceed these limits; 0.1 is 10 %.
-        window: number of runs of the task over which events are counted.
+        minimum, maximum: the limits in Hz; a ``maximum`` of None means no limit.
+        tolerance: the fraction by which the frequency may lie outside these limits; 0.1 is 10 %.
+        window: the number of runs of the task over which events are counted.
     """
 
     def __init__(
@@ -63,13 +63,13 @@ class Frequency:
             self._runs.append((now, count))
         events, seconds = count - count_before, (now - window_start).to_sec()
         frequency = events / seconds if seconds else 0.0
-        low = self.minimum * (1 - self.tolerance)
-        high = None if self.maximum is None else self.maximum * (1 + self.tolerance)
+        lowest_acceptable = self.minimum * (1 - self.tolerance)
+        highest_acceptable = None if self.maximum is None else self.maximum * (1 + self.tolerance)
         if not events:
             status.summary(ERROR, "No events recorded.")
-        elif seconds and frequency < low:
+        elif seconds and frequency < lowest_acceptable:
             status.summary(WARN, "Frequency too low.")
-        elif high is not None and frequency > high:
+        elif highest_acceptable is not None and frequency > highest_acceptable:
             status.summary(WARN, "Frequency too high.")
         else:
             status.summary(OK, "Desired frequency met")
@@ -80,9 +80,9 @@ class Frequency:
         if self.minimum == self.maximum:
             status.add("Target frequency (Hz)", f"{self.minimum:f}")
         if self.minimum > 0:
-            status.add("Minimum acceptable frequency (Hz)", f"{low:f}")
-        if high is not None:
-            status.add("Maximum acceptable frequency (Hz)", f"{high:f}")
+            status.add("Minimum acceptable frequency (Hz)", f"{lowest_acceptable:f}")
+        if highest_acceptable is not None:
+            status.add("Maximum acceptable frequency (Hz)", f"{highest_acceptable:f}")
 
 
 class TimeStamps:
@@ -90,23 +90,23 @@ class TimeStamps:
 
     Args:
         now: returns the time, for example ``node.now``.
-        earliest, latest: range of seconds by which a stamp may be in the past; negative numbers are in the future.
+        earliest, latest: the acceptable range of delays in seconds. A stamp in the future has a negative delay.
     """
 
     def __init__(self, now: Callable[[], Time], earliest: float = -1.0, latest: float = 5.0) -> None:
         self.earliest, self.latest = earliest, latest
         self._now = now
         self._lock = threading.RLock()
-        self._past = self._future = self._zeros = 0
+        self._past_count = self._future_count = self._zero_count = 0
         self._delays: list[float] = []  # minimum and maximum since the last run
-        self._zero_seen = False
+        self._has_seen_zero = False
 
     def tick(self, stamp: Time | float) -> None:
         """Record the time stamp of a message, as a Time or in seconds."""
         seconds = float(stamp if isinstance(stamp, (int, float)) else stamp.to_sec())
         with self._lock:
             if seconds == 0:
-                self._zero_seen = True
+                self._has_seen_zero = True
                 return
             delay = self._now().to_sec() - seconds
             self._delays = [min([delay, *self._delays]), max([delay, *self._delays])]
@@ -121,13 +121,13 @@ class TimeStamps:
             else:
                 if minimum_delay < self.earliest:
                     status.summary(ERROR, "Timestamps too far in future seen.")
-                    self._future += 1
+                    self._future_count += 1
                 if maximum_delay > self.latest:
                     status.summary(ERROR, "Timestamps too far in past seen.")
-                    self._past += 1
-                if self._zero_seen:
+                    self._past_count += 1
+                if self._has_seen_zero:
                     status.summary(ERROR, "Zero timestamp seen.")
-                    self._zeros += 1
+                    self._zero_count += 1
             for name, value in (
                 ("Earliest timestamp delay:", minimum_delay),
                 ("Latest timestamp delay:", maximum_delay),
@@ -135,14 +135,14 @@ class TimeStamps:
                 ("Latest acceptable timestamp delay:", self.latest),
             ):
                 status.add(name, f"{value:f}")
-            status.add("Late diagnostic update count:", self._past)
-            status.add("Early diagnostic update count:", self._future)
-            status.add("Zero seen diagnostic update count:", self._zeros)
-            self._delays, self._zero_seen = [], False
+            status.add("Late diagnostic update count:", self._past_count)
+            status.add("Early diagnostic update count:", self._future_count)
+            status.add("Zero seen diagnostic update count:", self._zero_count)
+            self._delays, self._has_seen_zero = [], False
 
 
 class Combined:
-    """Combines several tasks in one status: the values of all, and the summaries merged by `Status.merge`.
+    """Combines several tasks in one status, with the values of all tasks and their summaries merged by `Status.merge`.
 
     Args:
         tasks: the tasks.
@@ -153,10 +153,10 @@ class Combined:
 
     def run(self, status: Status) -> None:
         """Fill in a status; this method is the task."""
-        before = status.level, status.message
+        initial_summary = status.level, status.message
         merged = Status()
         for task in self.tasks:
-            status.summary(*before)
+            status.summary(*initial_summary)
             task(status)
             merged.merge(status.level, status.message)
         status.summary(merged.level, merged.message)

@@ -26,8 +26,8 @@ class Updater:
     Args:
         node: the node that publishes.
         hardware_id: identifies this piece of hardware, for example its serial number.
-        period: seconds between two runs; 0 to run only when `update` is called. The parameter ``~diagnostic_period``,
-            if set at creation, takes precedence.
+        period: the time between two runs in seconds; 0 to run only when `update` is called. The parameter
+            ``~diagnostic_period``, if set at creation, takes precedence.
     """
 
     def __init__(self, node: Node, hardware_id: str = "", period: float = 1.0) -> None:
@@ -36,22 +36,23 @@ class Updater:
         self._lock = threading.RLock()
         self._tasks: dict[str, Task] = {}
         self._publisher = node.advertise("/diagnostics", DiagnosticArray)
-        requested = node.params.get("~diagnostic_period", period)
-        self._timer = node.timer(float(requested), lambda event: self.update()) if requested else None
+        actual_period = node.params.get("~diagnostic_period", period)
+        self._timer = node.timer(float(actual_period), lambda event: self.update()) if actual_period else None
 
     def add(self, name: str, task: Task) -> None:
-        """Add a task; one with the same name is replaced.
+        """Add a task, or replace the one with the same name.
 
         Args:
-            name: description of the checked part.
-            task: called with a `Status` to fill in. If it raises an exception, this becomes the status.
+            name: a description of what the task checks.
+            task: called with a `Status` to fill in. If it raises an exception, the status becomes an error with its
+            message.
         """
         with self._lock:
             self._tasks[name] = task
         self._publish([self._make_status(name, OK, "Node starting up")])
 
     def remove(self, name: str) -> bool:
-        """Remove a task; return whether there was one with that name."""
+        """Remove a task. Return whether there was a task with this name."""
         with self._lock:
             return self._tasks.pop(name, None) is not None
 
