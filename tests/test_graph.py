@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.graph import Graph, in_namespace, parse_bus_entry, probe_service
+from pyros1.graph import Graph, names_in_namespace, parse_bus_entry, probe_service
 from pyros1.ground.errors import MasterError, ProtocolError, ServiceUnavailableError
 from pyros1.msgs.std_msgs.msg import String
 from pyros1.msgs.std_srvs.srv import Empty, EmptyResponse
@@ -63,8 +63,8 @@ def test_unknown_node_and_service_are_none() -> None:
 
 def test_in_namespace() -> None:
     names = ["/a", "/a/b", "/ab", "/c"]
-    assert in_namespace(names, "/a") == ["/a", "/a/b"]
-    assert in_namespace(names, "/") == in_namespace(names, None) == names
+    assert names_in_namespace(names, "/a") == ["/a", "/a/b"]
+    assert names_in_namespace(names, "/") == names_in_namespace(names, None) == names
 
 
 def test_bus_entries_are_read_with_and_without_the_last_elements() -> None:
@@ -87,7 +87,7 @@ def test_a_live_node_and_service_are_asked(make_node: Callable[..., Any], enviro
     graph = Graph(master)
     uri = graph.node_uri("/talker")
     assert uri == node.uri
-    api = graph.node(uri)
+    api = graph.node_api(uri)
     assert api.pid() > 0 and api.ping() >= 0 and isinstance(api.connections(), list)
     api.close()
     service_uri = graph.service_uri("/s")

@@ -1,4 +1,4 @@
-"""Queries about a running system: the registrations with the master, and the state reported by nodes.
+"""Queries about a running system: the registrations with the master, and the states that nodes report.
 
 The command line and the views share this module. It does not create a node, but only queries the XML-RPC APIs of the
 master and the nodes (https://wiki.ros.org/ROS/Master_API, https://wiki.ros.org/ROS/Slave_API) and probes services.
@@ -48,7 +48,7 @@ class Master(Protocol):
 
 
 class SystemState(NamedTuple):
-    """The nodes of all publishers, subscribers and services by name, in order of registration."""
+    """The names of the nodes that publish or subscribe to each topic or provide each service, as registered."""
 
     publishers: dict[str, list[str]]
     subscribers: dict[str, list[str]]
@@ -122,7 +122,7 @@ class Graph:
         return SystemState(publishers, subscribers, services)
 
     def topic_types(self) -> dict[str, str]:
-        """Return the types by topic, including ``*``, of all topics that ever had one, in the master's order."""
+        """Return the types, including ``*``, by topic, for all topics that ever had one, in the master's order."""
         return {untrusted(entry[0]): untrusted(entry[1]) for entry in self.master.get_topic_types()}
 
     def published_types(self) -> dict[str, str]:
@@ -146,7 +146,7 @@ class Graph:
         return longest_match
 
     def node_uri(self, name: str) -> str | None:
-        """Return the API URI of a node; None if it is not registered."""
+        """Return the URI of a node's API; None if the node is not registered."""
         try:
             return self.master.lookup_node(name)
         except (MasterUnreachableError, MasterMethodError):
@@ -163,7 +163,7 @@ class Graph:
         except MasterError:
             return None
 
-    def node(self, uri: str, timeout: float = NODE_TIMEOUT) -> NodeApi:
+    def node_api(self, uri: str, timeout: float = NODE_TIMEOUT) -> NodeApi:
         """Return a client for the API of the node at a URI."""
         return NodeApi(self.master.caller_id, uri, timeout)
 
@@ -236,21 +236,23 @@ class NodeApi:
 
 
 def parse_bus_entry(entry: Any) -> Connection:
-    """Parse an entry of ``getBusInfo``. The last two elements may be missing.
+    """Parse an entry of ``getBusInfo``, of which the last two elements may be missing.
 
     Raises:
         ProtocolError: the value is not an entry of ``getBusInfo``.
     """
     if not isinstance(entry, (list, tuple)) or len(entry) < 5:
         raise ProtocolError(f"not an entry of getBusInfo: {entry!r}"[:200])
-    number, destination, direction, transport, topic = entry[:5]
+    connection_id, destination, direction, transport, topic = entry[:5]
     connected = bool(entry[5]) if len(entry) > 5 else True
     match = _CONNECTION_INFO.match(entry[6]) if len(entry) > 6 and isinstance(entry[6], str) else None
     port, peer, sock = match.groups() if match else (None, None, None)
     destination, direction, transport, topic = (
         untrusted(str(part)) for part in (destination, direction, transport, topic)
     )
-    return Connection(number, destination, direction, transport, topic, connected, port, peer and untrusted(peer), sock)
+    return Connection(
+        connection_id, destination, direction, transport, topic, connected, port, peer and untrusted(peer), sock
+    )
 
 
 def probe_service(name: str, uri: str, caller_id: str, timeout: float = PROBE_TIMEOUT) -> dict[str, str]:
@@ -280,18 +282,18 @@ def probe_service(name: str, uri: str, caller_id: str, timeout: float = PROBE_TI
             header = None
             while header is None:
                 sock.settimeout(max(0.001, deadline - monotonic()))
-                data = sock.recv(4096)
-                if not data:
+                received = sock.recv(4096)
+                if not received:
                     raise UnreachableError("the connection was closed before the response")
-                header = reader.feed(data)
+                header = reader.feed(received)
     except (OSError, ProtocolError, UnreachableError, DeadlineError) as error:
         raise ServiceUnavailableError(f"service [{name}] at {uri} does not answer: {error}") from error
     if "error" in header:
         raise ServiceUnavailableError(f"service [{name}] at {uri}: {one_line(header['error'])}")
-    return {name: untrusted(value) for name, value in header.items()}
+    return {field: untrusted(value) for field, value in header.items()}
 
 
-def in_namespace(names: Iterable[str], namespace: str | None) -> list[str]:
+def names_in_namespace(names: Iterable[str], namespace: str | None) -> list[str]:
     """Return the names that equal ``namespace`` or are below it; all names if it is None or the root."""
     if not namespace or namespace == SEP:
         return list(names)

@@ -143,7 +143,7 @@ class System:
 
 
 def _query_node(graph: Graph, uri: str, clock: Callable[[], float]) -> _NodeReport:
-    node = graph.node(uri, NODE_TIMEOUT)
+    node = graph.node_api(uri, NODE_TIMEOUT)
     try:
         connections = node.connections()
         return _NodeReport(connections, flows(_bus_stats(node)), clock())

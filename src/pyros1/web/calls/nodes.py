@@ -25,7 +25,7 @@ def info(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
         "subscribes": robot.access.visible(registered.subscriptions),
         "services": robot.access.visible(registered.services),
     }
-    node = robot.graph.node(uri, _TIMEOUT)
+    node = robot.graph.node_api(uri, _TIMEOUT)
     try:
         details["pid"] = node.pid()
         details["connections"] = [
@@ -47,7 +47,7 @@ def kill(robot: Robot, args: Mapping[str, Any]) -> None:
         raise RequestError(
             f"{name} is the node of this page's server: stop pyros1 web in the terminal where it was started"
         )
-    node = robot.graph.node(_uri(robot, name), _TIMEOUT)
+    node = robot.graph.node_api(_uri(robot, name), _TIMEOUT)
     try:
         node.shutdown("user request")
     finally:

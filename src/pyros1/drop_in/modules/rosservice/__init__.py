@@ -16,7 +16,7 @@ from rosgraph.names import script_resolve_name
 from pyros1.drop_in.commands import main as _main
 from pyros1.drop_in.commands import run as _run
 from pyros1.drop_in.missing import missing
-from pyros1.graph import in_namespace, probe_service
+from pyros1.graph import names_in_namespace, probe_service
 from pyros1.ground.errors import ServiceUnavailableError
 
 __getattr__ = missing(__name__)
@@ -107,7 +107,9 @@ def get_service_list(node: str | None = None, namespace: str | None = None, incl
         include_nodes: whether to return pairs of a name and its nodes.
     """
     chosen = [[name, nodes] for name, nodes in _services() if not node or node in nodes]
-    names = set(in_namespace([name for name, _ in chosen], script_resolve_name(NAME, namespace) if namespace else None))
+    names = set(
+        names_in_namespace([name for name, _ in chosen], script_resolve_name(NAME, namespace) if namespace else None)
+    )
     return [[name, nodes] if include_nodes else name for name, nodes in chosen if name in names]
 
 
