@@ -175,7 +175,7 @@ def test_nor_does_recording_and_an_illegal_name_ends_it_not(run: Any, make_robot
 
 
 def _as_on_a_terminal(self: CleanStream, stream: Any) -> None:
-    self.underlying, self._passes_controls = stream, True
+    self.underlying, self._keeps_escape_sequences = stream, True
 
 
 def test_json_keeps_what_others_sent(run: Any, make_robot: Any) -> None:

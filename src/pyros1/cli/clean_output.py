@@ -22,23 +22,23 @@ _clean = partial(terminal_text.lines, keep_bytes=True)
 
 
 class CleanStream:
-    """A text stream that cleans what is written and passes it to another stream.
+    """A text stream that removes control characters from what is written to it, and passes the rest to another stream.
 
     Args:
-        stream: The stream to write to.
+        stream: the stream to write to.
 
     Attributes:
-        underlying: The same stream.
+        underlying: the stream to write to.
     """
 
     def __init__(self, stream: TextIO) -> None:
         self.underlying = stream
-        self._passes_controls = stream.isatty()
+        self._keeps_escape_sequences = stream.isatty()
 
     def write(self, text: str) -> int:
-        """Clean a string and write it."""
+        """Clean a string and write it. Return the number of characters written."""
         if not text.isprintable():
-            if self._passes_controls and ("\x1b" in text or "\r" in text):
+            if self._keeps_escape_sequences and ("\x1b" in text or "\r" in text):
                 parts = enumerate(re.split(_ALLOWED_SEQUENCES, text))
                 text = "".join(part if number % 2 else _clean(part) for number, part in parts)
             else:
@@ -52,8 +52,8 @@ class CleanStream:
 
     @property
     def exact(self) -> TextIO:
-        """Return the stream for data: `underlying`, unless it is a terminal."""
-        return self.underlying if not self._passes_controls else self  # type: ignore[return-value]
+        """The stream that writes data unchanged; on a terminal, this stream itself, which cleans the data."""
+        return self.underlying if not self._keeps_escape_sequences else self  # type: ignore[return-value]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.underlying)

@@ -1,6 +1,6 @@
 """``pyros1 __complete``: candidates for the word at the cursor, for shell completion.
 
-It prints no errors, limits the time to wait for the master, and imports only what the kind of candidate needs.
+It prints no errors, waits only briefly for the master, and imports only what the requested kind of candidate needs.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _UNQUOTED_CHARACTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRST
 _FILE_WORDS = ("bag", "dir", "file", "output")
 """Words in the name of an option or its value that indicate a file."""
 _OPTION_KINDS = ("example",)
-"""Options whose names are also kinds of candidates."""
+"""Options whose names are also the kinds of candidates for their values."""
 
 
 def candidates(line: CommandLine) -> list[str]:
@@ -31,20 +31,20 @@ def candidates(line: CommandLine) -> list[str]:
         return [] if line.words else line.verbs
     option = line.option
     if option is None:
-        kind = registry.completion_kinds(line.command, line.verb, len(line.positional_arguments))
+        kinds = registry.completion_kinds(line.command, line.verb, len(line.positional_arguments))
     elif "choices" in option.settings:
         return [str(choice) for choice in option.settings["choices"]]
     elif option.dest in _OPTION_KINDS:
-        kind = option.dest
+        kinds = option.dest
     else:
         description = f"{option.dest} {option.settings.get('metavar', '')}".lower()
-        kind = "file" if any(word in description for word in _FILE_WORDS) else ""
-    if not kind:
+        kinds = "file" if any(word in description for word in _FILE_WORDS) else ""
+    if not kinds:
         return []
     from pyros1.cli import complete_values  # noqa: PLC0415 - not needed for verbs
 
-    providers: dict[str, Callable[[CommandLine], list[str]]] = complete_values.KINDS
-    return [candidate for part in kind.split("|") for candidate in providers[part](line)]
+    providers: dict[str, Callable[[CommandLine], list[str]]] = complete_values.PROVIDERS_BY_KIND
+    return [candidate for kind in kinds.split("|") for candidate in providers[kind](line)]
 
 
 def _options(line: CommandLine) -> list[str]:
@@ -59,8 +59,8 @@ def main(argv: list[str]) -> int:
     """Print candidates.
 
     Args:
-        argv: the shell; its word separators (``COMP_WORDBREAKS`` of bash, otherwise empty); the index of the word at
-            the cursor; the words of the command line.
+        argv: the shell's name; its word separators (bash's ``COMP_WORDBREAKS``, otherwise empty); the index of the
+            word at the cursor; and the words of the command line.
 
     Returns:
         The exit code, 0.
@@ -80,10 +80,10 @@ def main(argv: list[str]) -> int:
         ]
     except Exception:  # noqa: BLE001 - errors must not appear while the user is typing
         return 0
-    start = max((line.token.rfind(separator) for separator in ":=" if separator in separators), default=-1) + 1
+    suffix_start = max((line.token.rfind(separator) for separator in ":=" if separator in separators), default=-1) + 1
     out = data_stream()
     for candidate in dict.fromkeys(matching):
-        text = candidate[start:] if " " not in candidate else candidate
+        text = candidate[suffix_start:] if " " not in candidate else candidate
         text = text.replace("\n", " ") if shell == "fish" else quote(text, quotation_mark)
         out.write(text + ("\n" if shell == "fish" else "\0"))
     out.flush()
@@ -91,7 +91,7 @@ def main(argv: list[str]) -> int:
 
 
 def join_parts(words: list[str]) -> list[str]:
-    """Undo bash's splitting of words at colons and equals signs: ``rate`` ``:=`` ``5`` is one word in ROS."""
+    """Join the words that bash has split at colons and equals signs: ``rate``, ``:=`` and ``5`` are one word in ROS."""
     result: list[str] = []
     joins_next = False
     for word in words:

@@ -10,8 +10,8 @@ from pyros1.cli import registry
 if TYPE_CHECKING:
     from pyros1.cli.records import Option
 
-TIMEOUT = 0.7
-"""Timeout of completion in seconds."""
+MASTER_TIMEOUT = 0.7
+"""Time in seconds after which completion gives up waiting for the master."""
 
 
 class CommandLine:
@@ -20,6 +20,12 @@ class CommandLine:
     Args:
         words: the words up to the cursor. The last one is to be completed.
         one_line: whether candidates must not contain line breaks.
+
+    Attributes:
+        token: the word to complete.
+        command: the name of the command; empty if it is the word to complete.
+        verbs: the verbs of the command.
+        words: the words between the command and the word to complete, without options and remappings.
     """
 
     def __init__(self, words: list[str], one_line: bool = False) -> None:
@@ -37,18 +43,18 @@ class CommandLine:
         self.command = (registry.command_name(words_before[0]) or words_before[0]) if words_before else ""
         self.verbs = [*registry.verbs(self.command)]
         self.words = [word for word in words_before[1:] if not word.startswith("-") and ":=" not in word]
-        self._typed = words_before[1:]
+        self._words_after_command = words_before[1:]
 
     @property
     def verb(self) -> str:
-        """The verb if the command has verbs."""
+        """The name of the verb; empty if the command has no verbs or the verb is unknown."""
         return registry.find_verb(self.command, self.words[0]) or "" if self.words and self.verbs else ""
 
     @property
     def positional_arguments(self) -> list[str]:
         """The positional arguments after the command and its verb."""
         arguments, valued_options, is_value = [], self._options_with_values(), False
-        for word in self._typed:
+        for word in self._words_after_command:
             if is_value or word.startswith("-") or ":=" in word:
                 is_value = not is_value and word in valued_options
             else:
@@ -57,12 +63,12 @@ class CommandLine:
 
     @property
     def option(self) -> Option | None:
-        """The option whose value is at the cursor."""
-        return self._options_with_values().get(self._typed[-1]) if self._typed else None
+        """The option whose value is at the cursor; None if the word at the cursor is not an option's value."""
+        return self._options_with_values().get(self._words_after_command[-1]) if self._words_after_command else None
 
     def _options_with_values(self) -> dict[str, Option]:
         """Return the options that take a value, each under all of its names."""
-        if not any(word.startswith("-") for word in self._typed):
+        if not any(word.startswith("-") for word in self._words_after_command):
             return {}  # avoid loading the verb
         verb = registry.load_verb(self.command, self.verb) if self.verb else registry.load_command(self.command).verb
         return {

@@ -1,4 +1,4 @@
-"""The values that completion offers: running nodes and topics, installed packages and types, and files."""
+"""The candidates that completion offers: running nodes and topics, installed packages and types, and files."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ _LISTEN_SECONDS = 0.25
 
 @contextmanager
 def _open_master() -> Iterator[MasterClient]:
-    """Yield the master. A timer ends the process, because host name lookups have no timeout."""
-    from pyros1.cli.complete_line import TIMEOUT  # noqa: PLC0415
+    """Yield a client for the master. A timer ends the process, because host name lookups have no timeout."""
+    from pyros1.cli.complete_line import MASTER_TIMEOUT  # noqa: PLC0415
     from pyros1.net.hosts import master_uri  # noqa: PLC0415
     from pyros1.net.master_client import MasterClient  # noqa: PLC0415
 
-    alarm = threading.Timer(TIMEOUT, os._exit, [0])
+    alarm = threading.Timer(MASTER_TIMEOUT, os._exit, [0])
     alarm.daemon = True
     alarm.start()
-    client = MasterClient("/complete", master_uri(os.environ, {}), timeout=TIMEOUT)
+    client = MasterClient("/complete", master_uri(os.environ, {}), timeout=MASTER_TIMEOUT)
     try:
         yield client
     finally:
@@ -53,18 +53,20 @@ def _nodes(_: CommandLine) -> list[str]:
         return sorted({node for table in master.get_system_state() for _, nodes in table for node in nodes})
 
 
-def _configurable(line: CommandLine) -> list[str]:
+def _reconfigurable(line: CommandLine) -> list[str]:
     return [name.removesuffix("/set_parameters") for name in _services(line) if name.endswith("/set_parameters")]
 
 
-def _params(_: CommandLine) -> list[str]:
+def _parameters(_: CommandLine) -> list[str]:
     with _open_master() as master:
         return sorted(master.get_param_names())
 
 
 def _namespaces(line: CommandLine) -> list[str]:
     names = _nodes(line) if line.command == "node" else _services(line) if line.command == "service" else _topics(line)
-    return sorted({name[:i] for name in names for i, c in enumerate(name) if c == "/" and i})
+    return sorted(
+        {name[:position] for name in names for position, letter in enumerate(name) if letter == "/" and position}
+    )
 
 
 def _machines(_: CommandLine) -> list[str]:
@@ -76,7 +78,7 @@ def _machines(_: CommandLine) -> list[str]:
 
 
 def _topic_type(line: CommandLine) -> list[str]:
-    """Return the topic's type, or all types if it has none yet or no master is running."""
+    """Return the topic's type, or all message types if the topic has no type yet or no master is running."""
     from pyros1.ground.errors import Error  # noqa: PLC0415
 
     try:
@@ -90,7 +92,7 @@ def _topic_type(line: CommandLine) -> list[str]:
 
 
 def _frames(_: CommandLine) -> list[str]:
-    """Return frames that are received immediately: static ones and those that are published frequently."""
+    """Return the frames received within a short time: static ones and those that are published frequently."""
     from time import sleep  # noqa: PLC0415
 
     with _open_master() as master:
@@ -110,18 +112,18 @@ def _frames(_: CommandLine) -> list[str]:
 # Installed packages and types -----------------------------------------------------------------------------------------
 
 
-def _types(line: CommandLine, kind: str) -> list[str]:
-    """Return packages with a slash, or the types of the typed package."""
+def _types(line: CommandLine, extension: str) -> list[str]:
+    """Return the types in the package at the cursor; if its name is incomplete, the matching packages with a slash."""
     from pyros1.finding.library import Library  # noqa: PLC0415
 
     library = Library(os.environ)
-    package, slash, _ = line.token.partition("/")
-    if slash:
-        names = library.messages(package) if kind == "msg" else library.services(package)
+    package, has_slash, _ = line.token.partition("/")
+    if has_slash:
+        names = library.messages(package) if extension == "msg" else library.services(package)
         return [f"{package}/{name}" for name in names]
     matching = [name for name in library.packages() if name.startswith(package)]
     if len(matching) == 1:
-        names = library.messages(matching[0]) if kind == "msg" else library.services(matching[0])
+        names = library.messages(matching[0]) if extension == "msg" else library.services(matching[0])
         return [f"{matching[0]}/{name}" for name in names]
     return [f"{name}/" for name in matching]
 
@@ -147,15 +149,15 @@ def _request_template(line: CommandLine) -> list[str]:
         else "/" + line.positional_arguments[0]
     )
     with _open_master() as master:
-        kind = probe_service(name, master.lookup_service(name), "/complete", timeout=0.5)["type"]
-    return [_template("srv", kind, line.one_line)]
+        type_name = probe_service(name, master.lookup_service(name), "/complete", timeout=0.5)["type"]
+    return [_template("srv", type_name, line.one_line)]
 
 
-def _template(mode: str, name: str, one_line: bool) -> str:
+def _template(kind: str, type_name: str, one_line: bool) -> str:
     from pyros1.cli.commands.msg_proto import load_class  # noqa: PLC0415
     from pyros1.observe.template import template  # noqa: PLC0415
 
-    return template(load_class(mode, name), 1 if one_line else None)
+    return template(load_class(kind, type_name), 1 if one_line else None)
 
 
 def _definition_kinds(_: CommandLine) -> list[str]:
@@ -166,13 +168,13 @@ def _definitions(line: CommandLine) -> list[str]:
     return _types(line, line.positional_arguments[0])
 
 
-def _examples(_: CommandLine) -> list[str]:
+def _example_names(_: CommandLine) -> list[str]:
     from pyros1.guide.catalogue import CATALOGUE  # noqa: PLC0415
 
     return [example.name for example in CATALOGUE]
 
 
-def _guide(line: CommandLine) -> list[str]:
+def _guide_arguments(line: CommandLine) -> list[str]:
     from pyros1.guide import text  # noqa: PLC0415
 
     if line.words == ["howto"]:
@@ -217,11 +219,11 @@ def _executables(line: CommandLine) -> list[str]:
 def _files(line: CommandLine, *suffixes: str) -> list[str]:
     from pyros1.finding.packages import is_folder  # noqa: PLC0415
 
-    folder, slash, start = line.token.rpartition("/")
+    folder, slash, name_start = line.token.rpartition("/")
     result = []
     with os.scandir(os.path.expanduser(folder) or slash or ".") as entries:
         for entry in entries:
-            if entry.name.startswith(".") and not start.startswith("."):
+            if entry.name.startswith(".") and not name_start.startswith("."):
                 continue
             if is_folder(entry):
                 result.append(f"{folder}{slash}{entry.name}/")
@@ -245,7 +247,7 @@ def _package_launch_files(line: CommandLine) -> list[str]:
 
 
 def _launch_args(line: CommandLine) -> list[str]:
-    """Return the arguments of the launch file as ``name:=``."""
+    """Return the arguments of the launch file in the form ``name:=``."""
     from pyros1.launch.reading.loader import load_plan  # noqa: PLC0415
     from pyros1.launch.reading.words import find_files  # noqa: PLC0415
     from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
@@ -257,7 +259,7 @@ def _launch_args(line: CommandLine) -> list[str]:
     return sorted(f"{name}:=" for name in plan.args)
 
 
-def _throttles(_: CommandLine) -> list[str]:
+def _throttle_units(_: CommandLine) -> list[str]:
     return ["messages", "bytes"]
 
 
@@ -269,28 +271,28 @@ def _panels(line: CommandLine) -> list[str]:
 
 
 def _panel_arguments(line: CommandLine) -> list[str]:
-    """Return candidates for the argument of a panel of the page."""
+    """Return the candidates for the argument of a panel on the web page."""
     from pyros1.cli.shared.windows import PROGRAMS  # noqa: PLC0415
 
     panel = line.positional_arguments[0]
     panel = PROGRAMS[panel].args[0] if panel in PROGRAMS else panel
     providers = {
         "bag": _bags, "image": _topics, "launches": _nodes, "nodes": _nodes, "plot": _topics, "publisher": _topics,
-        "reconfigure": _configurable, "scene": _files, "services": _services, "topics": _topics, "turtles": _nodes,
+        "reconfigure": _reconfigurable, "scene": _files, "services": _services, "topics": _topics, "turtles": _nodes,
     }  # fmt: skip
     return providers[panel](line) if panel in providers else []
 
 
-KINDS: dict[str, Callable[[CommandLine], list[str]]] = {
+PROVIDERS_BY_KIND: dict[str, Callable[[CommandLine], list[str]]] = {
     "bag": _bags,
-    "configurable": _configurable,
+    "configurable": _reconfigurable,
     "definition": _definitions,
     "definition_kind": _definition_kinds,
-    "example": _examples,
+    "example": _example_names,
     "executable": _executables,
     "file": _files,
     "frame": _frames,
-    "guide": _guide,
+    "guide": _guide_arguments,
     "launch_arg": _launch_args,
     "launch_file": _launch_files,
     "machine": _machines,
@@ -303,13 +305,13 @@ KINDS: dict[str, Callable[[CommandLine], list[str]]] = {
     "package_launch_file": _package_launch_files,
     "panel": _panels,
     "panel_argument": _panel_arguments,
-    "param": _params,
+    "param": _parameters,
     "place": _package_folders,
     "request_text": _request_template,
     "service": _services,
     "service_type": _service_types,
-    "throttle": _throttles,
+    "throttle": _throttle_units,
     "topic": _topics,
     "topic_type": _topic_type,
 }
-"""Functions that return the candidates for each kind of argument."""
+"""For each kind of argument, the function that returns its candidates."""

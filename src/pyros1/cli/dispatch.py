@@ -13,7 +13,7 @@ from pyros1.ground import interrupts
 from pyros1.ground.errors import Error
 
 _COMMANDS_WITH_OWN_HINTS = frozenset({"run", "launch"})
-"""Commands that print hints about misspelt arguments themselves."""
+"""Commands that print their own hints about misspelt arguments."""
 _VERBS_WITH_VALUES = frozenset({"pub", "call", "set", "publish"})
 """Verbs whose arguments are YAML values, in which ``a:1`` and ``a=1`` are valid."""
 
@@ -28,13 +28,15 @@ def usage() -> str:
     all_commands = registry.commands()
     for group, heading in GROUPS.items():
         lines += ["", f"{heading}:"]
-        lines += [f"  {name:11} {_about(name, entry)}" for name, entry in all_commands.items() if entry.group == group]
+        lines += [
+            f"  {name:11} {_summary(name, entry)}" for name, entry in all_commands.items() if entry.group == group
+        ]
     lines += ["", "Each accepts the arguments of the corresponding ROS 1 tool: `pyros1 topic list` is `rostopic list`."]
     lines += ["Type pyros1 <command> -h for more. pyros1 --version shows the version."]
     return "\n".join(lines)
 
 
-def _about(name: str, entry: registry.CommandEntry) -> str:
+def _summary(name: str, entry: registry.CommandEntry) -> str:
     verbs = registry.verbs(name) if entry.verbs else {}
     verb_list = " ".join([*verbs][:_MAX_VERBS])
     aliases = f" (also: {', '.join(entry.aliases)})" * bool(entry.aliases)
@@ -46,7 +48,7 @@ def dispatch(argv: list[str], alone: bool) -> int:
 
     Args:
         argv: the command line with the program's name.
-        alone: whether this process only runs the command.
+        alone: whether the process exists only to run this command, so that its streams and signals may be changed.
 
     Returns:
         The exit code.
@@ -98,8 +100,8 @@ def _run_named_command(argv: list[str]) -> int:
 
         return complete(argv[2:])
     name = registry.command_name(first_arg)
-    if name is None and first_arg in (stock := registry.stock_names()):  # like rviz, which is `web rviz`
-        name, *args = stock[first_arg]
+    if name is None and first_arg in (stock_names := registry.stock_names()):  # like rviz, which is `web rviz`
+        name, *args = stock_names[first_arg]
         argv[2:2] = args
     if name is None:
         from pyros1.cli.failures import did_you_mean, other_commands_hint  # noqa: PLC0415 - only needed after a failure
@@ -137,14 +139,14 @@ def _run(command: str, arguments: list[str]) -> int:
         print(f"ERROR: the input is not UTF-8 text: byte {byte:#04x} at offset {offset}", file=sys.stderr)
         return 1
     except OSError as error:
-        if error.filename in (None, output.STDOUT_NAME):  # errors that are not about a file named by the user are bugs
+        if error.filename in (None, output.STDOUT_NAME):  # an error without the name of a file is a bug
             raise
         print(f"ERROR: {error.filename or repr('')}: {error.strerror}", file=sys.stderr)
         return 1
 
 
 def _print_suggestion(command: str, arguments: list[str]) -> None:
-    """After a failure, print hints about arguments, except values, that look like misspelt options or remappings."""
+    """After a failure, print hints about arguments that look like misspelt options or remappings, except values."""
     if command in _COMMANDS_WITH_OWN_HINTS:
         return
     from pyros1.ground.suggest import argument_hint, similar_option  # noqa: PLC0415 - only needed after a failure

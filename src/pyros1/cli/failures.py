@@ -1,4 +1,4 @@
-"""Errors of commands, and what is printed for them."""
+"""The errors that commands raise, and functions that print them."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class CommandError(Error):
 
 
 class UsageError(Error):
-    """The command line is invalid. The usage and the message are printed. The exit code is 2."""
+    """The command line is invalid. The usage and the error message are printed, and the exit code is 2."""
 
 
 def fail(message: str, code: int = 1) -> NoReturn:
@@ -40,7 +40,7 @@ def fail(message: str, code: int = 1) -> NoReturn:
 
 def report_error(message: str, code: int) -> int:
     """Print an error. Return the exit code."""
-    flush()
+    flush_stdout()
     print(f"ERROR: {message}", file=sys.stderr)
     return code
 
@@ -50,8 +50,8 @@ def report_no_master(error: MasterUnreachableError, code: int) -> int:
     return report_error(f"Unable to communicate with master!\n{error}", code)
 
 
-def flush() -> None:
-    """Flush stdout, so that it precedes an error message. A closed pipe is ignored."""
+def flush_stdout() -> None:
+    """Flush stdout, so that its contents precede an error message. Ignore a closed pipe."""
     try:
         sys.stdout.flush()
     except BrokenPipeError:
@@ -59,7 +59,7 @@ def flush() -> None:
 
 
 def ignore_closed_pipe() -> int:
-    """Make the interpreter exit silently after the reader of the output has closed the pipe. Return the exit code."""
+    """Make the interpreter exit silently after the reader of the output has closed the pipe. Return exit code 0."""
     output.discard_output()
     return 0
 

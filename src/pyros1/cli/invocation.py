@@ -42,7 +42,7 @@ class Invocation:
         as_stock: whether the command was called by the stock tool's name.
         verb: the first argument if the command has verbs.
         args: the arguments without the verb and remappings.
-        special: remappings whose names begin with ``__``.
+        special: the values of arguments such as ``__name:=x``, by name with ``__``.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class Invocation:
         self._wait: Callable[[float], bool]  # set by open_node
 
     def resolve(self, name: str) -> str:
-        """Resolve a name on the command line to its full name. The master checks whether it is legal."""
+        """Return the full name for a name on the command line. It is not checked here, but by the master."""
         if names.is_private(name):
             return terminal_text.untrusted(names.canonicalize_name(f"{self._namespace}/{self.tool}/{name[1:]}"))
         return terminal_text.untrusted(names.canonicalize_name(names.ns_join(self._namespace, name)))
@@ -82,12 +82,12 @@ class Invocation:
 
     @property
     def caller_id(self) -> str:
-        """The tool's name in calls to the master and to nodes."""
+        """The name with which the tool identifies itself in calls to the master and to nodes."""
         return f"/{self.tool}-{os.getpid()}" if self.tool == "rosparam" else f"/{self.tool}"
 
     @property
     def master(self) -> MasterClient:
-        """The master of this system."""
+        """A client for the master, created when it is first used."""
         if self._master is None:
             from pyros1.net.hosts import master_uri  # noqa: PLC0415
             from pyros1.net.master_client import MasterClient  # noqa: PLC0415
@@ -104,7 +104,7 @@ class Invocation:
 
     @property
     def graph(self) -> Graph:
-        """Queries to this system."""
+        """An object that queries the running system."""
         from pyros1.graph import Graph  # noqa: PLC0415
 
         return Graph(self.master)
@@ -135,5 +135,5 @@ class Invocation:
         return node
 
     def pause(self, seconds: float) -> bool:
-        """Wait in wall time. Return False as soon as the command's node shuts down."""
+        """Wait for a time in wall-clock seconds. Return False as soon as the node from `open_node` shuts down."""
         return not self._wait(seconds)

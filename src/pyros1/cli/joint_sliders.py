@@ -1,4 +1,4 @@
-"""joint_state_publisher_gui: the node joint_state_publisher, with its sliders on the page instead of in a window."""
+"""joint_state_publisher_gui: the node joint_state_publisher, with its sliders on a web page instead of in a window."""
 
 from __future__ import annotations
 
@@ -25,28 +25,28 @@ def main(argv: list[str]) -> int:
         except Error as error:
             node.log.fatal("%s", error)
             return 1
-        page = _open_page(node)
+        page_process = _open_page(node)
         try:
             publisher.run()
         finally:
-            page.terminate()
+            page_process.terminate()
             try:
-                page.wait(_EXIT_TIMEOUT)
+                page_process.wait(_EXIT_TIMEOUT)
             except subprocess.TimeoutExpired:
-                page.kill()
+                page_process.kill()
     return 0
 
 
 def _open_page(node: Node) -> subprocess.Popen[bytes]:
-    """Open the panel on the page of a running server, or of a new server that exits with this node."""
+    """Open the panel in a running web server, or in a new one that exits with this node. Return the process."""
     args = ["web", "joints", f"__master:={node.master.uri}"]
-    page = subprocess.Popen([sys.executable, "-m", "pyros1", *args], stdin=subprocess.DEVNULL)
+    page_process = subprocess.Popen([sys.executable, "-m", "pyros1", *args], stdin=subprocess.DEVNULL)
 
-    def watch() -> None:
-        if page.wait() not in (0, -15):
+    def report_failure() -> None:
+        if page_process.wait() not in (0, -15):
             node.log.error(
                 "the page with sliders could not be opened (see above); the joint states are published anyway"
             )
 
-    threading.Thread(target=watch, name="watch the page", daemon=True).start()
-    return page
+    threading.Thread(target=report_failure, name="watch the page", daemon=True).start()
+    return page_process

@@ -34,7 +34,7 @@ INDEX: dict[str, tuple[Any, ...]] = {
 def index_source() -> str:
     """Return the source of `index`, generated from the records."""
     lines = [_HEADER]
-    for name, fields in sorted(registry.describe(module) for module in registry.modules()):
+    for name, fields in sorted(registry.describe_command(module) for module in registry.modules()):
         lines.append(f"    {name!r}: (\n")
         lines += [f"        {field!r},\n" for field in fields[:-1]]
         lines.append("        {\n")
@@ -52,7 +52,7 @@ ROOT = Path(__file__).parents[3]
 _BEGIN = "<!-- made by python -m pyros1.cli.make_index -->\n"
 _END = "<!-- end -->\n"
 _ROW = re.compile(r"^\| (?:L\d+)? ?\| [^|]+ \| ([^|]+) \| ([^|]+) \|$", re.MULTILINE)
-"""A row for a feature of stock: the verbs that have it, and their tests."""
+"""Matches a table row about a feature of stock. The groups are the verbs that provide it, and their tests."""
 _TESTS = re.compile(r"`((?:tests|interop)/[^`:]+)(?:::[^`]+)?`")
 
 
@@ -96,18 +96,18 @@ def _commands() -> Iterator[tuple[str, str, str]]:
 
 
 def _test_files(text: str) -> Mapping[str, list[str]]:
-    """Return the test files that the rows of interop/commands.md name for each verb.
+    """Return the test files that interop/commands.md names for each verb.
 
-    A command without a verb in a row represents all its verbs that stock's tool has.
+    In its rows, a command without a verb represents all of its verbs that stock's tool has.
     """
     files_by_verb: dict[str, set[str]] = {}
-    for about, tests in _ROW.findall(text):
-        for line in re.findall(r"`([^`]+)`", about):
-            name, *row_verbs = line.partition(" -")[0].split()
+    for verbs_cell, tests_cell in _ROW.findall(text):
+        for command_line in re.findall(r"`([^`]+)`", verbs_cell):
+            name, *row_verbs = command_line.partition(" -")[0].split()
             verbs = row_verbs or [verb for verb, entry in registry.verbs(name).items() if entry.in_stock_tool]
             for verb in verbs or [""]:
-                files_by_verb.setdefault(f"{name} {verb}".rstrip(), set()).update(_TESTS.findall(tests))
-    return {line: sorted(files) for line, files in files_by_verb.items()}
+                files_by_verb.setdefault(f"{name} {verb}".rstrip(), set()).update(_TESTS.findall(tests_cell))
+    return {command_line: sorted(files) for command_line, files in files_by_verb.items()}
 
 
 DOCUMENTS: Mapping[Path, Callable[[str], str]] = {
@@ -117,7 +117,7 @@ DOCUMENTS: Mapping[Path, Callable[[str], str]] = {
 """Files with a table between two markers, and functions that generate the table from the file's contents."""
 
 
-def document(path: Path) -> str:
+def render_document(path: Path) -> str:
     """Return the contents of a document with its table generated from the records."""
     text = path.read_text(encoding="utf-8")
     before, _, rest = text.partition(_BEGIN)
@@ -131,4 +131,4 @@ if __name__ == "__main__":
         os.execv(sys.executable, [sys.executable, "-m", "pyros1.cli.make_index"])  # documents need the new index
     for path in DOCUMENTS:
         if path.exists():
-            path.write_text(document(path), encoding="utf-8")
+            path.write_text(render_document(path), encoding="utf-8")

@@ -14,6 +14,7 @@ from itertools import islice
 _MANIFESTS = ("package.xml", "manifest.xml")
 _WORKSPACE_MARKERS = (".catkin_workspace", ".catkin_tools", "devel", "src/CMakeLists.txt")
 _MAX_ENTRIES = 5000
+"""Maximum number of entries of a folder that are examined."""
 
 
 def add_nearby_packages(environ: MutableMapping[str, str]) -> None:
@@ -75,7 +76,7 @@ def _is_package(folder: str) -> bool:
 
 
 def _is_trusted(folder: str, parent: str) -> bool:
-    """Return whether a folder can be used. In world-writable folders such as /tmp, only the user's own can."""
+    """Return whether to use a folder. In world-writable folders such as /tmp, only the user's own folders are used."""
     if not hasattr(os, "getuid"):
         return True  # this system has no world-writable folders
     return not os.stat(parent).st_mode & 0o002 or os.stat(folder).st_uid == os.getuid()

@@ -1,4 +1,4 @@
-"""Handling of unusual standard output: closed, full, a pipe without a reader, or with a limited encoding."""
+"""Handling of unusual standard output: closed, a full disk, a pipe without a reader, or a limited encoding."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def _format_warning(
 
 
 def _open_closed_streams() -> None:
-    """Open streams that the caller has closed. Otherwise, the next socket would become a child's standard output."""
+    """Open streams that the caller has closed. Otherwise, a socket could take the place of one in child processes."""
     while (descriptor := os.open(os.devnull, os.O_RDWR)) <= 2:
         os.set_inheritable(descriptor, True)
     os.close(descriptor)
@@ -63,7 +63,7 @@ def _replace_character(error: UnicodeError) -> tuple[str | bytes, int]:
 
 
 class _NamedOutput(io.FileIO):
-    """A file that sets the file name of its errors, unlike print."""
+    """A file that adds its name to the errors that writing raises, which Python does not do for standard output."""
 
     def write(self, data: Any) -> int:
         try:

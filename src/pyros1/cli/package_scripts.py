@@ -1,8 +1,8 @@
 """The commands of the scripts in pyros1's ROS packages. All scripts are identical and look up their command here.
 
 They are files because every ``rosrun`` and every launcher must find them. They are not links because wheels cannot
-contain links. To add one, copy any of them to ``packages/PACKAGE/scripts/`` and add its command here. The scripts of
-minimal_nodes are different: they are examples for users.
+contain links. To add a script, copy any other one to ``packages/PACKAGE/scripts/`` and add its command here. The
+scripts of minimal_nodes are different: they are examples for users.
 """
 
 from __future__ import annotations

@@ -12,6 +12,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Verb
 
 _MARK = "\0"
+"""Prefix of arguments that are positional although they begin with ``-``."""
 
 
 def parse_args(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
@@ -29,7 +30,7 @@ def parse_all_args(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
 
 
 def parse_without_specials(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Parse like `parse_all_args`, but drop arguments that begin with ``__``."""
+    """Parse like `parse_all_args`, but leave out arguments that begin with ``__``."""
     return parse_arg_list(invocation, verb, [arg for arg in invocation.argv if not arg.startswith("__")])
 
 
@@ -60,7 +61,7 @@ def unmark(arg: str) -> str:
 
 
 def default_options(verb: Verb) -> Any:
-    """Return the default values of the options."""
+    """Return an object whose attributes are the default values of the options."""
     return SimpleNamespace(**{option.dest: option.settings.get("default") for option in verb.options})
 
 

@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from pyros1.cli.invocation import Invocation
 
-Run = Callable[["Invocation", Any, list[str]], "int | None"]
+RunFunction = Callable[["Invocation", Any, list[str]], "int | None"]
 """Runs a verb with the invocation, the parsed options and the arguments. Returns the exit code; None for 0."""
-Parse = Callable[["Invocation", "Verb"], tuple[Any, list[str]]]
+ParseFunction = Callable[["Invocation", "Verb"], tuple[Any, list[str]]]
 """Returns the parsed options and the arguments of an invocation of a verb."""
 
 
@@ -69,7 +69,7 @@ class Flag(Option):
         super().__init__(*names, help=help, pyros1_only=pyros1_only, hidden=hidden, **settings)
 
 
-JSON = Flag("--json", help="print JSON", pyros1_only=True)
+JSON_FLAG = Flag("--json", help="print JSON", pyros1_only=True)
 
 
 class Argument:
@@ -113,8 +113,8 @@ class Verb:
             description.
         aliases: other names of the verb.
         stock: the equivalent stock program, such as ``rosls``, with its first arguments if there are any; empty if
-            stock has none. None for the verb of the same name of the command's stock tool. That tool's list of verbs
-            contains only these.
+            stock has none. None if it is the verb of the same name in the command's stock tool, whose list of verbs
+            contains only such verbs.
         stock_about: the `about` of the stock tool if it differs; empty for none.
         stock_examples: whether the stock tool's help also shows the examples.
         parse: parses the arguments, see `pyros1.cli.parsing`; None for `parse_args`.
@@ -130,7 +130,7 @@ class Verb:
         name: str,
         about: str,
         *parts: Option | Argument,
-        run: Run,
+        run: RunFunction,
         usage: str | None = None,
         description: str = "",
         examples: Sequence[tuple[str, str]] = (),
@@ -138,7 +138,7 @@ class Verb:
         stock: str | None = None,
         stock_about: str | None = None,
         stock_examples: bool = False,
-        parse: Parse | None = None,
+        parse: ParseFunction | None = None,
     ) -> None:
         self.name = name
         self.about = about
@@ -157,7 +157,7 @@ class Verb:
         self.parse = parse
 
     def examples_text(self, program: str, *, as_stock: bool) -> str:
-        """Return the block of examples at the end of help.
+        """Return the block of examples at the end of help; empty if no examples are shown.
 
         Args:
             program: the name by which the command was called.
@@ -191,7 +191,7 @@ GROUPS = {
     "develop": "Messages and packages",
     "machine": "This machine",
 }
-"""The groups of commands and their headings in ``pyros1 help``."""
+"""The headings in ``pyros1 help`` by group of commands."""
 
 
 class Command:
@@ -279,7 +279,7 @@ class Command:
         self.dispatch = dispatch
 
     def sorted(self, verbs: Iterable[str]) -> list[str]:
-        """Sort names of verbs in the order of the list of verbs."""
+        """Return the names of verbs in the order in which the list of verbs shows them."""
         positions = {name: number for number, name in enumerate(self.order)}
         return sorted(verbs, key=lambda name: (positions.get(name, len(positions)), name))
 

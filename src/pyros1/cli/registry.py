@@ -1,8 +1,8 @@
 """Finds commands and their verbs.
 
 Names and descriptions of all commands are in a table (`index`), so that only the command that runs is imported.
-``python -m pyros1.cli.make_index`` generates it from the records, and a test checks that it is current. Commands in
-the folders that are missing from the table are imported and found as well.
+``python -m pyros1.cli.make_index`` generates it from the records, and a test checks that it is current. Commands
+that are missing from the table are found by importing the modules in the folder.
 """
 
 from __future__ import annotations
@@ -90,12 +90,12 @@ def commands() -> dict[str, CommandEntry]:
     indexed_modules = {entry.module for entry in entries.values()}
     for module in modules():
         if module not in indexed_modules:
-            name, fields = describe(module)
+            name, fields = describe_command(module)
             entries[name] = CommandEntry(*fields)
     return entries
 
 
-def command(name: str) -> CommandEntry | None:
+def find_command(name: str) -> CommandEntry | None:
     """Return the entry of a command; None if the name is unknown."""
     return CommandEntry(*INDEX[name]) if name in INDEX else commands().get(name)
 
@@ -118,9 +118,9 @@ def completion_kinds(name: str, verb: str, position: int) -> str:
     Args:
         name: the command.
         verb: the verb; empty for a command without verbs.
-        position: the number of arguments before this one.
+        position: the argument's position, counted from 0.
     """
-    entry = command(name)
+    entry = find_command(name)
     kinds = verbs(name)[verb].completion_kinds if verb else entry.completion_kinds if entry else ()
     if position < len(kinds):
         return kinds[position].rstrip("+")
@@ -142,8 +142,8 @@ def command_name(word: str) -> str | None:
 
 
 def verbs(name: str) -> dict[str, VerbEntry]:
-    """Return the verbs of a command by name, in the order of the list of verbs. Verbs not in the table are last."""
-    entry = command(name)
+    """Return the verbs of a command by name, in the order in which they are listed; those not in the table are last."""
+    entry = find_command(name)
     if entry is None:
         return {}
     entries = dict(entry.verbs)
@@ -164,7 +164,7 @@ def find_verb(name: str, word: str) -> str | None:
 
 def load_command(name: str) -> Command:
     """Return the record of an existing command."""
-    entry = command(name)
+    entry = find_command(name)
     assert entry is not None, name
     return _load(entry.module)
 
@@ -174,18 +174,18 @@ def load_verb(name: str, verb: str) -> Verb:
     return next(record for record in _records(verbs(name)[verb].module) if record.name == verb)
 
 
-def describe(module: str) -> tuple[str, tuple[Any, ...]]:
+def describe_command(module: str) -> tuple[str, tuple[Any, ...]]:
     """Import a command. Return its name and the fields of its entry, without the verbs."""
     record = _load(module)
     other_programs = {name: tuple(args) for name, args in record.other_programs.items()}
-    kinds = _kinds(record.verb) if record.verb else ()
+    kinds = _argument_kinds(record.verb) if record.verb else ()
     return record.name, (module, record.about, record.group, record.stock, other_programs, record.aliases, kinds, {})
 
 
 def describe_verbs(module: str) -> dict[str, tuple[Any, ...]]:
     """Import a file of verbs. Return the fields of their entries by name."""
     return {
-        verb.name: (module, verb.about, verb.stock_about, verb.stock, verb.usage, _kinds(verb), verb.aliases)
+        verb.name: (module, verb.about, verb.stock_about, verb.stock, verb.usage, _argument_kinds(verb), verb.aliases)
         for verb in _records(module)
     }
 
@@ -203,7 +203,7 @@ def modules(command: str = "") -> list[str]:
     return sorted(prefix + name for name in module_names if not name.startswith("_"))
 
 
-def _kinds(verb: Verb) -> tuple[str, ...]:
+def _argument_kinds(verb: Verb) -> tuple[str, ...]:
     """Return the kinds of candidates for each argument, with a ``+`` if it may be repeated."""
     return tuple(argument.completion_kinds + "+" * argument.many for argument in verb.arguments)
 

@@ -10,7 +10,7 @@ from pyros1.cli.failures import (
     CommandError,
     UsageError,
     did_you_mean,
-    flush,
+    flush_stdout,
     ignore_closed_pipe,
     other_commands_hint,
     report_no_master,
@@ -54,12 +54,12 @@ def run_command(name: str, argv: list[str]) -> int:
 
 
 def _print_error(command: Command, error: Error | OSError) -> int:
-    """Print an error in the command's format and return the exit code. Raise OSErrors without a file name again."""
+    """Print an error in the command's format and return the exit code. Raise an OSError again if it has no format."""
     message = command.format_error(error) if command.format_error else None
     code = error.code if isinstance(error, CommandError) else command.error_exit_code
     if message is None and not isinstance(error, Error):
         raise error
-    flush()
+    flush_stdout()
     plain = isinstance(error, CommandError) and error.plain
     print(message or (str(error) if plain else f"ERROR: {error}"), file=sys.stderr)
     return code
@@ -115,6 +115,6 @@ def _print_unknown_verb(command: Command, invocation: Invocation) -> int:
     )
     if not hint and not (invocation.verb and (not invocation.as_stock or command.prints_unknown_verb)):
         return command.usage_exit_code
-    flush()
+    flush_stdout()
     print(f"{invocation.program}: unknown command {invocation.verb!r}{hint}", file=sys.stderr)
     return command.usage_exit_code if invocation.as_stock else command.usage_exit_code or EX_USAGE

@@ -22,7 +22,7 @@ from pyros1.msgs import load_message, load_service
 from pyros1.msgs.sensor_msgs.msg import JointState
 from pyros1.msgs.std_msgs.msg import Bool, Empty, Float64, String
 from pyros1.msgs.std_srvs.srv import SetBool, SetBoolResponse
-from pyros1.observe.fields import expand
+from pyros1.observe.fields import expand_fields
 
 
 @pytest.fixture
@@ -383,7 +383,7 @@ def test_plot_draws_what_comes(run: Any, make_node: Callable[..., Any]) -> None:
     assert "never" in run("topic", "plot", "/state: never(m.position)")[2]
     assert "/state is not a number" in run("topic", "plot", "-p", "5", "--once", "/state")[2]
     assert "has no field 'nope'" in run("topic", "plot", "-p", "5", "--once", "/state/nope")[2]
-    assert expand("/imu/a/x:y:z,/b") == ["/imu/a/x", "/imu/a/y", "/imu/a/z", "/b"]
+    assert expand_fields("/imu/a/x:y:z,/b") == ["/imu/a/x", "/imu/a/y", "/imu/a/z", "/b"]
 
 
 def test_help_has_examples_but_under_stock_names(run: Any) -> None:

@@ -135,7 +135,7 @@ def test_colours_and_levels_that_do_not_exist() -> None:
     assert list(diagnostic.status_lines(array, one, colour=True)) == ["[ \x1b[93mWARN \x1b[0m ] n - m"]
     odd = [DiagnosticStatus(7, "n", "m", "", []), DiagnosticStatus(-1, "o", "m", "", [])]
     assert list(diagnostic.status_lines(array, odd, colour=True)) == ["[ 7     ] n - m", "[ -1    ] o - m"]
-    assert diagnostic.selected([*odd, *one], -5) == [odd[0], one[0], odd[1]]
+    assert diagnostic.select_statuses([*odd, *one], -5) == [odd[0], one[0], odd[1]]
 
 
 def test_what_is_not_understood_is_refused(run: Run) -> None:

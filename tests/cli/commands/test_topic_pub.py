@@ -42,7 +42,7 @@ def publish(run: Any, make_node: Callable[..., Any], tmp_path: Path) -> Callable
         def hear(message: Any) -> None:
             heard.append(getattr(message, "data", None))
             if len(heard) == most:
-                with closing(graph.node(graph.node_uri(message._connection_header["callerid"]))) as publisher:
+                with closing(graph.node_api(graph.node_uri(message._connection_header["callerid"]))) as publisher:
                     publisher.shutdown("that is enough")
 
         node.subscribe("said", kind, hear)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from pyros1.cli.shared.chart import Canvas, draw, nice_range
+from pyros1.cli.shared.chart import Canvas, nice_range, render_chart
 
 
 def test_dots_are_where_they_should_be() -> None:
@@ -32,15 +32,17 @@ def test_ranges_are_round_and_never_empty() -> None:
 
 def test_a_chart_has_axis_legend_and_curve() -> None:
     points = [(i / 10, math.sin(i / 10)) for i in range(100)]
-    text = draw([("/a/data", points), ("/b/data", [])], 9.9, 10.0, (60, 20), coloured=False)
+    text = render_chart([("/a/data", points), ("/b/data", [])], 9.9, 10.0, (60, 20), coloured=False)
     lines = text.split("\n")
     assert max(map(len, lines)) <= 60 and len(lines) <= 20
     assert lines[0].lstrip().startswith("1 ") and any(line.lstrip().startswith("-1 ") for line in lines)
     assert lines[-2].startswith("\u2501\u2501 /a/data = ") and lines[-2].endswith("10.0 Hz")
     assert lines[-1].endswith("/b/data = no data yet")
-    assert "\033" not in text and "\033[36m" in draw([("/a", points)], 9.9, 10.0, (60, 20), coloured=True)
+    assert "\033" not in text and "\033[36m" in render_chart([("/a", points)], 9.9, 10.0, (60, 20), coloured=True)
 
 
 def test_what_is_old_or_no_number_is_left_out() -> None:
-    text = draw([("/a", [(0.0, 99.0), (9.0, math.nan), (9.5, 1.0), (9.9, 2.0)])], 10.0, 1.0, (40, 12), coloured=False)
+    text = render_chart(
+        [("/a", [(0.0, 99.0), (9.0, math.nan), (9.5, 1.0), (9.9, 2.0)])], 10.0, 1.0, (40, 12), coloured=False
+    )
     assert "99" not in text.split("\n")[0] and text.split("\n")[0].lstrip().startswith("2 ")

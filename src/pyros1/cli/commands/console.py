@@ -9,16 +9,16 @@ import time
 from typing import Any
 
 from pyros1.cli.commands.log._loggers import LEVELS
-from pyros1.cli.commands.log._messages import BOLD, COLOURS, DIM, RESET, as_json, level_name, messages
+from pyros1.cli.commands.log._messages import BOLD, COLOURS, DIM, RESET, as_json, level_name, receive_messages
 from pyros1.cli.failures import UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.records import JSON, Command, Flag, Option, Verb
+from pyros1.cli.records import JSON_FLAG, Command, Flag, Option, Verb
 from pyros1.cli.shared.printing import print_json, use_colour
 from pyros1.ground.terminal_text import lines, one_line
 
 _DEFAULT_LEVEL = "info"
 _SIMULATED_TIME_LIMIT = 100_000_000
-"""Times in seconds before this (in 1973) are treated as simulated time."""
+"""Times in seconds below this limit, a time in 1973, are treated as simulated time."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -32,7 +32,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     remaining = options.count
     if sys.stderr.isatty():
         print(_earlier_logs_hint(), file=sys.stderr)
-    for message in messages(invocation):
+    for message in receive_messages(invocation):
         if not message_filter.matches(message):
             continue
         if options.json:
@@ -59,7 +59,7 @@ class Filter:
         level = options.level.lower()
         if level not in LEVELS:
             raise UsageError(f"there is no level {options.level!r}{did_you_mean(level, LEVELS)}: {', '.join(LEVELS)}")
-        self._lowest = 1 << LEVELS.index(level)
+        self._lowest_level = 1 << LEVELS.index(level)
         self._nodes = [_compile("--node", pattern) for pattern in options.nodes or ()]
         self._included = [_compile("--grep", pattern) for pattern in options.texts or ()]
         self._excluded = [_compile("--exclude", pattern) for pattern in options.excluded or ()]
@@ -67,7 +67,7 @@ class Filter:
     def matches(self, message: Any) -> bool:
         """Return whether to print a rosgraph_msgs/Log message."""
         return bool(
-            message.level >= self._lowest
+            message.level >= self._lowest_level
             and (not self._nodes or any(pattern.search(message.name) for pattern in self._nodes))
             and all(pattern.search(message.msg) for pattern in self._included)
             and not any(pattern.search(message.msg) or pattern.search(message.name) for pattern in self._excluded)
@@ -95,8 +95,8 @@ def format_row(message: Any, *, colour: bool = False) -> str:
     if not colour:
         return f"{time_text} {severity} {node}: {text}{location and f'  [{location}]'}"
     location = location and f"  {DIM}[{location}]{RESET}"
-    shade = COLOURS.get(message.level, "")
-    return f"{DIM}{time_text}{RESET} {shade}{severity}{RESET} {BOLD}{node}{RESET}: {text}{location}"
+    level_colour = COLOURS.get(message.level, "")
+    return f"{DIM}{time_text}{RESET} {level_colour}{severity}{RESET} {BOLD}{node}{RESET}: {text}{location}"
 
 
 def _source_location(message: Any) -> str:
@@ -113,7 +113,7 @@ def _format_time(seconds: int, nanoseconds: int) -> str:
 
 
 def _earlier_logs_hint() -> str:
-    """Return a hint where to find earlier messages, since /rosout does not repeat them."""
+    """Return a hint about where to find earlier messages, since /rosout does not repeat them."""
     from pyros1.launch.running.logs import log_folder  # noqa: PLC0415 - only needed on terminals
 
     file = log_folder(os.environ) / "latest" / "rosout.log"
@@ -160,7 +160,7 @@ COMMAND = Command(
         ),
         Option("-c", "--count", type="int", metavar="COUNT", help="exit after this many messages"),
         Flag("--nocolor", help="no color, even on a terminal"),
-        JSON,
+        JSON_FLAG,
         usage="[options]",
         description="Prints the time, severity, node, text and code location of each message. Patterns are regular\n"
         "expressions that ignore case. pyros1 web console shows the same in a browser.",

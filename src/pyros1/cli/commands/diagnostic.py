@@ -39,7 +39,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         pattern = re.compile(options.filter)
     except re.error as error:
         raise CommandError(f"{options.filter!r} is not a regular expression: {error}", 2) from None
-    topic, sources = _choose_topic(invocation, options.topic)
+    topic, source_count = _choose_topic(invocation, options.topic)
     colour = not options.nocolor and use_colour(sys.stdout)
     messages: queue.SimpleQueue[Message] = queue.SimpleQueue()
     with invocation.open_node() as node, node.subscribe(topic, _MESSAGE_TYPE, messages.put):
@@ -49,9 +49,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
                 message: Any = messages.get(timeout=_POLL_PERIOD)
             except queue.Empty:
                 continue
-            if sources > 1 and not options.follow:
-                _gather(message, messages, sources)
-            statuses_to_print = selected(message.status, options.level, pattern)
+            if source_count > 1 and not options.follow:
+                _gather(message, messages, source_count)
+            statuses_to_print = select_statuses(message.status, options.level, pattern)
             if options.json:
                 print_json(as_json(message, statuses_to_print))
             elif options.follow:
@@ -132,18 +132,18 @@ def _choose_topic(invocation: Invocation, requested: str) -> tuple[str, int]:
     return raw, len(published[raw])
 
 
-def _gather(message: Any, messages: queue.SimpleQueue[Message], sources: int) -> None:
+def _gather(message: Any, messages: queue.SimpleQueue[Message], source_count: int) -> None:
     """Add the statuses of other nodes to the first message until every node has published or the timeout expires."""
     statuses = {status.name: status for status in message.status}
     senders = {message._connection_header.get("callerid")}
     deadline = monotonic() + _GATHER_TIMEOUT
-    while len(senders) < sources and (remaining := deadline - monotonic()) > 0:
+    while len(senders) < source_count and (remaining := deadline - monotonic()) > 0:
         try:
-            other: Any = messages.get(timeout=remaining)
+            other_message: Any = messages.get(timeout=remaining)
         except queue.Empty:
             break
-        senders.add(other._connection_header.get("callerid"))
-        statuses.update({status.name: status for status in other.status})
+        senders.add(other_message._connection_header.get("callerid"))
+        statuses.update({status.name: status for status in other_message.status})
     message.status = [*statuses.values()]
 
 
@@ -166,10 +166,10 @@ def _local_time(message: Any) -> datetime:
     return datetime.fromtimestamp(stamp.secs + stamp.nsecs / 1e9, timezone.utc).astimezone()
 
 
-# Pure -----------------------------------------------------------------------------------------------------------------
+# Functions without side effects ---------------------------------------------------------------------------------------
 
 
-def selected(statuses: Sequence[Any], lowest: int = 1, pattern: re.Pattern[str] | None = None) -> list[Any]:
+def select_statuses(statuses: Sequence[Any], lowest: int = 1, pattern: re.Pattern[str] | None = None) -> list[Any]:
     """Return the statuses to print, most severe first.
 
     Args:
@@ -192,7 +192,7 @@ def status_lines(message: Any, statuses: Sequence[Any], *, detail: bool = False,
 
     Args:
         message: the diagnostic_msgs/DiagnosticArray that contains the statuses.
-        statuses: the result of `selected`.
+        statuses: the result of `select_statuses`.
         detail: whether to add time, hardware and values.
         colour: whether to use escape sequences for colours.
     """

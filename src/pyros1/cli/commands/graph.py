@@ -104,14 +104,14 @@ class GraphSnapshot:
     """A snapshot of the system's nodes, connections and services.
 
     Args:
-        graph: used to query the system. All queries are made in the constructor.
+        graph: queries the system. All queries are made in the constructor.
 
     Attributes:
         nodes: sorted names of the nodes.
         services: sorted names of the services.
         edges: connections that nodes report.
-        missing: connections that the registrations imply but the nodes do not report.
-        unknown: connections that the registrations imply, where a node did not respond.
+        missing: connections that the registrations imply but that at least one of their nodes does not report.
+        unknown: connections that the registrations imply, but one of whose nodes did not respond.
         unreachable: nodes that did not respond.
     """
 
@@ -179,11 +179,11 @@ def _indent(names: Iterable[str]) -> list[str]:
 
 
 def _query_connections(graph: Graph, uri: str) -> list[Connection]:
-    node = graph.node(uri, _NODE_TIMEOUT)
+    node_api = graph.node_api(uri, _NODE_TIMEOUT)
     try:
-        return node.connections()
+        return node_api.connections()
     finally:
-        node.close()
+        node_api.close()
 
 
 def _write(file: str, dot: str) -> None:

@@ -52,8 +52,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if missing:
         print(f"{step.number}. {step.title} is not done yet: {missing}")
         return 1
-    after = f" Next: pyros1 guide {step.number + 1}" if step.number < len(all_steps) else " That was the last step."
-    print(f"{step.number}. {step.title}: done.{after}")
+    next_hint = f" Next: pyros1 guide {step.number + 1}" if step.number < len(all_steps) else " That was the last step."
+    print(f"{step.number}. {step.title}: done.{next_hint}")
     return 0
 
 
@@ -76,10 +76,10 @@ def _howto(names: list[str]) -> int:
 
 def _show(page: GuideStep | GuidePage) -> None:
     """Print a step or page."""
-    from pyros1.guide.text import for_terminal  # noqa: PLC0415
+    from pyros1.guide.text import format_for_terminal  # noqa: PLC0415
 
     width = min(shutil.get_terminal_size().columns, _MAX_WIDTH)
-    print(for_terminal(page, width, use_colour(sys.stdout)), end="")
+    print(format_for_terminal(page, width, use_colour(sys.stdout)), end="")
 
 
 def _write(step: GuideStep) -> int:

@@ -80,19 +80,19 @@ COMMAND = Command(
 )
 
 
-def load_class(mode: str, name: str) -> Any:
+def load_class(kind: str, name: str) -> Any:
     """Return the class of a message or of a service request.
 
     Args:
-        mode: ``msg`` or ``srv``.
+        kind: ``msg`` or ``srv``.
         name: the type name, with or without the package.
 
     Raises:
         Error: the type is unknown.
     """
     if "/" not in name:
-        from pyros1.cli.shared.definitions import MESSAGES, SERVICES, find  # noqa: PLC0415 - shells pass full names
+        from pyros1.cli.shared.definitions import MESSAGES, SERVICES, find_full_names  # noqa: PLC0415 - shells pass full names
 
-        names, _ = find(MESSAGES if mode == "msg" else SERVICES, name)
+        names, _ = find_full_names(MESSAGES if kind == "msg" else SERVICES, name)
         name = names[0] if names else name
-    return load_message(name) if mode == "msg" else load_service(name)._request_class
+    return load_message(name) if kind == "msg" else load_service(name)._request_class

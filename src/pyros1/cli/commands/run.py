@@ -28,7 +28,7 @@ class _Options:
         debug: whether to print the executables that were found.
         invalid_option: an unknown option, or one without its value.
         args: the package, the executable and its arguments.
-        usage: whether to print the usage, since an option is invalid or the executable is missing.
+        shows_usage: whether to print the usage, because an option is invalid or the executable is missing.
     """
 
     def __init__(self, argv: list[str]) -> None:
@@ -47,7 +47,7 @@ class _Options:
             else:
                 self.invalid_option = option
         self.args = args
-        self.usage = bool(self.invalid_option) or len(args) < 2
+        self.shows_usage = bool(self.invalid_option) or len(args) < 2
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -63,8 +63,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if options.invalid_option not in ("", "-h", "--help") and not invocation.as_stock:
         if options.invalid_option in _OPTIONS_WITH_VALUE:
             raise UsageError(f"{options.invalid_option} needs a value")
-        raise UsageError(f"no such option: {options.invalid_option}{_similar_option(options.invalid_option)}")
-    if options.usage:
+        raise UsageError(f"no such option: {options.invalid_option}{_similar_option_hint(options.invalid_option)}")
+    if options.shows_usage:
         has_only_package = len(args) == 1 and not options.invalid_option and not invocation.as_stock
         return _list(args[0]) if has_only_package else _print_usage(invocation)
     package, name, *arguments = args
@@ -94,7 +94,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     return _execute([*options.prefix, *executable_words(executable), *arguments], executable)
 
 
-def _similar_option(option_text: str) -> str:
+def _similar_option_hint(option_text: str) -> str:
     return did_you_mean(option_text.partition("=")[0], [name for option in _VERB.options for name in option.names])
 
 
@@ -114,7 +114,7 @@ def _execute(command: list[str], executable: Path) -> int:
 
 
 def _list(package: str) -> int:
-    """Print the names of a package's programs."""
+    """Print the names of a package's executables. Return the exit code."""
     index = PackageIndex(os.environ)
     try:
         names = index.executables(package)
@@ -152,7 +152,7 @@ def _suggest(name: str, known: list[str]) -> None:
 
 
 def _select(executables: list[Path]) -> Path | None:
-    """Ask the user to select one. Without a terminal, return the first, which is the one in lib."""
+    """Return the executable that the user selects; None if the input ends. Without a terminal, return the first."""
     if not sys.stdin.isatty():
         return executables[0]
     print("[rosrun] You have chosen a non-unique executable, please pick one of the following:")

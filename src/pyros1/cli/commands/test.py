@@ -79,44 +79,44 @@ def _run_file(options: Any, args: list[str]) -> int:
         return 1
 
 
-def _execute(run: TestRun, path: Path, text: bool) -> int:
+def _execute(test_run: TestRun, path: Path, text: bool) -> int:
     from pyros1.launch.running.logs import log_folder  # noqa: PLC0415
     from pyros1.launch.running.supervisor import install_signals  # noqa: PLC0415
     from pyros1.launch.testing.junit import summary, write_results  # noqa: PLC0415
 
-    log = log_folder(run.environ) / f"rostest-{socket.gethostname()}-{os.getpid()}.log"
+    log = log_folder(test_run.environ) / f"rostest-{socket.gethostname()}-{os.getpid()}.log"
     print(f"... logging to {log}")
     if not text:
         print(f"[ROSUNIT] Outputting test results to {path}", flush=True)
-    restore_signals = install_signals(run.stop, run.stop_waiting)
+    restore_signals = install_signals(test_run.stop, test_run.stop_waiting)
     try:
-        run.run()
+        test_run.run()
     finally:
         restore_signals()
-    for case in run.runs.cases:
+    for case in test_run.runs.cases:
         _print_case(case)
-    out, err = run.out.getvalue(), run.err.getvalue()
+    out, err = test_run.out.getvalue(), test_run.err.getvalue()
     try:
         log.parent.mkdir(parents=True, exist_ok=True)
         log.write_text(out + err, encoding="utf-8")
         if not text:
-            write_results(path, "unittest.suite.TestSuite", run.runs, out, err)
+            write_results(path, "unittest.suite.TestSuite", test_run.runs, out, err)
     except OSError as error:
         print(f"ERROR: cannot write {error.filename}: {error.strerror}", file=sys.stderr)
-    if run.plan.warnings:
+    if test_run.plan.warnings:
         print("\n[ROSTEST WARNINGS]" + "-" * 62 + "\n", file=sys.stderr)
-        for warning in run.plan.warnings:
+        for warning in test_run.plan.warnings:
             print(f" * {warning}", file=sys.stderr)
     if text:
         print("WARNING: overall test result is not accurate when --text is enabled")
     else:
         print()
         # The summary is coloured in files and pipes as well, like stock's.
-        print(terminal_text.coloured_lines(summary(run.runs, run.results)), file=data_stream())
+        print(terminal_text.coloured_lines(summary(test_run.runs, test_run.results)), file=data_stream())
     print(f"rostest log file is in {log}")
-    if run.stopped or run.runs.errors or run.runs.failures:
+    if test_run.stopped or test_run.runs.errors or test_run.runs.failures:
         return 1
-    return 2 if run.results.errors or run.results.failures else 0
+    return 2 if test_run.results.errors or test_run.results.failures else 0
 
 
 def _print_case(case: Case) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 from pyros1 import __version__
 from pyros1.cli.failures import did_you_mean
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.records import JSON, Argument, Command, Flag, Verb
+from pyros1.cli.records import JSON_FLAG, Argument, Command, Flag, Verb
 from pyros1.cli.shared.argparsing import add_options_and_arguments, make_parser
 from pyros1.cli.shared.printing import print_json
 from pyros1.finding.packages import PackageIndex
@@ -101,7 +101,7 @@ def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
     add_options_and_arguments(
         parser.add_mutually_exclusive_group(required=invocation.as_stock), invocation, *_SELECTION
     )
-    add_options_and_arguments(parser, invocation, JSON)
+    add_options_and_arguments(parser, invocation, JSON_FLAG)
     return parser.parse_args(invocation.argv), []
 
 
@@ -113,7 +113,7 @@ COMMAND = Command(
         "",
         _SKIP_NEWLINE,
         *_SELECTION,
-        JSON,
+        JSON_FLAG,
         examples=[
             ("", "print the version of pyros1"),
             ("roscpp", "print the version of a package"),

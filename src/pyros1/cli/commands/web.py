@@ -282,7 +282,7 @@ def _scene_settings(invocation: Invocation, options: Any, args: list[str]) -> di
             given_file = ""
         if given_file:
             raise CommandError(lines[0])
-        for line in lines:  # problems of the default file are only reported, and the scene opens without it
+        for line in lines:  # problems with the default file are only reported, and the scene opens without it
             print(line, file=sys.stderr)
     for key, frame in (("fixed", options.fixed_frame), ("target", options.target_frame)):
         if frame:
@@ -428,9 +428,9 @@ def _is_image_topic(invocation: Invocation, name: str) -> bool:
     return invocation.resolve(name) == invocation.resolve(_IMAGE_TOPIC)
 
 
-def _host_names(host: str, more: list[str]) -> frozenset[str]:
+def _host_names(host: str, extra_names: list[str]) -> frozenset[str]:
     names = {socket.gethostname()} if host in _ALL_INTERFACES else {host}
-    return frozenset(name.lower() for name in {*names, *more} if name)
+    return frozenset(name.lower() for name in {*names, *extra_names} if name)
 
 
 def _link(host: str, port: int, token: str) -> str:

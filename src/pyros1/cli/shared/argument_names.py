@@ -7,9 +7,9 @@ from pyros1.msgs.base import nested_classes
 
 
 def argument_names(message_class: type[Message], prefix: str = "") -> list[str]:
-    """Return the names of all fields, with paths for nested messages."""
+    """Return the names of all fields of a message class, those of nested messages as paths such as ``header.stamp``."""
     names: list[str] = []
     for name, slot_type in zip(message_class.__slots__, message_class._slot_types, strict=True):
-        nested = nested_classes(message_class).get(slot_type)
-        names += argument_names(nested, f"{prefix}{name}.") if nested is not None else [prefix + name]
+        nested_class = nested_classes(message_class).get(slot_type)
+        names += argument_names(nested_class, f"{prefix}{name}.") if nested_class is not None else [prefix + name]
     return names

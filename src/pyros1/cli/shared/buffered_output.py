@@ -16,8 +16,8 @@ class BufferedOutput:
 
     Args:
         write: writes a string.
-        transform: changes each chunk before it is written. Its result may depend on neighbouring characters in a line
-            and on line breaks.
+        transform: changes each chunk before it is written. A chunk may end within a line, but not between a carriage
+            return and a line feed.
     """
 
     def __init__(self, write: Write, transform: Callable[[str], str] | None = None) -> None:
@@ -37,11 +37,11 @@ class BufferedOutput:
         if self._size >= _CHUNK_SIZE:
             self._flush()
 
-    def _flush(self, *, last: bool = False) -> None:
+    def _flush(self, *, is_last: bool = False) -> None:
         text = "".join(self._parts)
-        kept = "\r" if not last and text.endswith("\r") else ""  # "\n" may follow
-        self._parts, self._size = [kept], len(kept)
-        text = text[: len(text) - len(kept)]
+        carried_over = "\r" if not is_last and text.endswith("\r") else ""  # "\n" may follow
+        self._parts, self._size = [carried_over], len(carried_over)
+        text = text[: len(text) - len(carried_over)]
         if text:
             self._write(text if self._transform is None else self._transform(text))
 
@@ -52,4 +52,4 @@ class BufferedOutput:
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         if kind is None:
-            self._flush(last=True)
+            self._flush(is_last=True)

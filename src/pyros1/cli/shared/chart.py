@@ -9,7 +9,7 @@ Curve = Sequence[tuple[float, float]]
 """Points (time in s, value) in chronological order."""
 
 COLOURS = (36, 33, 35, 32, 34, 31)
-"""ANSI foreground colours of the curves, used cyclically."""
+"""ANSI codes of the curves' colours. If there are more curves, the colours are repeated."""
 
 _DOTS = ((0x01, 0x08), (0x02, 0x10), (0x04, 0x20), (0x40, 0x80))
 _AXIS_WIDTH = 11  # columns left of the chart
@@ -65,8 +65,10 @@ def nice_range(low: float, high: float) -> tuple[float, float]:
     return math.floor(low / step) * step, math.ceil(high / step) * step
 
 
-def draw(curves: Sequence[tuple[str, Curve]], now: float, period: float, size: tuple[int, int], coloured: bool) -> str:
-    """Draw a chart of the last ``period`` seconds.
+def render_chart(
+    curves: Sequence[tuple[str, Curve]], now: float, period: float, size: tuple[int, int], coloured: bool
+) -> str:
+    """Return a chart of the last ``period`` seconds as lines of text.
 
     Args:
         curves: the label and points of each curve.

@@ -8,7 +8,7 @@ from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.graph import Graph
 from pyros1.ground.errors import Error
-from pyros1.observe.fields import FieldPath, expand, split_expression
+from pyros1.observe.fields import FieldPath, expand_fields, split_expression
 
 _NON_NUMERIC_TYPES = ("bool", "string", "time", "duration")
 
@@ -28,7 +28,7 @@ def parse_curves(invocation: Invocation, argument: str) -> list[str]:
             if ":" in part and "/" not in part.partition(":")[0]:
                 raise UsageError(f"{part} must contain a topic and a field, as in /topic/x:y")
     curves = []
-    for text in expand(argument):
+    for text in expand_fields(argument):
         split = split_expression(text)
         curves.append(f"{invocation.resolve(split[0])}: {split[1]}" if split else invocation.resolve(text))
     return curves

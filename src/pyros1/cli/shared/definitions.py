@@ -23,7 +23,7 @@ class Kind:
     Attributes:
         extension: the extension of definition files, ``msg`` or ``srv``.
         word: the word used in output.
-        completion_kinds: the kind of their candidates in `pyros1.cli.complete_values`.
+        completion_kinds: the kind of the types' completion candidates, see `pyros1.cli.complete_values`.
     """
 
     def __init__(self, extension: str, word: str, completion_kinds: str) -> None:
@@ -53,8 +53,8 @@ def library() -> Library:
     return Library(os.environ)
 
 
-def find(kind: Kind, name: str) -> tuple[list[str], bool]:
-    """Return the full names that match a name, and whether the name lacks a package."""
+def find_full_names(kind: Kind, name: str) -> tuple[list[str], bool]:
+    """Return the full names of the types that a name may refer to, and whether the name lacks a package."""
     if "/" in name:
         return [name], False
     all_definitions = library()
@@ -65,14 +65,19 @@ def find(kind: Kind, name: str) -> tuple[list[str], bool]:
     ], True
 
 
-def similar_names(kind: Kind, name: str) -> str:
-    """Return a hint with the name of a similar type."""
+def similar_name_hint(kind: Kind, name: str) -> str:
+    """Return a hint with the name of a similar type; empty if there is none."""
     full_names = [full_name for package in library().packages() for full_name in kind.names(library(), package)]
     return did_you_mean(name, full_names if "/" in name else {full_name.partition("/")[2] for full_name in full_names})
 
 
 def type_argument(kind: Kind, args: list[str]) -> str:
-    """Return the name of the type from the arguments or standard input."""
+    """Return the name of a type from the arguments or, if there are none, from standard input.
+
+    Raises:
+        UsageError: there are too many arguments, or the name is malformed.
+        CommandError: no name was given.
+    """
     if len(args) > 1:
         raise UsageError(f"you may only specify one {kind.word} type")
     name = args[0] if args else read_name_from_stdin()
@@ -88,7 +93,11 @@ def type_argument(kind: Kind, args: list[str]) -> str:
 
 
 def read_name_from_stdin() -> str:
-    """Read a missing argument from standard input, so that it can be piped."""
+    """Read a missing argument from standard input, so that it can be piped.
+
+    Raises:
+        CommandError: standard input is a terminal or contains no name.
+    """
     if sys.stdin.isatty():
         fail("no name was given: add it to the command line, or pipe it to standard input", EX_USAGE)
     for line in sys.stdin:

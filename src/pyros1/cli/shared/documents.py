@@ -18,9 +18,9 @@ class DocumentTooLongError(Error):
 
 
 def documents(lines: Iterable[str], where: str | None = None) -> Iterator[Any]:
-    """Yield each document as soon as the ``---`` line after it or the end of the stream is read. Skip empty documents.
+    """Yield each document that is not empty, as soon as the ``---`` line after it or the end of the stream is read.
 
-    A line with a JSON object is a separate document, so the output of ``topic echo --json`` can be read here.
+    A line with a JSON object is a separate document, so that the output of ``topic echo --json`` can be read.
 
     Args:
         lines: a text file or any other iterable of lines.

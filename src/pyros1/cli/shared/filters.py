@@ -1,4 +1,4 @@
-"""The expressions of ``--filter`` and ``bag filter``, and the names they can use besides the message."""
+"""The expressions of ``--filter`` and ``bag filter``, and the names that they can use in addition to the message."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Clock:
 
 
 def filter_expression(text: str, clock: Clock | None = None) -> Expression:
-    """Return the expression of a filter, which can use print and the times of rospy and genpy as well.
+    """Return the expression of a filter, which can also use print, and the times of rospy and genpy.
 
     Args:
         text: the expression.

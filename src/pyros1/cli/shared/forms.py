@@ -40,12 +40,12 @@ class Text:
             "width": options.width,
         }
 
-    def __call__(self, message: Message, value: Any, kind: str | None, write: Write) -> None:
+    def __call__(self, message: Message, value: Any, type_name: str | None, write: Write) -> None:
         if self._prefix:
             write(self._prefix)
         offset = self._now() if self._now else None
         with BufferedOutput(write, self._make_transform()) as out:
-            emit_message(out.add, value, type_name=kind, time_offset=offset, **self._settings)
+            emit_message(out.add, value, type_name=type_name, time_offset=offset, **self._settings)
             out.add("\n---\n")
 
 
@@ -70,17 +70,19 @@ class Json:
     """Writes messages as lines of JSON."""
 
     def __init__(self, options: Any) -> None:
-        self._nostr, self._noarr = bool(options.nostr), bool(options.noarr)
+        self._excludes_strings, self._excludes_arrays = bool(options.nostr), bool(options.noarr)
 
-    def __call__(self, message: Message, value: Any, kind: str | None, write: Write, end: str = "\n") -> None:
+    def __call__(self, message: Message, value: Any, type_name: str | None, write: Write, end: str = "\n") -> None:
         from pyros1.msgs.json_form import emit_json  # noqa: PLC0415
 
         with BufferedOutput(write, json_text) as out:
-            emit_json(out.add, value, kind, includes=self._is_included)
+            emit_json(out.add, value, type_name, includes=self._is_included)
             out.add(end)
 
-    def _is_included(self, kind: str) -> bool:
-        return not (self._noarr and "[" in kind) and not (self._nostr and kind.partition("[")[0] == "string")
+    def _is_included(self, type_name: str) -> bool:
+        return not (self._excludes_arrays and "[" in type_name) and not (
+            self._excludes_strings and type_name.partition("[")[0] == "string"
+        )
 
 
 class Plot:
@@ -88,18 +90,18 @@ class Plot:
 
     def __init__(self, options: Any, now: Callable[[], Time]) -> None:
         self._now = now
-        self._offset = bool(options.offset)
+        self._shows_offsets = bool(options.offset)
         self._uses_bag_time = bool(options.bag)
         self._table = Table(nostr=bool(options.nostr), noarr=bool(options.noarr))
         self._has_written_header = False
 
-    def __call__(self, message: Message, value: Any, kind: str | None, write: Write) -> None:
+    def __call__(self, message: Message, value: Any, type_name: str | None, write: Write) -> None:
         now = self._now()
-        uses_stamp = not self._uses_bag_time and kind is None and getattr(message, "_has_header", False)
+        uses_stamp = not self._uses_bag_time and type_name is None and getattr(message, "_has_header", False)
         stamp = message.header.stamp if uses_stamp else now  # type: ignore[attr-defined] # checked by _has_header
-        ns = stamp.to_nsec() - (now.to_nsec() if self._offset else 0)
+        nanoseconds = stamp.to_nsec() - (now.to_nsec() if self._shows_offsets else 0)
         with BufferedOutput(write, lines) as out:
             if not self._has_written_header:
                 self._has_written_header = True
                 self._table.head(value, out.add)
-            self._table.row(value, ns, out.add, now if self._offset else None)
+            self._table.row(value, nanoseconds, out.add, now if self._shows_offsets else None)

@@ -24,7 +24,7 @@ def launch(plan: Plan, values: Any, resources: Resources, *, title: str) -> int:
         plan: the plan to launch.
         values: the parsed options of ``launch``.
         resources: the resources, which are used to find executables.
-        title: the title of the terminal.
+        title: the title to give the terminal.
     """
     # These are only needed for a launch.
     from pyros1.launch.running.check import check_machines, is_remote  # noqa: PLC0415

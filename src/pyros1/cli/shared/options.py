@@ -11,7 +11,7 @@ from pyros1.ground.errors import Error
 
 
 def _set_limit(option: object, name: str, value: str, parser: Any) -> None:
-    """Set the environment variable for this command."""
+    """Check the option's value, and set the environment variable that limits the chunks that this command reads."""
     try:
         parse_limit(value, name)
     except Error as error:

@@ -10,7 +10,7 @@ _UPDATE_PERIOD = 0.2
 
 
 class Progress:
-    """Displays the fraction of bytes that were processed and an estimate of the remaining time.
+    """Displays the percentage of bytes processed so far and an estimate of the remaining time.
 
     Args:
         name: the name of the file.
@@ -22,17 +22,17 @@ class Progress:
         self._name = name
         self._total = max(total, 1)
         self._is_enabled = not quiet and sys.stderr.isatty()
-        self._started_at = self._last = time.monotonic()
+        self._started_at = self._last_update_at = time.monotonic()
         self._is_drawn = False
 
     def __call__(self, done: int) -> None:
-        """Update the number of processed bytes."""
+        """Update the number of bytes processed so far."""
         if not self._is_enabled:
             return
         now = time.monotonic()
-        if now - self._last < _UPDATE_PERIOD:
+        if now - self._last_update_at < _UPDATE_PERIOD:
             return
-        self._last = now
+        self._last_update_at = now
         fraction = min(done / self._total, 1.0)
         remaining = (now - self._started_at) * (1 / fraction - 1) if fraction > 0 else 0.0
         tail = (

@@ -1,8 +1,8 @@
 """Shared code of ``setup`` and ``unsetup``: detection of the calling shell, and code for bash, zsh, fish and sh.
 
-The code saves existing functions and completions of the same names and restores them. Plain sh cannot print the
-definition of a function, so they are lost there. Commands that start programs must not be functions: a shell runs a
-background function in a copy of itself, and ``kill $!`` would kill that copy instead of the program.
+The code saves existing functions and completions of the same names, and restores them later. Plain sh cannot print
+the definition of a function, so existing functions are lost there. Commands that start programs must not be functions:
+a shell runs a background function in a copy of itself, and ``kill $!`` would kill that copy instead of the program.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from pyros1.finding.python_modules import DROP_IN_START
 
 
 @dataclass(frozen=True)
-class Names:
+class CompletedNames:
     """The programs and functions to complete."""
 
     programs: list[str]
@@ -47,7 +47,7 @@ class Shell:
     undo_code: str
     source_format: str
 
-    def setup(self, folder: str, names: Names) -> str:
+    def setup(self, folder: str, names: CompletedNames) -> str:
         """Return the code that sets up the shell.
 
         Args:
@@ -320,7 +320,7 @@ SHELL = Option("--shell", choices=sorted(SHELLS), help="shell to generate code f
 
 
 def usage_examples(command: str) -> list[tuple[str, str]]:
-    """Return the examples of a command: how each shell reads its output."""
+    """Return the examples of a command, which show how each shell reads the command's output."""
     return [(shell.source_format.format(f"pyros1 {command}"), name) for name, shell in SHELLS.items()]
 
 
@@ -338,7 +338,7 @@ def parse_shell(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
 
 
 def select_shell(invocation: Invocation, options: Any) -> Shell | None:
-    """Return the shell that reads the output. If that is a terminal, print how to use the command and return None."""
+    """Return the shell that reads the output. If that is a terminal, print how to use the command, and return None."""
     name = options.shell or detect_shell(os.environ)
     if not sys.stdout.isatty():
         return SHELLS[name]
@@ -350,7 +350,7 @@ def select_shell(invocation: Invocation, options: Any) -> Shell | None:
 def detect_shell(environ: Mapping[str, str]) -> str:
     """Return the calling shell: the first known shell among the parent processes.
 
-    A shell that only runs a script named pyros1 with our arguments is skipped.
+    A shell that only runs a script named pyros1 with this command's arguments is skipped.
     """
     pid = os.getppid()
     for _ in range(4):

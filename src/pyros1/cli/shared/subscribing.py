@@ -14,8 +14,8 @@ from pyros1.msgs import AnyMsg
 _POLL_PERIOD = 0.2
 
 
-def find_topic(invocation: Invocation, node: Any, name: str) -> tuple[str, str, str] | None:
-    """Wait until the topic is known and split ``name`` into topic and field path. Warn once if it is unknown (L61).
+def wait_for_topic(invocation: Invocation, node: Any, name: str) -> tuple[str, str, str] | None:
+    """Wait until the topic is known, and split ``name`` into topic and field path. Warn before waiting (L61).
 
     Returns:
         (topic, field path, type), or None if the node was shut down.
@@ -38,5 +38,5 @@ def find_topic(invocation: Invocation, node: Any, name: str) -> tuple[str, str, 
 
 
 def subscribe(node: Any, topic: str, callback: Callable[[AnyMsg], object]) -> Any:
-    """Subscribe to raw messages."""
+    """Subscribe to a topic without decoding its messages. Return the subscriber."""
     return node.subscribe(topic, AnyMsg, callback)

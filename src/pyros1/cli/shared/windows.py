@@ -23,7 +23,7 @@ class OptionMapping(NamedTuple):
     Attributes:
         equivalent: the option of ``pyros1 web``; empty if it has none.
         takes_value: whether a value follows.
-        note: a note for the user; empty for none.
+        note: a note to print for the user; empty for none.
     """
 
     equivalent: str = ""
@@ -166,16 +166,16 @@ def translate_call(program: str, args: Sequence[str]) -> TranslatedCall:
     Raises:
         UsageError: an option lacks its value, or has one but accepts none.
     """
-    known_program = PROGRAMS[program]
-    result = [*known_program.args]
+    stock_program = PROGRAMS[program]
+    new_args = [*stock_program.args]
     notes: list[str] = []
     remaining = [*args]
     while remaining:
         arg = remaining.pop(0)
         option, equals, value = arg.partition("=") if arg.startswith("--") else (arg, "", "")
-        mapping = known_program.options.get(option)
+        mapping = stock_program.options.get(option)
         if mapping is None:
-            result.append(arg)
+            new_args.append(arg)
             continue
         if mapping.takes_value and not equals:
             if not remaining:
@@ -186,8 +186,8 @@ def translate_call(program: str, args: Sequence[str]) -> TranslatedCall:
         if mapping.note and mapping.note not in notes:
             notes.append(mapping.note)
         if mapping.equivalent:
-            result += [mapping.equivalent, value] if mapping.takes_value else [mapping.equivalent]
-    return TranslatedCall(result, notes)
+            new_args += [mapping.equivalent, value] if mapping.takes_value else [mapping.equivalent]
+    return TranslatedCall(new_args, notes)
 
 
 def first_argument_index(args: Sequence[str], options_with_value: Collection[str]) -> int:

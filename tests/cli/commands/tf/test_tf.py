@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from pyros1.cli.commands.tf._drawing import Frame, children_of, dot, format_tree, svg
+from pyros1.cli.commands.tf._drawing import Frame, dot, find_roots_and_children, format_tree, svg
 from pyros1.cli.main import entry
 from pyros1.finding.packages import PackageIndex
 from pyros1.ground.errors import PackageNotFoundError
@@ -248,7 +248,7 @@ def test_drawings() -> None:
 
 def test_a_loop_is_drawn_once() -> None:
     frames = [frame("a", "c"), frame("b", "a"), frame("c", "b"), frame("x", "b")]
-    roots, _ = children_of(frames)
+    roots, _ = find_roots_and_children(frames)
     assert [root.name for root in roots] == ["a"]
     assert len(format_tree(frames, 10.0).splitlines()) == 4 and xml.dom.minidom.parseString(svg(frames, 10.0, ""))
 

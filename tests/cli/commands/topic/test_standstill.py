@@ -17,6 +17,6 @@ def test_it_is_said_once_until_time_moves(capsys: pytest.CaptureFixture[str], si
     node: Any = SimpleNamespace(params={"/use_sim_time": simulated}, now=lambda: Time(times.pop(0), 0))
     standstill = StoppedClock(node, " Press play.")
     expected = [False, True, True, False, False, True] if simulated else [False] * 6
-    assert [standstill.has_stopped() for _ in expected] == expected
+    assert [standstill.warn_if_stopped() for _ in expected] == expected
     text = "WARNING: simulated time has stopped at {:.3f} s. Is /clock being published? Press play.\n"
     assert capsys.readouterr().err == (text.format(0) + text.format(6) if simulated else "")

@@ -6,7 +6,7 @@ import errno
 import sys
 
 from pyros1.bag.errors import BagError, UnindexedError
-from pyros1.cli.failures import flush
+from pyros1.cli.failures import flush_stdout
 from pyros1.cli.output import STDOUT_NAME
 
 _WRITE_ERRORS = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EROFS)
@@ -25,7 +25,7 @@ def format_error(error: Exception) -> str | None:
 
 def report_bag_error(error: BagError | OSError, path: str) -> None:
     """Print to stderr what is wrong with one of several bags."""
-    flush()
+    flush_stdout()
     if isinstance(error, BagError):
         print(format_error(error), file=sys.stderr)
     else:

@@ -75,7 +75,7 @@ def has_selection(options: Any) -> bool:
 
 
 def warn_about_unknown_topics(selection: MessageSelection, bags: Sequence[BagReader]) -> None:
-    """Warn about selected topics and connections that no bag contains: they are probably misspelt."""
+    """Warn about selected topics and connections that no bag contains, since they are probably misspelt."""
     connections = [connection for bag in bags for connection in bag.connections.values()]
     topics = {connection.topic for connection in connections}
     for name in selection.topics:

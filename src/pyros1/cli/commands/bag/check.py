@@ -25,13 +25,13 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         raise UsageError(f"The file {options.rulefile} {reason}.")
     migrator = make_migrator([*args[1:], *([options.rulefile] if options.append else [])])
     with Bag(args[0], unindexed=False) as bag:
-        needed = migrations(bag, migrator)
-    if not needed:
+        needed_migrations = migrations(bag, migrator)
+    if not needed_migrations:
         print("Bag file does not need any migrations.")
         return
     print("The following migrations need to occur:")
-    print(*migration_lines(needed), sep="\n")
-    print(f"\n{_write_rules(needed, options.rulefile)}")
+    print(*migration_lines(needed_migrations), sep="\n")
+    print(f"\n{_write_rules(needed_migrations, options.rulefile)}")
 
 
 VERB = Verb(
@@ -61,9 +61,9 @@ def _write_rules(needed: list[Migration], path: str | None) -> str:
         return "To generate rules, please run with -g <rulefile>"
     if path is None:
         return "All rules defined.  Bag is ready to be migrated"
-    texts = [rule_text(old, new) for old, new in missing.values() if new is not None]
-    if not texts:
+    rule_texts = [rule_text(old, new) for old, new in missing.values() if new is not None]
+    if not rule_texts:
         return f"No additional rule files needed to be generated.  {path} not created."
     with open(path, "a", encoding="utf-8") as file:
-        file.write("".join(texts))
+        file.write("".join(rule_texts))
     return f"The necessary rule files have been written to: {path}"

@@ -54,19 +54,19 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Write the contents of bags in a format for other programs."""
     if not args:
         raise UsageError("You must specify at least one bag file.")
-    kind = _select_format(options)
-    target = options.output or os.path.splitext(args[0])[0] + FORMATS[kind]
+    format_name = _select_format(options)
+    target = options.output or os.path.splitext(args[0])[0] + FORMATS[format_name]
     for path in args:
         check_different(path, target)
     with ExitStack() as stack:
         bags = [stack.enter_context(Bag(path, unindexed=False)) for path in args]
         first = min(bags, key=lambda bag: bag.reader.start or sys.maxsize)
-        export = _Export(bags, make_selection(options, first.reader), images=kind in ("images", "video"))
+        export = _Export(bags, make_selection(options, first.reader), images=format_name in ("images", "video"))
         temporary = target
         if target != _STDOUT:
-            folder = kind in ("csv", "images", "video", "ros2") and _extension(target) not in _EXTENSIONS
-            temporary = stack.enter_context(write_atomically(target, folder=folder, force=bool(options.force)))
-        writer = _make_writer(kind, temporary, export.topics, options)
+            is_folder = format_name in ("csv", "images", "video", "ros2") and _extension(target) not in _EXTENSIONS
+            temporary = stack.enter_context(write_atomically(target, is_folder=is_folder, force=bool(options.force)))
+        writer = _make_writer(format_name, temporary, export.topics, options)
         stack.callback(writer.abort)
         progress = stack.enter_context(Progress(target, export.size, quiet=options.quiet or target == _STDOUT))
         count = export.write_to(writer, progress)
@@ -145,34 +145,34 @@ def _renaming_notes(writer: Any) -> Iterator[str]:
 
 def _select_format(options: Any) -> str:
     output = options.output
-    guess = _EXTENSIONS.get(_extension(output)) if output else None
-    if options.format is None and guess is None:
+    guessed_format = _EXTENSIONS.get(_extension(output)) if output else None
+    if options.format is None and guessed_format is None:
         raise UsageError("You must specify --format, or an output whose name ends with .csv, .jsonl, .mcap or .mp4")
-    kind = str(options.format or guess)
-    if guess is not None and guess != kind:
-        raise UsageError(f"--format {kind} does not match the output name {output}")
-    if output == _STDOUT and kind not in ("csv", "jsonl"):
-        raise UsageError(f"--format {kind} needs a file or folder as output")
-    if options.ros1 and kind != "mcap":
-        raise UsageError(f"--ros1 needs --format mcap, not {kind}")
-    return kind
+    format_name = str(options.format or guessed_format)
+    if guessed_format is not None and guessed_format != format_name:
+        raise UsageError(f"--format {format_name} does not match the output name {output}")
+    if output == _STDOUT and format_name not in ("csv", "jsonl"):
+        raise UsageError(f"--format {format_name} needs a file or folder as output")
+    if options.ros1 and format_name != "mcap":
+        raise UsageError(f"--ros1 needs --format mcap, not {format_name}")
+    return format_name
 
 
 def _extension(path: str) -> str:
     return os.path.splitext(path)[1].lower()
 
 
-def _make_writer(kind: str, temporary: str, topics: list[str], options: Any) -> Any:
-    if kind in ("csv", "jsonl"):
+def _make_writer(format_name: str, temporary: str, topics: list[str], options: Any) -> Any:
+    if format_name in ("csv", "jsonl"):
         # Only the modules that the format needs are imported.
         from pyros1.cli.commands.bag._writing.text import CsvWriter, JsonWriter  # noqa: PLC0415
 
-        return CsvWriter(temporary, topics, options) if kind == "csv" else JsonWriter(temporary, options)
-    if kind == "images":
+        return CsvWriter(temporary, topics, options) if format_name == "csv" else JsonWriter(temporary, options)
+    if format_name == "images":
         from pyros1.bag.export.image_files import PictureWriter  # noqa: PLC0415
 
         return PictureWriter(temporary, mosaic=bool(options.mosaic))
-    if kind == "video":
+    if format_name == "video":
         from pyros1.bag.export.video import VideoWriter  # noqa: PLC0415
 
         return VideoWriter(_make_video_path(temporary, topics))
@@ -188,7 +188,7 @@ def _make_writer(kind: str, temporary: str, topics: list[str], options: Any) -> 
         raise CommandError(
             f"--distro: unknown distribution {options.distro!r}{hint or '; known: ' + ', '.join(distributions())}", 2
         )
-    if kind == "mcap":
+    if format_name == "mcap":
         return McapWriter(temporary, options.distro)
     return Ros2Writer(temporary, options.storage, options.distro)
 
@@ -219,7 +219,7 @@ class _Export:
     Attributes:
         topics: The sorted topics with selected messages.
         size: The size of the bags' contents in bytes.
-        skipped: Number of messages left out, by topic and reason.
+        skipped: The number of messages left out, by topic and reason.
 
     Raises:
         CommandError: No message is selected.
@@ -231,8 +231,8 @@ class _Export:
         self._bag_of_connection = {id(connection): bag for bag in bags for connection in bag.connections}
         types = _image_types() if images else None
         self._usable_connections: dict[int, Connection] = {}
-        self._ids = [_connections_with_messages(bag, selection, types) for bag in bags]
-        pairs = zip(bags, self._ids, strict=True)
+        self._connection_ids = [_connections_with_messages(bag, selection, types) for bag in bags]
+        pairs = zip(bags, self._connection_ids, strict=True)
         self.topics = sorted({bag.reader.connections[number].topic for bag, ids in pairs for number in ids})
         if not self.topics:
             raise CommandError(self._no_messages_text(images))
@@ -297,7 +297,9 @@ class _Export:
 
     def _messages(self) -> Iterator[RawMessage]:
         start, end = self._selection.start, self._selection.end
-        streams = [bag.reader.messages(ids, start, end) for bag, ids in zip(self._bags, self._ids, strict=True)]
+        streams = [
+            bag.reader.messages(ids, start, end) for bag, ids in zip(self._bags, self._connection_ids, strict=True)
+        ]
         return streams[0] if len(streams) == 1 else heapq.merge(*streams, key=lambda stored: stored.time)
 
     def _no_messages_text(self, images: bool) -> str:
@@ -316,15 +318,17 @@ class _Export:
 
 def _connections_with_messages(bag: Bag, selection: MessageSelection, types: tuple[str, ...] | None) -> set[int]:
     """Return the ids of the selected connections that have messages between the selected times."""
-    used = {
-        number
+    used_ids = {
+        connection_id
         for chunk in bag.reader.chunks
         if (selection.start is None or chunk.end >= selection.start)
         and (selection.end is None or chunk.start <= selection.end)
-        for number in chunk.counts
+        for connection_id in chunk.counts
     }
-    ids = selection.connections(bag.reader) & used
-    return {number for number in ids if types is None or bag.reader.connections[number].type in types}
+    ids = selection.connections(bag.reader) & used_ids
+    return {
+        connection_id for connection_id in ids if types is None or bag.reader.connections[connection_id].type in types
+    }
 
 
 def _image_types() -> tuple[str, ...]:

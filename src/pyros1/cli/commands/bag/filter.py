@@ -132,12 +132,12 @@ def _matching_messages(
     print_expression: _MessageExpression | None,
     progress: Callable[[int], object],
 ) -> Iterator[RawMessage]:
-    done = 0
+    processed_bytes = 0
     for stored in messages:
         matches = expression is None or expression(bag, stored)
         if print_expression is not None:
             print("MATCH" if matches else "NO MATCH", print_expression(bag, stored))
         if matches:
             yield stored
-        done += len(stored.data) + RECORD_OVERHEAD
-        progress(done)
+        processed_bytes += len(stored.data) + RECORD_OVERHEAD
+        progress(processed_bytes)

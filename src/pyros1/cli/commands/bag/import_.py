@@ -34,7 +34,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     from pyros1.bag.export.imports import import_bag  # noqa: PLC0415 - not needed for help
 
     with (
-        write_atomically(target, folder=False, force=bool(options.force)) as temporary,
+        write_atomically(target, is_folder=False, force=bool(options.force)) as temporary,
         Progress(target, _size_bytes(source), quiet=options.quiet) as progress,
     ):
         result = import_bag(

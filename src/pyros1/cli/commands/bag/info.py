@@ -91,7 +91,7 @@ def _print_key(values: dict[str, Any], key: str) -> None:
     except (LookupError, ValueError):
         print(f'Error getting key "{key}"', file=sys.stderr)
         return
-    print(_key_text(value))
+    print(_format_value(value))
 
 
 def _value_at(value: Any, key: str) -> Any:
@@ -111,9 +111,9 @@ def _value_at(value: Any, key: str) -> Any:
     return value
 
 
-def _key_text(value: Any, indent: str = "") -> str:
+def _format_value(value: Any, indent: str = "") -> str:
     if isinstance(value, list):
-        return "".join(f"{indent}- {_key_text(item, indent + '  ')}\n" for item in value)
+        return "".join(f"{indent}- {_format_value(item, indent + '  ')}\n" for item in value)
     if isinstance(value, dict):
         return f"\n{indent}".join(f"{name}: {item}" for name, item in value.items())
     return f"{indent}{value}"

@@ -64,7 +64,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 
 def _parse_topics(option: Any, opt: str, value: Any, parser: Any) -> None:
-    """Use all arguments up to the next option as the option's value."""
+    """Add all arguments up to the next option to the option's value."""
     words = []
     while parser.rargs and not parser.rargs[0].startswith("-"):
         words.append(parser.rargs.pop(0))
@@ -223,14 +223,14 @@ def _sleep(control: Control, seconds: float) -> None:
 
 def _pause(control: Control, paused: bool) -> tuple[bool, str]:
     """Handle a call to the service ~pause_playback (B29)."""
-    what = "paused" if paused else "resumed"
+    new_state = "paused" if paused else "resumed"
     if control.set_paused(paused):
-        return True, f"Playback is now {what}"
+        return True, f"Playback is now {new_state}"
     return False, f"Bag is already {'paused' if paused else 'running'}."
 
 
 def _control_rate(node: Node, player: Player, topic: str) -> None:
-    """Make the player wait for a topic's stamps (B38), or for arrival times if the topic's messages have no header."""
+    """Make playback wait for a topic's header stamps (B38), or for arrival times if its messages have no header."""
     from pyros1.msgs import AnyMsg  # noqa: PLC0415
     from pyros1.observe.decoder import Decoder  # noqa: PLC0415
 
@@ -255,18 +255,18 @@ def _check_content(bags: Bags, options: Any) -> None:
     Raises:
         CommandError: There is nothing to play.
     """
-    recorded = {connection.topic for reader in bags.readers for connection in reader.connections.values()}
-    known = set(map(_without_slash, recorded))
+    recorded_topics = {connection.topic for reader in bags.readers for connection in reader.connections.values()}
+    known_topics = set(map(_without_slash, recorded_topics))
     for topic in [*(options.topics or []), *(options.pause_topics or [])]:
-        if _without_slash(topic) not in known:
-            print(f"WARNING: {topic} is not in the bag{did_you_mean(topic, recorded)}", file=sys.stderr)
-    if options.topics is not None and known.isdisjoint(map(_without_slash, options.topics)):
+        if _without_slash(topic) not in known_topics:
+            print(f"WARNING: {topic} is not in the bag{did_you_mean(topic, recorded_topics)}", file=sys.stderr)
+    if options.topics is not None and known_topics.isdisjoint(map(_without_slash, options.topics)):
         raise CommandError("none of the selected topics is in the bag; `pyros1 bag info` lists its topics")
     if not any(chunk.counts for reader in bags.readers for chunk in reader.chunks):
         print("WARNING: no messages to play", file=sys.stderr)
     if (
         options.clock
-        and "clock" in known
+        and "clock" in known_topics
         and (options.topics is None or "clock" in map(_without_slash, options.topics))
     ):
         print(

@@ -192,7 +192,7 @@ def _record(node: Node, selection: Selection, settings: RecordOptions, options: 
     try:
         recorder = Recorder(node, settings, events)
     except (OSError, BagError) as error:
-        raise CommandError(_reason(error)) from None
+        raise CommandError(_failure_text(error)) from None
 
     def subscribe(name: str) -> None:
         if not names.is_legal_name(name) and (options.all or options.regex or options.node):
@@ -210,7 +210,7 @@ def _record(node: Node, selection: Selection, settings: RecordOptions, options: 
     if not options.quiet:
         print(recording_summary(recorder), flush=True)
     if recorder.error is not None:
-        node.log.error("recording stopped: %s", _reason(recorder.error))
+        node.log.error("recording stopped: %s", _failure_text(recorder.error))
         return 1
     return 0
 
@@ -224,7 +224,7 @@ def _make_announcer(node: Node) -> Callable[[str], None]:
     return announce
 
 
-def _reason(error: Exception) -> str:
+def _failure_text(error: Exception) -> str:
     if isinstance(error, OSError):
         return f"cannot write {error.filename or 'the bag'}: {error.strerror}"
     return str(error)
@@ -281,7 +281,11 @@ def _make_settings(options: Any) -> RecordOptions:
 
 
 def _parse_quantity(option: str, text: str, units: dict[str, int]) -> float:
-    """Return the value of a number with an optional unit."""
+    """Return the value of a string that consists of a number and an optional unit.
+
+    Raises:
+        UsageError: the string has another form.
+    """
     number = text.rstrip("".join(units) + "".join(units).upper() + "B")
     unit = text[len(number) :].lower().removesuffix("b")
     try:

@@ -24,14 +24,14 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     source, target, *names = args
     check_different(source, target)
     new_names = dict(zip(names[::2], names[1::2], strict=True))
-    for new in new_names.values():
-        if not is_legal_name(new.rstrip("/")):
-            raise CommandError(f"{new!r} is not a legal topic name")
+    for new_name in new_names.values():
+        if not is_legal_name(new_name.rstrip("/")):
+            raise CommandError(f"{new_name!r} is not a legal topic name")
     with BagReader(source) as bag:
         topics = {connection.topic for connection in bag.connections.values()}
-        for old in new_names:
-            if not any(_rename(topic, {old: "?"}) != topic for topic in topics):
-                raise CommandError(f"{source} has no topic {old}{did_you_mean(old, topics)}")
+        for old_name in new_names:
+            if not any(_rename(topic, {old_name: "?"}) != topic for topic in topics):
+                raise CommandError(f"{source} has no topic {old_name}{did_you_mean(old_name, topics)}")
         with new_file(target) as temporary, Progress(target, bag.content_size()) as progress:
             count = edit.copy(
                 bag.messages(),
@@ -64,9 +64,9 @@ VERB = Verb(
 
 
 def _rename(topic: str, new_names: Mapping[str, str]) -> str:
-    for old, new in new_names.items():
-        if topic.lstrip("/") == old.lstrip("/"):
-            return new
-        if old.endswith("/") and topic.lstrip("/").startswith(old.lstrip("/")):
-            return new + topic.lstrip("/")[len(old.lstrip("/")) :]
+    for old_name, new_name in new_names.items():
+        if topic.lstrip("/") == old_name.lstrip("/"):
+            return new_name
+        if old_name.endswith("/") and topic.lstrip("/").startswith(old_name.lstrip("/")):
+            return new_name + topic.lstrip("/")[len(old_name.lstrip("/")) :]
     return topic

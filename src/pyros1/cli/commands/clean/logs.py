@@ -15,7 +15,7 @@ from typing import Any
 from pyros1.cli.commands.clean._folders import existing_log_folders
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import leave_unparsed
-from pyros1.cli.records import JSON, Flag, Option, Verb
+from pyros1.cli.records import JSON_FLAG, Flag, Option, Verb
 from pyros1.cli.shared.printing import print_json
 from pyros1.doctor.disk import files_in_use, folder_size, format_size_like_du
 
@@ -59,14 +59,16 @@ def _purge(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 def _entries_in_use(folder: Path) -> set[str]:
     """Return the entries of a folder that running programs have open, and links to them such as ``latest``."""
-    used = {path.relative_to(folder).parts[0] for path in files_in_use(folder)}
-    real = folder.resolve()
-    links = {path.name for path in folder.iterdir() if path.is_symlink()} if used else set()
-    return used | {name for name in links if (folder / name).resolve() in {real / entry for entry in used}}
+    used_entries = {path.relative_to(folder).parts[0] for path in files_in_use(folder)}
+    real_folder = folder.resolve()
+    links = {path.name for path in folder.iterdir() if path.is_symlink()} if used_entries else set()
+    return used_entries | {
+        name for name in links if (folder / name).resolve() in {real_folder / entry for entry in used_entries}
+    }
 
 
 def _purge_all(folder: Path, label: str, options: Any, kept: set[str]) -> bool | None:
-    """Remove all logs. Return whether this succeeded, None if the user did not agree."""
+    """Remove all logs. Return whether this succeeded; None if the user declined."""
     print(f"Purging {label}.")
     if not options.yes:
         print("PLEASE BE CAREFUL TO VERIFY THE COMMAND BELOW!")
@@ -81,7 +83,7 @@ def _purge_all(folder: Path, label: str, options: Any, kept: set[str]) -> bool |
 
 
 def _purge_to_size(folder: Path, label: str, options: Any, kept: set[str]) -> bool | None:
-    """Remove the oldest logs until the folder is small enough. Return the same as `_purge_all`."""
+    """Remove the oldest logs until the folder is small enough. The return value is as in `_purge_all`."""
     limit, size = options.size * _MEGABYTE, folder_size(folder)
     if size <= limit:
         print(
@@ -108,7 +110,7 @@ def _purge_to_size(folder: Path, label: str, options: Any, kept: set[str]) -> bo
 
 
 def _ask(question: str) -> bool:
-    """Ask until the user answers y or n. The end of the input means no."""
+    """Ask until the user answers y or n. Return whether the answer is y; the end of the input means n."""
     print(f"Okay to perform:\n\n{question}\n(y/n)?", flush=True)
     for line in sys.stdin:
         answer = line.strip().lower()
@@ -118,7 +120,7 @@ def _ask(question: str) -> bool:
 
 
 def _remove(path: Path) -> bool:
-    """Remove a file, a link, or a folder and its contents. Links are not followed."""
+    """Remove a file, a link, or a folder and its contents. Links are not followed. Return whether this succeeded."""
     try:
         if path.is_symlink() or not path.is_dir():
             path.unlink()
@@ -142,7 +144,7 @@ VERBS = [
     Verb(
         "check",
         "Check usage of log files",
-        JSON,
+        JSON_FLAG,
         examples=[("", "print how much space they use")],
         parse=leave_unparsed,  # the command parses the arguments
         run=_check,

@@ -1,4 +1,4 @@
-"""Access to the configuration of a node, with error messages."""
+"""Access to the configurations of other nodes, with error messages."""
 
 from __future__ import annotations
 
@@ -26,22 +26,22 @@ def configurable_nodes(invocation: Invocation) -> list[str]:
 
 
 def change_with_new_node(invocation: Invocation, name: str, values: dict[str, Any], timeout: float | None) -> int:
-    """Set parameters of a node, see `apply`. Create the command's node for it."""
+    """Create the command's node, and use it to set parameters of another node, see `set_parameters`."""
     code = 0
     with invocation.open_node() as node:
-        code = apply(invocation, node, name, values, timeout)
+        code = set_parameters(invocation, node, name, values, timeout)
     return code
 
 
-def apply(invocation: Invocation, node: Node, name: str, values: dict[str, Any], timeout: float | None) -> int:
+def set_parameters(invocation: Invocation, node: Node, name: str, values: dict[str, Any], timeout: float | None) -> int:
     """Set parameters of a node.
 
     Args:
         invocation: the command's invocation.
         node: the command's node.
         name: the name of the node to configure.
-        values: see `Server.change_with_new_node`.
-        timeout: timeout in seconds, see `Server`.
+        values: see `Server.change`.
+        timeout: the timeout in seconds, see `Server`.
 
     Returns:
         The exit code.
@@ -58,7 +58,7 @@ def apply(invocation: Invocation, node: Node, name: str, values: dict[str, Any],
 
 
 def report_failure(invocation: Invocation, reason: str, hint: str = "") -> int:
-    """Print why nothing was changed, on the stream that the stock tool uses. Return the exit code.
+    """Print why a command failed, on the stream that the stock tool uses. Return the exit code.
 
     Args:
         invocation: the command's invocation.
@@ -83,7 +83,7 @@ class Server:
         invocation: the command's invocation.
         node: the command's node.
         name: the name of the node to configure, as the user wrote it.
-        timeout: seconds to wait for each response; None or 0 to wait without limit, and print a notice.
+        timeout: the time to wait for each response in seconds; None or 0 to wait without limit and print a notice.
 
     Raises:
         WaitTimeoutError: the node does not provide its service in time.

@@ -9,7 +9,7 @@ from pyros1.cli.commands.dynparam._server import Server, configurable_nodes, rep
 from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_with_negative_numbers
-from pyros1.cli.records import JSON, Argument, Verb
+from pyros1.cli.records import JSON_FLAG, Argument, Verb
 from pyros1.cli.shared.printing import print_json
 from pyros1.ground.atomic_file import write_atomically
 from pyros1.ground.terminal_text import one_line
@@ -65,7 +65,7 @@ VERBS = [
     Verb(
         "list",
         "list nodes that can be configured",
-        JSON,
+        JSON_FLAG,
         usage="",
         examples=[("", "list the nodes whose parameters can be changed while they are running")],
         run=_list,
@@ -74,7 +74,7 @@ VERBS = [
         "get",
         "print a node's configuration",
         TIMEOUT,
-        JSON,
+        JSON_FLAG,
         Argument("node", "configurable"),
         examples=[("/camera", "print all parameters of a node"), ("--json /camera", "print JSON for programs")],
         parse=parse_with_negative_numbers,

@@ -6,7 +6,7 @@ import sys
 from typing import Any
 
 from pyros1.cli.commands.dynparam._arguments import TIMEOUT, check_arguments
-from pyros1.cli.commands.dynparam._server import apply, change_with_new_node, failure_code
+from pyros1.cli.commands.dynparam._server import change_with_new_node, failure_code, set_parameters
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_with_negative_numbers
@@ -58,7 +58,7 @@ def _set_from_parameters(invocation: Invocation, options: Any, args: list[str]) 
             print("error updating parameters: no parameters found on parameter server", file=sys.stderr)
             code = failure_code(invocation)
         else:
-            code = apply(invocation, node, args[0], values, options.timeout)
+            code = set_parameters(invocation, node, args[0], values, options.timeout)
     return code
 
 

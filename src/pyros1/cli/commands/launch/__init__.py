@@ -71,13 +71,13 @@ def _run(options: Any, args: list[str], arguments: dict[str, str]) -> int:
         return check_package_files(args, arguments, options)
     files = find_files(args, resources)
     if options.check:
-        from pyros1.cli.commands.launch._queries import check  # noqa: PLC0415
+        from pyros1.cli.commands.launch._queries import print_problems  # noqa: PLC0415
 
-        return check(files, arguments, resources)
+        return print_problems(files, arguments, resources)
     if any(getattr(options, name) for name in _QUERIES):
-        from pyros1.cli.commands.launch._queries import answer  # noqa: PLC0415
+        from pyros1.cli.commands.launch._queries import print_answer  # noqa: PLC0415
 
-        return answer(files, arguments, resources, options)
+        return print_answer(files, arguments, resources, options)
     plan = load_plan(files, arguments, resources)
     if options.verbose:
         from pyros1.launch.reading.report import contents  # noqa: PLC0415

@@ -14,8 +14,8 @@ from pyros1.launch.reading.loader import absolute_files, load_plan
 from pyros1.launch.reading.resources import Resources
 
 
-def check(files: list[str], arguments: dict[str, str], resources: Resources) -> int:
-    """Print every problem of launch files, including missing packages and executables. Return the exit code."""
+def print_problems(files: list[str], arguments: dict[str, str], resources: Resources) -> int:
+    """Print every problem with launch files, including missing packages and executables. Return the exit code."""
     from pyros1.launch.running.check import missing_parts, unrunnable_python  # noqa: PLC0415 - only some queries need it
 
     problems: list[LaunchError] = []
@@ -31,8 +31,8 @@ def check(files: list[str], arguments: dict[str, str], resources: Resources) -> 
     return 1 if texts else 0
 
 
-def answer(files: list[str], arguments: dict[str, str], resources: Resources, options: Any) -> int:
-    """Print the result of a query (X06). No master is needed."""
+def print_answer(files: list[str], arguments: dict[str, str], resources: Resources, options: Any) -> int:
+    """Print the result of a query (X06), which needs no master. Return the exit code."""
     only_args = options.ros_args and not (options.dump_params or options.file_list)
     try:
         plan = load_plan(files, arguments, resources, only_args=only_args)

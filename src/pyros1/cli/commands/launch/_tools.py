@@ -53,21 +53,25 @@ def _deps(invocation: Invocation, options: Any, files: list[str]) -> int:
     try:
         _check_same_package(files)
         resources = replace(make_resources(), run_command=lambda args: "", read_bytes=_read_if_exists)
-        needs: dict[str, FileNeeds] = {}
+        needs_by_file: dict[str, FileNeeds] = {}
         for file in files:
             plan = load_plan([file], parse_arguments(invocation.argv), resources)
-            needs.update({needed.file: needed for needed in file_needs(plan)})
+            needs_by_file.update({needs_of_file.file: needs_of_file for needs_of_file in file_needs(plan)})
             if options.verbose:
                 for loaded in plan.files:
                     print(f"processing {'' if loaded == file else 'included '}launch {loaded}")
         if options.warn:
             print("Dependencies:")
         if options.verbose:
-            _print_needs([*needs.values()])
-        print(" ".join(sorted({package for needed in needs.values() for package in needed.packages})))
+            _print_needs([*needs_by_file.values()])
+        print(
+            " ".join(
+                sorted({package for needs_of_file in needs_by_file.values() for package in needs_of_file.packages})
+            )
+        )
         if options.warn:
             print("\nMissing declarations:")
-            for package, names in undeclared(needs.values()).items():
+            for package, names in undeclared(needs_by_file.values()).items():
                 if names:
                     print(f"{package}/manifest.xml:", *(f'  <depend package="{name}" />' for name in names), sep="\n")
     except Error as error:
@@ -77,7 +81,7 @@ def _deps(invocation: Invocation, options: Any, files: list[str]) -> int:
 
 
 def _read_if_exists(path: str) -> bytes:
-    """Read a file, or return nothing if it does not exist. The values of parameters do not matter here."""
+    """Return the contents of a file, or nothing if it does not exist, since parameter values do not matter here."""
     try:
         return Path(path).read_bytes()
     except FileNotFoundError:
@@ -92,13 +96,13 @@ def _check_same_package(files: list[str]) -> None:
 
 
 def _print_needs(needs: list[FileNeeds]) -> None:
-    for needed in needs:
-        for package, executable in needed.nodes:
+    for needs_of_file in needs:
+        for package, executable in needs_of_file.nodes:
             print(f"{package} [{package}/{executable}]")
-        if needed.package is None:
-            print(f"ERROR: cannot determine package for [{needed.file}]", file=sys.stderr)
+        if needs_of_file.package is None:
+            print(f"ERROR: cannot determine package for [{needs_of_file.file}]", file=sys.stderr)
         else:
-            print(f"{needed.package} [{needed.file}]")
+            print(f"{needs_of_file.package} [{needs_of_file.file}]")
     print("-" * 80)
 
 
@@ -133,7 +137,7 @@ def _logs(invocation: Invocation, options: Any, args: list[str]) -> int:
 def _complete(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Print the names of a file's arguments on one line: ``pyros1 launch --complete``, ``roslaunch-complete``.
 
-    The arguments are those typed so far: a file, or a package and a file, possibly followed by others.
+    The command's arguments are the words typed so far: a file, or a package and a file, possibly followed by others.
 
     Returns:
         The exit code: 1 if the file cannot be read. In that case, nothing is printed.
@@ -252,7 +256,7 @@ def _launch_files(target: str) -> list[str]:
 
 
 def _find_problems(file: str, arguments: dict[str, str], resources: Resources, options: Any) -> list[str]:
-    """Return the problems of a file: errors, missing packages and executables, and undeclared dependencies."""
+    """Return the problems with a file: errors, missing packages and executables, and undeclared dependencies."""
     errors: list[LaunchError] = []
     plan = load_plan([file], arguments, resources, problems=errors)
     if options.ignore_unset_args:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pyros1.node import Node
 
 LEVELS = ("debug", "info", "warn", "error", "fatal")
-"""Names of the levels. The number of a level is 1 shifted left by its index."""
+"""Names of the levels. The number of a level is 1 shifted left by the level's index in this list."""
 
 
 def get_loggers(invocation: Invocation, node: Node, name: str) -> dict[str, str]:
@@ -24,7 +24,7 @@ def get_loggers(invocation: Invocation, node: Node, name: str) -> dict[str, str]
 
 
 def unknown_logger_error(invocation: Invocation, node: str, logger: str, loggers: dict[str, str]) -> CommandError:
-    """Return the error for an unknown logger of a node."""
+    """Return the error to raise if a node has no logger of a given name."""
     message = f"node {node} does not contain logger {one_line(logger)}{did_you_mean(logger, loggers)}"
     return CommandError(f"{invocation.program}: error: {message}", 2, plain=True)
 
@@ -32,7 +32,7 @@ def unknown_logger_error(invocation: Invocation, node: str, logger: str, loggers
 def call_logger_service(
     invocation: Invocation, node: Node, name: str, service_name: str, request: dict[str, str]
 ) -> Any:
-    """Call one of the two services.
+    """Call one of a node's two logging services.
 
     Args:
         invocation: the command's invocation.
@@ -43,6 +43,9 @@ def call_logger_service(
 
     Returns:
         The response.
+
+    Raises:
+        CommandError: the node does not exist, does not respond in time, or refuses the request.
     """
     service = f"{name}/{service_name}"
     service_type = "roscpp/GetLoggers" if service_name == "get_loggers" else "roscpp/SetLoggerLevel"

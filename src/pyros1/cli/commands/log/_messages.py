@@ -17,7 +17,7 @@ COLOURS = {1: "\x1b[94m", 2: "\x1b[92m", 4: "\x1b[93m", 8: "\x1b[91m", 16: "\x1b
 BOLD, DIM, RESET = "\x1b[1m", "\x1b[2m", "\x1b[0m"
 
 
-def messages(invocation: Invocation, topic: str | None = None) -> Iterator[Any]:
+def receive_messages(invocation: Invocation, topic: str | None = None) -> Iterator[Any]:
     """Yield the rosgraph_msgs/Log messages of all nodes as they arrive, until the command ends.
 
     Args:

@@ -8,7 +8,7 @@ from datetime import datetime, timezone
 from typing import Any
 
 from pyros1.cli.commands.log._loggers import LEVELS
-from pyros1.cli.commands.log._messages import BOLD, COLOURS, RESET, as_json, level_name, messages
+from pyros1.cli.commands.log._messages import BOLD, COLOURS, RESET, as_json, level_name, receive_messages
 from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
@@ -28,7 +28,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     lowest = 1 << LEVELS.index(options.level or _DEFAULT_LEVEL)
     has_warned = False
     colour = not options.nocolor and use_colour(sys.stdout)
-    for message in messages(invocation, options.topic and invocation.resolve(options.topic)):
+    for message in receive_messages(invocation, options.topic and invocation.resolve(options.topic)):
         if not pattern.search(message.name):
             continue
         if message.level < lowest:
@@ -55,8 +55,8 @@ def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
 
     parser = make_parser(invocation, verb)
     add_options_and_arguments(parser, invocation, *verb.options)
-    about = "regular expression to filter the node's name (default: %(default)s)"
-    parser.add_argument("filter", metavar="FILTER", nargs="?", default=".*", help=about)
+    filter_help = "regular expression to filter the node's name (default: %(default)s)"
+    parser.add_argument("filter", metavar="FILTER", nargs="?", default=".*", help=filter_help)
     options = parser.parse_args(invocation.args)
     if options.level is not None and not invocation.as_stock:
         options.level = options.level.lower()
@@ -111,6 +111,6 @@ def format_message(message: Any, *, colour: bool = False, verbose: bool = False)
         return text
     stamp = message.header.stamp
     seconds = stamp.secs + stamp.nsecs / 1e9
-    time = datetime.fromtimestamp(seconds, timezone.utc)
+    utc_time = datetime.fromtimestamp(seconds, timezone.utc)
     location = f"[{one_line(message.function)}]: {one_line(message.file)}:{message.line}"
-    return f"{text}\n          [{time} ({seconds:.6f})] {location}"
+    return f"{text}\n          [{utc_time} ({seconds:.6f})] {location}"

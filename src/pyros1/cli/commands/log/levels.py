@@ -7,7 +7,7 @@ from typing import Any
 from pyros1.cli.commands.log._loggers import LEVELS, call_logger_service, get_loggers, unknown_logger_error
 from pyros1.cli.failures import UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.records import JSON, Argument, Verb
+from pyros1.cli.records import JSON_FLAG, Argument, Verb
 from pyros1.cli.shared.printing import print_json
 from pyros1.ground.terminal_text import one_line
 
@@ -59,7 +59,7 @@ VERBS = [
     Verb(
         "list",
         "list loggers for a node",
-        JSON,
+        JSON_FLAG,
         Argument("node", "node"),
         usage="<node>",
         examples=[("/talker", "print the loggers of a node")],
@@ -68,7 +68,7 @@ VERBS = [
     Verb(
         "get",
         "display level for a logger",
-        JSON,
+        JSON_FLAG,
         Argument("node", "node"),
         Argument("logger"),
         usage="<node> <logger>",
@@ -78,7 +78,7 @@ VERBS = [
     Verb(
         "set",
         "set level for a logger",
-        JSON,
+        JSON_FLAG,
         Argument("node", "node"),
         Argument("logger"),
         Argument("level"),

@@ -8,21 +8,21 @@ from typing import Any
 
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
-from pyros1.cli.shared.definitions import MESSAGES, Kind, find, library, similar_names, type_argument
+from pyros1.cli.shared.definitions import MESSAGES, Kind, find_full_names, library, similar_name_hint, type_argument
 from pyros1.ground.errors import UnknownTypeError
 
 
 def _run(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print a type's checksum. For an unknown type, print an error to stderr and return 0, like stock."""
     name = type_argument(kind, args)
-    names, lacks_package = find(kind, name)
+    names, lacks_package = find_full_names(kind, name)
     if lacks_package and not names:
         print(f"No {kind.word}s matching the name [{name}]", file=sys.stderr)
     for full_name in names:
         try:
             checksum = library().digests.md5(kind.spec(library(), full_name))
         except UnknownTypeError:
-            print(f"Cannot locate [{full_name}]{similar_names(kind, full_name)}", file=sys.stderr)
+            print(f"Cannot locate [{full_name}]{similar_name_hint(kind, full_name)}", file=sys.stderr)
             continue
         print(f"[{full_name}]: {checksum}" if lacks_package else checksum)
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pyros1.cli.failures import CommandError, fail
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
-from pyros1.cli.shared.definitions import MESSAGES, Kind, find, library, similar_names, type_argument
+from pyros1.cli.shared.definitions import MESSAGES, Kind, find_full_names, library, similar_name_hint, type_argument
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.ground.errors import DefinitionError, UnknownTypeError
 
@@ -19,19 +19,19 @@ if TYPE_CHECKING:
     from pyros1.msgs.spec import MessageSpec, ServiceSpec
 
 MAX_LINES = 100_000
-"""Maximum number of lines for one type. Nested types can multiply the number of lines at each level."""
+"""Maximum number of lines of one expanded type. Nested types can multiply the number of lines at each level."""
 
 
 def _run(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print a definition."""
     name = type_argument(kind, args)
     if options.bag:
-        for text in _from_bag(options.bag, name, options.raw):
+        for text in _definitions_in_bag(options.bag, name, options.raw):
             print(text)
         return
-    names, lacks_package = find(kind, name)
+    names, lacks_package = find_full_names(kind, name)
     if not names:
-        fail(f"Could not find msg '{name}'{similar_names(kind, name)}")
+        fail(f"Could not find msg '{name}'{similar_name_hint(kind, name)}")
     for full_name in names:
         try:
             spec = kind.spec(library(), full_name)
@@ -107,7 +107,7 @@ def _describe_lines(spec: MessageSpec, resolve: Callable[[str], MessageSpec], in
             yield from _describe_lines(resolve(field.base), resolve, indent + "  ")
 
 
-def _from_bag(path: str, name: str, raw: bool) -> Iterator[str]:
+def _definitions_in_bag(path: str, name: str, raw: bool) -> Iterator[str]:
     """Yield the different definitions of a type in a bag."""
     if not os.path.isfile(path):
         raise CommandError(f"bag file [{path}] does not exist")
@@ -116,13 +116,13 @@ def _from_bag(path: str, name: str, raw: bool) -> Iterator[str]:
     from pyros1.msgs.spec import parse_message  # noqa: PLC0415
 
     with bags.open(path) as bag:
-        texts = {bag.definition(connection): connection.type for connection in bag.connections}
-    printed = set()
-    for text, type_name in texts.items():
+        types_by_definition = {bag.definition(connection): connection.type for connection in bag.connections}
+    yielded_texts = set()
+    for text, type_name in types_by_definition.items():
         parts = split_full_text(type_name, text)
-        if name not in parts or (parts[name] in printed):
+        if name not in parts or (parts[name] in yielded_texts):
             continue
-        printed.add(parts[name])
+        yielded_texts.add(parts[name])
         if raw:
             yield (text if type_name == name else parts[name]).removesuffix("\n")
         else:

@@ -12,18 +12,20 @@ from pyros1.ground.errors import MessageError
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
-    """Write stubs of packages next to those that pyros1 provides, where editors and type checkers find them."""
+    """Write stubs for packages next to the stubs that pyros1 provides, where editors and type checkers find them."""
     from pyros1.finding import stubs  # noqa: PLC0415 - not needed for help
 
     packages = list(dict.fromkeys(args or library().packages()))
-    provided = stubs.shipped_library()
+    shipped_library = stubs.shipped_library()
     written, errors = [], []
     try:
         for package in packages:  # packages that these use are appended in the loop
             try:
                 written += stubs.write(stubs.stubs(library(), [package]), stubs.HOME)
-                used = sorted(stubs.required_packages(library(), package))
-                packages += [name for name in used if name not in packages and not provided.has_package(name)]
+                used_packages = sorted(stubs.required_packages(library(), package))
+                packages += [
+                    name for name in used_packages if name not in packages and not shipped_library.has_package(name)
+                ]
             except MessageError as error:
                 errors.append(str(error))
     except OSError as error:

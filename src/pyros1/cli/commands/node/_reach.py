@@ -10,7 +10,7 @@ PING_TIMEOUT = 3.0
 
 
 def failure_reason(error: Error, name: str, uri: str) -> str:
-    """Return the reason why a node did not respond, in stock's wording."""
+    """Return the reason why a node did not respond, in the words of stock's tool."""
     cause = error.__cause__
     if isinstance(error, UnknownHostError):
         return f"Unknown host [{parse_uri(uri)[0]}] for node [{name}]"

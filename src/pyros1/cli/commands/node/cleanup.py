@@ -60,16 +60,16 @@ def _is_responding(graph: Graph, name: str) -> bool:
     uri = graph.node_uri(name)
     if uri is None:
         return True  # it has unregistered in the meantime
-    node = graph.node(uri, PING_TIMEOUT)
+    node_api = graph.node_api(uri, PING_TIMEOUT)
     try:
-        node.pid()
+        node_api.pid()
     except Error as error:
         sys.stderr.write(
             f"ERROR: {failure_reason(error, name, uri)}\n"
         )  # one write, since other nodes are pinged concurrently
         return False
     finally:
-        node.close()
+        node_api.close()
     return True
 
 
@@ -80,10 +80,10 @@ def _unregister(invocation: Invocation, graph: Graph, name: str) -> None:
     uri = graph.node_uri(name)
     if uri is None:
         return
-    node = graph.state().of_node(name)
-    calls: list[tuple[str, list[str]]] = [("unregisterPublisher", [topic, uri]) for topic in node.publications]
-    calls += [("unregisterSubscriber", [topic, uri]) for topic in node.subscriptions]
-    for service in node.services:
+    registrations = graph.state().of_node(name)
+    calls: list[tuple[str, list[str]]] = [("unregisterPublisher", [topic, uri]) for topic in registrations.publications]
+    calls += [("unregisterSubscriber", [topic, uri]) for topic in registrations.subscriptions]
+    for service in registrations.services:
         service_uri = graph.service_uri(service)
         if service_uri:
             calls.append(("unregisterService", [service, service_uri]))

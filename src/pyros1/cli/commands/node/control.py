@@ -24,17 +24,17 @@ def _run(verb: str, past_participle: str, invocation: Invocation, options: Any, 
     names = [invocation.resolve(arg) for arg in args]
     launches = running_launches(invocation.master)
     try:
-        targets = [(launch, entry) for launch, entries in launches for entry in entries if entry.node in names]
-        for launch, entry in targets:
+        selected_entries = [(launch, entry) for launch, entries in launches for entry in entries if entry.node in names]
+        for launch, entry in selected_entries:
             launch.request(verb, entry.node)
-        for launch, before in targets:
-            after = _wait_until_done(launch, before, verb)
-            pid = f" with pid [{after.pid}]" if after.state == "running" else ""
-            print(f"{before.node} {past_participle}{pid}", flush=True)
+        for launch, old_status in selected_entries:
+            new_status = _wait_until_done(launch, old_status, verb)
+            pid = f" with pid [{new_status.pid}]" if new_status.state == "running" else ""
+            print(f"{old_status.node} {past_participle}{pid}", flush=True)
     finally:
         for launch, _ in launches:
             launch.close()
-    unknown = set(names) - {entry.node for _, entry in targets}
+    unknown = set(names) - {entry.node for _, entry in selected_entries}
     if unknown:
         raise CommandError("no running launch has the node " + ", ".join(sorted(unknown)))
 
@@ -63,7 +63,7 @@ VERBS = [
 ]
 
 
-def _wait_until_done(launch: Launch, before: Status, verb: str) -> Status:
+def _wait_until_done(launch: Launch, old_status: Status, verb: str) -> Status:
     """Wait until the launch has carried out the request. Return the node's new status."""
     deadline = time.monotonic() + _TIMEOUT
     while time.monotonic() < deadline:
@@ -71,14 +71,14 @@ def _wait_until_done(launch: Launch, before: Status, verb: str) -> Status:
             entries = launch.status()
         except UnreachableError:
             if verb == "stop":
-                return replace(before, state="stopped")
-            raise CommandError(f"{before.node}: its launch has ended") from None
-        after = next((entry for entry in entries if entry.label == before.label), before)
-        if verb == "stop" and after.state not in ("running", "stopping"):
-            return after
-        if verb == "start" and after.state == "running":
-            return after
-        if verb == "restart" and after.starts > before.starts:
-            return after
+                return replace(old_status, state="stopped")
+            raise CommandError(f"{old_status.node}: its launch has ended") from None
+        new_status = next((entry for entry in entries if entry.label == old_status.label), old_status)
+        if verb == "stop" and new_status.state not in ("running", "stopping"):
+            return new_status
+        if verb == "start" and new_status.state == "running":
+            return new_status
+        if verb == "restart" and new_status.starts > old_status.starts:
+            return new_status
         time.sleep(_POLL_PERIOD)
-    raise CommandError(f"{before.node}: the launch did not {verb} it within {_TIMEOUT:g} s")
+    raise CommandError(f"{old_status.node}: the launch did not {verb} it within {_TIMEOUT:g} s")

@@ -58,31 +58,31 @@ VERB = Verb(
 
 
 def _node_info(graph: Graph, state: SystemState, name: str, *, contact: bool) -> dict[str, Any]:
-    registered = state.of_node(name)
+    registrations = state.of_node(name)
     info: dict[str, Any] = {
         "node": name,
         "uri": graph.node_uri(name),
-        "publishes": registered.publications,
-        "subscribes": registered.subscriptions,
-        "services": registered.services,
+        "publishes": registrations.publications,
+        "subscribes": registrations.subscriptions,
+        "services": registrations.services,
     }
     if info["uri"] is None:
         raise CommandError(f"unknown node {name}{did_you_mean(name, state.nodes())}")
     if contact:
-        node = graph.node(info["uri"])
+        node_api = graph.node_api(info["uri"])
         try:
-            info["pid"] = node.pid()
-            info["connections"] = [connection._asdict() for connection in node.connections()]
+            info["pid"] = node_api.pid()
+            info["connections"] = [connection._asdict() for connection in node_api.connections()]
         except (UnreachableError, DeadlineError) as error:
             info["error"] = str(error)
         finally:
-            node.close()
+            node_api.close()
     return info
 
 
 def _description(name: str, state: SystemState, types: dict[str, str]) -> str:
     """Return the description of a node that ``node info`` prints from the master's data."""
-    node = state.of_node(name)
+    registrations = state.of_node(name)
 
     def block(title: str, entries: list[str]) -> str:
         return f"{title}: None\n" if not entries else f"{title}: \n" + "".join(f" * {entry}\n" for entry in entries)
@@ -92,23 +92,23 @@ def _description(name: str, state: SystemState, types: dict[str, str]) -> str:
 
     return "\n".join(
         [
-            f"Node [{name}]\n" + block("Publications", with_types(node.publications)),
-            block("Subscriptions", with_types(node.subscriptions)),
-            block("Services", node.services),
+            f"Node [{name}]\n" + block("Publications", with_types(registrations.publications)),
+            block("Subscriptions", with_types(registrations.subscriptions)),
+            block("Services", registrations.services),
         ]
     )
 
 
 def _print_connections(graph: Graph, state: SystemState, uri: str) -> None:
     print(f"\ncontacting node {uri} ...")
-    node = graph.node(uri)
+    node_api = graph.node_api(uri)
     try:
-        pid, connections = node.pid(), node.connections()
+        pid, connections = node_api.pid(), node_api.connections()
     except (UnreachableError, DeadlineError) as error:
         hint = connectivity_hint(parse_uri(uri)[0], error)
         raise CommandError(f"Communication with node[{uri}] failed!\n{error}. {hint}") from None
     finally:
-        node.close()
+        node_api.close()
     print(f"Pid: {pid}")
     if connections:
         print("Connections:")

@@ -77,12 +77,12 @@ def _kill(graph: Graph, name: str) -> bool:
     if uri is None:
         return False
     try:
-        node = graph.node(uri)
+        node_api = graph.node_api(uri)
     except ProtocolError as error:  # an invalid address; the other nodes are still shut down
         print(f"[{name}]: {error}", file=sys.stderr)
         return False
     try:
-        node.shutdown("user request")
+        node_api.shutdown("user request")
     except DeadlineError as error:
         print(f"[{name}]: {error}; if its process hangs, use kill -9", file=sys.stderr)
         return False
@@ -90,5 +90,5 @@ def _kill(graph: Graph, name: str) -> bool:
         # The node exited before it responded, or was dead already: stock prints killed in both cases.
         return True
     finally:
-        node.close()
+        node_api.close()
     return True

@@ -9,7 +9,7 @@ from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Verb
 from pyros1.cli.shared.printing import print_json
-from pyros1.graph import in_namespace
+from pyros1.graph import names_in_namespace
 from pyros1.ground.terminal_text import one_line
 
 
@@ -19,7 +19,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         raise UsageError("invalid args: you may only specify one namespace")
     namespace = invocation.resolve(args[0]) if args else None
     graph = invocation.graph
-    names = sorted(in_namespace(graph.state().nodes(), namespace))
+    names = sorted(names_in_namespace(graph.state().nodes(), namespace))
     if options.json or options.check:
         uris = {name: graph.node_uri(name) for name in names}
         states = _check_nodes(invocation, uris) if options.check else {}
@@ -43,7 +43,7 @@ def _print_states(states: dict[str, dict[str, str]]) -> None:
 
 
 def _check_nodes(invocation: Invocation, uris: dict[str, str | None]) -> dict[str, dict[str, str]]:
-    """Return the state of each node and the reason for it. All nodes are contacted concurrently."""
+    """Return each node's state and the reason for it, by node. All nodes are contacted concurrently."""
     from pyros1.doctor.concurrent import run_concurrently  # noqa: PLC0415
     from pyros1.doctor.facts import HANGS, REFUSED, Failure  # noqa: PLC0415
     from pyros1.doctor.probe import NODE_TIMEOUT, probe_node  # noqa: PLC0415 - only for --check

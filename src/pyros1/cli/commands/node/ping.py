@@ -31,7 +31,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         raise UsageError("you may only specify one input node")
     name = invocation.resolve(args[0])
     print(f"{invocation.program}: node is [{name}]")
-    _ping(graph, name, options.count, forever=True)
+    _ping(graph, name, options.count, prints_average=True)
 
 
 VERB = Verb(
@@ -60,15 +60,15 @@ def _print_known_nodes(invocation: Invocation, graph: Graph) -> None:
         print(f"{invocation.program}: error: {hint}", end="", file=sys.stderr)
 
 
-def _ping(graph: Graph, name: str, count: int | None, forever: bool = False) -> bool:
-    """Ping a node until an error or the given count. If `forever`, print an average at the end."""
+def _ping(graph: Graph, name: str, count: int | None, prints_average: bool = False) -> bool:
+    """Ping a node until it fails or the count is reached. Return whether it always responded."""
     uri = graph.node_uri(name)
     if uri is None:
         sys.stdout.flush()
         print(f"cannot ping [{name}]: unknown node", file=sys.stderr)
         return False
     try:
-        node = graph.node(uri, PING_TIMEOUT)
+        node_api = graph.node_api(uri, PING_TIMEOUT)
     except ProtocolError as error:  # an invalid address
         sys.stdout.flush()
         print(f"cannot ping [{name}]: {error}", file=sys.stderr)
@@ -77,7 +77,7 @@ def _ping(graph: Graph, name: str, count: int | None, forever: bool = False) -> 
     total, pings = 0.0, 0
     try:
         for number in itertools.count(1):
-            milliseconds = node.ping() * 1000.0
+            milliseconds = node_api.ping() * 1000.0
             print(f"xmlrpc reply from {uri}\ttime={milliseconds:f}ms", flush=True)
             total, pings = total + milliseconds, number
             if count is not None and number >= count:
@@ -90,7 +90,7 @@ def _ping(graph: Graph, name: str, count: int | None, forever: bool = False) -> 
         print(f"ERROR: {failure_reason(error, name, uri)}", file=sys.stderr)
         return False
     finally:
-        node.close()
-    if forever and pings > 1:
+        node_api.close()
+    if prints_average and pings > 1:
         print(f"ping average: {total / pings:f}ms")
     return True

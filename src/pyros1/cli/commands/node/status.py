@@ -59,7 +59,7 @@ def format_table(current: list[Status], previous: list[Status]) -> list[str]:
 
     Args:
         current: the current processes.
-        previous: the same processes at an earlier time; CPU usage is measured since then.
+        previous: the processes at an earlier time, since which CPU usage is measured.
     """
     previous_entries = {(entry.label, entry.pid): entry for entry in previous}
     rows = [("NODE", "STATE", "PID", "CPU", "MEMORY", "RESTARTS", "UPTIME", "MACHINE")]
@@ -88,7 +88,7 @@ def as_json(current: list[Status], previous: list[Status]) -> list[dict[str, Any
 
     Args:
         current: the current processes.
-        previous: the same processes at an earlier time; CPU usage is measured since then.
+        previous: the processes at an earlier time, since which CPU usage is measured.
     """
     previous_entries = {(entry.label, entry.pid): entry for entry in previous}
     return [

@@ -9,7 +9,7 @@ from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Verb
 from pyros1.cli.shared.printing import print_json
-from pyros1.graph import UNKNOWN_TYPE, SystemState, in_namespace
+from pyros1.graph import UNKNOWN_TYPE, SystemState, names_in_namespace
 from pyros1.ground.terminal_text import one_line
 
 _COMMON_TOPICS = ("/rosout", "/rosout_agg", "/clock")
@@ -22,7 +22,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         raise UsageError("you may only specify one input namespace")
     graph = invocation.graph
     state = graph.state()
-    names = in_namespace(sorted(state.nodes()), invocation.resolve(args[0]) if args else None)
+    names = names_in_namespace(sorted(state.nodes()), invocation.resolve(args[0]) if args else None)
     table = {name: _registrations(state, name, include_common=options.all) for name in names}
     if options.json:
         print_json([{"node": name, **table[name]} for name in names])
@@ -44,13 +44,13 @@ VERB = Verb(
 
 def _registrations(state: SystemState, name: str, *, include_common: bool) -> dict[str, list[str]]:
     """Return a node's publications, subscriptions and services, by default without those that all nodes have."""
-    registered = state.of_node(name)
+    registrations = state.of_node(name)
     hidden_services = () if include_common else tuple(name + service for service in _COMMON_SERVICES)
     hidden_topics = () if include_common else _COMMON_TOPICS
     return {
-        "publishes": [topic for topic in sorted(registered.publications) if topic not in hidden_topics],
-        "subscribes": [topic for topic in sorted(registered.subscriptions) if topic not in hidden_topics],
-        "services": [service for service in sorted(registered.services) if service not in hidden_services],
+        "publishes": [topic for topic in sorted(registrations.publications) if topic not in hidden_topics],
+        "subscribes": [topic for topic in sorted(registrations.subscriptions) if topic not in hidden_topics],
+        "services": [service for service in sorted(registrations.services) if service not in hidden_services],
     }
 
 
@@ -75,18 +75,18 @@ def _render_branch(
 ) -> Iterator[str]:
     for number, (part, children) in enumerate(branch.items(), 1):
         name, is_last = f"{path}/{part}", number == len(branch)
-        inner = indent + ("   " if is_last else "│  ")
-        registered = table.get(name)
-        yield f"{indent}{'└─' if is_last else '├─'} {one_line(part)}{'/' if registered is None else ''}"
-        if registered is not None:
-            prefix = inner + ("│ " if children else "  ")
-            for topic in registered["publishes"]:
+        child_indent = indent + ("   " if is_last else "│  ")
+        registrations = table.get(name)
+        yield f"{indent}{'└─' if is_last else '├─'} {one_line(part)}{'/' if registrations is None else ''}"
+        if registrations is not None:
+            prefix = child_indent + ("│ " if children else "  ")
+            for topic in registrations["publishes"]:
                 yield f"{prefix}─> {topic} [{types.get(topic, UNKNOWN_TYPE)}]{_peers(state.subscribers, topic, name)}"
-            for topic in registered["subscribes"]:
+            for topic in registrations["subscribes"]:
                 yield f"{prefix}<─ {topic} [{types.get(topic, UNKNOWN_TYPE)}]{_peers(state.publishers, topic, name)}"
-            for service in registered["services"]:
+            for service in registrations["services"]:
                 yield f"{prefix}() {service}"
-        yield from _render_branch(children, name, inner, table, types, state)
+        yield from _render_branch(children, name, child_indent, table, types, state)
 
 
 def _peers(table: dict[str, list[str]], topic: str, name: str) -> str:

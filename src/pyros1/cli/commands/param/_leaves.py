@@ -11,7 +11,7 @@ from pyros1.ground.errors import MasterError, MasterUnreachableError, ParameterN
 
 
 def set_leaves(invocation: Invocation, name: str, value: Any, message_format: str = "") -> None:
-    """Set a value. An empty dictionary is set if no namespace exists yet; the stock tool drops it.
+    """Set a parameter. An empty dictionary is set if no namespace of this name exists; the stock tool ignores it.
 
     Args:
         invocation: the command's invocation.
@@ -19,6 +19,9 @@ def set_leaves(invocation: Invocation, name: str, value: Any, message_format: st
         value: any value that parameters can have.
         message_format: a format string for the message printed after each leaf, given its name and value; empty to
             print nothing.
+
+    Raises:
+        CommandError: parameters cannot have this value, or the master refuses it.
     """
     _check_value(value)
     for leaf, item in leaves(name, value):
@@ -37,7 +40,7 @@ def set_leaves(invocation: Invocation, name: str, value: Any, message_format: st
 
 
 def leaves(name: str, value: Any) -> list[tuple[str, Any]]:
-    """Return the leaves of a value with their full names. An empty dictionary is a leaf."""
+    """Return the leaves of a value as pairs of full name and value. An empty dictionary is a leaf."""
     if not isinstance(value, dict) or not value:
         return [(name, value)]
     prefix = name.rstrip("/")
@@ -52,7 +55,7 @@ def _is_namespace(invocation: Invocation, name: str) -> bool:
 
 
 def _check_value(value: Any) -> None:
-    """Raise an error for values that parameters cannot have."""
+    """Raise CommandError if a parameter cannot have a value."""
     if isinstance(value, dict):
         if any(not isinstance(key, str) for key in value):
             raise CommandError(f"YAML dictionaries must have string keys. Invalid dictionary is:\n{value}")

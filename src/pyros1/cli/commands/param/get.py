@@ -7,7 +7,7 @@ from typing import Any
 from pyros1.cli.commands.param._arguments import VERBOSE, check_arguments
 from pyros1.cli.failures import CommandError, did_you_mean
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.records import JSON, Argument, Flag, Verb
+from pyros1.cli.records import JSON_FLAG, Argument, Flag, Verb
 from pyros1.cli.shared.printing import print_json
 from pyros1.ground import terminal_text
 from pyros1.ground.errors import ParameterNotSetError
@@ -33,7 +33,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     elif options.pretty and isinstance(value, str):
         print(value)
     else:
-        print(_scalar_or_block(value))
+        print(_yaml_text(value))
 
 
 VERB = Verb(
@@ -41,7 +41,7 @@ VERB = Verb(
     "get parameter",
     Flag("-p", dest="pretty", help="pretty print. WARNING: not YAML-safe"),
     VERBOSE,
-    JSON,
+    JSON_FLAG,
     Argument("parameter", "param"),
     examples=[("/gain", "print a value"), ("/robot1", "print everything below a name as YAML")],
     run=run,
@@ -61,7 +61,7 @@ def _as_json(value: Any) -> Any:
     return value if value is None or isinstance(value, (str, int, float)) else str(value)
 
 
-def _scalar_or_block(value: Any) -> str:
+def _yaml_text(value: Any) -> str:
     from pyros1.values import dump_yaml  # noqa: PLC0415 - not needed for help
 
     text = dump_yaml(value)
@@ -69,7 +69,7 @@ def _scalar_or_block(value: Any) -> str:
 
 
 def _pretty_lines(value: dict[str, Any], indent: str) -> list[str]:
-    """Format a dictionary readably: strings without quotes, and multi-line strings as blocks."""
+    """Return the lines of a dictionary for people to read: strings without quotes, multi-line strings as blocks."""
     lines = []
     for name in sorted(value):
         item, key = value[name], one_line(name)
@@ -81,5 +81,5 @@ def _pretty_lines(value: dict[str, Any], indent: str) -> list[str]:
             else:
                 lines.append(f"{indent}{key}: {terminal_text.lines(item)}")
         else:
-            lines.append(f"{indent}{key}: {_scalar_or_block(item)}".rstrip("\n"))
+            lines.append(f"{indent}{key}: {_yaml_text(item)}".rstrip("\n"))
     return lines

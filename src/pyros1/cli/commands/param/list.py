@@ -6,7 +6,7 @@ from typing import Any
 
 from pyros1.cli.commands.param._arguments import check_arguments
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.records import JSON, Argument, Verb
+from pyros1.cli.records import JSON_FLAG, Argument, Verb
 from pyros1.cli.shared.printing import print_json
 from pyros1.ground.terminal_text import untrusted
 
@@ -27,7 +27,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 VERB = Verb(
     "list",
     "list parameter names",
-    JSON,
+    JSON_FLAG,
     Argument("namespace", "param", optional=True),
     usage="[namespace]",
     examples=[("", "list all names"), ("/robot1", "list the names below /robot1")],

@@ -23,18 +23,18 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     if options.text_file:
         if not os.path.isfile(options.text_file):
             raise UsageError(f"file '{options.text_file}' does not exist")
-        with open(options.text_file, encoding="utf-8") as text:
-            set_leaves(invocation, name, text.read(), message_format)
+        with open(options.text_file, encoding="utf-8") as text_file:
+            set_leaves(invocation, name, text_file.read(), message_format)
         return
     if options.bin_file:
         try:
-            with open(options.bin_file, "rb") as data:
-                content = data.read()
+            with open(options.bin_file, "rb") as binary_file:
+                binary_data = binary_file.read()
         except OSError as error:
             raise CommandError(f"cannot read [{options.bin_file}]: {error.strerror}") from None
-        invocation.master.set_param(name, content)
+        invocation.master.set_param(name, binary_data)
         if options.verbose:
-            print(f"set parameter [{name}] to [{content.decode('utf-8', 'replace')}]")
+            print(f"set parameter [{name}] to [{binary_data.decode('utf-8', 'replace')}]")
         return
     if len(args) < 2 or args[1] in ("-", "--"):
         raise UsageError("invalid arguments. Please specify a parameter value")

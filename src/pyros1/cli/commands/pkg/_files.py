@@ -1,4 +1,4 @@
-"""Lookup of files of packages for the verbs like rosbash's roscd, rosls, rosed, roscat and roscp (L184)."""
+"""Lookup of files in packages, for the verbs that correspond to rosbash's roscd, rosls, rosed, roscat, roscp (L184)."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def resolve_folder(location: str) -> str:
     """Return the path of ``package``, ``package/folder``, ``log`` or another special folder.
 
     Raises:
-        Error: the package is unknown.
+        FilesError: the package is unknown.
     """
     name, _, relative = location.partition("/")
     path = special_folders().get(name)
@@ -90,7 +90,11 @@ def resolve_folder(location: str) -> str:
 
 
 def workspace_folder() -> str:
-    """Return the folder of the workspace, to which ``roscd`` changes without arguments."""
+    """Return the folder of the workspace, to which ``roscd`` changes without arguments.
+
+    Raises:
+        FilesError: no workspace is known.
+    """
     prefixes = os.environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep)
     workspaces = [prefix for prefix in prefixes if prefix and os.path.isfile(os.path.join(prefix, ".catkin"))]
     folder = os.environ.get("ROS_WORKSPACE") or next(iter(workspaces), None)
@@ -103,13 +107,17 @@ def workspace_folder() -> str:
 
 
 def find_file(args: list[str], usage: str) -> str:
-    """Return the path for the arguments ``PACKAGE FILE``. If several files have this name, ask the user."""
+    """Return the path for the arguments ``PACKAGE FILE``. If several files have this name, ask the user.
+
+    Raises:
+        FilesError: arguments are missing, no file has this name, or the user selected none.
+    """
     if len(args) < 2:
         raise FilesError(f"usage: {usage}")
     folder, name = resolve_folder(args[0]), args[1]
-    direct = os.path.join(folder, name)
+    direct_path = os.path.join(folder, name)
     if os.path.dirname(name):
-        paths = [direct] if os.path.isfile(direct) else []
+        paths = [direct_path] if os.path.isfile(direct_path) else []
     else:
         paths = [os.path.join(base, name) for base, files in files_below(folder) if name in files]
     if not paths:

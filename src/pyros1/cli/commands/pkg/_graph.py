@@ -16,15 +16,15 @@ def packages_and_name(request: Request) -> tuple[Packages, str]:
     return load_packages(), name
 
 
-def check_known(known: Packages, name: str) -> None:
+def check_known(packages: Packages, package: str) -> None:
     """Raise `PkgError` if a package is unknown."""
-    if name not in known.by_name:
-        raise PkgError(f"package '{name}' not found")
+    if package not in packages.by_name:
+        raise PkgError(f"package '{package}' not found")
 
 
-def selected_manifests(request: Request, known: Packages, name: str) -> list[Manifest]:
+def selected_manifests(request: Request, packages: Packages, name: str) -> list[Manifest]:
     """Return the manifests of a package and its dependencies; with ``--deps-only``, only of the dependencies."""
-    names = [*known.dependencies_top_down(name)]
+    names = [*packages.dependencies_top_down(name)]
     if "deps-only" not in request.options:
         names.insert(0, name)
-    return [known.manifest(package) for package in names]
+    return [packages.manifest(package) for package in names]

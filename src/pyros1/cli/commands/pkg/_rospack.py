@@ -11,7 +11,7 @@ from pyros1.cli import registry
 from pyros1.cli.failures import did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import leave_unparsed
-from pyros1.cli.records import Argument, Flag, Option, Run, Verb
+from pyros1.cli.records import Argument, Flag, Option, RunFunction, Verb
 from pyros1.cli.shared.printing import print_json
 from pyros1.finding.crawl import FoundPackage, all_packages
 from pyros1.ground.errors import Error, PackageNotFoundError
@@ -43,7 +43,7 @@ class Request:
     Attributes:
         verb: the verb.
         args: the arguments after the verb: the package if one is given.
-        options: the values of options by name, from ``--name=value``; the values of flags are empty.
+        options: the values of options such as ``--name=value`` by name; the values of flags are empty.
         quiet: whether to suppress errors.
         help: whether to print help.
     """
@@ -56,14 +56,22 @@ class Request:
         self.help = False
 
     def package(self) -> str:
-        """Return the requested package, or the one that contains the current folder."""
+        """Return the name of the requested package, or of the package that contains the current folder.
+
+        Raises:
+            PkgError: there is neither.
+        """
         name = self.args[0] if self.args else _current_package()
         if not name:
             raise PkgError("no package given")
         return name
 
     def required_options(self, *names: str) -> list[str]:
-        """Return the values of required options. A package is required as well."""
+        """Return the values of required options.
+
+        Raises:
+            PkgError: an option or the package is missing.
+        """
         values = [self.options.get(name, "") for name in names]
         if not all(values) or not (self.args or _current_package()):
             raise PkgError(f"no {' / '.join(['package', *names])} given")
@@ -81,7 +89,7 @@ def make_verb(
     name: str,
     about: str,
     *parts: Option | Argument,
-    run: Run,
+    run: RunFunction,
     examples: Sequence[tuple[str, str]],
     aliases: Sequence[str] = (),
     stock_about: str | None = None,

@@ -18,7 +18,15 @@ from pyros1.finding.crawl import all_packages
 from pyros1.finding.create import CreateError, create, name_problem
 from pyros1.finding.library import SHIPPED
 from pyros1.finding.new_package import NewPackage
-from pyros1.guide.catalogue import CATALOGUE, FACES, ExampleError, builds_with, example, gather, tries
+from pyros1.guide.catalogue import (
+    CATALOGUE,
+    FACES,
+    ExampleError,
+    collect_files,
+    commands_to_try,
+    find_example,
+    is_build_dependency,
+)
 
 _STOCK_TOOLS = ("catkin_create_pkg", "roscreate-pkg")
 _WIDTH = 16  # width of the column of example names
@@ -43,7 +51,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if problem:
         print(f"WARNING: '{options.name}' is not a good package name: {problem}", file=sys.stderr)
     try:
-        examples = [example(name, options.face) for name in dict.fromkeys(options.example or ())]
+        examples = [find_example(name, options.face) for name in dict.fromkeys(options.example or ())]
     except ExampleError as error:
         print(f"ERROR: {error}", file=sys.stderr)
         return 1
@@ -51,11 +59,14 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         reason = "a metapackage has no files" if options.meta else "--no-examples excludes it"
         print(f"ERROR: --example cannot be used here: {reason}", file=sys.stderr)
         return 1
-    needs = [requirement for chosen in examples for requirement in chosen.needs(options.face)]
+    example_dependencies = [dependency for chosen in examples for dependency in chosen.dependencies(options.face)]
     package = NewPackage(
         options.name,
-        depends=[*options.dependencies, *(requirement for requirement in needs if builds_with(requirement))],
-        runs=[requirement for requirement in needs if not builds_with(requirement)],
+        depends=[
+            *options.dependencies,
+            *(dependency for dependency in example_dependencies if is_build_dependency(dependency)),
+        ],
+        runs=[dependency for dependency in example_dependencies if not is_build_dependency(dependency)],
         system=options.sys_deps or (),
         boost=options.boost_comps or (),
         version=options.pkg_version,
@@ -65,7 +76,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         maintainers=options.maintainer or (),
         meta=options.meta,
         examples=not (as_stock or options.no_examples or examples),
-        files=gather(examples, options.face, options.name) if examples else {},
+        files=collect_files(examples, options.face, options.name) if examples else {},
     )
     known = {entry.name: entry.folder for entry in reversed(all_packages(os.environ))}
     try:
@@ -77,7 +88,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if as_stock:
         _print_as_stock(package, created)
     else:
-        _print_created(package, created, tries(examples, package.name) if examples else _minimal_commands(package))
+        _print_created(
+            package, created, commands_to_try(examples, package.name) if examples else _minimal_commands(package)
+        )
     return 0
 
 
@@ -161,7 +174,7 @@ def _warn_about_packages(package: str, depends: Sequence[str], known: dict[str, 
 
 
 def _preference_text(package: str, other: str) -> str:
-    """Return which of two packages with the same name is used: the new one in this folder or the other one."""
+    """Return a text that says which of two packages of the same name is used: the new one or the one in `other`."""
     current_folder = str(Path.cwd())
     found_folder = _find_from_current_folder(package)
     if found_folder != os.path.join(current_folder, package):

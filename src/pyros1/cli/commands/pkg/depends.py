@@ -7,54 +7,54 @@ import os
 from pyros1.cli.commands.pkg._graph import check_known, packages_and_name
 from pyros1.cli.commands.pkg._rospack import PkgError, Request, make_verb
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.records import JSON, Argument, Flag, Option, Run, Verb
+from pyros1.cli.records import JSON_FLAG, Argument, Flag, Option, RunFunction, Verb
 from pyros1.finding.crawl import profile, search_folders
 from pyros1.ground.errors import PackageNotFoundError
 
 
 def _all_dependencies(invocation: Invocation, request: Request, args: list[str]) -> None:
-    known, name = packages_and_name(request)
-    request.print_names(known.dependencies(name))
+    packages, name = packages_and_name(request)
+    request.print_names(packages.dependencies(name))
 
 
 def _direct_dependencies(invocation: Invocation, request: Request, args: list[str]) -> None:
-    known, name = packages_and_name(request)
-    request.print_names(known.direct_dependencies(name))
+    packages, name = packages_and_name(request)
+    request.print_names(packages.direct_dependencies(name))
 
 
 def _dependents(invocation: Invocation, request: Request, args: list[str]) -> None:
-    known, name = packages_and_name(request)
-    if name not in known.by_name:
+    packages, name = packages_and_name(request)
+    if name not in packages.by_name:
         raise PackageNotFoundError(name)
-    request.print_names(known.dependents(name) if request.verb.endswith("1") else known.all_dependents(name))
+    request.print_names(packages.dependents(name) if request.verb.endswith("1") else packages.all_dependents(name))
 
 
 def _print_tree(invocation: Invocation, request: Request, args: list[str]) -> None:
-    known, name = packages_and_name(request)
-    check_known(known, name)
-    for level, package in known.tree(name):
+    packages, name = packages_and_name(request)
+    check_known(packages, name)
+    for level, package in packages.tree(name):
         print("  " * level + package)
 
 
 def _print_chains(invocation: Invocation, request: Request, args: list[str]) -> None:
     if not request.options.get("target"):
         raise PkgError("no package or target given")
-    known, name = packages_and_name(request)
+    packages, name = packages_and_name(request)
     target = request.options["target"]
     for package in (name, target):
-        check_known(known, package)
+        check_known(packages, package)
     print(f"Dependency chains from {name} to {target}:")
-    for chain in known.chains(name, target):
+    for chain in packages.chains(name, target):
         print(f"* {' -> '.join(chain)} ")
 
 
 def _print_manifests(invocation: Invocation, request: Request, args: list[str]) -> None:
-    known, name = packages_and_name(request)
-    if name not in known.by_name:
+    packages, name = packages_and_name(request)
+    if name not in packages.by_name:
         print()  # like stock, which prints an empty line before the error
-        check_known(known, name)
-    packages = [known.find(package) for package in known.dependencies(name)]
-    print(" ".join(os.path.join(package.folder, package.manifest) for package in packages))
+        check_known(packages, name)
+    found_packages = [packages.find(package) for package in packages.dependencies(name)]
+    print(" ".join(os.path.join(package.folder, package.manifest) for package in found_packages))
 
 
 def _print_profile(invocation: Invocation, request: Request, args: list[str]) -> None:
@@ -78,13 +78,13 @@ def _print_profile(invocation: Invocation, request: Request, args: list[str]) ->
 
 def _rosdep(invocation: Invocation, request: Request, args: list[str]) -> None:
     """Print the system packages that a package and its dependencies need."""
-    known, name = packages_and_name(request)
-    check_known(known, name)
-    names = [name] if request.verb == "rosdep0" else [*known.dependencies(name), name]
-    catkin = known.manifest(name).catkin
+    packages, name = packages_and_name(request)
+    check_known(packages, name)
+    names = [name] if request.verb == "rosdep0" else [*packages.dependencies(name), name]
+    catkin = packages.manifest(name).catkin
     keys: set[str] = set()
     for package in names:
-        manifest = known.manifest(package)
+        manifest = packages.manifest(package)
         keys.update(manifest.system)
         if catkin:  # rosbuild packages name rosdep keys only in manifest.xml
             keys.update(key for _, key in manifest.depends)
@@ -94,7 +94,9 @@ def _rosdep(invocation: Invocation, request: Request, args: list[str]) -> None:
 _PACKAGE = Argument("package", "package", optional=True)
 
 
-def _make_verb(name: str, run: Run, example: str, *options: Option, target: str = "", lists_alias: bool = True) -> Verb:
+def _make_verb(
+    name: str, run: RunFunction, example: str, *options: Option, target: str = "", lists_alias: bool = True
+) -> Verb:
     """Return the `Verb` for dependencies. `lists_alias` tells whether the list of verbs mentions its alias."""
     alias = name.replace("depends", "deps")
     about = f"{name}{target}" if target else f"{name:17}"
@@ -104,12 +106,12 @@ def _make_verb(name: str, run: Run, example: str, *options: Option, target: str 
 
 
 VERBS = [
-    _make_verb("depends", _all_dependencies, "list all dependencies in build order", JSON),
+    _make_verb("depends", _all_dependencies, "list all dependencies in build order", JSON_FLAG),
     _make_verb("depends-indent", _print_tree, "print dependencies as a tree"),
     _make_verb("depends-manifests", _print_manifests, "list the manifests of all dependencies"),
-    _make_verb("depends-on", _dependents, "list all packages that depend on it", JSON, lists_alias=False),
-    _make_verb("depends-on1", _dependents, "list packages that depend on it directly", JSON, lists_alias=False),
-    _make_verb("depends1", _direct_dependencies, "list direct dependencies", JSON),
+    _make_verb("depends-on", _dependents, "list all packages that depend on it", JSON_FLAG, lists_alias=False),
+    _make_verb("depends-on1", _dependents, "list packages that depend on it directly", JSON_FLAG, lists_alias=False),
+    _make_verb("depends1", _direct_dependencies, "list direct dependencies", JSON_FLAG),
     _make_verb(
         "depends-why",
         _print_chains,
@@ -120,7 +122,7 @@ VERBS = [
     make_verb(
         "rosdep",
         "rosdep  [package] (alias: rosdeps)",
-        JSON,
+        JSON_FLAG,
         _PACKAGE,
         aliases=["rosdeps"],
         run=_rosdep,
@@ -129,7 +131,7 @@ VERBS = [
     make_verb(
         "rosdep0",
         "rosdep0 [package] (alias: rosdeps0)",
-        JSON,
+        JSON_FLAG,
         _PACKAGE,
         aliases=["rosdeps0"],
         run=_rosdep,

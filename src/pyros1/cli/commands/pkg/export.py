@@ -11,27 +11,31 @@ from pyros1.cli.records import Argument, Option
 def _export(invocation: Invocation, request: Request, args: list[str]) -> None:
     """Print the values that a package and its dependencies export for a language."""
     language, attribute = request.required_options("lang", "attrib")
-    known, name = packages_and_name(request)
-    if name not in known.by_name:
+    packages, name = packages_and_name(request)
+    if name not in packages.by_name:
         print()
-        check_known(known, name)
+        check_known(packages, name)
     print(
-        " ".join(value for m in selected_manifests(request, known, name) for value in m.exported(language, attribute))
+        " ".join(
+            value
+            for manifest in selected_manifests(request, packages, name)
+            for value in manifest.exported(language, attribute)
+        )
     )
 
 
 def _plugins(invocation: Invocation, request: Request, args: list[str]) -> None:
     """Print the plugins that packages export for a package."""
     (attribute,) = request.required_options("attrib")
-    known, name = packages_and_name(request)
+    packages, name = packages_and_name(request)
     top = request.options.get("top", "")
     if top:
-        check_known(known, top)
-    check_known(known, name)
-    allowed = {top, *known.dependencies(top)} if top else known.by_name.keys()
-    for package in [name, *known.dependents(name)]:
+        check_known(packages, top)
+    check_known(packages, name)
+    allowed = {top, *packages.dependencies(top)} if top else packages.by_name.keys()
+    for package in [name, *packages.dependents(name)]:
         if package in allowed:
-            values = known.manifest(package).exported(name, attribute)
+            values = packages.manifest(package).exported(name, attribute)
             if values:
                 print(f"{package} {values[0]}")
 

@@ -14,13 +14,13 @@ from pyros1.cli.records import Argument, Verb
 
 def _flags(invocation: Invocation, request: Request, args: list[str]) -> None:
     """Print compiler or linker flags, from pkg-config for catkin packages and from exports for rosbuild packages."""
-    known, name = packages_and_name(request)
-    check_known(known, name)
+    packages, name = packages_and_name(request)
+    check_known(packages, name)
     is_compiler = request.verb.startswith("cflags")
     kind = request.verb.rsplit("-", 1)[1]  # I, L, l or other
     flags: list[str] = []
     has_pkg_config_flags = False
-    for manifest in selected_manifests(request, known, name):
+    for manifest in selected_manifests(request, packages, name):
         if not manifest.catkin:
             for value in manifest.exported("cpp", "cflags" if is_compiler else "lflags"):
                 flags += _select_flags(shlex.split(value), kind)
@@ -39,7 +39,11 @@ def _select_flags(flags: list[str], kind: str) -> list[str]:
 
 def _pkg_config(verb: str, name: str) -> list[str]:
     environ = dict(os.environ)
-    paths = [os.path.join(p, "lib", "pkgconfig") for p in environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep) if p]
+    paths = [
+        os.path.join(prefix, "lib", "pkgconfig")
+        for prefix in environ.get("CMAKE_PREFIX_PATH", "").split(os.pathsep)
+        if prefix
+    ]
     environ["PKG_CONFIG_PATH"] = os.pathsep.join([*paths, *filter(None, [environ.get("PKG_CONFIG_PATH")])])
     command = ["pkg-config", f"--{verb}", name]
     try:

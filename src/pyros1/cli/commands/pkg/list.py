@@ -7,7 +7,7 @@ import os
 from pyros1.cli.commands.pkg._rospack import PkgError, Request, known_packages, make_verb
 from pyros1.cli.failures import did_you_mean
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.records import JSON, Argument
+from pyros1.cli.records import JSON_FLAG, Argument
 from pyros1.cli.shared.printing import print_json
 from pyros1.finding.crawl import FoundPackage, find_cached
 from pyros1.finding.packages import OWN_PACKAGES
@@ -68,11 +68,11 @@ VERBS = [
     make_verb(
         "list",
         "list",
-        JSON,
+        JSON_FLAG,
         run=_list_all,
         examples=[("", "list names and folders"), ("--json", "print JSON for programs")],
     ),
-    make_verb("list-names", "list-names", JSON, run=_list_names, examples=[("", "list names")]),
+    make_verb("list-names", "list-names", JSON_FLAG, run=_list_names, examples=[("", "list names")]),
     make_verb(
         "list-duplicates",
         "list-duplicates",

@@ -13,11 +13,15 @@ if TYPE_CHECKING:
     from pyros1.msgs import Service
 
 ERROR_CODE = 2
-"""The exit code for errors, which differs from that of most tools."""
+"""The exit code for errors, which differs from that of most other tools."""
 
 
 def service_name(invocation: Invocation, args: list[str]) -> str:
-    """Return the full name of the service given by the arguments."""
+    """Return the full name of the service given by the arguments.
+
+    Raises:
+        UsageError: there is no argument or more than one.
+    """
     if not args:
         raise UsageError("service must be specified")
     if len(args) > 1:
@@ -26,12 +30,16 @@ def service_name(invocation: Invocation, args: list[str]) -> str:
 
 
 def similar_service_hint(graph: Graph, name: str) -> str:
-    """Return a hint with the name of a similar service."""
+    """Return a hint with the name of a similar service; empty if there is none."""
     return did_you_mean(name, graph.state().services)
 
 
 def provider_header(invocation: Invocation, graph: Graph, name: str) -> dict[str, str] | None:
-    """Return the connection header of the service's provider; None if no node provides the service."""
+    """Return the connection header of the service's provider; None if no node provides the service.
+
+    Raises:
+        CommandError: the provider does not respond.
+    """
     uri = graph.service_uri(name)
     if uri is None:
         return None
@@ -51,7 +59,11 @@ def unavailable_error(graph: Graph, name: str) -> CommandError:
 
 
 def load_type(type_name: str) -> type[Service]:
-    """Return the class for a service type."""
+    """Return the class for a service type.
+
+    Raises:
+        CommandError: the type is unknown or has no valid definition.
+    """
     from pyros1.msgs import load_service  # noqa: PLC0415 - not all verbs need it
 
     try:

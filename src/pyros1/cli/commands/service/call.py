@@ -86,11 +86,11 @@ def _call(
     try:
         fill_message(request, arguments, now)
     except MessageError as error:
-        provided = "\n".join(f" * {argument} (type {type(argument).__name__})" for argument in arguments)
-        expected = " ".join(argument_names(service_class._request_class))
+        given_arguments = "\n".join(f" * {argument} (type {type(argument).__name__})" for argument in arguments)
+        argument_list = " ".join(argument_names(service_class._request_class))
         raise CommandError(
-            f"Incompatible arguments to call service:\n{error}\nProvided arguments are:\n{provided}\n\n"
-            f"Service arguments are: [{expected}]",
+            f"Incompatible arguments to call service:\n{error}\nProvided arguments are:\n{given_arguments}\n\n"
+            f"Service arguments are: [{argument_list}]",
             ERROR_CODE,
         ) from None
     if verbose:

@@ -9,7 +9,7 @@ from typing import Any
 from pyros1.cli.commands.service._provider import provider_header
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.records import JSON, Argument, Verb
+from pyros1.cli.records import JSON_FLAG, Argument, Verb
 from pyros1.cli.shared.printing import print_json
 from pyros1.graph import PROBE_TIMEOUT
 from pyros1.ground.errors import MasterError
@@ -49,7 +49,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 VERB = Verb(
     "find",
     "find services by service type",
-    JSON,
+    JSON_FLAG,
     Argument("msg-type", "service_type"),
     usage="msg-type",
     examples=[("std_srvs/Trigger", "list services of that type")],

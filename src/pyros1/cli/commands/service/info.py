@@ -7,7 +7,7 @@ from typing import Any
 from pyros1.cli.commands.service._provider import load_type, provider_header, similar_service_hint
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.records import JSON, Argument, Verb
+from pyros1.cli.records import JSON_FLAG, Argument, Verb
 from pyros1.cli.shared.printing import print_json
 
 
@@ -39,7 +39,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 VERB = Verb(
     "info",
     "print information about service",
-    JSON,
+    JSON_FLAG,
     Argument("/service", "service"),
     usage="/service",
     examples=[("/flip", "print its node, address, type and arguments")],

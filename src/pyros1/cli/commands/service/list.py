@@ -6,9 +6,9 @@ from typing import Any
 
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.records import JSON, Argument, Flag, Verb
+from pyros1.cli.records import JSON_FLAG, Argument, Flag, Verb
 from pyros1.cli.shared.printing import print_json
-from pyros1.graph import in_namespace
+from pyros1.graph import names_in_namespace
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -17,7 +17,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         raise UsageError("you may only specify one input namespace")
     namespace = invocation.resolve(args[0]) if args else None
     services = invocation.graph.state().services
-    names = sorted(in_namespace(services, namespace))
+    names = sorted(names_in_namespace(services, namespace))
     if options.json:
         print_json([{"service": name, "nodes": services[name]} for name in names])
         return
@@ -29,7 +29,7 @@ VERB = Verb(
     "list",
     "list active services",
     Flag("-n", "--nodes", help="print nodes that provide service(s)"),
-    JSON,
+    JSON_FLAG,
     Argument("/namespace", "namespace", optional=True),
     usage="[/namespace]",
     examples=[("", "list all services"), ("-n", "list them with the nodes that provide them")],

@@ -13,7 +13,7 @@ from pyros1.cli import registry
 from pyros1.cli.commands.setup._programs import make_programs
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Command, Verb
-from pyros1.cli.shared.shells import SHELL, Names, parse_shell, select_shell, usage_examples
+from pyros1.cli.shared.shells import SHELL, CompletedNames, parse_shell, select_shell, usage_examples
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -22,7 +22,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     if shell is not None:
         names = registry.stock_names()
         folder = make_programs(names, os.environ)
-        print(shell.setup(str(folder), Names([*names, "pyros1"])), end="")
+        print(shell.setup(str(folder), CompletedNames([*names, "pyros1"])), end="")
 
 
 COMMAND = Command(

@@ -39,11 +39,11 @@ def make_programs(names: Mapping[str, tuple[str, ...]], environ: Mapping[str, st
     installation_id = crc32(f"{sys.executable}\n{package}".encode())
     home = environ.get("XDG_DATA_HOME") or os.path.join(os.path.expanduser("~"), ".local", "share")
     problems = []
-    for base in (Path(home, "pyros1"), Path(tempfile.gettempdir(), f"pyros1-{os.getuid()}")):
-        folder = base / f"bin-{installation_id:08x}"
+    for base_folder in (Path(home, "pyros1"), Path(tempfile.gettempdir(), f"pyros1-{os.getuid()}")):
+        folder = base_folder / f"bin-{installation_id:08x}"
         try:
-            base.mkdir(parents=True, exist_ok=True, mode=0o700)
-            _check_not_writable_by_others(base)
+            base_folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+            _check_not_writable_by_others(base_folder)
             folder.mkdir(exist_ok=True, mode=0o700)
             _write_programs(folder, {"pyros1": (), **names}, package)
         except OSError as error:
@@ -70,7 +70,7 @@ def _write_programs(folder: Path, names: Mapping[str, tuple[str, ...]], package:
             (folder / obsolete).unlink(missing_ok=True)
     for name, args in names.items():
         file = folder / name
-        text = _program_text(args, package)
+        text = _make_program_text(args, package)
         if not file.is_file() or file.read_text(encoding="utf-8") != text:
             temporary = folder / f".{name}.{os.getpid()}"
             temporary.write_text(text, encoding="utf-8")
@@ -78,8 +78,8 @@ def _write_programs(folder: Path, names: Mapping[str, tuple[str, ...]], package:
             os.replace(temporary, file)
 
 
-def _program_text(args: tuple[str, ...], package: str) -> str:
-    """Return a Python program started by sh, since the interpreter's path may be too long or contain spaces."""
+def _make_program_text(args: tuple[str, ...], package: str) -> str:
+    """Return a Python program that sh starts, since the interpreter's path may be too long or contain spaces."""
     argv = f'["pyros1", *{list(args)!r}, *sys.argv[1:]]'
     return (
         f"#!/bin/sh\n'''exec' {shlex.quote(sys.executable)} \"$0\" \"$@\"\n' '''\n"

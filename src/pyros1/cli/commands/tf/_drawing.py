@@ -15,7 +15,7 @@ GAP_X, GAP_Y = 18.0, 44.0
 
 
 class Frame(NamedTuple):
-    """The information that is drawn for a frame.
+    """What is drawn for a frame.
 
     Attributes:
         parent: the name of the parent; None for the root of a tree.
@@ -34,7 +34,7 @@ class Frame(NamedTuple):
     oldest: float
 
     def description(self, now: float) -> list[str]:
-        """Return a description of its transform: publisher, rate and age."""
+        """Return a description of the frame's transform: publisher, rate and age. Empty for a root."""
         if self.parent is None:
             return []
         if self.static or (self.static is None and not self.latest):
@@ -43,8 +43,8 @@ class Frame(NamedTuple):
         return [self.authority, rate, f"{now - self.latest:.3f} s old"]
 
 
-def children_of(frames: Sequence[Frame]) -> tuple[list[Frame], dict[str, list[Frame]]]:
-    """Return the roots and the children of each frame, both sorted by name.
+def find_roots_and_children(frames: Sequence[Frame]) -> tuple[list[Frame], dict[str, list[Frame]]]:
+    """Return the root frames and the child frames by parent, both sorted by name.
 
     Frames in a loop have no root, so the first frame of each loop is used as one.
     """
@@ -77,7 +77,7 @@ def format_tree(frames: Sequence[Frame], now: float) -> str:
     Args:
         now: the time in seconds, for ages.
     """
-    roots, children_by_parent = children_of(frames)
+    roots, children_by_parent = find_roots_and_children(frames)
     rows: list[tuple[str, list[str]]] = []
 
     def add(frame: Frame, prefix: str, child_prefix: str) -> None:
@@ -90,12 +90,12 @@ def format_tree(frames: Sequence[Frame], now: float) -> str:
     for root in roots:
         add(root, "", "")
     width = max((len(name) for name, _ in rows), default=0)
-    authority_width = max((len(facts[0]) for _, facts in rows if facts), default=0)
+    authority_width = max((len(details[0]) for _, details in rows if details), default=0)
     lines = []
-    for name, facts in rows:
+    for name, details in rows:
         line = f"{name:{width}}"
-        if facts:
-            line += f"  {facts[0]:{authority_width}}  {facts[1]:>9}  {' '.join(facts[2:])}"
+        if details:
+            line += f"  {details[0]:{authority_width}}  {details[1]:>9}  {' '.join(details[2:])}"
         lines.append(line.rstrip())
     return "\n".join(lines)
 
@@ -112,7 +112,7 @@ def dot(frames: Sequence[Frame], now: float) -> str:
             f"Most recent transform: {round(frame.latest, 3)}\\nOldest transform: {round(frame.oldest, 3)}\\n"
         )
         lines.append(f'"{_quote(frame.parent)}" -> "{_quote(frame.name)}"[label="{label}"];')
-    for root in children_of(frames)[0]:
+    for root in find_roots_and_children(frames)[0]:
         lines += [
             "edge [style=invis];",
             ' subgraph cluster_legend { style=bold; color=black; label ="view_frames Result";',
@@ -127,7 +127,7 @@ def _quote(name: str) -> str:
 
 
 class _Box(NamedTuple):
-    """The box of a frame. Its position is the middle of its upper edge in pixels."""
+    """The box of a frame. `x` and `y` are the position of the middle of its upper edge in pixels."""
 
     frame: Frame
     lines: list[str]
@@ -144,12 +144,12 @@ def svg(frames: Sequence[Frame], now: float, title: str) -> str:
         now: the time in seconds, for ages.
         title: the title at the top.
     """
-    roots, children_by_parent = children_of(frames)
+    roots, children_by_parent = find_roots_and_children(frames)
     boxes: dict[str, _Box] = {}
     top = 2 * MARGIN + LINE_HEIGHT
 
-    def place(frame: Frame, left: float, y: float) -> float:
-        """Place a frame and its descendants. Return the width they need in pixels."""
+    def place_subtree(frame: Frame, left: float, y: float) -> float:
+        """Place the boxes of a frame and its descendants. Return the width that they need in pixels."""
         lines = [frame.name, *frame.description(now)]
         width = max(map(len, lines)) * LETTER_WIDTH + 2 * MARGIN
         height = len(lines) * LINE_HEIGHT + MARGIN
@@ -157,26 +157,26 @@ def svg(frames: Sequence[Frame], now: float, title: str) -> str:
         child_widths = []
         child_left = left
         for child in children:
-            child_width = place(child, child_left, y + height + GAP_Y)
+            child_width = place_subtree(child, child_left, y + height + GAP_Y)
             child_widths.append(child_width)
             child_left += child_width + GAP_X
         required_width = max(width, child_left - GAP_X - left) if children else width
         extra_width = (required_width - (child_left - GAP_X - left)) / 2 if children else 0.0
         if extra_width > 0:  # centre the children below a wider frame
             for child in children:
-                _shift(child, extra_width)
+                move_right(child, extra_width)
         boxes[frame.name] = _Box(frame, lines, left + required_width / 2, y, width, height)
         return required_width
 
-    def _shift(frame: Frame, offset: float) -> None:
+    def move_right(frame: Frame, offset: float) -> None:
         box = boxes[frame.name]
         boxes[frame.name] = box._replace(x=box.x + offset)
         for child in children_by_parent.get(frame.name, []):
-            _shift(child, offset)
+            move_right(child, offset)
 
     right = MARGIN
     for root in roots:
-        right += place(root, right, top) + 2 * GAP_X
+        right += place_subtree(root, right, top) + 2 * GAP_X
     width = max(right, len(title) * LETTER_WIDTH + 2 * MARGIN)
     height = max((box.y + box.height for box in boxes.values()), default=top) + MARGIN
     lines = [

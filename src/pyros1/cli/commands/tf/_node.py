@@ -20,19 +20,20 @@ TOPICS = ("/tf", "/tf_static")
 _MAX_FRAMES_SHOWN = 30
 
 
-def open_node(invocation: Invocation, name: str, *, tool: bool = True, anonymous: bool = True) -> Node:
+def open_node(invocation: Invocation, name: str, *, is_tool: bool = True, anonymous: bool = True) -> Node:
     """Create the node of a tf command.
 
     Args:
         invocation: the command's invocation.
         name: the node's name.
-        tool: whether the node belongs to an interactive tool, which fails immediately without a master and logs little.
+        is_tool: whether the node belongs to an interactive tool, which fails immediately without a master, and logs
+            little.
         anonymous: whether to append a number to the name, so that several can run.
 
     Raises:
-        MasterUnreachableError: no master is running, and `tool` is True.
+        MasterUnreachableError: no master is running, and `is_tool` is True.
     """
-    if tool:
+    if is_tool:
         invocation.master.ping()  # fail before slow imports if no master is running
     from pyros1.node import Node  # noqa: PLC0415 - not needed for help
 
@@ -41,14 +42,14 @@ def open_node(invocation: Invocation, name: str, *, tool: bool = True, anonymous
         anonymous=anonymous,
         argv=invocation.remapping_args,
         environ=invocation.environ,
-        rosout=not tool,
-        wait_for_master=0.0 if tool else None,
-        log_level="warn" if tool else "info",
+        rosout=not is_tool,
+        wait_for_master=0.0 if is_tool else None,
+        log_level="warn" if is_tool else "info",
     )
 
 
 def make_pause(node: Node) -> Callable[[float], bool]:
-    """Return a function that waits for a time in seconds of wall time and returns whether the node is still running."""
+    """Return a function that waits for a number of wall-clock seconds and returns whether the node is still running."""
     has_shut_down = Event()
     node.on_shutdown(has_shut_down.set)
     return lambda seconds: not has_shut_down.wait(seconds)
@@ -67,12 +68,12 @@ def wait_for_clock(node: Node) -> None:
     )
 
 
-def parse_number(text: str, what: str, *, positive: bool = False) -> float:
+def parse_number(text: str, value_name: str, *, positive: bool = False) -> float:
     """Parse an argument as a number.
 
     Args:
         text: the argument.
-        what: the name of the value, for the error message.
+        value_name: the name of the value, for the error message.
         positive: whether it must be positive.
 
     Raises:
@@ -83,12 +84,12 @@ def parse_number(text: str, what: str, *, positive: bool = False) -> float:
         if value - value != 0 or (positive and value <= 0):
             raise ValueError
     except ValueError:
-        raise UsageError(f"{what} must be a {'positive ' if positive else ''}number, not {text!r}") from None
+        raise UsageError(f"{value_name} must be a {'positive ' if positive else ''}number, not {text!r}") from None
     return value
 
 
 class LookupHints:
-    """Prints hints about failed lookups to stderr, unless the last one was the same.
+    """Prints hints about failed lookups to stderr, but never the same hint twice in a row.
 
     Args:
         invocation: used to query the master.
@@ -103,10 +104,10 @@ class LookupHints:
         self._last_hint = ""
 
     def print_hint(self, error: TransformException | None, *frames: str) -> None:
-        """Print a hint unless it is the same as the last one.
+        """Print a hint about a failed lookup, unless it is the same as the last one.
 
         Args:
-            error: the lookup's error.
+            error: the lookup's error; None if no lookup was tried.
             frames: the frames of the lookup.
         """
         hint = self._hint(error, frames)
@@ -126,7 +127,7 @@ class LookupHints:
                 )
                 return f"Unknown frame '{frame}'{did_you_mean(frame, known)}; known frames: {names}"
         if isinstance(error, ConnectivityException):
-            roots = " and ".join(repr(self._root(frame)) for frame in frames)
+            roots = " and ".join(repr(self._root_of(frame)) for frame in frames)
             return (
                 f"The frames are in separate trees with the roots {roots}: "
                 "no node publishes a transform between the trees"
@@ -146,7 +147,7 @@ class LookupHints:
             )
         return f"No transform received yet from {', '.join(names)}: is it running? (pyros1 node ping {names[0]})"
 
-    def _root(self, frame: str) -> str:
+    def _root_of(self, frame: str) -> str:
         parents = {state.name: state.parent for state in self._buffer.states()}
         for _ in parents:
             parent = parents.get(frame)

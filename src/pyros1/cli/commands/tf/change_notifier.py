@@ -84,8 +84,8 @@ class FramePair:
     Args:
         source: the name of the frame.
         target: the name of the other frame.
-        distance: a distance in metres. Larger moves are published.
-        angle: an angle in radians. Rotations of more than twice this angle are published, as in tf.
+        distance: a distance in metres. Moves by more than this are published.
+        angle: an angle in radians. Rotations by more than twice this angle are published, as in tf.
     """
 
     source: str

@@ -74,10 +74,10 @@ def _parse_options(options: Any, rate: str | None) -> None:
     for name in ("offset", "time"):
         text = getattr(options, name)
         setattr(options, name, None if text is None else parse_number(text, f"the {name}"))
-    for name, what in (("limit", "the limit"), ("precision", "the precision")):
+    for name, value_name in (("limit", "the limit"), ("precision", "the precision")):
         text = getattr(options, name)
         if text is not None and not text.isdigit():
-            raise UsageError(f"{what} must be a whole number, not {text!r}")
+            raise UsageError(f"{value_name} must be a whole number, not {text!r}")
         setattr(options, name, None if text is None else int(text))
 
 

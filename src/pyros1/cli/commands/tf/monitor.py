@@ -53,10 +53,10 @@ class Delays:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._frames: dict[str, deque[float]] = {}
-        self._nodes: dict[str, deque[float]] = {}
-        self._times: dict[str, deque[float]] = {}
-        self._senders: dict[str, str] = {}
+        self._delays_by_frame: dict[str, deque[float]] = {}
+        self._delays_by_node: dict[str, deque[float]] = {}
+        self._times_by_node: dict[str, deque[float]] = {}
+        self._sender_by_frame: dict[str, str] = {}
 
     def add_transforms(self, frames: list[tuple[str, float]], sender: str, now: float) -> None:
         """Record a message.
@@ -69,22 +69,22 @@ class Delays:
         delays = [(name, now - stamp if stamp else 0.0) for name, stamp in frames]
         with self._lock:
             for name, delay in delays:
-                self._senders[name] = sender
-                self._frames.setdefault(name, deque(maxlen=_WINDOW_SIZE)).append(delay)
+                self._sender_by_frame[name] = sender
+                self._delays_by_frame.setdefault(name, deque(maxlen=_WINDOW_SIZE)).append(delay)
             average = sum(delay for _, delay in delays) / max(1, len(delays))
-            self._nodes.setdefault(sender, deque(maxlen=_WINDOW_SIZE)).append(average)
-            self._times.setdefault(sender, deque(maxlen=_WINDOW_SIZE)).append(now)
+            self._delays_by_node.setdefault(sender, deque(maxlen=_WINDOW_SIZE)).append(average)
+            self._times_by_node.setdefault(sender, deque(maxlen=_WINDOW_SIZE)).append(now)
 
     def lines(self, chain: list[str] | None) -> list[str]:
-        """Return the report on the frames of a chain (None for all frames) and on all nodes."""
+        """Return the report on the frames in a chain, or on all frames if it is None, and on all nodes."""
         with self._lock:
             rows = ["", "Frames:"]
-            for name, delays in sorted(self._frames.items()):
+            for name, delays in sorted(self._delays_by_frame.items()):
                 if chain is None or name in chain:
-                    rows.append(f"Frame: {name} published by {self._senders[name]} {_delay_summary(delays)}")
+                    rows.append(f"Frame: {name} published by {self._sender_by_frame[name]} {_delay_summary(delays)}")
             rows += ["", "All Broadcasters:"]
-            for name, delays in sorted(self._nodes.items()):
-                times = self._times[name]
+            for name, delays in sorted(self._delays_by_node.items()):
+                times = self._times_by_node[name]
                 rate = len(times) / max(1e-8, times[-1] - times[0])
                 rows.append(f"Node: {name} {rate:g} Hz, {_delay_summary(delays)}")
             return rows
@@ -110,13 +110,13 @@ def _monitor(invocation: Invocation, node: Node, frames: list[str]) -> None:
         stamps = [(item.child_frame_id, 0.0 if static else item.header.stamp.to_sec()) for item in message.transforms]
         delays.add_transforms(stamps, f"{sender}(static)" if static else sender, node.now().to_sec())
 
-    kind = "tf2_msgs/TFMessage"
+    type_name = "tf2_msgs/TFMessage"
     with (
         listener,
-        node.subscribe("/tf", kind, lambda message: add_transforms(message, False), queue_size=100),
-        node.subscribe("/tf_static", kind, lambda message: add_transforms(message, True), queue_size=100),
+        node.subscribe("/tf", type_name, lambda message: add_transforms(message, False), queue_size=100),
+        node.subscribe("/tf_static", type_name, lambda message: add_transforms(message, True), queue_size=100),
     ):
-        average = longest_delay = 0.0
+        average_delay = longest_delay = 0.0
         pause = make_pause(node)
         checks = 0
         while pause(_CHECK_PERIOD):
@@ -124,7 +124,7 @@ def _monitor(invocation: Invocation, node: Node, frames: list[str]) -> None:
             if chain and buffer.can_transform(*frames):
                 stamp = buffer.get_latest_common_time(*frames).to_sec()
                 delay = node.now().to_sec() - stamp if stamp else 0.0
-                average = 0.01 * delay + 0.99 * average
+                average_delay = 0.01 * delay + 0.99 * average_delay
                 longest_delay = max(longest_delay, delay)
             if checks % _CHECKS_PER_REPORT:
                 continue
@@ -133,7 +133,10 @@ def _monitor(invocation: Invocation, node: Node, frames: list[str]) -> None:
                 continue
             rows = ["", "", "", f"RESULTS: for {' to '.join(frames) or 'all Frames'}"]
             if chain:
-                rows += [f"Chain is: {' -> '.join(chain)}", f"Net delay     avg = {average:g}: max = {longest_delay:g}"]
+                rows += [
+                    f"Chain is: {' -> '.join(chain)}",
+                    f"Net delay     avg = {average_delay:g}: max = {longest_delay:g}",
+                ]
             print(*map(one_line, rows + delays.lines(chain)), sep="\n", flush=True)
 
 

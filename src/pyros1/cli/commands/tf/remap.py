@@ -16,7 +16,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Run the node until it is shut down."""
     if args:
         raise UsageError(f"unexpected argument {args[0]!r}: set the parameter ~mappings to the mappings")
-    with open_node(invocation, "tf_remapper", tool=False, anonymous=False) as node:
+    with open_node(invocation, "tf_remapper", is_tool=False, anonymous=False) as node:
         mappings = _parse_mappings(node.params.get("~mappings", []))
         print(f"Applying the following mappings to incoming tf frame ids {mappings}", flush=True)
         publisher: Any = node.advertise("/tf", _MESSAGE_TYPE, queue_size=100)

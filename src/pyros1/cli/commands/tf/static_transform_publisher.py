@@ -131,7 +131,7 @@ def _publish(
     invocation: Invocation, parent: str, child: str, position: list[float], rotation: list[float], period: float | None
 ) -> int:
     rotation, warning = _normalize(rotation)
-    with open_node(invocation, _PROGRAM, tool=False) as node:
+    with open_node(invocation, _PROGRAM, is_tool=False) as node:
         if warning:
             node.log.warn("%s", warning)
         transform = _make_transform(parent, child, position, rotation)
@@ -156,7 +156,7 @@ def _normalize(rotation: list[float]) -> tuple[list[float], str]:
 
 
 def _publish_parameter(invocation: Invocation, name: str) -> int:
-    with open_node(invocation, _PROGRAM, tool=False) as node:
+    with open_node(invocation, _PROGRAM, is_tool=False) as node:
         node.log.info("Looking for TF in parameter: %s", name)
         value = node.params.get(name, None)
         if value is None:
@@ -206,7 +206,7 @@ def _publish_static(node: Node, transform: Any) -> None:
 
 
 def _publish_repeatedly(node: Node, transform: Any, period: float) -> None:
-    """Publish the transform once per period. Its stamp is one period ahead, so that it is valid until the next one."""
+    """Publish the transform once per period, stamped one period ahead, so that it is valid until the next message."""
     from pyros1.ground.timing import Duration  # noqa: PLC0415
     from pyros1.tf.broadcaster import TransformBroadcaster  # noqa: PLC0415
 

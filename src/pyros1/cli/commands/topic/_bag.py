@@ -11,7 +11,7 @@ from typing import Any
 from pyros1 import bag as bags
 from pyros1.cli.failures import CommandError, did_you_mean
 from pyros1.cli.shared.printing import print_json
-from pyros1.graph import in_namespace
+from pyros1.graph import names_in_namespace
 from pyros1.ground.terminal_text import one_line
 from pyros1.ground.timing import Time
 from pyros1.msgs import AnyMsg
@@ -21,7 +21,7 @@ Resolve = Callable[[str], str]
 
 
 def list_topics(path: str, namespace: str | None, resolve: Resolve, *, json: bool) -> None:
-    """Print the recorded topics of a bag, or the number and times of the messages below a namespace."""
+    """Print the topics in a bag, or the number and times of the messages on topics below a namespace."""
     with _open(path) as bag:
         if namespace is None:
             names = list(dict.fromkeys(connection.topic for connection in bag.connections))
@@ -30,7 +30,7 @@ def list_topics(path: str, namespace: str | None, resolve: Resolve, *, json: boo
             elif names:
                 print(*map(one_line, names), sep="\n")
             return
-        topics = [name for name in bag.topics if in_namespace([resolve(name)], namespace)]
+        topics = [name for name in bag.topics if names_in_namespace([resolve(name)], namespace)]
         times = [message.time.to_sec() for message in bag.messages(topics, raw=True)] if topics else []
         if json:
             time_range = {"start": min(times), "end": max(times)} if times else {"start": None, "end": None}
@@ -62,7 +62,7 @@ def find_topic(path: str, name: str, resolve: Resolve) -> tuple[list[str], str] 
 
 
 def replay(path: str, topics: list[str] | None, on_message: Callable[[str, AnyMsg, Time], bool]) -> None:
-    """Pass raw messages of a bag in chronological order to a function until it returns False.
+    """Pass the raw messages in a bag in chronological order to a function until it returns False.
 
     Args:
         path: the path of the bag.

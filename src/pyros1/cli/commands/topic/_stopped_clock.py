@@ -26,8 +26,8 @@ class StoppedClock:
         self._last: Time | None = None
         self._has_warned = False
 
-    def has_stopped(self) -> bool:
-        """Return whether time has not advanced since the last call. Warn once each time it stops."""
+    def warn_if_stopped(self) -> bool:
+        """Warn once each time simulated time stops. Return whether it has not advanced since the last call."""
         if not self._uses_simulated_time:
             return False
         now = self._node.now()

@@ -14,7 +14,7 @@ from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.filters import Clock, filter_expression
 from pyros1.cli.shared.forms import Json, Plot, Text, ValueWriter
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
-from pyros1.cli.shared.subscribing import find_topic, subscribe
+from pyros1.cli.shared.subscribing import subscribe, wait_for_topic
 from pyros1.ground.errors import DeserializationError, MessageError
 from pyros1.ground.terminal_text import one_line
 from pyros1.ground.timing import Time
@@ -39,12 +39,12 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         return
     with invocation.open_node() as node:
         clock.node = node
-        found = find_topic(invocation, node, name)
+        found = wait_for_topic(invocation, node, name)
         if found is None:
             return
-        topic, path, kind = found
+        topic, path, type_name = found
         print_value = _make_writer(options, node.now)
-        printer = Printer(topic, FieldPath(path), print_value, expression, options.msg_count, kind)
+        printer = Printer(topic, FieldPath(path), print_value, expression, options.msg_count, type_name)
         with subscribe(node, topic, printer.on_message):
             _wait_until_done(invocation, node, printer)
     if printer.error is not None:
@@ -179,7 +179,7 @@ class Printer:
         print_value: ValueWriter,
         expression: Expression | None,
         limit: int | None,
-        kind: str | None = None,
+        type_name: str | None = None,
     ) -> None:
         self.count = 0
         self.done = threading.Event()
@@ -189,8 +189,8 @@ class Printer:
         self._print_value = print_value
         self._expression = expression
         self._limit = limit
-        self._decoder = Decoder(kind or "", by_name=kind is not None)
-        self._skips_invalid_messages = kind is not None
+        self._decoder = Decoder(type_name or "", by_name=type_name is not None)
+        self._skips_invalid_messages = type_name is not None
         self._printed_warnings: set[str] = set()
         self._out = data_stream()  # messages are already escaped, and --clear works for files as well, like stock's
 
@@ -202,11 +202,11 @@ class Printer:
             self.done.set()
             return
         try:
-            printed = self._value_to_print(raw)
-            if printed is None:
+            output = self._value_to_print(raw)
+            if output is None:
                 return
-            self._print_value(*printed, self._out.write)
-            del printed
+            self._print_value(*output, self._out.write)
+            del output
             self._out.flush()
         except (OSError, CommandError) as error:
             self.error = error
@@ -233,11 +233,11 @@ class Printer:
         try:
             if self._expression is not None and not self._expression({"m": message, "topic": self._topic}):
                 return None
-            value, kind = self._path.get(message)
+            value, value_type = self._path.get(message)
         except (ExpressionError, FieldPathError) as error:
             self._warn(str(error))  # only this message may be affected, for example if its array is too short
             return None
-        return message, value, kind
+        return message, value, value_type
 
     def _warn(self, text: str) -> None:
         """Print a warning once."""

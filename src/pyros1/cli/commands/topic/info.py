@@ -6,7 +6,7 @@ from typing import Any
 
 from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.records import JSON, Argument, Verb
+from pyros1.cli.records import JSON_FLAG, Argument, Verb
 from pyros1.cli.shared.printing import print_json
 from pyros1.graph import UNKNOWN_TYPE
 
@@ -48,7 +48,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 VERB = Verb(
     "info",
     "print information about active topic",
-    JSON,
+    JSON_FLAG,
     Argument("/topic", "topic"),
     usage="/topic",
     examples=[("/chatter", "print its type, publishers and subscribers")],

@@ -10,7 +10,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.cli.shared.printing import print_json
-from pyros1.graph import UNKNOWN_TYPE, Graph, SystemState, in_namespace
+from pyros1.graph import UNKNOWN_TYPE, Graph, SystemState, names_in_namespace
 from pyros1.ground.errors import ProtocolError
 from pyros1.net.hosts import parse_uri
 
@@ -82,7 +82,7 @@ def _as_json(
 
 
 def _select_namespace(table: dict[str, list[str]], namespace: str | None) -> dict[str, list[str]]:
-    return {name: table[name] for name in in_namespace(table, namespace)}
+    return {name: table[name] for name in names_in_namespace(table, namespace)}
 
 
 def _verbose_text(

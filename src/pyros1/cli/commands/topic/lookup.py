@@ -6,7 +6,7 @@ from typing import Any
 
 from pyros1.cli.failures import UsageError, did_you_mean, fail
 from pyros1.cli.invocation import Invocation
-from pyros1.cli.records import JSON, Argument, Option, Verb
+from pyros1.cli.records import JSON_FLAG, Argument, Option, Verb
 from pyros1.cli.shared.printing import print_json
 
 
@@ -53,7 +53,7 @@ def _find(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 
 def _find_similar(word: str, types: dict[str, str]) -> list[str]:
-    """Return topics whose name or type contains a word or has a similar part, best matches first."""
+    """Return the topics whose name or type contains a word, or has a part similar to it, best matches first."""
     from difflib import get_close_matches  # noqa: PLC0415
 
     lowercase = word.lower().strip("/")
@@ -78,7 +78,7 @@ VERBS = [
     Verb(
         "find",
         "find topics by type",
-        JSON,
+        JSON_FLAG,
         Option(
             "--like",
             metavar="WORD",

@@ -13,10 +13,10 @@ from typing import Any
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
-from pyros1.cli.shared.chart import draw
+from pyros1.cli.shared.chart import render_chart
 from pyros1.cli.shared.curves import expand_messages, parse_curves
 from pyros1.cli.shared.printing import use_colour
-from pyros1.cli.shared.subscribing import find_topic, subscribe
+from pyros1.cli.shared.subscribing import subscribe, wait_for_topic
 from pyros1.ground.errors import MessageError
 from pyros1.ground.timing import TVal
 from pyros1.msgs import AnyMsg, Message
@@ -47,15 +47,15 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     draw_once = bool(options.once) or not sys.stdout.isatty()
     with invocation.open_node() as node, contextlib.ExitStack() as subscriptions:
         curves: list[_Curve] = []
-        by_topic: dict[str, list[_Curve]] = {}
+        curves_by_topic: dict[str, list[_Curve]] = {}
         for name in names:
-            found = find_topic(invocation, node, (split_expression(name) or (name,))[0])
+            found = wait_for_topic(invocation, node, (split_expression(name) or (name,))[0])
             if found is None:
                 return
             curve = _Curve(name, expression_readers[name] or _field_reader(found[1]))
             curves.append(curve)
-            by_topic.setdefault(found[0], []).append(curve)
-        for topic, topic_curves in by_topic.items():
+            curves_by_topic.setdefault(found[0], []).append(curve)
+        for topic, topic_curves in curves_by_topic.items():
             subscriptions.enter_context(subscribe(node, topic, _CurveFeeder(topic_curves).on_message))
         if draw_once:
             _collect(invocation, curves, options.period)
@@ -104,7 +104,7 @@ def _raise_curve_error(curves: list[_Curve]) -> None:
 def _draw_chart(curves: list[_Curve], period: float) -> str:
     size = shutil.get_terminal_size((100, 30))
     table = [(curve.name, list(curve.points)) for curve in curves]
-    return draw(table, monotonic(), period, (size.columns, size.lines - 1), use_colour(sys.stdout))
+    return render_chart(table, monotonic(), period, (size.columns, size.lines - 1), use_colour(sys.stdout))
 
 
 @contextlib.contextmanager

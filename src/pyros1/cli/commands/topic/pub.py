@@ -23,7 +23,7 @@ from pyros1.msgs.fill import fill_message
 from pyros1.values import load_yaml
 
 HOLD_SECONDS = 3.0
-"""How long -1 keeps running in seconds, so that subscribers can receive the message."""
+"""Time in seconds that ``-1`` keeps running, so that subscribers can receive the message."""
 
 _SUBSCRIBER_TIMEOUT = 5.0
 """Maximum time in seconds to wait for the first subscriber before messages from a file or stdin are published."""
@@ -43,7 +43,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     has_fields = bool(message_class.__slots__)  # like in stock, nothing is read for types without fields
     from_arguments = not has_fields or (not options.file and (bool(arguments) or sys.stdin.isatty()))
     if from_arguments:  # report invalid arguments before contacting the master
-        fill(message_class(), arguments, Time())
+        fill_and_check(message_class(), arguments, Time())
     rate = options.rate
     with invocation.open_node() as node:
         latch = bool(options.latch) or rate is None
@@ -66,10 +66,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 
 def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Parse the arguments. ``-1`` is either the option or a value."""
-    options, args = parse_marked(invocation, verb, _guard_numbers(invocation.args, is_once_anywhere=True))
+    """Parse the arguments, in which ``-1`` can be the option or a value. Return the options and the arguments."""
+    options, args = parse_marked(invocation, verb, _mark_numbers(invocation.args, is_once_anywhere=True))
     if "-1" in invocation.args and not options.file and len(args) > 1 and _needs_more_values(args[1], args[2:]):
-        options, args = parse_marked(invocation, verb, _guard_numbers(invocation.args, is_once_anywhere=False))
+        options, args = parse_marked(invocation, verb, _mark_numbers(invocation.args, is_once_anywhere=False))
     if options.rate is not None:
         if options.once:
             raise UsageError("You cannot select both -r and -1 (--once)")
@@ -124,22 +124,22 @@ VERB = Verb(
 )
 
 
-def _guard_numbers(args: list[str], *, is_once_anywhere: bool) -> list[str]:
+def _mark_numbers(args: list[str], *, is_once_anywhere: bool) -> list[str]:
     """Return the arguments with negative numbers marked as values.
 
     Args:
         args: the arguments.
         is_once_anywhere: whether ``-1`` is the option at any position, as in stock, or only before the values.
     """
-    guarded: list[str] = []
+    marked_args: list[str] = []
     positional = 0
-    for number, arg in enumerate(args):
+    for position, arg in enumerate(args):
         if arg == "--":
-            return guarded + args[number:]
+            return marked_args + args[position:]
         is_option = arg == "-1" and (is_once_anywhere or positional < 2)
-        guarded.append(arg if is_option else mark_negative_number(arg))
+        marked_args.append(arg if is_option else mark_negative_number(arg))
         positional += not arg.startswith("-")
-    return guarded
+    return marked_args
 
 
 def _needs_more_values(type_name: str, values: list[str]) -> bool:
@@ -189,11 +189,11 @@ def _load(type_name: str) -> type[Message]:
         ) from None
 
 
-def fill(message: Message, arguments: Any, now: Time | None) -> None:
+def fill_and_check(message: Message, arguments: Any, now: Time | None) -> None:
     """Fill a message with the values of the arguments, and check that they fit.
 
     Raises:
-        CommandError: the values do not fit; the message contains the expected fields (L68).
+        CommandError: the values do not fit; the error message contains the expected fields (L68).
     """
     try:
         fill_message(message, arguments, now)
@@ -259,21 +259,21 @@ class _PublishingSession:
         self._invocation = invocation
         self._node = node
         self._publisher = publisher
-        self._class = message_class
-        self._verbose = bool(options.verbose)
-        self._once = bool(options.once)
+        self._message_class = message_class
+        self._is_verbose = bool(options.verbose)
+        self._exits_after_one = bool(options.once)
         self._use_ros_time = bool(options.use_rostime)
 
     def _make_message(self, arguments: Any) -> Message:
         now = self._node.now() if self._use_ros_time else Time.from_sec(time())
         if isinstance(arguments, Record):
-            return _from_record(self._class, arguments, now)
-        message = self._class()
-        fill(message, arguments, now)
+            return _from_record(self._message_class, arguments, now)
+        message = self._message_class()
+        fill_and_check(message, arguments, now)
         return message
 
     def _description(self, message: Message) -> str:
-        return f"[{message}]" if self._verbose else "message"
+        return f"[{message}]" if self._is_verbose else "message"
 
     def publish_latched(self, arguments: Any, once: bool) -> None:
         """Publish one message, latched for later subscribers."""
@@ -300,7 +300,7 @@ class _PublishingSession:
         while self._node.ok():
             if substitute:
                 message = self._make_message(arguments)
-            if self._verbose:
+            if self._is_verbose:
                 print(f"publishing {message}", flush=True)
             self._publisher.publish(message)
             publishing_rate.sleep()
@@ -314,7 +314,7 @@ class _PublishingSession:
                 return
             arguments = _as_arguments(document)
             if keep_first:
-                self.publish_latched(arguments, self._once)
+                self.publish_latched(arguments, self._exits_after_one)
                 return
             message = self._make_message(arguments)
             if not has_waited:
@@ -323,8 +323,10 @@ class _PublishingSession:
             # This is stock's message, even if the next message follows immediately.
             print(f"publishing and latching {self._description(message)} for {HOLD_SECONDS} seconds", flush=True)
             self._publisher.publish(message)
-            if self._once:
+            if self._exits_after_one:
                 break
             publishing_rate.sleep()
         if has_waited:
-            self._invocation.pause(HOLD_SECONDS if self._once or self._publisher.num_connections == 0 else 0.2)
+            self._invocation.pause(
+                HOLD_SECONDS if self._exits_after_one or self._publisher.num_connections == 0 else 0.2
+            )

@@ -13,7 +13,7 @@ from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.filters import Clock, filter_expression
-from pyros1.cli.shared.subscribing import find_topic, subscribe
+from pyros1.cli.shared.subscribing import subscribe, wait_for_topic
 from pyros1.ground.errors import MessageError
 from pyros1.msgs import AnyMsg
 from pyros1.observe.decoder import Decoder
@@ -47,7 +47,7 @@ def _hz(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print the rate of messages every second."""
     if not args:
         raise UsageError("topic must be specified")
-    size = _window_size(options)
+    window_size = _window_size(options)
     clock = Clock()
     expression = filter_expression(options.filter_expr, clock) if options.filter_expr else None
     with invocation.open_node() as node, ExitStack() as subscriptions:
@@ -59,17 +59,17 @@ def _hz(invocation: Invocation, options: Any, args: list[str]) -> None:
         )
         meters: dict[str, RateMeter] = {}
         for name in map(invocation.resolve, args):
-            found = find_topic(invocation, node, name)
+            found = wait_for_topic(invocation, node, name)
             if found is None:
                 return
-            meter = meters[name] = RateMeter(size)
+            meter = meters[name] = RateMeter(window_size)
             callback = _make_counter(meter, now, expression, found[0], found[2])
             subscriptions.enter_context(subscribe(node, found[0], callback))
             print(f"subscribed to [{name}]", flush=True)
         while invocation.pause(_OUTPUT_PERIOD):
             rates = {name: meter.measurement() for name, meter in meters.items()}
             new_rates = {name: rate for name, rate in rates.items() if rate is not None}
-            if stopped_clock and stopped_clock.has_stopped():
+            if stopped_clock and stopped_clock.warn_if_stopped():
                 new_rates = {}  # rates cannot be computed, since no time has passed
             if not new_rates:
                 print("no new messages", flush=True)
@@ -110,7 +110,7 @@ def _bw(invocation: Invocation, options: Any, args: list[str]) -> None:
     meter = BandwidthMeter(_window_size(options))
     name = invocation.resolve(args[0])
     with invocation.open_node() as node:
-        found = find_topic(invocation, node, name)
+        found = wait_for_topic(invocation, node, name)
         if found is None:
             return
         with subscribe(node, found[0], lambda raw: meter.add(time(), len(raw._buff))):
@@ -131,7 +131,7 @@ def _delay(invocation: Invocation, options: Any, args: list[str]) -> None:
     name = invocation.resolve(args[0])
     failures: list[str] = []
     with invocation.open_node() as node:
-        found = find_topic(invocation, node, name)
+        found = wait_for_topic(invocation, node, name)
         if found is None:
             return
         decoder = Decoder(found[2])
@@ -158,7 +158,7 @@ def _delay(invocation: Invocation, options: Any, args: list[str]) -> None:
                 if failures:
                     raise CommandError(failures[0])
                 lines = meter.lines()
-                stopped_clock.has_stopped()
+                stopped_clock.warn_if_stopped()
                 if lines is not None:
                     print(lines, flush=True)
 

@@ -43,7 +43,7 @@ ARRAY_MEMBERS = frozenset(_ARRAY_NAMES.split())
 
 
 _MAX_NUMBER_WIDTH = 16
-"""Size of the widest number in bytes."""
+"""Size of the widest number type in bytes."""
 _CALL_COST = 100
 """Cost of estimating and calling a function with small arguments."""
 
@@ -65,7 +65,7 @@ def numpy_module() -> Module:
     return Module("numpy", {**members, "linalg": linalg, "random": Module("numpy.random", random_members)})
 
 
-def member(array: Any, name: str) -> Any:
+def array_member(array: Any, name: str) -> Any:
     """Return a member of an array.
 
     Args:

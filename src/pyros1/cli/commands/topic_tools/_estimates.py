@@ -8,16 +8,16 @@ from collections.abc import Callable, Mapping
 from itertools import chain
 from typing import Any
 
-from pyros1.cli.commands.topic_tools._sizes import broadcast_count, items, require_size, shape_of
+from pyros1.cli.commands.topic_tools._sizes import broadcast_count, item_count, require_size, shape_of
 from pyros1.ground.expressions import ExpressionError
 
 _EMPTY_ARRAY_ITEMS = 50
-"""Number of items that need as much memory as an empty array."""
+"""Number of array items that need as much memory as an empty array."""
 _MAX_DIGITS = 400
 _ROW_COST = 300
 """Cost per row of a function that numpy applies to each row in Python."""
 
-# Items of results ----------------------------------------------------------------------------------------------------
+# Sizes of results ----------------------------------------------------------------------------------------------------
 
 
 def broadcast_size(*args: Any, **keywords: Any) -> float:
@@ -27,50 +27,56 @@ def broadcast_size(*args: Any, **keywords: Any) -> float:
 
 def squared_size(*args: Any, **keywords: Any) -> float:
     """Return the square of the number of items of the largest argument."""
-    return max(map(items, (*args, *keywords.values())), default=0) ** 2
+    return max(map(item_count, (*args, *keywords.values())), default=0) ** 2
 
 
 def _concatenated_size(*args: Any, **_: Any) -> float:
     parts = chain(*(arg if type(arg) in (list, tuple) else [arg] for arg in args))
-    return 2 * sum(max(1, items(part)) for part in parts)
+    return 2 * sum(max(1, item_count(part)) for part in parts)
 
 
-def _dot(a: Any, b: Any, *_: Any, **__: Any) -> float:
+def _dot_size(a: Any, b: Any, *_: Any, **__: Any) -> float:
     left, right = shape_of(a), shape_of(b)
-    return math.prod(left[:-1]) * math.prod((*right[:-2], *right[-1:])) if left and right else items(a) * items(b)
+    return (
+        math.prod(left[:-1]) * math.prod((*right[:-2], *right[-1:]))
+        if left and right
+        else item_count(a) * item_count(b)
+    )
 
 
-def _outer(a: Any, b: Any, *_: Any, **__: Any) -> float:
-    return items(a) * items(b)
+def _outer_size(a: Any, b: Any, *_: Any, **__: Any) -> float:
+    return item_count(a) * item_count(b)
 
 
-def _inner(a: Any, b: Any) -> float:
+def _inner_size(a: Any, b: Any) -> float:
     left, right = shape_of(a), shape_of(b)
-    return math.prod(left[:-1]) * math.prod(right[:-1]) if left and right else items(a) * items(b)
+    return math.prod(left[:-1]) * math.prod(right[:-1]) if left and right else item_count(a) * item_count(b)
 
 
 def _convolution_size(*args: Any, **_: Any) -> float:
-    return sum(map(items, args))
+    return sum(map(item_count, args))
 
 
-def _histogram(a: Any, bins: Any = 10, *_: Any, **__: Any) -> float:
+def _histogram_size(a: Any, bins: Any = 10, *_: Any, **__: Any) -> float:
     if isinstance(bins, str):
         raise ExpressionError("bins must be a number or a list here")
-    return max(items(a), float(bins) if shape_of(bins) == () else items(bins))
+    return max(item_count(a), float(bins) if shape_of(bins) == () else item_count(bins))
 
 
 def _split_size(ary: Any, indices_or_sections: Any, *_: Any, **__: Any) -> float:
     is_number = shape_of(indices_or_sections) == ()
-    return items(ary) + _EMPTY_ARRAY_ITEMS * (float(indices_or_sections) if is_number else items(indices_or_sections))
+    return item_count(ary) + _EMPTY_ARRAY_ITEMS * (
+        float(indices_or_sections) if is_number else item_count(indices_or_sections)
+    )
 
 
 def _inserted_size(arr: Any, obj: Any, values: Any, axis: int | None = None) -> float:
-    inserted = max(items(obj), items(values))
-    return items(arr) + (inserted if axis is None else inserted * items(arr))
+    inserted = max(item_count(obj), item_count(values))
+    return item_count(arr) + (inserted if axis is None else inserted * item_count(arr))
 
 
 def _quantile_size(a: Any, q: Any, *_: Any, **__: Any) -> float:
-    return items(a) * items(q)
+    return item_count(a) * item_count(q)
 
 
 def _shape_size(shape: Any, *_: Any, **__: Any) -> float:
@@ -81,14 +87,14 @@ def _shape_size(shape: Any, *_: Any, **__: Any) -> float:
 def _like_size(a: Any, *args: Any, shape: Any = None, **_: Any) -> float:
     if len(args) >= _MAX_LIKE_ARGUMENTS:
         raise ExpressionError("the shape must be named here: shape=...")
-    return items(a) if shape is None else _shape_size(shape)
+    return item_count(a) if shape is None else _shape_size(shape)
 
 
 _MAX_LIKE_ARGUMENTS = 4
 """Number of arguments after the array in ``zeros_like`` and similar functions, of which one may be the shape."""
 
 
-def _arange(start: Any = 0, stop: Any = None, step: Any = 1, *_: Any, **__: Any) -> float:
+def _arange_size(start: Any = 0, stop: Any = None, step: Any = 1, *_: Any, **__: Any) -> float:
     first, last = (0, start) if stop is None else (start, stop)
     return max(0.0, float((last - first) / (1 if step is None else step)))
 
@@ -98,10 +104,10 @@ def _eye_size(N: Any, M: Any = None, *_: Any, **__: Any) -> float:
 
 
 def _diagonal_size(v: Any, k: int = 0) -> float:
-    return float(items(v) + abs(k)) ** 2 if len(shape_of(v)) < 2 else items(v)
+    return float(item_count(v) + abs(k)) ** 2 if len(shape_of(v)) < 2 else item_count(v)
 
 
-def _linspace(start: Any, stop: Any, num: Any = 50, *_: Any, **__: Any) -> float:
+def _linspace_size(start: Any, stop: Any, num: Any = 50, *_: Any, **__: Any) -> float:
     return float(num) * broadcast_size(start, stop)
 
 
@@ -111,16 +117,16 @@ def _random_size(*args: Any, size: Any = None, **keywords: Any) -> float:
     return broadcast_size(*first, **keywords) if size is None else _shape_size(size)
 
 
-def _lengths_size(*lengths: Any) -> float:
+def _size_from_lengths(*lengths: Any) -> float:
     return _shape_size(lengths)
 
 
-def _tile(A: Any, reps: Any) -> float:
-    return max(1, items(A)) * _shape_size(reps)
+def _tile_size(A: Any, reps: Any) -> float:
+    return max(1, item_count(A)) * _shape_size(reps)
 
 
-def _repeat(a: Any, repeats: Any, axis: int | None = None) -> float:
-    return items(a) * float(repeats if shape_of(repeats) == () else max(repeats, default=0))
+def _repeat_size(a: Any, repeats: Any, axis: int | None = None) -> float:
+    return item_count(a) * float(repeats if shape_of(repeats) == () else max(repeats, default=0))
 
 
 def _indices_size(*args: Any, **keywords: Any) -> float:
@@ -129,13 +135,13 @@ def _indices_size(*args: Any, **keywords: Any) -> float:
     )
 
 
-def _where(condition: Any, *args: Any) -> float:
+def _where_size(condition: Any, *args: Any) -> float:
     return broadcast_size(condition, *args) if args else _indices_size(condition)
 
 
 RESULT_SIZES: Mapping[str, Callable[..., float]] = {
     "append": _concatenated_size,
-    "arange": _arange,
+    "arange": _arange_size,
     "argwhere": _indices_size,
     "array_split": _split_size,
     "column_stack": _concatenated_size,
@@ -143,43 +149,43 @@ RESULT_SIZES: Mapping[str, Callable[..., float]] = {
     "correlate": _convolution_size,
     "concatenate": _concatenated_size,
     "diag": _diagonal_size,
-    "dot": _dot,
+    "dot": _dot_size,
     "dstack": _concatenated_size,
     "eye": _eye_size,
     "full": _shape_size,
     "full_like": _like_size,
     "gradient": _indices_size,
-    "histogram": _histogram,
+    "histogram": _histogram_size,
     "hstack": _concatenated_size,
     "identity": lambda n, *_, **__: _eye_size(n),
-    "inner": _inner,
+    "inner": _inner_size,
     "insert": _inserted_size,
-    "linspace": _linspace,
+    "linspace": _linspace_size,
     "lstsq": _concatenated_size,
     "nanpercentile": _quantile_size,
     "nonzero": _indices_size,
     "ones": _shape_size,
     "ones_like": _like_size,
-    "outer": _outer,
+    "outer": _outer_size,
     "percentile": _quantile_size,
     "quantile": _quantile_size,
-    "repeat": _repeat,
+    "repeat": _repeat_size,
     "split": _split_size,
-    "tile": _tile,
+    "tile": _tile_size,
     "vstack": _concatenated_size,
-    "where": _where,
+    "where": _where_size,
     "zeros": _shape_size,
     "zeros_like": _like_size,
 }
-"""Functions that estimate the number of items for results that may have more than `broadcast_size` returns."""
+"""Functions that estimate the number of items in a result, for results that may exceed `broadcast_size`."""
 RANDOM_RESULT_SIZES: Mapping[str, Callable[..., float]] = {
     "normal": _random_size,
     "uniform": _random_size,
     "randint": _random_size,
-    "rand": _lengths_size,
-    "randn": _lengths_size,
+    "rand": _size_from_lengths,
+    "randn": _size_from_lengths,
 }
-"""Like `RESULT_SIZES`, for ``numpy.random``."""
+"""The same as `RESULT_SIZES`, for the functions of ``numpy.random``."""
 
 
 # Costs ---------------------------------------------------------------------------------------------------------------
@@ -196,41 +202,41 @@ def _matrix_cost(*args: Any, **keywords: Any) -> float:
 
 
 def _least_squares_cost(a: Any, b: Any, *_: Any, **__: Any) -> float:
-    return (items(a) + items(b)) * min(shape_of(a))
+    return (item_count(a) + item_count(b)) * min(shape_of(a))
 
 
 def _dot_cost(a: Any, b: Any, *_: Any, **__: Any) -> float:
-    return _dot(a, b) * (shape_of(a) or (1,))[-1] / 16
+    return _dot_size(a, b) * (shape_of(a) or (1,))[-1] / 16
 
 
 def product_cost(a: Any, b: Any) -> float:
     """Return the cost of a matrix product."""
-    return items(a) * (shape_of(b) or (1,))[-1] * max(1, items(b) // max(1, math.prod(shape_of(b)[-2:]))) / 16
+    return item_count(a) * (shape_of(b) or (1,))[-1] * max(1, item_count(b) // max(1, math.prod(shape_of(b)[-2:]))) / 16
 
 
 def _inner_cost(a: Any, b: Any) -> float:
-    return items(a) * items(b) / (shape_of(b) or (1,))[-1] / 16 if items(b) else 0
+    return item_count(a) * item_count(b) / (shape_of(b) or (1,))[-1] / 16 if item_count(b) else 0
 
 
 def _convolution_cost(a: Any, v: Any, *_: Any, **__: Any) -> float:
-    return items(a) * items(v) / 16
+    return item_count(a) * item_count(v) / 16
 
 
 def _fit_cost(x: Any, y: Any, deg: Any, *_: Any, **__: Any) -> float:
-    require_size(items(x) * float(deg + 1))
-    return (items(x) + items(y)) * float(deg + 1) ** 2
+    require_size(item_count(x) * float(deg + 1))
+    return (item_count(x) + item_count(y)) * float(deg + 1) ** 2
 
 
 def _polynomial_cost(p: Any, x: Any) -> float:
-    return items(p) * (20 + items(x))
+    return item_count(p) * (20 + item_count(x))
 
 
 def _difference_cost(a: Any, n: int = 1, *_: Any, **__: Any) -> float:
-    return float(n) * (20 + items(a))
+    return float(n) * (20 + item_count(a))
 
 
 def _rows_cost(a: Any, *args: Any, **keywords: Any) -> float:
-    return _ROW_COST * items(a) if args or keywords else 0
+    return _ROW_COST * item_count(a) if args or keywords else 0
 
 
 def _quantile_rows_cost(a: Any, _q: Any, *args: Any, **keywords: Any) -> float:
@@ -240,7 +246,7 @@ def _quantile_rows_cost(a: Any, _q: Any, *args: Any, **keywords: Any) -> float:
 def _round_cost(a: Any, decimals: int = 0, *_: Any, **__: Any) -> float:
     if abs(decimals) > _MAX_DIGITS:  # numpy multiplies by ten that many times
         raise ExpressionError("cannot round to that many digits")
-    return items(a)
+    return item_count(a)
 
 
 CALL_COSTS: Mapping[str, Callable[..., float]] = {

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Mapping
 from importlib import import_module
 from typing import Any
 
-from pyros1.cli.commands.topic_tools._arrays import ARRAY_MEMBERS, CheckedFunction, member, numpy_module
+from pyros1.cli.commands.topic_tools._arrays import ARRAY_MEMBERS, CheckedFunction, array_member, numpy_module
 from pyros1.cli.commands.topic_tools._estimates import product_cost, squared_size
 from pyros1.cli.commands.topic_tools._sizes import (
     check_array,
@@ -195,7 +195,7 @@ class MessageExpression(MessageLanguage):
     def attribute(self, owner: Any, name: str) -> Any:
         """Return a field, a method, or a member of an array or module. See `Interpreter`."""
         if type(owner).__module__ == "numpy" and name in ARRAY_MEMBERS:
-            return member(owner, name)
+            return array_member(owner, name)
         return super().attribute(owner, name)
 
 

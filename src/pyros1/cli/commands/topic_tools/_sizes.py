@@ -58,22 +58,22 @@ def extent(value: Any) -> tuple[Shape, int]:
     raise _item_type_error()
 
 
-def _extent_of_items(items: Any) -> tuple[Shape, int]:
-    kinds = set(map(type, items))
+def _extent_of_items(elements: Any) -> tuple[Shape, int]:
+    kinds = set(map(type, elements))
     if kinds <= _NUMBER_TYPES:
         if int in kinds:
-            for number in (min(items, key=_int_or_zero), max(items, key=_int_or_zero)):
+            for number in (min(elements, key=_int_or_zero), max(elements, key=_int_or_zero)):
                 extent(_int_or_zero(number))
-        return (len(items),), 16
+        return (len(elements),), 16
     if type(None) in kinds or type in kinds:
         raise _item_type_error()
     shapes: set[Shape] = set()
     width = 1
-    for item in items:
-        shape, size = extent(item)
+    for element in elements:
+        shape, size = extent(element)
         shapes.add(shape)
         width = max(width, size)
-    return (len(items), *map(max, zip_longest(*shapes, fillvalue=0))), width
+    return (len(elements), *map(max, zip_longest(*shapes, fillvalue=0))), width
 
 
 def _int_or_zero(number: Any) -> int:
@@ -89,7 +89,7 @@ def shape_of(value: Any) -> Shape:
     return extent(value)[0]
 
 
-def items(value: Any) -> int:
+def item_count(value: Any) -> int:
     """Return the number of items that a value has as an array."""
     return math.prod(shape_of(value))
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import leave_unparsed
-from pyros1.cli.records import Argument, Run, Verb
+from pyros1.cli.records import Argument, RunFunction, Verb
 from pyros1.ground import names
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ class Tool(Verb):
         name: str,
         about: str,
         *arguments: Argument,
-        run: Run,
+        run: RunFunction,
         usage: str | None = None,
         parameters: Sequence[str] = (),
         examples: Sequence[tuple[str, str]] = (),
@@ -77,13 +77,17 @@ class Tool(Verb):
         return (help_text + self.examples_text(program, as_stock=False)).rstrip("\n")
 
 
-def open_node(invocation: Invocation, base: str) -> Node:
-    """Create a node with a unique name that starts with the given name."""
+def open_node(invocation: Invocation, base_name: str) -> Node:
+    """Create a node with a unique name that starts with the given name.
+
+    Raises:
+        UsageError: the name is not legal.
+    """
     from pyros1.node import Node  # noqa: PLC0415 - not needed for help
 
-    if not names.is_legal_base_name(base):
-        raise UsageError(f"{base!r} is not a legal node name")
-    return Node(base, anonymous=True, argv=invocation.remapping_args, environ=invocation.environ)
+    if not names.is_legal_base_name(base_name):
+        raise UsageError(f"{base_name!r} is not a legal node name")
+    return Node(base_name, anonymous=True, argv=invocation.remapping_args, environ=invocation.environ)
 
 
 def open_node_for(invocation: Invocation, topic: str, tool: str) -> Node:
@@ -119,7 +123,11 @@ def input_and_output(arguments: list[str], tool: str) -> tuple[str, str]:
 
 
 def bool_param(node: Node, name: str) -> bool:
-    """Return the value of a private boolean parameter, False if it is not set."""
+    """Return the value of a private boolean parameter; False if it is not set.
+
+    Raises:
+        CommandError: the value is not boolean.
+    """
     value = node.params.get(f"~{name}", False)
     if value not in (True, False):
         raise CommandError(f"the parameter ~{name} must be true or false, not {value!r}")
@@ -127,7 +135,11 @@ def bool_param(node: Node, name: str) -> bool:
 
 
 def positive_param(node: Node, name: str, default: float) -> float:
-    """Return the value of a private parameter that must be a number greater than 0."""
+    """Return the value of a private parameter that must be a number greater than 0.
+
+    Raises:
+        CommandError: the value is not such a number.
+    """
     value = node.params.get(f"~{name}", default)
     if isinstance(value, bool) or not isinstance(value, (int, float)) or not 0 < value < math.inf:
         raise CommandError(f"the parameter ~{name} must be a number greater than 0, not {value!r}")

@@ -31,7 +31,7 @@ OPTIONS = (
     Flag("--tcpnodelay", help="accepted for compatibility; no effect"),
 )
 Evaluator = Callable[[Any], list[Any]]
-"""Returns the values to publish for a message or field."""
+"""Returns the values of the output message's fields for an input message or field."""
 EvaluatorFactory = Callable[[Mapping[str, Any], type[Message], "Node"], Evaluator]
 """Creates an evaluator from the modules by name, the output's type, and the node."""
 
@@ -98,12 +98,12 @@ def _find_input(node: Node, name: str, wait: bool) -> tuple[str, FieldPath]:
     """
     full_name = names.ns_join(node.namespace, name)
     graph = Graph(node.master)
-    topic = graph.find_topic(full_name)
-    while topic is None and wait and node.sleep(_POLL_PERIOD):
-        topic = graph.find_topic(full_name)
-    if topic is None:
+    found = graph.find_topic(full_name)
+    while found is None and wait and node.sleep(_POLL_PERIOD):
+        found = graph.find_topic(full_name)
+    if found is None:
         raise CommandError(f"Wrong input topic (or topic field): {full_name}")
     try:
-        return topic[0], FieldPath(topic[2])
+        return found[0], FieldPath(found[2])
     except FieldPathError as error:
         raise CommandError(f"Wrong input topic (or topic field): {full_name}: {error}") from None

@@ -50,13 +50,13 @@ def _switch(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Select the input of the mux that publishes a given output."""
     if len(args) != 2:
         raise UsageError("")
-    output, topic = args
+    output_topic, topic = args
     response = None
     with open_node(invocation, "switch_mux") as node:
         node.log.warn("switch_mux is deprecated: use mux_select")
-        response = _call(node, f"{output}_select", "topic_tools/MuxSelect", [topic])
+        response = _call(node, f"{output_topic}_select", "topic_tools/MuxSelect", [topic])
         if response is not None:
-            node.log.info("%s was switched from %s to %s", output, response.prev_topic or "nothing", topic)
+            node.log.info("%s was switched from %s to %s", output_topic, response.prev_topic or "nothing", topic)
     return 1 if response is None else 0
 
 

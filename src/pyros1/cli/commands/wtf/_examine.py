@@ -103,7 +103,7 @@ def examine(everything: bool, offline: bool, quiet: bool, files: list[str], args
 
 def make_report(examination: Examination) -> str:
     """Return a Markdown report to include in questions and issues."""
-    from pyros1.doctor.report import report, versions  # noqa: PLC0415 - only needed for reports
+    from pyros1.doctor.report import format_report, versions  # noqa: PLC0415 - only needed for reports
 
     environment = "a virtual environment" if sys.prefix != sys.base_prefix else "the system's Python"
     about = {
@@ -116,7 +116,7 @@ def make_report(examination: Examination) -> str:
     packages = find_nearby_packages(os.getcwd())
     if packages:
         about["packages around this folder"] = f"{', '.join(packages)}; pyros1 itself adds them to ROS_PACKAGE_PATH"
-    return report(about, examination.machine, examination.system, examination.types, examination.findings)
+    return format_report(about, examination.machine, examination.system, examination.types, examination.findings)
 
 
 def _introduction(everything: bool, files: Iterable[str]) -> str:

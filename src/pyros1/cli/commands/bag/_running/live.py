@@ -74,22 +74,22 @@ class RecordingStatus:
 
     def __init__(self, recorder: Recorder) -> None:
         self._recorder = recorder
-        self._started_at = self._last = time.monotonic()
+        self._started_at = self._last_call_at = time.monotonic()
         self._last_counts: dict[str, tuple[int, int]] = {}
 
     def text(self) -> str:
         """Return the status line: time, size, and each topic's drops and rates since the last call, busiest first."""
         now = time.monotonic()
-        elapsed, self._last = max(1e-3, now - self._last), now
-        parts = []
+        elapsed, self._last_call_at = max(1e-3, now - self._last_call_at), now
+        topic_rates = []
         for topic in list(self._recorder.topics.values()):
             messages, size = self._last_counts.get(topic.name, (0, 0))
             self._last_counts[topic.name] = (topic.messages, topic.bytes)
-            parts.append(((topic.bytes - size) / elapsed, (topic.messages - messages) / elapsed, topic))
-        parts.sort(key=lambda part: (part[2].dropped > 0, part[0]), reverse=True)
-        total = sum(part[0] for part in parts)
+            topic_rates.append(((topic.bytes - size) / elapsed, (topic.messages - messages) / elapsed, topic))
+        topic_rates.sort(key=lambda topic_rate: (topic_rate[2].dropped > 0, topic_rate[0]), reverse=True)
+        total = sum(topic_rate[0] for topic_rate in topic_rates)
         head = f"{now - self._started_at:.0f} s  {format_size(self._recorder.size)}  {format_size(total)}/s"
-        return "  ".join([head, *(_topic_text(*part) for part in parts)])
+        return "  ".join([head, *(_topic_text(*topic_rate) for topic_rate in topic_rates)])
 
 
 def _topic_text(bandwidth: float, rate: float, topic: Topic) -> str:

@@ -70,7 +70,7 @@ def clean_up_on_signal(consequence: str) -> Iterator[None]:
 
 
 def check_different(source: str, target: str, code: int = 1) -> None:
-    """Fail if both paths refer to the same file.
+    """Raise an error if both paths refer to the same file.
 
     Args:
         source: The input file.
@@ -78,21 +78,21 @@ def check_different(source: str, target: str, code: int = 1) -> None:
         code: The exit status.
 
     Raises:
-        CommandError: Both are the same file.
+        CommandError: Both paths refer to the same file.
     """
     if os.path.realpath(source) == os.path.realpath(target):
         raise CommandError(f"Cannot use same file as input and output [{source}]", code, plain=True)
 
 
 @contextmanager
-def write_atomically(target: str, *, folder: bool, force: bool) -> Iterator[str]:
+def write_atomically(target: str, *, is_folder: bool, force: bool) -> Iterator[str]:
     """Yield the name of a temporary file or folder, which becomes `target` on success and is removed otherwise.
 
     If the target folder exists, the new files are moved into it. They replace files of the same name; other files stay.
 
     Args:
         target: The file or folder to create.
-        folder: Whether the target is a folder.
+        is_folder: Whether the target is a folder.
         force: Whether to replace an existing target. An existing empty folder is always accepted.
 
     Raises:
@@ -100,11 +100,11 @@ def write_atomically(target: str, *, folder: bool, force: bool) -> Iterator[str]
             interrupted the command.
     """
     target = os.path.normpath(target)
-    if os.path.isdir(target) and not folder:
+    if os.path.isdir(target) and not is_folder:
         raise CommandError(f"{target} is a folder: give the name of a file")
-    if os.path.lexists(target) and not os.path.isdir(target) and folder:
+    if os.path.lexists(target) and not os.path.isdir(target) and is_folder:
         raise CommandError(f"{target} is a file: give the name of a folder")
-    if os.path.lexists(target) and not force and not (folder and not os.listdir(target)):
+    if os.path.lexists(target) and not force and not (is_folder and not os.listdir(target)):
         raise CommandError(f"{target} already exists: use -f to replace it")
     parent = os.path.dirname(target)
     if parent and not os.path.isdir(parent):
