@@ -236,7 +236,7 @@ class NodeApi:
 
 
 def parse_bus_entry(entry: Any) -> Connection:
-    """Parse an entry of ``getBusInfo``, of which the last two elements may be missing.
+    """Return the connection in an entry of ``getBusInfo``, of which the last two elements may be missing.
 
     Raises:
         ProtocolError: the value is not an entry of ``getBusInfo``.
@@ -256,7 +256,7 @@ def parse_bus_entry(entry: Any) -> Connection:
 
 
 def probe_service(name: str, uri: str, caller_id: str, timeout: float = PROBE_TIMEOUT) -> dict[str, str]:
-    """Query the connection header of a service's provider without calling the service (L79).
+    """Query and return the connection header of a service's provider without calling the service (L79).
 
     Args:
         name: the full name of the service.

@@ -130,7 +130,7 @@ VERB = Verb(
     "say it loudly",
     Option("-s", "--strength", type="int", default=1, metavar="N", help="how loudly"),
     Flag("--unsure", help="ask", pyros1_only=True),
-    Argument("word", "throttle", many=True),
+    Argument("word", "throttle", repeatable=True),
     examples=[("-s 3 help", "very loudly")],
     aliases=["yell"],
     run=run,

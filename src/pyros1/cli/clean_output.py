@@ -65,16 +65,16 @@ class CleanStream:
 @contextmanager
 def clean_output() -> Iterator[None]:
     """Replace stdout and stderr with `CleanStream` objects for the duration of a ``with`` statement."""
-    out, err = sys.stdout, sys.stderr
-    streams: tuple[Any, Any] = (CleanStream(out), CleanStream(err))
-    sys.stdout, sys.stderr = streams
+    original_stdout, original_stderr = sys.stdout, sys.stderr
+    clean_streams: tuple[Any, Any] = (CleanStream(original_stdout), CleanStream(original_stderr))
+    sys.stdout, sys.stderr = clean_streams
     try:
         yield
     finally:
-        if sys.stdout is streams[0]:
-            sys.stdout = out
-        if sys.stderr is streams[1]:
-            sys.stderr = err
+        if sys.stdout is clean_streams[0]:
+            sys.stdout = original_stdout
+        if sys.stderr is clean_streams[1]:
+            sys.stderr = original_stderr
 
 
 def data_stream() -> TextIO:

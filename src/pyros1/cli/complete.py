@@ -91,7 +91,7 @@ def main(argv: list[str]) -> int:
 
 
 def join_parts(words: list[str]) -> list[str]:
-    """Join the words that bash has split at colons and equals signs: ``rate``, ``:=`` and ``5`` are one word in ROS."""
+    """Return words without bash's splits at colons and equals signs: ``rate``, ``:=``, ``5`` are one word in ROS."""
     result: list[str] = []
     joins_next = False
     for word in words:
@@ -105,7 +105,7 @@ def join_parts(words: list[str]) -> list[str]:
 
 
 def quote(word: str, quotation_mark: str = "") -> str:
-    """Quote a word for a shell, in double quotes if necessary.
+    """Return a word quoted for a shell, in double quotes if necessary.
 
     Args:
         word: the word.

@@ -34,7 +34,7 @@ class UsageError(Error):
 
 
 def fail(message: str, code: int = 1) -> NoReturn:
-    """Raise an error that ends the command with this message, printed without the prefix "ERROR: "."""
+    """Raise a CommandError, which ends the command with this message, printed without the prefix "ERROR: "."""
     raise CommandError(message, code, plain=True)
 
 

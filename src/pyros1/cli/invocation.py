@@ -34,7 +34,7 @@ class Invocation:
         stock: the stock tool's name, such as ``rostopic``; empty if stock has no such tool.
         argv: the arguments after the command's name, starting with the verb if the command has verbs.
         with_verb: whether the command has verbs.
-        environ: environment variables; None for those of the process.
+        environ: the environment variables; None for those of the process.
 
     Attributes:
         tool: the base name of the command's node, which is the stock tool's name.
@@ -110,7 +110,7 @@ class Invocation:
         return Graph(self.master)
 
     def open_node(self) -> Node:
-        """Create a node for this command, with an anonymous name like the stock tool's (L05).
+        """Create and return a node for this command, with an anonymous name like the stock tool's (L05).
 
         Raises:
             MasterUnreachableError: no master is running. Tools do not wait for it.

@@ -21,41 +21,44 @@ def add_nearby_packages(environ: MutableMapping[str, str]) -> None:
     """Append the packages near the current folder to ``ROS_PACKAGE_PATH``.
 
     Args:
-        environ: environment variables, which are changed.
+        environ: the environment variables, which are changed.
     """
     try:
         start = os.getcwd()
     except OSError:  # the folder was removed
         return
-    known = [part for part in environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part]
+    configured_folders = [part for part in environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if part]
     nearby = find_nearby_packages(start)
     if not nearby:
         return
     from pyros1.finding.packages import OWN_PACKAGES  # noqa: PLC0415 - not needed by most commands
 
-    known_roots = (*known, OWN_PACKAGES)  # shipped packages stay last, even if the current folder is one of them
-    found = [folder for folder in nearby if not any(_is_in(folder, root) for root in known_roots)]
-    if found and os.pathsep not in "".join(found):
-        environ["ROS_PACKAGE_PATH"] = os.pathsep.join([*known, *found])
+    covered_folders = (
+        *configured_folders,
+        OWN_PACKAGES,
+    )  # shipped packages stay last, even if the current folder is one of them
+    new_folders = [folder for folder in nearby if not any(_is_in(folder, root) for root in covered_folders)]
+    if new_folders and os.pathsep not in "".join(new_folders):
+        environ["ROS_PACKAGE_PATH"] = os.pathsep.join([*configured_folders, *new_folders])
 
 
 def find_nearby_packages(start: str) -> list[str]:
     """Return the folders of the packages near a folder, or the folder that contains all of them."""
-    found = list(_packages_in(start))
+    folders = list(_packages_in(start))
     folder = start
-    while not found:
+    while not folders:
         if _is_package(folder):
-            found = list(_packages_in(os.path.dirname(folder)))
+            folders = list(_packages_in(os.path.dirname(folder)))
         else:
             source = os.path.join(folder, "src")
             if os.path.isdir(source):
                 is_workspace = any(os.path.exists(os.path.join(folder, marker)) for marker in _WORKSPACE_MARKERS)
-                found = [source] if is_workspace and _is_trusted(source, folder) else list(_packages_in(source))
+                folders = [source] if is_workspace and _is_trusted(source, folder) else list(_packages_in(source))
         parent = os.path.dirname(folder)
         if parent == folder:
             break
         folder = parent
-    return found
+    return folders
 
 
 def _packages_in(folder: str) -> Iterator[str]:

@@ -45,7 +45,7 @@ def leave_unparsed(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
 
 
 def parse_marked(invocation: Invocation, verb: Verb, args: list[str]) -> tuple[Any, list[str]]:
-    """Parse arguments, some of which `mark_negative_number` has marked as positional."""
+    """Parse arguments like `parse_args`, some of which `mark_negative_number` has marked as positional."""
     options, arguments = parse_arg_list(invocation, verb, args)
     return options, [argument.removeprefix(_MARK) for argument in arguments]
 

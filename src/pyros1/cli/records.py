@@ -78,24 +78,24 @@ class Argument:
     Args:
         name: the name in the usage, such as ``topic``.
         completion_kinds: the kinds of candidates for completion, see `pyros1.cli.complete_values`, separated by ``|``.
-        many: whether it may be repeated.
+        repeatable: whether it may be repeated.
         optional: whether it may be left out.
         help: the description, for help that lists arguments.
     """
 
-    __slots__ = ("completion_kinds", "help", "many", "name", "optional")
+    __slots__ = ("completion_kinds", "help", "name", "optional", "repeatable")
 
     def __init__(
-        self, name: str, completion_kinds: str = "", *, many: bool = False, optional: bool = False, help: str = ""
+        self, name: str, completion_kinds: str = "", *, repeatable: bool = False, optional: bool = False, help: str = ""
     ) -> None:
         self.name = name
         self.completion_kinds = completion_kinds
-        self.many = many
+        self.repeatable = repeatable
         self.optional = optional
         self.help = help
 
     def __str__(self) -> str:
-        text = f"{self.name}..." if self.many else self.name
+        text = f"{self.name}..." if self.repeatable else self.name
         return f"[{text}]" if self.optional else text
 
 
@@ -172,7 +172,7 @@ class Verb:
 
 
 def examples_block(command: str, examples: Sequence[tuple[str, str]]) -> str:
-    """Format examples for the end of help. See `Verb`.
+    """Return the examples as text for the end of help. See `Verb`.
 
     Args:
         command: the words to type before each example that is not a whole line.

@@ -102,14 +102,14 @@ def find_command(name: str) -> CommandEntry | None:
 
 def stock_names() -> dict[str, tuple[str, ...]]:
     """Return the equivalent arguments of ``pyros1`` for each stock program."""
-    names: dict[str, tuple[str, ...]] = {}
+    args_by_program: dict[str, tuple[str, ...]] = {}
     for name, entry in commands().items():
         if entry.stock:
-            names[entry.stock] = (name,)
-        names.update({stock: (name, *args) for stock, args in entry.other_programs.items()})
+            args_by_program[entry.stock] = (name,)
+        args_by_program.update({stock: (name, *args) for stock, args in entry.other_programs.items()})
         programs = {verb_entry.program: (name, verb) for verb, verb_entry in verbs(name).items()}
-        names.update({stock: args for stock, args in programs.items() if stock not in ("", *SHELL_FUNCTIONS)})
-    return dict(sorted(names.items()))
+        args_by_program.update({stock: args for stock, args in programs.items() if stock not in ("", *SHELL_FUNCTIONS)})
+    return dict(sorted(args_by_program.items()))
 
 
 def completion_kinds(name: str, verb: str, position: int) -> str:
@@ -205,7 +205,7 @@ def modules(command: str = "") -> list[str]:
 
 def _argument_kinds(verb: Verb) -> tuple[str, ...]:
     """Return the kinds of candidates for each argument, with a ``+`` if it may be repeated."""
-    return tuple(argument.completion_kinds + "+" * argument.many for argument in verb.arguments)
+    return tuple(argument.completion_kinds + "+" * argument.repeatable for argument in verb.arguments)
 
 
 def _load(module: str) -> Command:

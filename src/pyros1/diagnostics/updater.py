@@ -44,8 +44,8 @@ class Updater:
 
         Args:
             name: a description of what the task checks.
-            task: called with a `Status` to fill in. If it raises an exception, the status becomes an error with its
-            message.
+            task: called with a `Status` to fill in. If it raises an exception, the status becomes an error with the
+                message of the exception.
         """
         with self._lock:
             self._tasks[name] = task

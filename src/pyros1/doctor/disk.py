@@ -43,7 +43,7 @@ def _walk(path: Path) -> Iterator[str]:
 
 
 def format_size(size: int) -> str:
-    """Format a size with a suitable unit, such as ``1.2 GB``.
+    """Return a size with a suitable unit, such as ``1.2 GB``.
 
     Args:
         size: the size in bytes.
@@ -57,7 +57,7 @@ def format_size(size: int) -> str:
 
 
 def format_size_like_du(size: int) -> str:
-    """Format a size like ``du -h``, such as ``272K``: rounded up, with one decimal place below 10.
+    """Return a size in the format of ``du -h``, such as ``272K``: rounded up, with one decimal place below 10.
 
     Args:
         size: the size in bytes.

@@ -48,7 +48,7 @@ class Machine:
     """Facts about this machine and this shell.
 
     Attributes:
-        environ: environment variables.
+        environ: the environment variables.
         hostname: the machine's name.
         interfaces: the addresses of the network interfaces.
         resolved: the addresses of all relevant host names; None if a name cannot be resolved.

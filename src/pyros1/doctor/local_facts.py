@@ -29,10 +29,10 @@ _LOG_SIZE_TIMEOUT = 1.0
 
 
 def collect_machine(environ: Mapping[str, str]) -> Machine:
-    """Collect the facts about this machine. This takes up to about three seconds.
+    """Return the facts about this machine. Collecting them takes up to about three seconds.
 
     Args:
-        environ: environment variables.
+        environ: the environment variables.
     """
     hostname = socket.gethostname()
     host_names = {hostname, environ.get("ROS_HOSTNAME", ""), environ.get("ROS_IP", "")}
@@ -158,9 +158,9 @@ def _has_socket(folder: Path, sockets: set[str]) -> bool:
 def _listening_sockets() -> set[str]:
     """Return the names that listening sockets have in ``/proc/PID/fd``."""
     names = set()
-    for table in ("/proc/net/tcp", "/proc/net/tcp6"):
+    for table_file in ("/proc/net/tcp", "/proc/net/tcp6"):
         try:
-            rows = Path(table).read_text().splitlines()[1:]
+            rows = Path(table_file).read_text().splitlines()[1:]
         except OSError:
             continue
         names |= {f"socket:[{row[9]}]" for row in map(str.split, rows) if len(row) > 9 and row[3] == "0A"}

@@ -92,7 +92,7 @@ def probe_node(caller_id: str, uri: str) -> Failure | None:
 
 
 def query_node(caller_id: str, uri: str) -> NodeFacts:
-    """Query the connections and the clock of a node. Errors are returned as the `failure` of the result."""
+    """Return the connections and the clock offset of a node, or the reason why they cannot be queried."""
     try:
         host, port = parse_uri(uri)
     except ProtocolError as error:
@@ -138,7 +138,7 @@ def clock_offset(caller_id: str, host: str, port: int) -> float | None:
 
 
 def query_publisher(caller_id: str, uri: str, topic: str, listen_seconds: float = 0.0) -> ReportedType:
-    """Query the type, checksum and definition of a publisher, by connecting like a subscriber that accepts any type.
+    """Return a publisher's type, checksum and definition, queried like a subscriber that accepts any type would.
 
     Args:
         caller_id: the name of the caller.

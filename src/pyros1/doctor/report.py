@@ -41,7 +41,7 @@ def versions() -> dict[str, str]:
 
 
 def without_secrets(text: str, home: str = "") -> str:
-    """Remove passwords and tokens in addresses, and user names in paths, from a string.
+    """Return a string without the passwords and tokens in its addresses and the user names in its paths.
 
     Args:
         text: the string.
@@ -69,7 +69,7 @@ def format_report(
         types: the types of the topics.
         findings: the findings.
     """
-    parts = [
+    sections = [
         "# pyros1 wtf --report",
         "## Machine",
         _format_table(("what", "value"), [*about.items(), *_machine_rows(machine)]),
@@ -78,7 +78,7 @@ def format_report(
         "## Running system",
         *(_system_parts(system, types) if system else ["No master responds."]),
     ]
-    return without_secrets("\n\n".join(parts), machine.environ.get("HOME", "")) + "\n"
+    return without_secrets("\n\n".join(sections), machine.environ.get("HOME", "")) + "\n"
 
 
 def _machine_rows(machine: Machine) -> Iterator[tuple[str, str]]:

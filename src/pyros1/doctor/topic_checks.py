@@ -184,7 +184,7 @@ def _check_connections(system: System) -> Iterator[Finding]:
 
 def _mismatched_topics(system: System) -> set[str]:
     """Return the topics whose participants report different types, which explains why connections are missing."""
-    found = set()
+    mismatched = set()
     for topic in {participant.topic for participant in system.publications}:
         reported_types = [
             response
@@ -194,8 +194,8 @@ def _mismatched_topics(system: System) -> set[str]:
             len({getattr(reported, attribute) for reported in reported_types} - {"*"}) > 1
             for attribute in ("type", "md5sum")
         ):
-            found.add(topic)
-    return found
+            mismatched.add(topic)
+    return mismatched
 
 
 def _edge_text(system: System, edge: Edge) -> str:
@@ -220,10 +220,10 @@ def _reported_edges(system: System) -> dict[str, set[Edge]]:
 
 
 def _unexpected_edges(system: System) -> list[Edge]:
-    known = {*system.state.publishers, *system.state.subscribers}
+    known_topics = {*system.state.publishers, *system.state.subscribers}
     nodes = system.nodes
     return sorted(
         edge
         for edge in set().union(*_reported_edges(system).values()) - set(expected_edges(system.state))
-        if edge.topic in known and edge.publisher in nodes and edge.subscriber in nodes
+        if edge.topic in known_topics and edge.publisher in nodes and edge.subscriber in nodes
     )

@@ -154,11 +154,11 @@ def find_example(name: str, face: str = FACES[0]) -> Example:
     Raises:
         ExampleError: the example does not exist or is not available for the API; the message lists the available ones.
     """
-    known = {entry.name: entry for entry in CATALOGUE}
-    if name not in known:
-        hint = did_you_mean(name, known)
-        raise ExampleError(f"there is no example '{name}'{hint}; the examples are: {', '.join(known)}")
-    selected = known[name]
+    examples_by_name = {entry.name: entry for entry in CATALOGUE}
+    if name not in examples_by_name:
+        hint = did_you_mean(name, examples_by_name)
+        raise ExampleError(f"there is no example '{name}'{hint}; the examples are: {', '.join(examples_by_name)}")
+    selected = examples_by_name[name]
     if face not in selected.faces:
         raise ExampleError(
             f"the example '{name}' is not available with --face {face}, only with: {', '.join(selected.faces)}"

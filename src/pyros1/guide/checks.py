@@ -48,7 +48,7 @@ class CheckContext:
     """The context of a check. The node is created on demand, so that checks of files need no master.
 
     Args:
-        environ: environment variables.
+        environ: the environment variables.
         folder: the reader's folder.
     """
 
@@ -227,8 +227,8 @@ def check_camera(context: CheckContext) -> str:
         except TransformException:
             missing = [name for name in ("lamp", "camera") if not buffer.has_frame(name)]
             if missing:
-                known = ", ".join(buffer.frames()) or "none"
-                return f"no node publishes the frame {missing[0]}; the frames are: {known}"
+                frame_names = ", ".join(buffer.frames()) or "none"
+                return f"no node publishes the frame {missing[0]}; the frames are: {frame_names}"
             return "lamp and camera are not connected: pyros1 tf tree"
     parent = {state.name: state.parent for state in buffer.states()}["camera"]
     if parent != "lamp":
@@ -348,7 +348,7 @@ def check(number: int, environ: Mapping[str, str] = os.environ, folder: Path | N
 
     Args:
         number: the number of the step, starting at 1.
-        environ: environment variables.
+        environ: the environment variables.
         folder: the reader's folder; None for the current one.
     """
     with CheckContext(environ, folder or Path.cwd()) as context:
@@ -376,7 +376,7 @@ def _outcome(status: actions.Status) -> str:
 
 
 def _format_fields(fields: list[tuple[str, str]]) -> str:
-    return ", ".join(f"{kind} {name}" for kind, name in fields) or "none"
+    return ", ".join(f"{type_name} {name}" for type_name, name in fields) or "none"
 
 
 def _format_numbers(numbers: Iterable[float]) -> str:

@@ -107,23 +107,23 @@ class GuidePage(NamedTuple):
     def code(self, language: str, heading: str = "") -> list[str]:
         """Return the page's code blocks in a language, optionally only those under a heading."""
         current_heading = ""
-        found = []
+        code_blocks = []
         for block in self.blocks:
             current_heading = block.text if block.kind == "heading" else current_heading
             if block.kind == "code" and block.language == language and heading in ("", current_heading):
-                found.append(block.text)
-        return found
+                code_blocks.append(block.text)
+        return code_blocks
 
 
 def parse_blocks(text: str) -> list[Block]:
     """Return the blocks of a Markdown document in order."""
-    found: list[Block] = []
+    parsed_blocks: list[Block] = []
     position = 0
     for code_match in _CODE.finditer(text):
-        found.extend(_parse_prose(text[position : code_match.start()]))
-        found.append(Block("code", code_match["text"], code_match["language"], code_match["file"] or ""))
+        parsed_blocks.extend(_parse_prose(text[position : code_match.start()]))
+        parsed_blocks.append(Block("code", code_match["text"], code_match["language"], code_match["file"] or ""))
         position = code_match.end()
-    return [*found, *_parse_prose(text[position:])]
+    return [*parsed_blocks, *_parse_prose(text[position:])]
 
 
 def _parse_prose(text: str) -> Iterator[Block]:
@@ -150,21 +150,21 @@ def _split_cells(line: str) -> tuple[str, ...]:
 
 def steps() -> list[GuideStep]:
     """Return all steps in order."""
-    found = []
+    all_steps = []
     for path in sorted(STEPS.glob("*.md")):
         text = path.read_text(encoding="utf-8")
         number, _, name = path.stem.partition("-")
-        found.append(GuideStep(int(number), name, text.partition("\n")[0].lstrip("# "), text))
-    return found
+        all_steps.append(GuideStep(int(number), name, text.partition("\n")[0].lstrip("# "), text))
+    return all_steps
 
 
 def pages() -> dict[str, GuidePage]:
     """Return the how-to pages by name."""
-    found = {}
+    pages_by_name = {}
     for path in sorted(HOWTO.glob("*.md")):
         text = path.read_text(encoding="utf-8")
-        found[path.stem] = GuidePage(path.stem, text.partition("\n")[0].lstrip("# "), text)
-    return found
+        pages_by_name[path.stem] = GuidePage(path.stem, text.partition("\n")[0].lstrip("# "), text)
+    return pages_by_name
 
 
 class _Style(NamedTuple):
@@ -181,10 +181,10 @@ class _Style(NamedTuple):
         return f"{_BOLD}{text}{_RESET}" if self.colour and text else text
 
     def highlight_commands(self, text: str) -> str:
-        """Highlight the commands in one or more lines."""
+        """Return one or more lines with their commands highlighted."""
         if not self.colour:
             return text
-        return _COMMAND.sub(lambda found: "\n".join(map(self.bold, found[1].split("\n"))), text)
+        return _COMMAND.sub(lambda match: "\n".join(map(self.bold, match[1].split("\n"))), text)
 
     def width(self, text: str) -> int:
         """Return the number of columns that a string takes up after its commands are highlighted."""
@@ -192,7 +192,7 @@ class _Style(NamedTuple):
 
 
 def format_for_terminal(page: GuideStep | GuidePage, width: int, colour: bool) -> str:
-    """Format a step or page for a terminal.
+    """Return the text of a step or page for a terminal.
 
     Args:
         page: the step or page.

@@ -35,7 +35,7 @@ class Decoder:
         return self._cache.get(name, md5sum, text)
 
     def decode(self, raw: AnyMsg) -> Message:
-        """Decode a raw message.
+        """Return the message that a raw message contains.
 
         Raises:
             MessageError: the class cannot be found, see `message_class`, or the data is not a message of this class.

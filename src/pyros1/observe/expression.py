@@ -135,8 +135,10 @@ class _TypeName:
 
 def _type_of(value: Any) -> Any:
     """Implement type()."""
-    kind = type(value)
-    return kind if isinstance(value, Message) or kind in FUNCTIONS.values() else _TypeName(kind.__name__)
+    value_type = type(value)
+    return (
+        value_type if isinstance(value, Message) or value_type in FUNCTIONS.values() else _TypeName(value_type.__name__)
+    )
 
 
 class _FilterLanguage(MessageLanguage):

@@ -32,19 +32,19 @@ def split_expression(text: str) -> tuple[str, str] | None:
     return (match[1], match[2]) if match else None
 
 
-def expand_fields(name: str) -> list[str]:
+def expand_fields(argument: str) -> list[str]:
     """Return the fields that an argument names: three in ``/t/x:y:z``, two in ``/t/x[0]:y[0]`` and in ``/t/x,/u/y``.
 
     An expression is returned unchanged.
     """
-    if split_expression(name):
-        return [name]
-    names = []
-    for part in filter(None, name.split(",")):
+    if split_expression(argument):
+        return [argument]
+    fields = []
+    for part in filter(None, argument.split(",")):
         first, *others = [part] if split_expression(part) else _FIELD_SEPARATOR.split(part)
         parent = first.rpartition("/")[0]
-        names += [first, *(f"{parent}/{other}" for other in others if other)]
-    return names
+        fields += [first, *(f"{parent}/{other}" for other in others if other)]
+    return fields
 
 
 @dataclass(frozen=True)

@@ -96,7 +96,7 @@ def decode(data: bytes, max_pixels: int = MAX_PIXELS) -> Pixels:
 
 
 def encode(image: Pixels, requested_format: str, **options: Any) -> bytes:
-    """Encode an image file.
+    """Return the contents of an image file with the given pixels.
 
     Args:
         image: an array of shape (height, width), or (height, width, 1, 3 or 4) with red, green, blue and alpha. Numbers
@@ -141,7 +141,9 @@ def encode(image: Pixels, requested_format: str, **options: Any) -> bytes:
 def _ignore_warnings() -> None:
     """Prevent Pillow from printing warnings, for example about damaged or large files, which are reported as errors."""
     pattern = r"PIL\."
-    if not any(kind == "ignore" and module and module.pattern == pattern for kind, _, _, module, _ in warnings.filters):
+    if not any(
+        action == "ignore" and module and module.pattern == pattern for action, _, _, module, _ in warnings.filters
+    ):
         warnings.filterwarnings("ignore", module=pattern)
 
 
@@ -150,7 +152,7 @@ def _too_large(max_pixels: int, size: str = "") -> ImageFileError:
 
 
 def to_uint8(image: Pixels) -> NDArray[np.uint8]:
-    """Round and clip numbers to 0 ... 255. NaN and numbers beyond 32 bits become 0, as in OpenCV."""
+    """Return numbers rounded and clipped to 0 ... 255. NaN and numbers beyond 32 bits become 0, as in OpenCV."""
     if image.dtype == np.uint8:
         return image
     if image.dtype.kind == "f":

@@ -95,7 +95,7 @@ def read(data: bytes, pillow: Any) -> NDArray[np.uint16]:
 
 
 def write(pixels: NDArray[np.uint16], level: int = 6) -> bytes:
-    """Encode a PNG file with 16 bits per channel.
+    """Return the contents of a PNG file with 16 bits per channel.
 
     Args:
         pixels: an array of shape (height, width, channels), see `read`.
@@ -106,9 +106,9 @@ def write(pixels: NDArray[np.uint16], level: int = 6) -> bytes:
     rows = np.empty((height, 1 + width * 2 * channels), np.uint8)
     rows[:, 0] = 1  # filter type 1: each byte is the difference from the previous pixel's byte
     rows[:, 1:] = np.diff(big_endian, axis=1, prepend=np.uint8(0)).reshape(height, -1)
-    head = _HEADER.pack(width, height, 16, _COLOUR_TYPES[channels], 0, 0, 0)
-    body = zlib.compress(rows.tobytes(), level)
-    return _SIGNATURE + _chunk(b"IHDR", head) + _chunk(b"IDAT", body) + _chunk(b"IEND", b"")
+    header_body = _HEADER.pack(width, height, 16, _COLOUR_TYPES[channels], 0, 0, 0)
+    compressed_rows = zlib.compress(rows.tobytes(), level)
+    return _SIGNATURE + _chunk(b"IHDR", header_body) + _chunk(b"IDAT", compressed_rows) + _chunk(b"IEND", b"")
 
 
 def _chunk(chunk_type: bytes, body: bytes) -> bytes:

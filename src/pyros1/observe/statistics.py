@@ -48,13 +48,13 @@ class RateMeter:
 
     def add(self, now: float) -> None:
         """Add a message at the time ``now`` in seconds. If the time jumps back, the measurement is restarted."""
-        last, self._last = self._last, now
-        if last is None:
+        previous, self._last = self._last, now
+        if previous is None:
             return
-        if now < last:
+        if now < previous:
             self._intervals.clear()
             return
-        self._intervals.append(now - last)
+        self._intervals.append(now - previous)
         self._is_changed = True
 
     def measurement(self) -> tuple[float, Summary, int] | None:

@@ -47,8 +47,8 @@ class _TemplateBuilder:
         """Return the message as a dictionary with one element in each array of variable length."""
         classes = nested_classes(type(message))
         return {
-            name: self._field(getattr(message, name), kind, classes)
-            for name, kind in zip(message.__slots__, message._slot_types, strict=True)
+            name: self._field(getattr(message, name), slot_type, classes)
+            for name, slot_type in zip(message.__slots__, message._slot_types, strict=True)
             if name not in self._excluded
         }
 

@@ -54,11 +54,11 @@ def parameters_of(root: Mapping[str, Any]) -> list[Any]:
 def describe(
     root: Mapping[str, Any], maximum: Mapping[str, Any], minimum: Mapping[str, Any], defaults: Mapping[str, Any]
 ) -> Any:
-    """Convert a description to a dynamic_reconfigure/ConfigDescription.
+    """Return a description as a dynamic_reconfigure/ConfigDescription.
 
     Args:
         root: the description.
-        maximum, minimum, defaults: parameter -> value.
+        maximum, minimum, defaults: values by parameter.
     """
     types = {parameter["name"]: parameter["type"] for parameter in parameters_of(root)}
     return ConfigDescription(
@@ -70,18 +70,18 @@ def describe(
 
 
 def group_message(group: Mapping[str, Any]) -> Any:
-    """Convert one group of a description to a dynamic_reconfigure/Group."""
+    """Return one group of a description as a dynamic_reconfigure/Group."""
     fields = ("name", "type", "level", "description", "edit_method")
     parameters = [ParamDescription(*(parameter[field] for field in fields)) for parameter in group["parameters"]]
     return Group(group["name"], group["type"], parameters, group["parent"], group["id"])
 
 
 def encode(config: Mapping[str, Any], types: Mapping[str, str] | None = None) -> Any:
-    """Convert a configuration to a dynamic_reconfigure/Config. Values of types that it cannot contain are left out.
+    """Return a configuration as a dynamic_reconfigure/Config. Values of types that it cannot contain are left out.
 
     Args:
-        config: parameter -> value, and under ``groups`` a tree of groups.
-        types: parameter -> "bool", "int", "str" or "double"; None to use the types of the values.
+        config: values by parameter. The key ``groups`` contains a tree of groups.
+        types: "bool", "int", "str" or "double" by parameter; None to use the types of the values.
 
     Raises:
         ValueError: an integer has more than 32 bits.
@@ -170,13 +170,12 @@ def decode_description(message: Any, make: Make = Config) -> Any:
 def with_groups(
     values: Any, states: Iterable[Any], names_by_group_id: Mapping[int, Iterable[str]], make: Make = Config
 ) -> Any:
-    """Return a configuration with the tree of its groups under ``groups``, in which each group has its parameters'
-    values.
+    """Add the tree of groups to a configuration under ``groups``, with the parameters' values in each group. Return it.
 
     Args:
-        values: parameter -> value.
+        values: values by parameter.
         states: dynamic_reconfigure/GroupState messages. If there is no group 0, there is no tree.
-        names_by_group_id: id of a group -> its parameters.
+        names_by_group_id: the names of the parameters in each group, by the id of the group.
         make: creates a dictionary.
     """
     root = build_tree(states, make)
@@ -200,10 +199,10 @@ def configuration(config: Any, description: Any) -> Any:
 
 
 def initial_config(values: Any, root: Mapping[str, Any], make: Make = Config) -> Any:
-    """Return a configuration with the tree of groups under ``groups``, in the states given by a description.
+    """Add the tree of groups, in the states given by a description, to a configuration. Return the configuration.
 
     Args:
-        values: parameter -> value.
+        values: values by parameter.
         root: the description.
         make: creates a dictionary.
     """

@@ -25,7 +25,8 @@ class CallbackError(Error):
 class Server:
     """Lets tools and other nodes change parameters; see https://wiki.ros.org/dynamic_reconfigure.
 
-    The initial values are those on the parameter server, or else the defaults; changes are written to it as well.
+    The initial values are those on the parameter server, or else the defaults. Changes are written to the parameter
+    server as well.
 
     Args:
         node: the node that offers the parameters.
@@ -33,8 +34,8 @@ class Server:
         callback: called initially and for each change as ``callback(config, level)``, with the new values in a `Config`
             and the level bits of all changed parameters, initially -1, which has all bits set. It returns the
             configuration, which it may modify. ``groups`` contains the tree of groups with their states.
-        namespace: namespace of the parameters, topics and service, below the node's private one unless it begins with
-            ``/``.
+        namespace: the namespace of the parameters, topics and service. It is below the node's private namespace unless
+            it begins with ``/``.
         make: creates the configuration's dictionaries.
         remap: whether remappings of the namespace apply, in addition to those of its topics, service and parameters.
 

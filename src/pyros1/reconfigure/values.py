@@ -61,7 +61,7 @@ def request(changes: Mapping[str, Any], description: Any, config: Any = None) ->
 
 
 def convert_value(value: Any, parameter: Any) -> Any:
-    """Convert a value to the type of a parameter.
+    """Return a value converted to the type of a parameter.
 
     Args:
         value: a plain value.

@@ -13,8 +13,8 @@ class Drop:
     """A gate that leaves out the first X of every Y messages.
 
     Args:
-        dropped: number of messages to drop, X.
-        group_size: number of messages in each group, Y.
+        dropped: the number of messages to drop from each group, X.
+        group_size: the number of messages in each group, Y.
     """
 
     def __init__(self, dropped: int, group_size: int) -> None:

@@ -20,7 +20,7 @@ FORMATS = ("jpeg", "png")
 
 
 def compress(image: Any, format: str = "jpeg", quality: int = 80, level: int = 9) -> Any:
-    """Compress an image to a sensor_msgs/CompressedImage.
+    """Return an image as a sensor_msgs/CompressedImage.
 
     Args:
         image: a sensor_msgs/Image with 8 or 16 bits per channel.
@@ -55,7 +55,7 @@ def compress(image: Any, format: str = "jpeg", quality: int = 80, level: int = 9
 
 
 def decompress(message: Any) -> Any:
-    """Decompress a sensor_msgs/CompressedImage to a sensor_msgs/Image with the original encoding.
+    """Return a sensor_msgs/CompressedImage as a sensor_msgs/Image with the original encoding.
 
     If the format does not contain the encoding, or the file's channels or depth differ from it, the encoding is mono,
     bgr or bgra with the file's depth.

@@ -31,8 +31,8 @@ class Selection:
     Attributes:
         topics: the full names of the topics.
         selected: the selected topic, or None.
-        on_added, on_removed: called with an added or deleted topic while `lock` is held.
-        on_changed: called after a selection while `lock` is held.
+        on_added, on_removed: called with a topic after it was added or deleted, while `lock` is held.
+        on_changed: called after another topic was selected, while `lock` is held.
         lock: the lock that is held while the topics or the selection change.
     """
 
@@ -63,7 +63,7 @@ class Selection:
             self._node.advertise_service(f"{self._prefix}/{verb.lower()}", f"topic_tools/{type_prefix}{verb}", handler)
 
     def select(self, request: Any) -> Mapping[str, str]:
-        """Select a topic or `NONE`.
+        """Select a topic or `NONE`. Return the response, which names the topic that was selected before.
 
         Raises:
             NodeError: the topic is unknown.

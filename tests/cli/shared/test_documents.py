@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pyros1.cli.shared.documents import Record, documents
+from pyros1.cli.shared.documents import Record, read_documents
 from pyros1.ground.errors import Error
 
 
@@ -16,7 +16,7 @@ def test_each_document_comes_when_its_end_was_read() -> None:
             read.append(line)
             yield line
 
-    source = documents(lines())  # type: ignore[arg-type]  # a generator is an iterable
+    source = read_documents(lines())  # type: ignore[arg-type]  # a generator is an iterable
     assert next(source) == {"a": 1}
     assert read == ["a: 1\n", "---\n"]
     assert list(source) == [{"b": 2}]
@@ -24,12 +24,12 @@ def test_each_document_comes_when_its_end_was_read() -> None:
 
 def test_a_broken_document_is_an_error() -> None:
     with pytest.raises(Error):
-        list(documents(["{a"]))
+        list(read_documents(["{a"]))
 
 
 def test_lines_of_json_are_documents() -> None:
     """`topic pub` reads what `topic echo --json` prints."""
     lines = ['{"data": "a"}\n', '{"data": "---"}\n', "{data: yaml}\n", "---\n", "{data: 1,\n", " more: 2}\n"]
-    got = list(documents(lines))
+    got = list(read_documents(lines))
     assert got == [{"data": "a"}, {"data": "---"}, {"data": "yaml"}, {"data": 1, "more": 2}]
     assert [isinstance(document, Record) for document in got] == [True, True, False, False]

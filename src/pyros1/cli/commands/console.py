@@ -82,7 +82,7 @@ def _compile(option: str, pattern: str) -> re.Pattern[str]:
 
 
 def format_row(message: Any, *, colour: bool = False) -> str:
-    """Format a rosgraph_msgs/Log message as a line: time, severity, node, text and source location.
+    """Return a rosgraph_msgs/Log message as a line: time, severity, node, text and source location.
 
     Args:
         message: the message. All lines of its text except the first are indented.

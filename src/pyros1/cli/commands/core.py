@@ -23,20 +23,20 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     from pyros1.launch.plan import Plan  # noqa: PLC0415
     from pyros1.launch.reading.world import make_resources  # noqa: PLC0415
 
-    values = default_options(LAUNCH)
-    values.core = True
-    values.port = options.port
-    values.timeout = options.timeout
-    values.master_logger_level = options.level
-    values.no_journal = options.no_journal
+    launch_options = default_options(LAUNCH)
+    launch_options.core = True
+    launch_options.port = options.port
+    launch_options.timeout = options.timeout
+    launch_options.master_logger_level = options.level
+    launch_options.no_journal = options.no_journal
     if options.sigint_timeout is not None:
-        values.sigint_timeout = options.sigint_timeout
+        launch_options.sigint_timeout = options.sigint_timeout
     if options.sigterm_timeout is not None:
-        values.sigterm_timeout = options.sigterm_timeout
+        launch_options.sigterm_timeout = options.sigterm_timeout
     try:
         resources = make_resources()
         resources = replace(resources, environ=with_options(resources.environ, options))
-        return launch(Plan(), values, resources, title="roscore")
+        return launch(Plan(), launch_options, resources, title="roscore")
     except Error as error:
         print_exception(error)
         return 1

@@ -151,7 +151,7 @@ def _warn_if_unpublished(invocation: Invocation, topic: str) -> None:
     types = invocation.graph.published_types()
     if topic in types:
         return
-    others = [name for name, kind in types.items() if kind == _MESSAGE_TYPE]
+    others = [name for name, type_name in types.items() if type_name == _MESSAGE_TYPE]
     hint = f"; these are published: {', '.join(others)}" if others else did_you_mean(topic, types)
     print(f"WARNING: topic [{topic}] does not appear to be published yet{hint}", file=sys.stderr, flush=True)
 

@@ -27,7 +27,7 @@ _PERIOD = 1.0
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Print the graph every second, or once in another format."""
+    """Print the graph every second, or once in another format. Return the exit code."""
     if args in (["-h"], ["--help"]):
         print(_usage(invocation))
         return 0
@@ -107,12 +107,12 @@ class GraphSnapshot:
         graph: queries the system. All queries are made in the constructor.
 
     Attributes:
-        nodes: sorted names of the nodes.
-        services: sorted names of the services.
-        edges: connections that nodes report.
-        missing: connections that the registrations imply but that at least one of their nodes does not report.
-        unknown: connections that the registrations imply, but one of whose nodes did not respond.
-        unreachable: nodes that did not respond.
+        nodes: the sorted names of the nodes.
+        services: the sorted names of the services.
+        edges: the connections that nodes report.
+        missing: the connections that the registrations imply but that at least one of their nodes does not report.
+        unknown: the connections that the registrations imply, but one of whose nodes did not respond.
+        unreachable: the names of the nodes that did not respond.
     """
 
     def __init__(self, graph: Graph) -> None:

@@ -110,7 +110,7 @@ COMMAND = Command(
             "--write",
             help="write the files of a step to the current folder, to save typing",
         ),
-        Argument("step", "guide", many=True, optional=True),
+        Argument("step", "guide", repeatable=True, optional=True),
         usage="[STEP | -w STEP | check STEP | howto [NAME]]\n\n"
         "A hands-on introduction to ROS 1, and how-to pages. Without arguments: list the steps.",
         examples=[

@@ -17,7 +17,7 @@ from pyros1.observe.template import template
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Print a template."""
+    """Print a template. Return the exit code."""
 
     def report(text: str) -> None:
         if not options.silent:

@@ -187,7 +187,7 @@ _VERB = Verb(
     Flag("-d", "--debug", help="print the executables that were found"),
     Argument("PACKAGE", "package"),
     Argument("EXECUTABLE", "executable"),
-    Argument("ARGS", "file", many=True, optional=True),
+    Argument("ARGS", "file", repeatable=True, optional=True),
     usage="""[--prefix cmd] [--debug] PACKAGE EXECUTABLE [ARGS]
   %prog will locate PACKAGE and try to find
   an executable named EXECUTABLE in the PACKAGE tree.

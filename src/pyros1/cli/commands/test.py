@@ -121,10 +121,10 @@ def _execute(test_run: TestRun, path: Path, text: bool) -> int:
 
 def _print_case(case: Case) -> None:
     """Print the result of a test."""
-    kind = "FAILURE" if case.failures else "ERROR" if case.errors else ""
-    print(f"[Testcase: {case.name}] ... {f'{kind}!' if kind else 'ok'}")
+    verdict = "FAILURE" if case.failures else "ERROR" if case.errors else ""
+    print(f"[Testcase: {case.name}] ... {f'{verdict}!' if verdict else 'ok'}")
     for _, message in [*case.failures, *case.errors]:
-        print(f"{kind}: {message}\n{'-' * 80}")
+        print(f"{verdict}: {message}\n{'-' * 80}")
 
 
 COMMAND = Command(
@@ -146,7 +146,7 @@ COMMAND = Command(
         Flag("-c", "--clear", help="with --reuse-master: delete all its parameters before each test"),
         Argument("package", "package|launch_file", optional=True),
         Argument("<filename>", "package_launch_file|launch_arg"),
-        Argument("arg_name:=value", "launch_arg", many=True, optional=True),
+        Argument("arg_name:=value", "launch_arg", repeatable=True, optional=True),
         usage="[options] [package] <filename>",
         examples=[
             ("my_robot all.test", "run the tests of a package's file"),

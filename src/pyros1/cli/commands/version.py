@@ -79,7 +79,7 @@ def distribution(environ: Mapping[str, str]) -> str:
     """Return the name of the ROS distribution, from ``ROS_DISTRO`` or the stock installation.
 
     Args:
-        environ: environment variables.
+        environ: the environment variables.
 
     Returns:
         The name, such as ``noetic``; ``Debian`` for Debian's packages, like their rosversion; or ``<unknown>``.

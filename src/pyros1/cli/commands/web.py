@@ -48,7 +48,7 @@ _IMAGE_TOPIC = "image"
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Serve the page until a signal arrives, or open a panel of a running server."""
+    """Serve the page until a signal arrives, or open a panel of a running server. Return the exit code."""
     if options.port is not None and not 0 <= options.port <= 65535:
         raise UsageError(f"the port must be from 0 to 65535, not {options.port}")
     if options.most_pages is not None and not 1 <= options.most_pages <= _MAX_PAGES_LIMIT:
@@ -166,7 +166,7 @@ def _serve(
             access,
             options.host,
             port,
-            lambda bound_port: on_started(_link(options.host, bound_port, access.token)),
+            lambda bound_port: on_started(_make_link(options.host, bound_port, access.token)),
         )
         if was_killed:
             print("the node of this server was asked to shut down, so the server shuts down", file=sys.stderr)
@@ -230,8 +230,8 @@ def _panel_and_settings(invocation: Invocation, options: Any, args: list[str]) -
     if panel in _SINGLE_NAME_PANELS and len(panel_args) == 1:
         return panel, {_SINGLE_NAME_PANELS[panel][0]: invocation.resolve(panel_args[0])}
     if panel_args:
-        expected = f"one {_SINGLE_NAME_PANELS[panel][1]}" if panel in _SINGLE_NAME_PANELS else "no arguments"
-        raise UsageError(f"the panel {panel} takes {expected}")
+        expected_arguments = f"one {_SINGLE_NAME_PANELS[panel][1]}" if panel in _SINGLE_NAME_PANELS else "no arguments"
+        raise UsageError(f"the panel {panel} takes {expected_arguments}")
     return panel, {}
 
 
@@ -377,7 +377,7 @@ COMMAND = Command(
             "argument",
             "panel_argument",
             optional=True,
-            many=True,
+            repeatable=True,
             help="what the panel shows: curves, an image topic, a node, bags",
         ),
         usage="[options] [PANEL [ARGUMENT ...]]",
@@ -429,11 +429,11 @@ def _is_image_topic(invocation: Invocation, name: str) -> bool:
 
 
 def _host_names(host: str, extra_names: list[str]) -> frozenset[str]:
-    names = {socket.gethostname()} if host in _ALL_INTERFACES else {host}
-    return frozenset(name.lower() for name in {*names, *extra_names} if name)
+    host_names = {socket.gethostname()} if host in _ALL_INTERFACES else {host}
+    return frozenset(name.lower() for name in {*host_names, *extra_names} if name)
 
 
-def _link(host: str, port: int, token: str) -> str:
+def _make_link(host: str, port: int, token: str) -> str:
     url_host = socket.gethostname() if host in _ALL_INTERFACES else host
     if ":" in url_host:
         url_host = f"[{url_host}]"

@@ -16,7 +16,7 @@ _NARGS = {(False, False): None, (False, True): "?", (True, False): "+", (True, T
 
 
 def make_parser(invocation: Invocation, verb: Verb) -> ArgumentParser:
-    """Create a parser for a verb, without options and arguments."""
+    """Return a parser for a verb, to which options and arguments can be added."""
     return ArgumentParser(
         prog=f"{invocation.program} {verb.name}".rstrip(),
         description=verb.description or None,
@@ -39,4 +39,4 @@ def add_options_and_arguments(parser: Any, invocation: Invocation, *parts: Optio
             hidden = part.hidden or (part.pyros1_only and invocation.as_stock)
             parser.add_argument(*part.names, help=SUPPRESS if hidden else part.help, **part.settings)
         else:
-            parser.add_argument(part.name, help=part.help or None, nargs=_NARGS[part.many, part.optional])
+            parser.add_argument(part.name, help=part.help or None, nargs=_NARGS[part.repeatable, part.optional])

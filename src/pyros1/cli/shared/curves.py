@@ -14,7 +14,7 @@ _NON_NUMERIC_TYPES = ("bool", "string", "time", "duration")
 
 
 def parse_curves(invocation: Invocation, argument: str) -> list[str]:
-    """Parse the curves in an argument, and resolve their topics.
+    """Return the curves that an argument describes, with the full names of their topics.
 
     Args:
         invocation: the command's invocation.

@@ -93,7 +93,7 @@ def type_argument(kind: Kind, args: list[str]) -> str:
 
 
 def read_name_from_stdin() -> str:
-    """Read a missing argument from standard input, so that it can be piped.
+    """Return a missing argument that is read from standard input, so that it can be piped.
 
     Raises:
         CommandError: standard input is a terminal or contains no name.

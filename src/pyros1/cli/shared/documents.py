@@ -17,14 +17,14 @@ class DocumentTooLongError(Error):
     """A document is too long."""
 
 
-def documents(lines: Iterable[str], where: str | None = None) -> Iterator[Any]:
+def read_documents(lines: Iterable[str], source_name: str | None = None) -> Iterator[Any]:
     """Yield each document that is not empty, as soon as the ``---`` line after it or the end of the stream is read.
 
     A line with a JSON object is a separate document, so that the output of ``topic echo --json`` can be read.
 
     Args:
         lines: a text file or any other iterable of lines.
-        where: the name of the source, for error messages.
+        source_name: the name of the source, for error messages.
 
     Raises:
         Error: a document is not YAML or is too long.
@@ -33,7 +33,7 @@ def documents(lines: Iterable[str], where: str | None = None) -> Iterator[Any]:
     size = 0
     for line in lines:
         if line.rstrip() == "---":
-            yield from _parse_document(document_lines, where)
+            yield from _parse_document(document_lines, source_name)
             document_lines, size = [], 0
             continue
         if not document_lines and line.startswith("{"):
@@ -45,9 +45,9 @@ def documents(lines: Iterable[str], where: str | None = None) -> Iterator[Any]:
         size += len(line)
         if size > MAX_DOCUMENT_LENGTH:
             raise DocumentTooLongError(
-                f"{where or 'the input'} contains a document of more than {MAX_DOCUMENT_LENGTH} characters"
+                f"{source_name or 'the input'} contains a document of more than {MAX_DOCUMENT_LENGTH} characters"
             )
-    yield from _parse_document(document_lines, where)
+    yield from _parse_document(document_lines, source_name)
 
 
 class Record(dict[str, Any]):
@@ -62,9 +62,9 @@ def _parse_json_line(line: str) -> Record | None:
     return Record(value) if isinstance(value, dict) else None
 
 
-def _parse_document(lines: list[str], where: str | None) -> Iterator[Any]:
+def _parse_document(lines: list[str], source_name: str | None) -> Iterator[Any]:
     text = "".join(lines)
     if text.strip():
-        document = load_yaml(text, where)
+        document = load_yaml(text, source_name)
         if document is not None:
             yield document

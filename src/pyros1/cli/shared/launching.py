@@ -17,14 +17,18 @@ if TYPE_CHECKING:
     from pyros1.launch.reading.resources import Resources
 
 
-def launch(plan: Plan, values: Any, resources: Resources, *, title: str) -> int:
+def launch(plan: Plan, parsed_options: Any, resources: Resources, *, title: str) -> int:
     """Run a plan until all its nodes have exited or it is stopped. Return the exit code.
 
     Args:
         plan: the plan to launch.
-        values: the parsed options of ``launch``.
+        parsed_options: the parsed options of ``launch``.
         resources: the resources, which are used to find executables.
         title: the title to give the terminal.
+
+    Raises:
+        UsageError: this system does not support an option.
+        LaunchError: the value of an option is out of range, or the plan cannot be run.
     """
     # These are only needed for a launch.
     from pyros1.launch.running.check import check_machines, is_remote  # noqa: PLC0415
@@ -34,41 +38,41 @@ def launch(plan: Plan, values: Any, resources: Resources, *, title: str) -> int:
     from pyros1.launch.running.session import Session  # noqa: PLC0415
     from pyros1.launch.running.supervisor import install_signals  # noqa: PLC0415
 
-    _check_values(values)
+    _check_option_values(parsed_options)
     check_machines(plan)
-    if getattr(values, "preload", False) and not hasattr(os, "fork"):
+    if getattr(parsed_options, "preload", False) and not hasattr(os, "fork"):
         raise UsageError("--preload: this system has no fork")
-    if values.local_only:
+    if parsed_options.local_only:
         print("local only launch specified, will not launch remote nodes")
         plan = replace(plan, nodes=[node for node in plan.nodes if not is_remote(plan, node)])
-    level = values.master_logger_level.lower() or "info"
+    level = parsed_options.master_logger_level.lower() or "info"
     if level not in LOG_LEVELS:
         print(f"WARNING: --master-logger-level: unknown level {level!r}", file=sys.stderr)
         level = "info"
     # Like in stock, the output is written to log files if both options are given.
-    to_screen = False if values.force_log else True if values.force_screen else None
+    to_screen = False if parsed_options.force_log else True if parsed_options.force_screen else None
     options = Options(
-        core=values.core,
-        port=values.port,
-        run_id=values.run_id,
+        core=parsed_options.core,
+        port=parsed_options.port,
+        run_id=parsed_options.run_id,
         screen=to_screen,
-        required=values.force_required,
-        local=values.local_only,
-        wait=values.wait_for_master,
-        show_summary=not values.no_summary,
-        show_title=not values.disable_title,
-        sigint_timeout=values.sigint_timeout,
-        sigterm_timeout=values.sigterm_timeout,
+        required=parsed_options.force_required,
+        local=parsed_options.local_only,
+        wait=parsed_options.wait_for_master,
+        show_summary=not parsed_options.no_summary,
+        show_title=not parsed_options.disable_title,
+        sigint_timeout=parsed_options.sigint_timeout,
+        sigterm_timeout=parsed_options.sigterm_timeout,
         title=title,
-        notify_timeout=values.timeout,
-        prefix=values.prefix,
+        notify_timeout=parsed_options.timeout,
+        prefix=parsed_options.prefix,
         master_log_level=level,
-        preload=getattr(values, "preload", False),
-        journal=values.core and not getattr(values, "no_journal", False),
+        preload=getattr(parsed_options, "preload", False),
+        journal=parsed_options.core and not getattr(parsed_options, "no_journal", False),
     )
     console = Console(title=options.show_title)
     session = Session(plan, options, resources.packages, resources.environ, console)
-    pid_file = Path(values.pid_file) if values.pid_file else None
+    pid_file = Path(parsed_options.pid_file) if parsed_options.pid_file else None
     if pid_file is not None:
         _write_pid(pid_file)
     restore_signals = install_signals(session.stop, session.stop_waiting)
@@ -81,11 +85,11 @@ def launch(plan: Plan, values: Any, resources: Resources, *, title: str) -> int:
     return session.exit_code
 
 
-def _check_values(values: Any) -> None:
-    if values.port is not None and values.port not in PORT_RANGE[1:]:
-        raise LaunchError(f"the port must be from 1 to 65535, not {values.port}")
+def _check_option_values(parsed_options: Any) -> None:
+    if parsed_options.port is not None and parsed_options.port not in PORT_RANGE[1:]:
+        raise LaunchError(f"the port must be from 1 to 65535, not {parsed_options.port}")
     for name in ("sigint_timeout", "sigterm_timeout", "timeout"):
-        seconds = getattr(values, name)
+        seconds = getattr(parsed_options, name)
         if seconds is not None and not seconds > 0:
             raise LaunchError(f"{name} must be a positive number, received {seconds:f}")
 

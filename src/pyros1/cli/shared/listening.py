@@ -33,14 +33,14 @@ def with_options(environ: Mapping[str, str], options: Any) -> Mapping[str, str]:
     """Return the environment with the variables replaced by the values of the given options.
 
     Args:
-        environ: environment variables.
+        environ: the environment variables.
         options: the parsed options.
 
     Raises:
         UsageError: an option is empty. An unset variable in a script must not admit all clients.
     """
-    values = {variable: getattr(options, name, None) for name, variable in _VARIABLES.items()}
-    for variable, value in values.items():
+    given_values = {variable: getattr(options, name, None) for name, variable in _VARIABLES.items()}
+    for variable, value in given_values.items():
         if value is not None and not value.strip():
             raise UsageError(f"--{variable.removeprefix('PYROS1_').lower()} needs a value")
-    return {**environ, **{variable: value for variable, value in values.items() if value is not None}}
+    return {**environ, **{variable: value for variable, value in given_values.items() if value is not None}}

@@ -25,7 +25,7 @@ class Progress:
         self._started_at = self._last_update_at = time.monotonic()
         self._is_drawn = False
 
-    def __call__(self, done: int) -> None:
+    def __call__(self, processed_bytes: int) -> None:
         """Update the number of bytes processed so far."""
         if not self._is_enabled:
             return
@@ -33,12 +33,12 @@ class Progress:
         if now - self._last_update_at < _UPDATE_PERIOD:
             return
         self._last_update_at = now
-        fraction = min(done / self._total, 1.0)
+        fraction = min(processed_bytes / self._total, 1.0)
         remaining = (now - self._started_at) * (1 / fraction - 1) if fraction > 0 else 0.0
-        tail = (
+        status_text = (
             f" {100 * fraction:3.0f}% of {self._total / 1e6:.1f} MB, {remaining // 60:.0f}:{remaining % 60:02.0f} left "
         )
-        self._draw(tail)
+        self._draw(status_text)
 
     def close(self) -> None:
         """Remove the progress line."""
@@ -52,13 +52,13 @@ class Progress:
     def __exit__(self, *error: object) -> None:
         self.close()
 
-    def _draw(self, tail: str) -> None:
+    def _draw(self, status_text: str) -> None:
         try:
             width = os.get_terminal_size(sys.stderr.fileno()).columns or 80
         except OSError:
             width = 80
-        name_width = max(width - len(tail) - 1, 0)
+        name_width = max(width - len(status_text) - 1, 0)
         name = self._name if len(self._name) <= name_width else "..." + self._name[len(self._name) - name_width + 3 :]
-        sys.stderr.write(f"\r{name[:name_width]}{tail}\x1b[K")
+        sys.stderr.write(f"\r{name[:name_width]}{status_text}\x1b[K")
         sys.stderr.flush()
         self._is_drawn = True

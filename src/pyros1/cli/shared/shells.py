@@ -325,7 +325,7 @@ def usage_examples(command: str) -> list[tuple[str, str]]:
 
 
 def parse_shell(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
-    """Parse the arguments of ``setup`` and ``unsetup``."""
+    """Parse the arguments of ``setup`` and ``unsetup``. Return the options, and no arguments."""
     parser = make_parser(invocation, verb)
     examples = "\n".join(f"  {name:5} {line}" for line, name in verb.examples)
     parser.epilog = f"how to use it:\n{examples}"
@@ -367,12 +367,12 @@ def detect_shell(environ: Mapping[str, str]) -> str:
 
 
 def _is_wrapper(pid: int) -> bool:
-    our_args = [os.fsencode(arg) for arg in sys.argv[1:]]
+    own_args = [os.fsencode(arg) for arg in sys.argv[1:]]
     try:
         command_line = Path(f"/proc/{pid}/cmdline").read_bytes().split(b"\0")[:-1]
     except OSError:
         return False
-    script = len(command_line) - len(our_args) - 1
-    if script <= 0:
+    script_index = len(command_line) - len(own_args) - 1
+    if script_index <= 0:
         return False
-    return os.path.basename(command_line[script]) == b"pyros1" and command_line[script + 1 :] == our_args
+    return os.path.basename(command_line[script_index]) == b"pyros1" and command_line[script_index + 1 :] == own_args

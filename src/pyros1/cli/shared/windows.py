@@ -149,7 +149,7 @@ class TranslatedCall(NamedTuple):
 
     Attributes:
         args: the arguments of ``pyros1 web``.
-        notes: notes for the user.
+        notes: notes to print for the user.
     """
 
     args: list[str]
@@ -157,7 +157,7 @@ class TranslatedCall(NamedTuple):
 
 
 def translate_call(program: str, args: Sequence[str]) -> TranslatedCall:
-    """Translate a stock program's command line to ``pyros1 web``.
+    """Return the call to ``pyros1 web`` that replaces a stock program's command line.
 
     Args:
         program: the program, one of `PROGRAMS`.
@@ -222,7 +222,7 @@ def has_display(environ: Mapping[str, str], platform: str) -> bool:
     """Return whether a browser can open a window. Without a display, Linux would start a text browser.
 
     Args:
-        environ: environment variables.
+        environ: the environment variables.
         platform: ``sys.platform``.
     """
     return platform != "linux" or any(map(environ.get, ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")))

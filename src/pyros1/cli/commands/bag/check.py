@@ -42,7 +42,7 @@ VERB = Verb(
     Flag("-a", "--append", help="append to the end of an existing rulefile after loading it"),
     Flag("-n", "--noplugins", help="do not load rulefiles via plugins"),
     Argument("BAG", "bag"),
-    Argument("EXTRARULES", "file", many=True, optional=True),
+    Argument("EXTRARULES", "file", repeatable=True, optional=True),
     usage="BAG [-g RULEFILE] [EXTRARULES1 EXTRARULES2 ...]",
     description="Determine whether a bag is playable in the current system, or if it can be migrated. "
     "Rule files are Python programs, and are executed.",
@@ -54,14 +54,16 @@ VERB = Verb(
 )
 
 
-def _write_rules(needed: list[Migration], path: str | None) -> str:
+def _write_rules(needed_migrations: list[Migration], path: str | None) -> str:
     """Append the missing rules to a file if one is given. Return the message to print."""
-    missing = {old._md5sum: (old, new) for _, _, steps in needed for old, new in steps}
+    missing = {
+        old_class._md5sum: (old_class, new_class) for _, _, steps in needed_migrations for old_class, new_class in steps
+    }
     if path is None and missing:
         return "To generate rules, please run with -g <rulefile>"
     if path is None:
         return "All rules defined.  Bag is ready to be migrated"
-    rule_texts = [rule_text(old, new) for old, new in missing.values() if new is not None]
+    rule_texts = [rule_text(old_class, new_class) for old_class, new_class in missing.values() if new_class is not None]
     if not rule_texts:
         return f"No additional rule files needed to be generated.  {path} not created."
     with open(path, "a", encoding="utf-8") as file:

@@ -14,12 +14,12 @@ from pyros1.cli.shared.progress import Progress
 
 
 def compress(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Rewrite bags with the compression that the options select."""
+    """Rewrite bags with the compression that the options select. Return the exit code."""
     return _recompress(options, args, options.compression)
 
 
 def decompress(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Rewrite bags without compression."""
+    """Rewrite bags without compression. Return the exit code."""
     return _recompress(options, args, "none")
 
 

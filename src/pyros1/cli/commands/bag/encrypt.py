@@ -16,7 +16,7 @@ from pyros1.cli.shared.progress import Progress
 
 
 def encrypt(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Rewrite bags, encrypted for a gpg user."""
+    """Rewrite bags, encrypted for a gpg user. Return the exit code."""
     if options.plugin not in ENCRYPTORS:
         hint = did_you_mean(options.plugin, ENCRYPTORS)
         raise CommandError(f"unknown encryptor {options.plugin!r}{hint}; known encryptors: {', '.join(ENCRYPTORS)}")
@@ -24,7 +24,7 @@ def encrypt(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 
 def decrypt(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Rewrite bags without encryption."""
+    """Rewrite bags without encryption. Return the exit code."""
     return _rewrite(options, args, None)
 
 

@@ -51,7 +51,7 @@ _MAX_NAMES_SHOWN = 20
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Write the contents of bags in a format for other programs."""
+    """Write the contents of bags in a format for other programs. Return 1 if messages were left out, otherwise 0."""
     if not args:
         raise UsageError("You must specify at least one bag file.")
     format_name = _select_format(options)
@@ -117,7 +117,7 @@ VERB = Verb(
         "--ros1",
         help="mcap: keep ROS 1 messages instead of converting them to ROS 2; `bag import` reads both",
     ),
-    Argument("BAGFILE", "bag", many=True),
+    Argument("BAGFILE", "bag", repeatable=True),
     usage="[options] BAGFILE1 [BAGFILE2 ...]",
     description="Write the contents of bags in a format for other programs.",
     examples=[
@@ -290,8 +290,8 @@ class _Export:
     def skipped_warnings(self) -> Iterator[str]:
         """Yield warnings about messages that were left out."""
         for topic, reasons in self.skipped.items():
-            for reason, number in list(reasons.items())[:_MAX_SKIPPED_SHOWN]:
-                yield f"WARNING: {topic}: {number} message{'s' if number > 1 else ''} left out: {reason}"
+            for reason, count in list(reasons.items())[:_MAX_SKIPPED_SHOWN]:
+                yield f"WARNING: {topic}: {count} message{'s' if count > 1 else ''} left out: {reason}"
             if len(reasons) > _MAX_SKIPPED_SHOWN:
                 yield f"WARNING: {topic}: more messages left out, for {len(reasons) - _MAX_SKIPPED_SHOWN} other reasons"
 
@@ -303,17 +303,17 @@ class _Export:
         return streams[0] if len(streams) == 1 else heapq.merge(*streams, key=lambda stored: stored.time)
 
     def _no_messages_text(self, images: bool) -> str:
-        names = ", ".join(bag.path for bag in self._bags)
+        bag_names = ", ".join(bag.path for bag in self._bags)
         topics = {topic for bag in self._bags for topic in bag.topics}
         if not topics:
-            return f"no messages in {names}"
+            return f"no messages in {bag_names}"
         for name in self._selection.topics:
             if not any(MessageSelection([name]).connections(bag.reader) for bag in self._bags):
-                return f"no topic {name} in {names}{did_you_mean(name, topics)}"
+                return f"no topic {name} in {bag_names}{did_you_mean(name, topics)}"
         selection = self._selection
         has_selection = selection.topics or selection.drop or selection.start is not None or selection.end is not None
         time_range = " for the selected topics and times" if has_selection else ""
-        return f"no {'images' if images else 'messages'}{time_range} in {names}"
+        return f"no {'images' if images else 'messages'}{time_range} in {bag_names}"
 
 
 def _connections_with_messages(bag: Bag, selection: MessageSelection, types: tuple[str, ...] | None) -> set[int]:

@@ -16,7 +16,7 @@ from pyros1.cli.shared.progress import Progress
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Write a bag with the messages of another, migrated to the definitions on this system."""
+    """Write a bag with the messages of another, migrated to the definitions on this system. Return the exit code."""
     if not args:
         raise UsageError("You must pass input and output bag files.")
     if len(args) < 2:
@@ -52,7 +52,7 @@ VERB = Verb(
     Flag("--force", help="proceed with migrations, even if not all rules defined"),
     Argument("INBAG", "bag"),
     Argument("OUTBAG", "file"),
-    Argument("EXTRARULES", "file", many=True, optional=True),
+    Argument("EXTRARULES", "file", repeatable=True, optional=True),
     usage="INBAG OUTBAG [EXTRARULES1 EXTRARULES2 ...]",
     description="Repair the messages in a bag file so that it can be played in the current system. "
     "Rule files are Python programs, and are executed.",

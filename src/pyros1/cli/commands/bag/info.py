@@ -20,7 +20,7 @@ _PATH_STEP = re.compile(r"\.?([A-Za-z_]\w*)|\[(-?\d+)\]")
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Print a summary of bags."""
+    """Print a summary of each bag. Return 1 if a bag cannot be read, otherwise 0."""
     if not args:
         raise UsageError("You must specify at least 1 bag file.")
     if options.key and not options.yaml:
@@ -58,7 +58,7 @@ VERB = Verb(
     Option("-k", "--key", help="print information on the given key, such as duration or topics[0].type"),
     Flag("--freq", help="display topic message frequency statistics"),
     Flag("--json", help="print one line of JSON per bag", pyros1_only=True),
-    Argument("BAGFILE", "bag", many=True),
+    Argument("BAGFILE", "bag", repeatable=True),
     usage="[options] BAGFILE1 [BAGFILE2 BAGFILE3 ...]",
     description="Summarize the contents of one or more bag files.",
     examples=[

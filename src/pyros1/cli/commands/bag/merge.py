@@ -44,7 +44,7 @@ VERB = Verb(
     *SELECTION_OPTIONS,
     *compression("none"),
     Argument("OUTBAG", "bag"),
-    Argument("INBAG", "bag", many=True),
+    Argument("INBAG", "bag", repeatable=True),
     usage="[options] OUTBAG INBAG1 [INBAG2 ...]",
     description="Merge bags into one, in chronological order.",
     examples=[("all.bag a.bag b.bag", "merge two bags in chronological order")],

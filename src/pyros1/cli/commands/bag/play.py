@@ -34,7 +34,7 @@ objects takes up to 90 ms."""
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Publish the messages of bags."""
+    """Publish the messages in bags. Return the exit code, 0."""
     paths = [*args, *(options.bags or ())]
     if not paths:
         raise UsageError("You must specify at least 1 bag file to play back.")
@@ -65,10 +65,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 
 def _parse_topics(option: Any, opt: str, value: Any, parser: Any) -> None:
     """Add all arguments up to the next option to the option's value."""
-    words = []
+    topics = []
     while parser.rargs and not parser.rargs[0].startswith("-"):
-        words.append(parser.rargs.pop(0))
-    setattr(parser.values, option.dest, (getattr(parser.values, option.dest) or []) + words)
+        topics.append(parser.rargs.pop(0))
+    setattr(parser.values, option.dest, (getattr(parser.values, option.dest) or []) + topics)
 
 
 VERB = Verb(
@@ -141,7 +141,7 @@ VERB = Verb(
         metavar="SEC",
         help="maximum time difference from <rate-control-topic> before pausing",
     ),
-    Argument("BAGFILE", "bag", many=True),
+    Argument("BAGFILE", "bag", repeatable=True),
     usage="BAGFILE1 [BAGFILE2 BAGFILE3 ...]",
     description="Play back the contents of one or more bag files in a time-synchronized fashion.",
     examples=[
@@ -165,15 +165,15 @@ def _play(node: Node, bags: Bags, options: Any, control: Control) -> int:
     from pyros1.bag.play.player import Player  # noqa: PLC0415
     from pyros1.cli.commands.bag._running.live import StatusLine  # noqa: PLC0415
 
-    line = StatusLine(not options.quiet)
+    status_line = StatusLine(not options.quiet)
 
     def show(status: Status) -> None:
-        line.show(
+        status_line.show(
             f" [{status.state}]  Bag Time: {status.time:13.6f}   Duration: {status.passed:.6f} / {status.length:.6f}"
         )
 
     for reader in bags.readers:
-        line.print_message(f"Opening {reader.path}")
+        status_line.print_message(f"Opening {reader.path}")
         node.log.note(f"Opening {reader.path}")  # like stock, which logs nothing else here
     player = Player(node, bags, _settings(options), control, None if options.quiet else show)
     for topic, reason in player.unplayable.items():
@@ -187,17 +187,19 @@ def _play(node: Node, bags: Bags, options: Any, control: Control) -> int:
         _sleep(control, options.delay)
         _print_status(options, " done.")
     if options.wait_for_subscribers and not control.ended:
-        line.print_message("Waiting for subscribers.")
+        status_line.print_message("Waiting for subscribers.")
         player.wait_for_subscribers()
     with Keyboard(control) as keyboard:
         if keyboard.is_available:
             _print_status(options, "\nHit space to toggle paused, or 's' to step.")
         player.run()
         if not control.ended and options.keep_alive:
-            line.print_message("All messages were played; still running for the latched topics. Press Ctrl-C to stop.")
+            status_line.print_message(
+                "All messages were played; still running for the latched topics. Press Ctrl-C to stop."
+            )
             while not control.ended:
                 control.wait(1.0)
-    line.clear()
+    status_line.clear()
     if not player.wait_until_sent():
         node.log.warn("slow subscribers did not receive all messages")
     dropped = player.dropped()

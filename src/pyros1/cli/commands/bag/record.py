@@ -26,7 +26,7 @@ _DURATION_UNITS = {"": 1, "s": 1, "m": 60, "h": 3600}
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Record topics to bags."""
+    """Record topics to bags. Return 1 if an error stopped the recording, otherwise 0."""
     selection = _make_selection(options, [*args, *(options.topics or ())])
     settings = _make_settings(options)
     from pyros1.bag.record.follow import StopSignal  # noqa: PLC0415 - not needed for help
@@ -153,7 +153,7 @@ VERB = Verb(
         pyros1_only=True,
         help="keep at most MB megabytes of each topic (Default: %default, 0 = all)",
     ),
-    Argument("TOPIC", "topic", many=True),
+    Argument("TOPIC", "topic", repeatable=True),
     usage="TOPIC1 [TOPIC2 TOPIC3 ...]",
     description="Record a bag file with the contents of specified topics.",
     examples=[
@@ -174,21 +174,21 @@ def _record(node: Node, selection: Selection, settings: RecordOptions, options: 
     from pyros1.bag.record.topics import TopicSearch  # noqa: PLC0415
     from pyros1.cli.commands.bag._running.live import RecordingStatus, StatusLine, recording_summary  # noqa: PLC0415
 
-    line = StatusLine(not options.quiet, log=node.log)
+    status_line = StatusLine(not options.quiet, log=node.log)
     announce = _make_announcer(node) if options.publish else lambda path: None
 
     def on_opened(path: str) -> None:
-        line.print_message(f"Recording to '{path}'.")
+        status_line.print_message(f"Recording to '{path}'.")
         announce(path)
 
     def warn(text: str) -> None:
-        line.clear()
+        status_line.clear()
         node.log.warn("%s", one_line(text))
 
     search = TopicSearch(node, selection)
     if not wait_for_time(node, stop_signal):
         return 0
-    events = Events(on_opened, lambda path: line.print_message(f"Closing '{path}'."), warn, stop_signal.stop)
+    events = Events(on_opened, lambda path: status_line.print_message(f"Closing '{path}'."), warn, stop_signal.stop)
     try:
         recorder = Recorder(node, settings, events)
     except (OSError, BagError) as error:
@@ -200,13 +200,13 @@ def _record(node: Node, selection: Selection, settings: RecordOptions, options: 
                 f"'{name}' is not a legal name and is not recorded"
             )  # an error in another node must not stop the recording
             return
-        line.print_message(f"Subscribing to {one_line(name)}")
+        status_line.print_message(f"Subscribing to {one_line(name)}")
         recorder.subscribe(name, transports=("udp", "tcp") if options.udp else ("tcp",))
 
     with recorder:
         status = RecordingStatus(recorder)
-        follow(search, stop_signal, subscribe, lambda: line.show(status.text()), recorder.unsubscribe_finished)
-        line.clear()
+        follow(search, stop_signal, subscribe, lambda: status_line.show(status.text()), recorder.unsubscribe_finished)
+        status_line.clear()
     if not options.quiet:
         print(recording_summary(recorder), flush=True)
     if recorder.error is not None:

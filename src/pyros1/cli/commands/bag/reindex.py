@@ -17,7 +17,7 @@ _MAX_ERRORS_SHOWN = 5
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Rewrite bags, keeping all messages that can be read."""
+    """Rewrite bags, keeping all messages that can be read. Return the exit code."""
 
     def operation(source: str, target: str) -> None:
         with Progress(source, os.path.getsize(source), quiet=options.quiet) as progress:

@@ -51,7 +51,7 @@ VERB = Verb(
     *compression("none"),
     Argument("INBAG", "bag"),
     Argument("OUTBAG", "file"),
-    Argument("NAME", many=True),
+    Argument("NAME", repeatable=True),
     usage="[options] INBAG OUTBAG OLD NEW [OLD NEW ...]",
     description="Rename topics. If OLD and NEW end with a slash, all topics of that namespace are renamed.",
     examples=[

@@ -41,17 +41,17 @@ def _purge(invocation: Invocation, options: Any, args: list[str]) -> int:
                 f"will not remove {folder}: it is your home folder or contains it; correct ROS_LOG_DIR", file=sys.stderr
             )
             return 1
-        kept = set() if options.running else _entries_in_use(folder)
-        removed = (_purge_to_size if options.size else _purge_all)(folder, label, options, kept)
+        kept_entries = set() if options.running else _entries_in_use(folder)
+        removed = (_purge_to_size if options.size else _purge_all)(folder, label, options, kept_entries)
         if removed is None:  # the user declined
             if options.size:
                 return 0
             continue
         all_removed = all_removed and removed
-        if kept:
-            names = ", ".join(sorted(kept))
+        if kept_entries:
+            kept_names = ", ".join(sorted(kept_entries))
             print(
-                f"kept, because running programs write to it: {names} (use --running to remove it as well)",
+                f"kept, because running programs write to it: {kept_names} (use --running to remove it as well)",
                 file=sys.stderr,
             )
     return 0 if all_removed else 1
@@ -67,22 +67,22 @@ def _entries_in_use(folder: Path) -> set[str]:
     }
 
 
-def _purge_all(folder: Path, label: str, options: Any, kept: set[str]) -> bool | None:
+def _purge_all(folder: Path, label: str, options: Any, kept_entries: set[str]) -> bool | None:
     """Remove all logs. Return whether this succeeded; None if the user declined."""
     print(f"Purging {label}.")
     if not options.yes:
         print("PLEASE BE CAREFUL TO VERIFY THE COMMAND BELOW!")
         quoted = f'"{folder}"' if " " in str(folder) else str(folder)
-        exceptions = f" (except {', '.join(map(shlex.quote, sorted(kept)))})" if kept else ""
+        exceptions = f" (except {', '.join(map(shlex.quote, sorted(kept_entries)))})" if kept_entries else ""
         if not _ask(f"rm -rf {quoted}{exceptions}"):
             return None
-    if not kept:
+    if not kept_entries:
         return _remove(folder)
-    removed = [_remove(folder / name) for name in os.listdir(folder) if name not in kept]
+    removed = [_remove(folder / name) for name in os.listdir(folder) if name not in kept_entries]
     return all(removed)
 
 
-def _purge_to_size(folder: Path, label: str, options: Any, kept: set[str]) -> bool | None:
+def _purge_to_size(folder: Path, label: str, options: Any, kept_entries: set[str]) -> bool | None:
     """Remove the oldest logs until the folder is small enough. The return value is as in `_purge_all`."""
     limit, size = options.size * _MEGABYTE, folder_size(folder)
     if size <= limit:
@@ -103,7 +103,7 @@ def _purge_to_size(folder: Path, label: str, options: Any, kept: set[str]) -> bo
     for path in sorted(folder.iterdir(), key=lambda path: path.lstat().st_mtime):
         if size <= limit:
             break
-        if path.name not in kept:
+        if path.name not in kept_entries:
             size -= folder_size(path)
             all_removed = _remove(path) and all_removed
     return all_removed

@@ -30,24 +30,24 @@ def _wrap(value: Any) -> Any:
     return {**wrapped, "state": []}
 
 
-def read_file_text(text: str, where: str) -> dict[str, Any]:
-    """Parse a configuration file from `file_text`, or plain YAML. Several documents are merged.
+def read_file_text(text: str, file_name: str) -> dict[str, Any]:
+    """Return the values in a configuration file from `file_text`, or in plain YAML. Several documents are merged.
 
     Args:
         text: the file's contents.
-        where: the file's name, for error messages.
+        file_name: the file's name, for error messages.
 
     Raises:
         ParameterError: the file is not a configuration.
     """
     values: dict[str, Any] = {}
     try:
-        documents = load_all_yaml(re.sub(re.escape(_TAG) + r"[ \t]*$", "", text, flags=re.MULTILINE), where)
+        documents = load_all_yaml(re.sub(re.escape(_TAG) + r"[ \t]*$", "", text, flags=re.MULTILINE), file_name)
     except YamlError as error:
         raise ParameterError(str(error)) from None
     for document in documents:
         if not isinstance(document, dict):
-            raise ParameterError(f"{where}: expected a dictionary of parameters, not {one_line(document, 60)!r}")
+            raise ParameterError(f"{file_name}: expected a dictionary of parameters, not {one_line(document, 60)!r}")
         values.update(_unwrap(document))
     return values
 

@@ -26,7 +26,7 @@ def configurable_nodes(invocation: Invocation) -> list[str]:
 
 
 def change_with_new_node(invocation: Invocation, name: str, values: dict[str, Any], timeout: float | None) -> int:
-    """Create the command's node, and use it to set parameters of another node, see `set_parameters`."""
+    """Create a node, and use it to set parameters of another. Return the exit code. See `set_parameters`."""
     code = 0
     with invocation.open_node() as node:
         code = set_parameters(invocation, node, name, values, timeout)

@@ -19,15 +19,15 @@ _EXPECTED = "either a node name, parameter name and parameter value, or a node n
 def _set(invocation: Invocation, options: Any, args: list[str]) -> int:
     """Set one parameter of a node, or those in a YAML dictionary."""
     check_arguments(args, _EXPECTED, _EXPECTED, max_arguments=3)
-    name, *rest = args
-    if len(rest) == 1:
+    name, *value_args = args
+    if len(value_args) == 1:
         from pyros1.values import load_yaml  # noqa: PLC0415 - not needed for help
 
-        values = load_yaml(rest[0])
+        values = load_yaml(value_args[0])
         if not isinstance(values, dict):
             raise UsageError(f"invalid arguments. Please specify {_EXPECTED}")
     else:
-        values = {rest[0]: rest[1]}
+        values = {value_args[0]: value_args[1]}
     return change_with_new_node(invocation, name, values, options.timeout)
 
 

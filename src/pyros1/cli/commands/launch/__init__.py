@@ -218,7 +218,7 @@ VERB = Verb(
     *_MASTER_OPTIONS,
     Argument("package", "package|launch_file", optional=True),
     Argument("<filename>", "package_launch_file|launch_arg"),
-    Argument("arg_name:=value", "launch_arg", many=True, optional=True),
+    Argument("arg_name:=value", "launch_arg", repeatable=True, optional=True),
     usage="""[options] [package] <filename> [arg_name:=value...]
        %prog [options] <filename> [<filename>...] [arg_name:=value...]
 

@@ -13,30 +13,32 @@ from pyros1.launch.running.options import Options
 from pyros1.launch.running.supervisor import install_signals
 
 
-def run_child(values: Any, args: list[str]) -> int:
+def run_child(parsed_options: Any, args: list[str]) -> int:
     """Serve the parent launcher until the launch ends.
 
     Args:
-        values: the parsed options.
+        parsed_options: the parsed options.
         args: the positional arguments.
 
     Returns:
         The exit code: 1 if the parent cannot be served.
     """
     for option in ("server_uri", "run_id"):
-        if not getattr(values, option):
+        if not getattr(parsed_options, option):
             raise UsageError(f"--child option requires --{option} to be set as well")
     if args:
         raise UsageError("Input files are not allowed when run in child mode")
-    to_screen = False if values.force_log else True if values.force_screen else None
+    to_screen = False if parsed_options.force_log else True if parsed_options.force_screen else None
     options = Options(
         screen=to_screen,
-        required=values.force_required,
-        sigint_timeout=values.sigint_timeout,
-        sigterm_timeout=values.sigterm_timeout,
+        required=parsed_options.force_required,
+        sigint_timeout=parsed_options.sigint_timeout,
+        sigterm_timeout=parsed_options.sigterm_timeout,
     )
     try:
-        child = Child(values.child_name, values.server_uri, values.run_id, options, make_resources())
+        child = Child(
+            parsed_options.child_name, parsed_options.server_uri, parsed_options.run_id, options, make_resources()
+        )
         restore_signals = install_signals(child.stop, child.stop_waiting)
         end_with_stdin(child.stop)
         try:

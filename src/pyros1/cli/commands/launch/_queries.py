@@ -90,10 +90,10 @@ def _find_node(plan: Plan, name: str, files: list[str], resources: Resources) ->
     full_name = canonicalize_name(ns_join("/" + resources.environ.get("ROS_NAMESPACE", ""), name))
     matches = [node for node in [*plan.nodes, *plan.tests] if node.full_name == full_name]
     if not matches:
-        names = [node.full_name for node in [*plan.nodes, *plan.tests]]
-        rows = "\n".join(f" * {node_name}" for node_name in names)
+        node_names = [node.full_name for node in [*plan.nodes, *plan.tests]]
+        rows = "\n".join(f" * {node_name}" for node_name in node_names)
         raise _UnknownNodeError(
-            f"Cannot find node named [{full_name}] in [{', '.join(files)}]{did_you_mean(full_name, names)}.\n"
+            f"Cannot find node named [{full_name}] in [{', '.join(files)}]{did_you_mean(full_name, node_names)}.\n"
             f"Node names are:\n{rows}"
         )
     if len(matches) > 1:

@@ -71,9 +71,13 @@ def _deps(invocation: Invocation, options: Any, files: list[str]) -> int:
         )
         if options.warn:
             print("\nMissing declarations:")
-            for package, names in undeclared(needs_by_file.values()).items():
-                if names:
-                    print(f"{package}/manifest.xml:", *(f'  <depend package="{name}" />' for name in names), sep="\n")
+            for package, missing_names in undeclared(needs_by_file.values()).items():
+                if missing_names:
+                    print(
+                        f"{package}/manifest.xml:",
+                        *(f'  <depend package="{name}" />' for name in missing_names),
+                        sep="\n",
+                    )
     except Error as error:
         print(error, file=sys.stderr)
         return 1
@@ -91,8 +95,8 @@ def _read_if_exists(path: str) -> bytes:
 def _check_same_package(files: list[str]) -> None:
     packages = {package_containing(file): file for file in files}
     if len(packages) > 1:
-        names = " vs. ".join(map(str, packages))
-        raise LaunchError(f"roslaunch files must be in the same package: {names}")
+        package_names = " vs. ".join(map(str, packages))
+        raise LaunchError(f"roslaunch files must be in the same package: {package_names}")
 
 
 def _print_needs(needs: list[FileNeeds]) -> None:
@@ -170,7 +174,7 @@ TOOLS = {
         "",
         Flag("-v", "--verbose", help="print which file needs which packages"),
         Flag("-w", "--warn", help="print packages missing in package.xml"),
-        Argument("<file(s)...>", "launch_file", many=True),
+        Argument("<file(s)...>", "launch_file", repeatable=True),
         usage="[options] <file(s)...>",
         parse=_parse_files,
         run=_deps,
@@ -264,9 +268,9 @@ def _find_problems(file: str, arguments: dict[str, str], resources: Resources, o
     texts = [*map(str, errors), *map(str, missing_parts(plan, resources.packages, resources.environ))]
     if not called_as("roslaunch-check"):
         texts += map(str, unrunnable_python(plan, resources.packages, resources.environ))
-    for package, names in undeclared(file_needs(plan), test_depends=options.test_depends).items():
-        if names:
-            texts.append(f"Missing package dependencies: {package}/package.xml: {', '.join(sorted(names))}")
+    for package, undeclared_names in undeclared(file_needs(plan), test_depends=options.test_depends).items():
+        if undeclared_names:
+            texts.append(f"Missing package dependencies: {package}/package.xml: {', '.join(sorted(undeclared_names))}")
     return texts
 
 

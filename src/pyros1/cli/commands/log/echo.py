@@ -93,7 +93,7 @@ VERB = Verb(
 
 
 def format_message(message: Any, *, colour: bool = False, verbose: bool = False) -> str:
-    """Format a message as one or more lines.
+    """Return a message as one or more lines of text.
 
     Args:
         message: a rosgraph_msgs/Log message.

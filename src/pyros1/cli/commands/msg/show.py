@@ -129,9 +129,9 @@ def _definitions_in_bag(path: str, name: str, raw: bool) -> Iterator[str]:
             yield _describe(parse_message(name, parts[name], path), partial(_parse_part, parts, path))
 
 
-def _parse_part(texts: Mapping[str, str], path: str, name: str) -> MessageSpec:
+def _parse_part(definitions: Mapping[str, str], path: str, name: str) -> MessageSpec:
     from pyros1.msgs.spec import parse_message  # noqa: PLC0415
 
-    if name not in texts:
+    if name not in definitions:
         raise CommandError(f"[{path}] has no definition of {name}")
-    return parse_message(name, texts[name], path)
+    return parse_message(name, definitions[name], path)

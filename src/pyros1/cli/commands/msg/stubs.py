@@ -46,7 +46,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 VERB = Verb(
     "stubs",
     "write type stubs of messages and services for editors and type checkers",
-    Argument("package", "package", many=True, optional=True),
+    Argument("package", "package", repeatable=True, optional=True),
     description="Write stubs (.pyi) to the installed pyros1, where editors and type checkers find them, for the given "
     "packages and those whose messages they use. The packages that come with pyros1 already have stubs. Without a "
     "package: write stubs for all packages.",

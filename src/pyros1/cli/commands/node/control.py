@@ -43,7 +43,7 @@ def _make_verb(name: str, past_participle: str, about: str, example: str) -> Ver
     return Verb(
         name,
         about,
-        Argument("node", "node", many=True),
+        Argument("node", "node", repeatable=True),
         usage="node1 [node2...]",
         examples=[("/driver", example)],
         stock="",

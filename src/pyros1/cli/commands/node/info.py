@@ -50,7 +50,7 @@ VERB = Verb(
         help="Prints only basic information such as pubs/subs and does not contact nodes for more information",
     ),
     Flag("--json", help="print a JSON list of objects, one for each node", pyros1_only=True),
-    Argument("node", "node", many=True),
+    Argument("node", "node", repeatable=True),
     usage="[options] node1 [node2...]",
     examples=[("/talker", "print topics, services and connections of a node")],
     run=run,

@@ -13,7 +13,7 @@ from pyros1.ground.errors import DeadlineError, Error, ProtocolError
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
-    """Make nodes shut down."""
+    """Make nodes shut down. Return 1 if one could not be shut down, otherwise 0."""
     if options.all and args:
         raise UsageError("invalid arguments with kill all (-a) option")
     graph = invocation.graph
@@ -49,7 +49,7 @@ VERB = Verb(
     "kill",
     "kill a running node",
     Flag("-a", "--all", help="kill all nodes"),
-    Argument("node", "node", many=True, optional=True),
+    Argument("node", "node", repeatable=True, optional=True),
     usage="[node]...",
     examples=[("/talker", "ask a node to shut down")],
     run=run,

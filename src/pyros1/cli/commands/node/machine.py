@@ -29,13 +29,13 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
             except ProtocolError as error:
                 print(f"WARNING: {name} is left out: {error}", file=sys.stderr)
     if not args:
-        _print(set(hosts.values()), json=options.json)
+        _print_names(set(hosts.values()), as_json=options.json)
         return
     addresses = _resolve(args[0])
     if not addresses:
         raise CommandError(f"cannot resolve machine name [{args[0]}] to address")
     machine_hosts = {host for host in set(hosts.values()) if host == args[0] or _resolve(host) & addresses}
-    _print((name for name, host in hosts.items() if host in machine_hosts), json=options.json)
+    _print_names((name for name, host in hosts.items() if host in machine_hosts), as_json=options.json)
 
 
 VERB = Verb(
@@ -49,8 +49,8 @@ VERB = Verb(
 )
 
 
-def _print(names: Iterable[str], *, json: bool) -> None:
-    if json:
+def _print_names(names: Iterable[str], *, as_json: bool) -> None:
+    if as_json:
         print_json(sorted(names))
     else:
         print(*sorted(names), sep="\n")

@@ -23,11 +23,11 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     graph = invocation.graph
     state = graph.state()
     names = names_in_namespace(sorted(state.nodes()), invocation.resolve(args[0]) if args else None)
-    table = {name: _registrations(state, name, include_common=options.all) for name in names}
+    registrations_by_node = {name: _registrations(state, name, include_common=options.all) for name in names}
     if options.json:
-        print_json([{"node": name, **table[name]} for name in names])
+        print_json([{"node": name, **registrations_by_node[name]} for name in names])
         return
-    print("\n".join(_render(table, graph.topic_types(), state)))
+    print("\n".join(_render(registrations_by_node, graph.topic_types(), state)))
 
 
 VERB = Verb(
@@ -54,29 +54,31 @@ def _registrations(state: SystemState, name: str, *, include_common: bool) -> di
     }
 
 
-def _render(table: dict[str, dict[str, list[str]]], types: dict[str, str], state: SystemState) -> Iterator[str]:
+def _render(
+    registrations_by_node: dict[str, dict[str, list[str]]], types: dict[str, str], state: SystemState
+) -> Iterator[str]:
     """Yield the lines of the tree."""
     root: dict[str, Any] = {}
-    for name in table:
+    for name in registrations_by_node:
         branch = root
         for part in name.strip("/").split("/"):
             branch = branch.setdefault(part, {})
     yield "/"
-    yield from _render_branch(root, "", "", table, types, state)
+    yield from _render_branch(root, "", "", registrations_by_node, types, state)
 
 
 def _render_branch(
     branch: dict[str, Any],
     path: str,
     indent: str,
-    table: dict[str, dict[str, list[str]]],
+    registrations_by_node: dict[str, dict[str, list[str]]],
     types: dict[str, str],
     state: SystemState,
 ) -> Iterator[str]:
     for number, (part, children) in enumerate(branch.items(), 1):
         name, is_last = f"{path}/{part}", number == len(branch)
         child_indent = indent + ("   " if is_last else "│  ")
-        registrations = table.get(name)
+        registrations = registrations_by_node.get(name)
         yield f"{indent}{'└─' if is_last else '├─'} {one_line(part)}{'/' if registrations is None else ''}"
         if registrations is not None:
             prefix = child_indent + ("│ " if children else "  ")
@@ -86,9 +88,9 @@ def _render_branch(
                 yield f"{prefix}<─ {topic} [{types.get(topic, UNKNOWN_TYPE)}]{_peers(state.publishers, topic, name)}"
             for service in registrations["services"]:
                 yield f"{prefix}() {service}"
-        yield from _render_branch(children, name, child_indent, table, types, state)
+        yield from _render_branch(children, name, child_indent, registrations_by_node, types, state)
 
 
-def _peers(table: dict[str, list[str]], topic: str, name: str) -> str:
-    nodes = [node for node in table.get(topic, []) if node != name]
+def _peers(nodes_by_topic: dict[str, list[str]], topic: str, name: str) -> str:
+    nodes = [node for node in nodes_by_topic.get(topic, []) if node != name]
     return f" {', '.join(map(str, nodes))}" if nodes else " nobody"

@@ -20,20 +20,20 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     path = args[0]
     base = invocation.resolve(args[1]) if len(args) > 1 else invocation.namespace
     if path == "-":
-        text, where = sys.stdin.read(), "stdin"
+        text, source_name = sys.stdin.read(), "stdin"
         message = "reading parameters from stdin"
     else:
         if not os.path.isfile(path):
             raise CommandError(f"file [{path}] does not exist")
         with open(path, encoding="utf-8") as file:
-            text, where = file.read(), path
+            text, source_name = file.read(), path
         message = f"reading parameters from [{path}]"
     if options.verbose:
         print(message)
     from pyros1.values import load_all_yaml  # noqa: PLC0415
 
     pending = []
-    for document in load_all_yaml(text, where):
+    for document in load_all_yaml(text, source_name):
         if document is None:
             continue
         namespace = base
@@ -42,7 +42,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
             if options.verbose:
                 print(f"reading parameters into namespace [{namespace}]")
         elif not isinstance(document, dict) and base == "/":
-            raise CommandError(f"{where}: expected a dictionary of parameters, not {one_line(document, 60)!r}")
+            raise CommandError(f"{source_name}: expected a dictionary of parameters, not {one_line(document, 60)!r}")
         pending.append((namespace, document))
     for namespace, document in pending:
         set_leaves(invocation, namespace, document, "{}={}" if options.verbose else "")

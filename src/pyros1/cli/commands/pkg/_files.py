@@ -82,10 +82,12 @@ def resolve_folder(location: str) -> str:
     name, _, relative = location.partition("/")
     path = special_folders().get(name)
     if path is None:
-        known = {entry.name: entry.folder for entry in reversed(all_packages(os.environ))}
-        path = known.get(name)
+        folders_by_package = {entry.name: entry.folder for entry in reversed(all_packages(os.environ))}
+        path = folders_by_package.get(name)
         if path is None:
-            raise FilesError(f"No such package/stack '{name}'{did_you_mean(name, {*known, *special_folders()})}")
+            raise FilesError(
+                f"No such package/stack '{name}'{did_you_mean(name, {*folders_by_package, *special_folders()})}"
+            )
     return os.path.normpath(os.path.join(path, relative))
 
 

@@ -66,15 +66,15 @@ class Request:
             raise PkgError("no package given")
         return name
 
-    def required_options(self, *names: str) -> list[str]:
+    def required_options(self, *option_names: str) -> list[str]:
         """Return the values of required options.
 
         Raises:
             PkgError: an option or the package is missing.
         """
-        values = [self.options.get(name, "") for name in names]
+        values = [self.options.get(name, "") for name in option_names]
         if not all(values) or not (self.args or _current_package()):
-            raise PkgError(f"no {' / '.join(['package', *names])} given")
+            raise PkgError(f"no {' / '.join(['package', *option_names])} given")
         return values
 
     def print_names(self, names: Iterable[str]) -> None:
@@ -152,15 +152,15 @@ def _parse(request: Request, argv: Sequence[str]) -> None:
 def _run_verb(request: Request, invocation: Invocation) -> None:
     if not request.verb and not request.help:
         raise PkgError(f"no command given.  Try '{invocation.program} help'", 0)
-    known = {verb_name: entry for verb_name, entry in registry.verbs("pkg").items() if entry.in_stock_tool}
+    stock_verbs = {verb_name: entry for verb_name, entry in registry.verbs("pkg").items() if entry.in_stock_tool}
     name = registry.find_verb("pkg", request.verb)
     if request.help:
-        if name in known and not invocation.as_stock:
+        if name in stock_verbs and not invocation.as_stock:
             _print_help(registry.load_verb("pkg", name), invocation)
             return
         request.args, name = [], "help"  # rospack prints its list regardless of the other arguments
-    if name is None or name not in known:
-        verbs = known if invocation.as_stock else registry.verbs("pkg")
+    if name is None or name not in stock_verbs:
+        verbs = stock_verbs if invocation.as_stock else registry.verbs("pkg")
         hint = did_you_mean(request.verb, [verb_name for verb_name in verbs if verb_name != "help"])
         raise PkgError(f"command {request.verb} not implemented{hint}")
     verb = registry.load_verb("pkg", name)

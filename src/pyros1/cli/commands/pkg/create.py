@@ -78,13 +78,13 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
         examples=not (as_stock or options.no_examples or examples),
         files=collect_files(examples, options.face, options.name) if examples else {},
     )
-    known = {entry.name: entry.folder for entry in reversed(all_packages(os.environ))}
+    folders_by_package = {entry.name: entry.folder for entry in reversed(all_packages(os.environ))}
     try:
         created = create(package, Path.cwd())
     except CreateError as error:
         print(f"{program if as_stock else 'ERROR'}: {error}", file=sys.stderr)
         return 2 if as_stock else 1
-    _warn_about_packages(options.name, options.dependencies, known)
+    _warn_about_packages(options.name, options.dependencies, folders_by_package)
     if as_stock:
         _print_as_stock(package, created)
     else:
@@ -140,7 +140,9 @@ VERB = Verb(
     Option("-m", "--maintainer", action="append", help="a maintainer, as 'Name <address>'"),
     Option("--rosdistro", help="accepted for compatibility; package.xml is the same for all distributions"),
     Argument("name", help="The name for the package"),
-    Argument("dependencies", "package", many=True, optional=True, help="packages that the new package depends on"),
+    Argument(
+        "dependencies", "package", repeatable=True, optional=True, help="packages that the new package depends on"
+    ),
     description="Creates a new package",
     examples=[
         ("my_robot std_msgs", "create a package with example nodes, a message and a launch file, ready to run"),
@@ -155,20 +157,21 @@ VERB = Verb(
 )  # fmt: skip
 
 
-def _warn_about_packages(package: str, depends: Sequence[str], known: dict[str, str]) -> None:
+def _warn_about_packages(package: str, depends: Sequence[str], folders_by_package: dict[str, str]) -> None:
     """Warn about dependencies that are not installed and about another package of the same name."""
     shipped = set(os.listdir(SHIPPED))
     for name in depends:
-        if name not in known and name not in shipped:
-            hint = did_you_mean(name, {*known, *shipped})
+        if name not in folders_by_package and name not in shipped:
+            hint = did_you_mean(name, {*folders_by_package, *shipped})
             print(
                 f"WARNING: package '{name}' is not installed on this machine{hint}; the dependency was added anyway",
                 file=sys.stderr,
             )
-    other = known.get(package)
-    if other is not None:
+    other_folder = folders_by_package.get(package)
+    if other_folder is not None:
         print(
-            f"WARNING: there is another package '{package}' in {other}: {_preference_text(package, other)}",
+            f"WARNING: there is another package '{package}' in {other_folder}: "
+            f"{_preference_text(package, other_folder)}",
             file=sys.stderr,
         )
 

@@ -80,10 +80,10 @@ def _rosdep(invocation: Invocation, request: Request, args: list[str]) -> None:
     """Print the system packages that a package and its dependencies need."""
     packages, name = packages_and_name(request)
     check_known(packages, name)
-    names = [name] if request.verb == "rosdep0" else [*packages.dependencies(name), name]
+    package_names = [name] if request.verb == "rosdep0" else [*packages.dependencies(name), name]
     catkin = packages.manifest(name).catkin
     keys: set[str] = set()
-    for package in names:
+    for package in package_names:
         manifest = packages.manifest(package)
         keys.update(manifest.system)
         if catkin:  # rosbuild packages name rosdep keys only in manifest.xml

@@ -13,7 +13,7 @@ from pyros1.finding.crawl import FoundPackage, find_cached
 from pyros1.finding.packages import OWN_PACKAGES
 
 
-def _first_locations() -> dict[str, FoundPackage]:
+def _packages_by_name() -> dict[str, FoundPackage]:
     """Return the first location of each package, sorted by name."""
     first = {package.name: package for package in reversed(known_packages())}
     return {name: first[name] for name in sorted(first)}
@@ -26,24 +26,24 @@ def _find(invocation: Invocation, request: Request, args: list[str]) -> None:
     if cached is not None and not cached.meta:
         print(cached.folder)
         return
-    known = _first_locations()
-    if name not in known:
-        raise PkgError(f"package '{name}' not found{did_you_mean(name, known)}")
-    print(known[name].folder)
+    packages_by_name = _packages_by_name()
+    if name not in packages_by_name:
+        raise PkgError(f"package '{name}' not found{did_you_mean(name, packages_by_name)}")
+    print(packages_by_name[name].folder)
 
 
 def _list_all(invocation: Invocation, request: Request, args: list[str]) -> None:
     """Print names and folders."""
-    known = _first_locations()
+    packages_by_name = _packages_by_name()
     if "json" in request.options:
-        print_json({name: package.folder for name, package in known.items()})
+        print_json({name: package.folder for name, package in packages_by_name.items()})
         return
-    print("".join(f"{name} {package.folder}\n" for name, package in known.items()), end="")
+    print("".join(f"{name} {package.folder}\n" for name, package in packages_by_name.items()), end="")
 
 
 def _list_names(invocation: Invocation, request: Request, args: list[str]) -> None:
     """Print names."""
-    request.print_names(_first_locations())
+    request.print_names(_packages_by_name())
 
 
 def _list_duplicates(invocation: Invocation, request: Request, args: list[str]) -> None:

@@ -39,9 +39,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         if arguments or not service_class._request_class.__slots__ or sys.stdin.isatty():
             print(_format_response(options, _call(client, service_class, name, arguments, node.now(), options.verbose)))
             return
-        from pyros1.cli.shared.documents import documents  # noqa: PLC0415 - as above
+        from pyros1.cli.shared.documents import read_documents  # noqa: PLC0415 - as above
 
-        for document in documents(sys.stdin):
+        for document in read_documents(sys.stdin):
             arguments = document if isinstance(document, list) else [document]
             response = _call(client, service_class, name, arguments, node.now(), options.verbose)
             print(_format_response(options, response), flush=True)

@@ -20,9 +20,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Print the shell code that sets up a shell."""
     shell = select_shell(invocation, options)
     if shell is not None:
-        names = registry.stock_names()
-        folder = make_programs(names, os.environ)
-        print(shell.setup(str(folder), CompletedNames([*names, "pyros1"])), end="")
+        args_by_program = registry.stock_names()
+        folder = make_programs(args_by_program, os.environ)
+        print(shell.setup(str(folder), CompletedNames([*args_by_program, "pyros1"])), end="")
 
 
 COMMAND = Command(

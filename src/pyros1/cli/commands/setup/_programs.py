@@ -18,12 +18,12 @@ class SetupError(Error):
     """The shell cannot be set up."""
 
 
-def make_programs(names: Mapping[str, tuple[str, ...]], environ: Mapping[str, str]) -> Path:
+def make_programs(args_by_program: Mapping[str, tuple[str, ...]], environ: Mapping[str, str]) -> Path:
     """Create or update the folder of programs.
 
     Args:
-        names: the arguments of ``pyros1`` for each program.
-        environ: environment variables, which determine the folder.
+        args_by_program: the arguments of ``pyros1`` for each program.
+        environ: the environment variables, which determine the folder.
 
     Returns:
         The folder.
@@ -45,7 +45,7 @@ def make_programs(names: Mapping[str, tuple[str, ...]], environ: Mapping[str, st
             base_folder.mkdir(parents=True, exist_ok=True, mode=0o700)
             _check_not_writable_by_others(base_folder)
             folder.mkdir(exist_ok=True, mode=0o700)
-            _write_programs(folder, {"pyros1": (), **names}, package)
+            _write_programs(folder, {"pyros1": (), **args_by_program}, package)
         except OSError as error:
             problems.append(f"{folder}: {error.strerror or error}")
             continue
@@ -64,11 +64,11 @@ def _check_not_writable_by_others(folder: Path) -> None:
         raise OSError(f"other users can write to {folder}")
 
 
-def _write_programs(folder: Path, names: Mapping[str, tuple[str, ...]], package: str) -> None:
-    for obsolete in {path.name for path in folder.iterdir()} - names.keys():
+def _write_programs(folder: Path, args_by_program: Mapping[str, tuple[str, ...]], package: str) -> None:
+    for obsolete in {path.name for path in folder.iterdir()} - args_by_program.keys():
         if not obsolete.startswith("."):  # another process is writing it
             (folder / obsolete).unlink(missing_ok=True)
-    for name, args in names.items():
+    for name, args in args_by_program.items():
         file = folder / name
         text = _make_program_text(args, package)
         if not file.is_file() or file.read_text(encoding="utf-8") != text:

@@ -52,8 +52,8 @@ def find_roots_and_children(frames: Sequence[Frame]) -> tuple[list[Frame], dict[
     for frame in sorted(frames):
         if frame.parent is not None:
             children_by_parent.setdefault(frame.parent, []).append(frame)
-    known = {frame.name for frame in frames}
-    roots = [frame for frame in sorted(frames) if frame.parent is None or frame.parent not in known]
+    frame_names = {frame.name for frame in frames}
+    roots = [frame for frame in sorted(frames) if frame.parent is None or frame.parent not in frame_names]
     reached: set[str] = set()
     for frame in [*roots, *sorted(frames)]:
         if frame.name in reached:
@@ -72,9 +72,10 @@ def find_roots_and_children(frames: Sequence[Frame]) -> tuple[list[Frame], dict[
 
 
 def format_tree(frames: Sequence[Frame], now: float) -> str:
-    """Format the trees as text, with the description of each frame after its name.
+    """Return the trees as text, with the description of each frame after its name.
 
     Args:
+        frames: the frames.
         now: the time in seconds, for ages.
     """
     roots, children_by_parent = find_roots_and_children(frames)
@@ -82,9 +83,9 @@ def format_tree(frames: Sequence[Frame], now: float) -> str:
 
     def add(frame: Frame, prefix: str, child_prefix: str) -> None:
         rows.append((prefix + one_line(frame.name), [*map(one_line, frame.description(now))]))
-        last = len(children_by_parent.get(frame.name, ())) - 1
+        last_number = len(children_by_parent.get(frame.name, ())) - 1
         for number, child in enumerate(children_by_parent.get(frame.name, ())):
-            is_last = number == last
+            is_last = number == last_number
             add(child, child_prefix + ("└── " if is_last else "├── "), child_prefix + ("    " if is_last else "│   "))
 
     for root in roots:

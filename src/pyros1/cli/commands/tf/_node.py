@@ -21,7 +21,7 @@ _MAX_FRAMES_SHOWN = 30
 
 
 def open_node(invocation: Invocation, name: str, *, is_tool: bool = True, anonymous: bool = True) -> Node:
-    """Create the node of a tf command.
+    """Create and return the node of a tf command.
 
     Args:
         invocation: the command's invocation.
@@ -69,7 +69,7 @@ def wait_for_clock(node: Node) -> None:
 
 
 def parse_number(text: str, value_name: str, *, positive: bool = False) -> float:
-    """Parse an argument as a number.
+    """Return the number that an argument contains.
 
     Args:
         text: the argument.
@@ -117,15 +117,17 @@ class LookupHints:
             print(hint, file=sys.stderr, flush=True)
 
     def _hint(self, error: TransformException | None, frames: tuple[str, ...]) -> str:
-        known = sorted(self._buffer.frames())
-        if not known:
+        known_frames = sorted(self._buffer.frames())
+        if not known_frames:
             return self._no_transforms_hint([self._node.resolve(topic) for topic in TOPICS])
         for frame in frames:
-            if frame not in known:
-                names = ", ".join(known[:_MAX_FRAMES_SHOWN]) + (
-                    f" and {len(known) - _MAX_FRAMES_SHOWN} more" if len(known) > _MAX_FRAMES_SHOWN else ""
+            if frame not in known_frames:
+                frame_list = ", ".join(known_frames[:_MAX_FRAMES_SHOWN]) + (
+                    f" and {len(known_frames) - _MAX_FRAMES_SHOWN} more"
+                    if len(known_frames) > _MAX_FRAMES_SHOWN
+                    else ""
                 )
-                return f"Unknown frame '{frame}'{did_you_mean(frame, known)}; known frames: {names}"
+                return f"Unknown frame '{frame}'{did_you_mean(frame, known_frames)}; known frames: {frame_list}"
         if isinstance(error, ConnectivityException):
             roots = " and ".join(repr(self._root_of(frame)) for frame in frames)
             return (
@@ -140,12 +142,15 @@ class LookupHints:
             publishers = self._invocation.graph.state().publishers
         except MasterError:
             return ""
-        names = sorted({name for topic in topics for name in publishers.get(topic, [])})
-        if not names:
+        publisher_names = sorted({name for topic in topics for name in publishers.get(topic, [])})
+        if not publisher_names:
             return (
                 f"No node publishes {' or '.join(topics)}: is the node that should publish running? (pyros1 node list)"
             )
-        return f"No transform received yet from {', '.join(names)}: is it running? (pyros1 node ping {names[0]})"
+        return (
+            f"No transform received yet from {', '.join(publisher_names)}: is it running? "
+            f"(pyros1 node ping {publisher_names[0]})"
+        )
 
     def _root_of(self, frame: str) -> str:
         parents = {state.name: state.parent for state in self._buffer.states()}

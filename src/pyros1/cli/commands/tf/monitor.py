@@ -107,7 +107,10 @@ def _monitor(invocation: Invocation, node: Node, frames: list[str]) -> None:
 
     def add_transforms(message: Any, static: bool) -> None:
         sender = (message._connection_header or {}).get("callerid", "unknown_publisher")
-        stamps = [(item.child_frame_id, 0.0 if static else item.header.stamp.to_sec()) for item in message.transforms]
+        stamps = [
+            (transform.child_frame_id, 0.0 if static else transform.header.stamp.to_sec())
+            for transform in message.transforms
+        ]
         delays.add_transforms(stamps, f"{sender}(static)" if static else sender, node.now().to_sec())
 
     type_name = "tf2_msgs/TFMessage"

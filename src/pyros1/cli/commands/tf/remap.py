@@ -24,10 +24,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         def republish(message: Any) -> None:
             if not publisher.num_connections:
                 return
-            for item in message.transforms:
-                header = item.header
+            for transform in message.transforms:
+                header = transform.header
                 header.frame_id = mappings.get(header.frame_id, header.frame_id)
-                item.child_frame_id = mappings.get(item.child_frame_id, item.child_frame_id)
+                transform.child_frame_id = mappings.get(transform.child_frame_id, transform.child_frame_id)
             publisher.publish(message)
 
         node.subscribe("/tf_old", _MESSAGE_TYPE, republish, queue_size=100)
@@ -49,6 +49,6 @@ VERB = Verb(
 
 
 def _parse_mappings(value: Any) -> dict[str, str]:
-    if not isinstance(value, list) or not all(isinstance(item, dict) for item in value):
+    if not isinstance(value, list) or not all(isinstance(mapping, dict) for mapping in value):
         raise CommandError(f"the parameter ~mappings must be a list like [{{old: NAME, new: NAME}}], not {value!r}")
-    return {str(item["old"]): str(item["new"]) for item in value if "old" in item and "new" in item}
+    return {str(mapping["old"]): str(mapping["new"]) for mapping in value if "old" in mapping and "new" in mapping}

@@ -63,8 +63,8 @@ VERB = Verb(
 
 
 def _print_tree(buffer: Buffer, now: Callable[[], float], clear_screen: bool) -> None:
-    lines = format_tree([Frame(*state[:7]) for state in buffer.states()], now())
-    print(f"{_CLEAR}{lines}" if clear_screen else lines, flush=True)
+    tree_text = format_tree([Frame(*state[:7]) for state in buffer.states()], now())
+    print(f"{_CLEAR}{tree_text}" if clear_screen else tree_text, flush=True)
 
 
 def _as_json(buffer: Buffer, now: float) -> list[dict[str, object]]:

@@ -97,7 +97,7 @@ def _request_frames(node: Node, name: str) -> list[Frame]:
             f"cannot get the frames of {name}: {error}. Nodes with a tf2 listener provide the service {service} (C++ "
             f"nodes only if they enable it)"
         ) from None
-    table: dict[str, dict[str, Any]] = load_yaml(frame_yaml) or {}
+    rows_by_frame: dict[str, dict[str, Any]] = load_yaml(frame_yaml) or {}
     frames = [
         Frame(
             str(child),
@@ -108,10 +108,10 @@ def _request_frames(node: Node, name: str) -> list[Frame]:
             float(row["most_recent_transform"]),
             float(row["oldest_transform"]),
         )
-        for child, row in table.items()
+        for child, row in rows_by_frame.items()
     ]
-    known = {frame.name for frame in frames}
-    roots = dict.fromkeys(str(frame.parent) for frame in frames if frame.parent not in known)
+    frame_names = {frame.name for frame in frames}
+    roots = dict.fromkeys(str(frame.parent) for frame in frames if frame.parent not in frame_names)
     if not frames:
         raise CommandError(f"{name} knows no frames")
     return [*(Frame(root, None, "", None, 0.0, 0.0, 0.0) for root in roots), *frames]

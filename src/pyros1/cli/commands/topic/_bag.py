@@ -20,27 +20,29 @@ Resolve = Callable[[str], str]
 """Returns the full name of a topic. Relative names in bags are resolved like those on the command line."""
 
 
-def list_topics(path: str, namespace: str | None, resolve: Resolve, *, json: bool) -> None:
+def list_topics(path: str, namespace: str | None, resolve: Resolve, *, as_json: bool) -> None:
     """Print the topics in a bag, or the number and times of the messages on topics below a namespace."""
     with _open(path) as bag:
         if namespace is None:
             names = list(dict.fromkeys(connection.topic for connection in bag.connections))
-            if json:
+            if as_json:
                 print_json([{"topic": name, "type": bag.topics[name], "messages": bag.count(name)} for name in names])
             elif names:
                 print(*map(one_line, names), sep="\n")
             return
         topics = [name for name in bag.topics if names_in_namespace([resolve(name)], namespace)]
         times = [message.time.to_sec() for message in bag.messages(topics, raw=True)] if topics else []
-        if json:
+        if as_json:
             time_range = {"start": min(times), "end": max(times)} if times else {"start": None, "end": None}
             print_json({"namespace": namespace, "topics": topics, "messages": len(times), **time_range})
             return
         if not times:
             hint = did_you_mean(namespace, map(resolve, bag.topics))
             raise CommandError(f"no messages on {namespace} in {path}{hint}")
-        first, last = (time.strftime("%d %b %Y %H:%M:%S", time.localtime(t)) for t in (min(times), max(times)))
-        print(f"{len(times)} message(s) from {first} to {last}")
+        first_time, last_time = (
+            time.strftime("%d %b %Y %H:%M:%S", time.localtime(seconds)) for seconds in (min(times), max(times))
+        )
+        print(f"{len(times)} message(s) from {first_time} to {last_time}")
 
 
 def find_topic(path: str, name: str, resolve: Resolve) -> tuple[list[str], str] | None:
@@ -67,7 +69,7 @@ def replay(path: str, topics: list[str] | None, on_message: Callable[[str, AnyMs
     Args:
         path: the path of the bag.
         topics: the topics; None for all.
-        on_message: called with the topic, the message and its time.
+        on_message: called with the topic, the message and the time at which it was recorded.
     """
     with _open(path) as bag:
         definitions = {connection.id: bag.definition(connection) for connection in bag.connections}

@@ -26,22 +26,22 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         from pyros1.cli.commands.topic import _bag  # noqa: PLC0415 - slow to import
 
         namespace = invocation.resolve(args[0]) if args else None
-        _bag.list_topics(options.bag, namespace, invocation.resolve, json=options.json)
+        _bag.list_topics(options.bag, namespace, invocation.resolve, as_json=options.json)
         return
     if options.publishers and options.subscribers:
         raise UsageError("you may only specify one of -p, -s")
     namespace = invocation.resolve(args[0]) if args else None  # like stock, list all namespaces by default
-    only = "p" if options.publishers else "s" if options.subscribers else ""
+    selected_role = "p" if options.publishers else "s" if options.subscribers else ""
     graph = invocation.graph
     state = graph.state()
-    publishers = {} if only == "s" else _select_namespace(state.publishers, namespace)
-    subscribers = {} if only == "p" else _select_namespace(state.subscribers, namespace)
+    publishers = {} if selected_role == "s" else _select_namespace(state.publishers, namespace)
+    subscribers = {} if selected_role == "p" else _select_namespace(state.subscribers, namespace)
     if options.json:
         print_json(_as_json(publishers, subscribers, graph.topic_types()))
     elif options.host:
-        _list_by_host(graph, state, publishers, subscribers, bool(options.verbose), only)
+        _list_by_host(graph, state, publishers, subscribers, bool(options.verbose), selected_role)
     elif options.verbose:
-        print(_verbose_text(publishers, subscribers, graph.topic_types(), only, ""))
+        print(_verbose_text(publishers, subscribers, graph.topic_types(), selected_role, ""))
     else:
         print(*sorted({*publishers, *subscribers}), sep="\n")
 
@@ -81,22 +81,26 @@ def _as_json(
     ]
 
 
-def _select_namespace(table: dict[str, list[str]], namespace: str | None) -> dict[str, list[str]]:
-    return {name: table[name] for name in names_in_namespace(table, namespace)}
+def _select_namespace(nodes_by_topic: dict[str, list[str]], namespace: str | None) -> dict[str, list[str]]:
+    return {name: nodes_by_topic[name] for name in names_in_namespace(nodes_by_topic, namespace)}
 
 
 def _verbose_text(
-    publishers: dict[str, list[str]], subscribers: dict[str, list[str]], types: dict[str, str], only: str, indent: str
+    publishers: dict[str, list[str]],
+    subscribers: dict[str, list[str]],
+    types: dict[str, str],
+    selected_role: str,
+    indent: str,
 ) -> str:
     lines = [""]
-    for title, role, table, skip in (
+    for title, role, nodes_by_topic, other_role in (
         ("Published", "publisher", publishers, "s"),
         ("Subscribed", "subscriber", subscribers, "p"),
     ):
-        if only == skip:
+        if selected_role == other_role:
             continue
         lines.append(f"{indent}{title} topics:")
-        for topic, nodes in table.items():
+        for topic, nodes in nodes_by_topic.items():
             plural = "s" if len(nodes) > 1 else ""
             lines.append(f"{indent} * {topic} [{types.get(topic, UNKNOWN_TYPE)}] {len(nodes)} {role}{plural}")
         lines.append(indent)
@@ -111,7 +115,7 @@ def _list_by_host(
     publishers: dict[str, list[str]],
     subscribers: dict[str, list[str]],
     verbose: bool,
-    only: str,
+    selected_role: str,
 ) -> None:
     hosts: dict[str, str | None] = {}
     for node in state.nodes():
@@ -122,8 +126,10 @@ def _list_by_host(
             print(f"WARNING: {node} is left out: {error}", file=sys.stderr)
     types = graph.topic_types() if verbose else {}
 
-    def on_host(host: str, table: dict[str, list[str]]) -> dict[str, list[str]]:
-        nodes_here = {topic: [node for node in nodes if hosts.get(node) == host] for topic, nodes in table.items()}
+    def on_host(host: str, nodes_by_topic: dict[str, list[str]]) -> dict[str, list[str]]:
+        nodes_here = {
+            topic: [node for node in nodes if hosts.get(node) == host] for topic, nodes in nodes_by_topic.items()
+        }
         return {topic: nodes for topic, nodes in nodes_here.items() if nodes}
 
     for host in sorted({host for host in hosts.values() if host}):
@@ -132,6 +138,6 @@ def _list_by_host(
             continue
         print(f"Host [{host}]:")
         if verbose:
-            print(_verbose_text(published, subscribed, types, only, "  "))
+            print(_verbose_text(published, subscribed, types, selected_role, "  "))
         else:
             print("\n".join(f"  {topic}" for topic in sorted({*published, *subscribed})))

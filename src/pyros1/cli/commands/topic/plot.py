@@ -74,7 +74,7 @@ VERB = Verb(
     "draw numbers as curves in the terminal",
     Option("-p", "--period", type="float", default=10.0, metavar="SECONDS", help="seconds to show (10)"),
     Flag("-n", "--once", help="draw one chart at the end of the period and exit"),
-    Argument("/topic/field", "topic", many=True),
+    Argument("/topic/field", "topic", repeatable=True),
     usage="[options] /topic/field[:field...] ...",
     examples=[
         ("/velocity/data", "draw one curve in the terminal"),
@@ -103,8 +103,8 @@ def _raise_curve_error(curves: list[_Curve]) -> None:
 
 def _draw_chart(curves: list[_Curve], period: float) -> str:
     size = shutil.get_terminal_size((100, 30))
-    table = [(curve.name, list(curve.points)) for curve in curves]
-    return render_chart(table, monotonic(), period, (size.columns, size.lines - 1), use_colour(sys.stdout))
+    labelled_points = [(curve.name, list(curve.points)) for curve in curves]
+    return render_chart(labelled_points, monotonic(), period, (size.columns, size.lines - 1), use_colour(sys.stdout))
 
 
 @contextlib.contextmanager

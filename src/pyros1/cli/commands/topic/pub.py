@@ -15,7 +15,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import mark_negative_number, parse_marked, unmark
 from pyros1.cli.records import Argument, Flag, Option, Verb
 from pyros1.cli.shared.argument_names import argument_names
-from pyros1.cli.shared.documents import Record, documents
+from pyros1.cli.shared.documents import Record, read_documents
 from pyros1.ground.errors import DefinitionError, Error, MessageError, SerializationError, UnknownTypeError
 from pyros1.ground.timing import Time
 from pyros1.msgs import Message, load_message
@@ -39,7 +39,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Publish messages given as arguments or as YAML documents."""
     name, type_name = invocation.resolve(args[0]), args[1]
     arguments = _parse_values(args[2:])
-    message_class = _load(type_name)
+    message_class = _load_message_class(type_name)
     has_fields = bool(message_class.__slots__)  # like in stock, nothing is read for types without fields
     from_arguments = not has_fields or (not options.file and (bool(arguments) or sys.stdin.isatty()))
     if from_arguments:  # report invalid arguments before contacting the master
@@ -50,7 +50,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         publisher = node.advertise(name, message_class, queue_size=100, latch=latch)
         session = _PublishingSession(invocation, node, publisher, message_class, options)
         if not from_arguments:
-            source = _documents_for_topic(_documents(options.file), name, invocation)
+            source = _documents_for_topic(_read_source(options.file), name, invocation)
             keep_first = bool(options.latch) and rate is None
             if options.file and not (options.once or keep_first):
                 first = list(islice(source, 2))
@@ -111,7 +111,7 @@ VERB = Verb(
     Flag("--use-rostime", help="use rostime for time stamps, else walltime is used"),
     Argument("/topic", "topic"),
     Argument("type", "topic_type"),
-    Argument("args", "message_text", many=True, optional=True),
+    Argument("args", "message_text", repeatable=True, optional=True),
     usage="/topic type [args...]",
     examples=[
         ("/vel_cmd std_msgs/Float64 1.0", "publish a message and keep it latched for later subscribers"),
@@ -174,7 +174,7 @@ def _similar_type_hint(type_name: str) -> str:
     return ""
 
 
-def _load(type_name: str) -> type[Message]:
+def _load_message_class(type_name: str) -> type[Message]:
     package, _, name = type_name.partition("/")
     if not package or not name or "/" in name:
         raise CommandError(f"invalid topic type: {type_name}{_similar_type_hint(type_name)}")
@@ -207,7 +207,7 @@ def fill_and_check(message: Message, arguments: Any, now: Time | None) -> None:
         raise CommandError(f"{error}\n\nArgs are: [{expected}]") from None
 
 
-def _from_record(message_class: type[Message], record: Record, now: Time) -> Message:
+def _message_from_record(message_class: type[Message], record: Record, now: Time) -> Message:
     from pyros1.msgs.json_form import from_json  # noqa: PLC0415
 
     try:
@@ -218,12 +218,12 @@ def _from_record(message_class: type[Message], record: Record, now: Time) -> Mes
     return message
 
 
-def _documents(path: str | None) -> Iterator[Any]:
+def _read_source(path: str | None) -> Iterator[Any]:
     if path is None:
-        yield from documents(sys.stdin, "stdin")
+        yield from read_documents(sys.stdin, "stdin")
         return
     with open(path, encoding="utf-8") as file:
-        yield from documents(file, path)
+        yield from read_documents(file, path)
 
 
 def _documents_for_topic(source: Iterator[Any], name: str, invocation: Invocation) -> Iterator[Any]:
@@ -267,7 +267,7 @@ class _PublishingSession:
     def _make_message(self, arguments: Any) -> Message:
         now = self._node.now() if self._use_ros_time else Time.from_sec(time())
         if isinstance(arguments, Record):
-            return _from_record(self._message_class, arguments, now)
+            return _message_from_record(self._message_class, arguments, now)
         message = self._message_class()
         fill_and_check(message, arguments, now)
         return message

@@ -80,12 +80,12 @@ def _hz(invocation: Invocation, options: Any, args: list[str]) -> None:
 
 
 def _make_counter(
-    meter: RateMeter, now: Callable[[], float], expression: Expression | None, topic: str, kind: str
+    meter: RateMeter, now: Callable[[], float], expression: Expression | None, topic: str, type_name: str
 ) -> Callable[[AnyMsg], None]:
     if expression is None:
         add = meter.add
         return lambda raw: add(now())
-    decoder = Decoder(kind)
+    decoder = Decoder(type_name)
     printed_errors: set[str] = set()
 
     def count_matching(raw: AnyMsg) -> None:
@@ -116,9 +116,9 @@ def _bw(invocation: Invocation, options: Any, args: list[str]) -> None:
         with subscribe(node, found[0], lambda raw: meter.add(time(), len(raw._buff))):
             print(f"subscribed to [{name}]", flush=True)
             while invocation.pause(_OUTPUT_PERIOD):
-                lines = meter.lines(time())
-                if lines is not None:
-                    print(lines, flush=True)
+                report = meter.lines(time())
+                if report is not None:
+                    print(report, flush=True)
 
 
 def _delay(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -157,10 +157,10 @@ def _delay(invocation: Invocation, options: Any, args: list[str]) -> None:
             while invocation.pause(_OUTPUT_PERIOD):
                 if failures:
                     raise CommandError(failures[0])
-                lines = meter.lines()
+                report = meter.lines()
                 stopped_clock.warn_if_stopped()
-                if lines is not None:
-                    print(lines, flush=True)
+                if report is not None:
+                    print(report, flush=True)
 
 
 VERBS = [
@@ -179,7 +179,7 @@ VERBS = [
             help="calculates rate using wall time which can be helpful when clock isn't published during simulation",
         ),
         _TCPNODELAY_OPTION,
-        Argument("/topic", "topic", many=True),
+        Argument("/topic", "topic", repeatable=True),
         usage="[options] /topic_0 [/topic_1 [topic_2 [..]]]",
         examples=[("/scan", "print the rate of messages"), ("/a /b", "print a table of several topics")],
         stock_about="display publishing rate of topic    ",

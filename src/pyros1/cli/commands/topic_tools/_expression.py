@@ -85,18 +85,19 @@ class ModuleError(Error):
     """A requested module is not available."""
 
 
-def load_modules(names: Iterable[str], now: Callable[[], Time]) -> dict[str, Any]:
+def load_modules(module_names: Iterable[str], now: Callable[[], Time]) -> dict[str, Any]:
     """Return modules by name, always including math and numpy.
 
     Args:
-        names: the requested modules: rospy and genpy (times), tf (transformations), time, random, or message packages.
+        module_names: the requested modules: rospy and genpy (times), tf (transformations), time, random, or message
+            packages.
         now: the implementation of rospy.Time.now.
 
     Raises:
         ModuleError: a module is not available.
     """
     modules: dict[str, Any] = {"math": Module("math", MATH), "numpy": numpy_module()}
-    for name in {name.partition(".")[0] for name in names} - modules.keys():
+    for name in {name.partition(".")[0] for name in module_names} - modules.keys():
         if name in ("rospy", "genpy"):
             modules[name] = time_module(now, name)
         elif name == "time":

@@ -42,30 +42,34 @@ def extent(value: Any) -> tuple[Shape, int]:
     Raises:
         ExpressionError: the array would contain Python objects, whose operations cannot be bounded.
     """
-    kind = type(value)
-    if kind is list or kind is tuple:
+    value_type = type(value)
+    if value_type is list or value_type is tuple:
         return _extent_of_items(value)
     if is_numpy(value):
         if value.dtype.hasobject:
             raise _item_type_error()
         return value.shape, value.itemsize
-    if kind is int and not -(1 << 63) <= value < 1 << 64:
+    if value_type is int and not -(1 << 63) <= value < 1 << 64:
         raise _item_type_error()
-    if kind in (str, bytes, bytearray, memoryview):
-        return (), 4 * len(value) if kind is str else len(value)
-    if kind in _NUMBER_TYPES or kind in (type(None), slice, type(...), type) or kind.__module__ == "numpy.dtypes":
+    if value_type in (str, bytes, bytearray, memoryview):
+        return (), 4 * len(value) if value_type is str else len(value)
+    if (
+        value_type in _NUMBER_TYPES
+        or value_type in (type(None), slice, type(...), type)
+        or value_type.__module__ == "numpy.dtypes"
+    ):
         return (), 16
     raise _item_type_error()
 
 
 def _extent_of_items(elements: Any) -> tuple[Shape, int]:
-    kinds = set(map(type, elements))
-    if kinds <= _NUMBER_TYPES:
-        if int in kinds:
+    element_types = set(map(type, elements))
+    if element_types <= _NUMBER_TYPES:
+        if int in element_types:
             for number in (min(elements, key=_int_or_zero), max(elements, key=_int_or_zero)):
                 extent(_int_or_zero(number))
         return (len(elements),), 16
-    if type(None) in kinds or type in kinds:
+    if type(None) in element_types or type in element_types:
         raise _item_type_error()
     shapes: set[Shape] = set()
     width = 1
@@ -113,12 +117,12 @@ def require_broadcast(*values: Any) -> None:
     has_arrays = False
     while pending:
         value = pending.pop()
-        kind = type(value)
-        if kind in (list, tuple):
+        value_type = type(value)
+        if value_type in (list, tuple):
             shapes.add((len(value),))
             if not set(map(type, value)) <= _NUMBER_TYPES:
                 pending.extend(value)
-        elif kind is dict:
+        elif value_type is dict:
             pending.extend(value.values())
         elif isinstance(value, CONTAINERS):
             pending.extend(value)

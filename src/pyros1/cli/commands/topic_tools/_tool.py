@@ -78,7 +78,7 @@ class Tool(Verb):
 
 
 def open_node(invocation: Invocation, base_name: str) -> Node:
-    """Create a node with a unique name that starts with the given name.
+    """Create and return a node with a unique name that starts with the given name.
 
     Raises:
         UsageError: the name is not legal.
@@ -91,7 +91,7 @@ def open_node(invocation: Invocation, base_name: str) -> Node:
 
 
 def open_node_for(invocation: Invocation, topic: str, tool: str) -> Node:
-    """Create a node named after a topic and the tool."""
+    """Create and return a node named after a topic and the tool."""
     from pyros1.topic_tools.output import base_name  # noqa: PLC0415
 
     return open_node(invocation, f"{base_name(topic)}_{tool}")

@@ -42,7 +42,7 @@ VERBS = [
         "mux",
         "republish one of several topics, selected by the service mux/select",
         Argument("OUT_TOPIC", "topic"),
-        Argument("IN_TOPIC", "topic", many=True),
+        Argument("IN_TOPIC", "topic", repeatable=True),
         usage="OUT_TOPIC IN_TOPIC1 [IN_TOPIC2 [...]]",
         parameters=[
             LAZY,
@@ -59,7 +59,7 @@ VERBS = [
         "demux",
         "republish a topic on one of several topics, selected by the service demux/select",
         Argument("IN_TOPIC", "topic"),
-        Argument("OUT_TOPIC", "topic", many=True),
+        Argument("OUT_TOPIC", "topic", repeatable=True),
         usage="IN_TOPIC OUT_TOPIC1 [OUT_TOPIC2 [...]]",
         examples=[("/cmd /left/cmd /right/cmd", "provide the services demux/select, demux/add, ...")],
         run=_demux,

@@ -16,10 +16,10 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
     """Republish a topic at a limited rate until the node shuts down."""
     from pyros1.topic_tools.gates import ByteThrottle, MessageThrottle  # noqa: PLC0415
 
-    kind = args[0] if args else ""
-    number_names = {"messages": ["MSGS_PER_SEC"], "bytes": ["BYTES_PER_SEC", "WINDOW"]}.get(kind)
+    limit_kind = args[0] if args else ""
+    number_names = {"messages": ["MSGS_PER_SEC"], "bytes": ["BYTES_PER_SEC", "WINDOW"]}.get(limit_kind)
     if number_names is None:
-        raise UsageError(f"unknown limit {kind!r}: use messages or bytes" if kind else "")
+        raise UsageError(f"unknown limit {limit_kind!r}: use messages or bytes" if limit_kind else "")
     if not 2 + len(number_names) <= len(args) <= 3 + len(number_names):
         raise UsageError("")
     limit, *window = [_parse_positive(text, name) for text, name in zip(args[2:], number_names, strict=False)]

@@ -39,7 +39,7 @@ COMMAND = Command(
         Flag("--offline", help="do not check the running system"),
         Flag("--json", help="print findings as JSON", pyros1_only=True),
         Flag("--report", help="print a Markdown report without secrets, for questions and issues", pyros1_only=True),
-        Argument("launch file", "launch_file", many=True, optional=True),
+        Argument("launch file", "launch_file", repeatable=True, optional=True),
         usage="[launch file]\n\n%prog checks a ROS installation and a running system, and launch files if they are "
         "given.\nIt prints each problem and how to solve it.",
         examples=[

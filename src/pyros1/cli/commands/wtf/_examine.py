@@ -40,7 +40,7 @@ class Examination:
 
 
 def examine(everything: bool, offline: bool, quiet: bool, files: list[str], args: list[str]) -> Examination:
-    """Collect facts, check them, and print the findings.
+    """Collect facts, check them, and print the findings. Return the facts and the findings.
 
     Args:
         everything: whether to check all packages as well.
@@ -197,7 +197,7 @@ def print_findings(title: str, findings: list[Finding]) -> None:
     """Print a summary of findings like the stock tool, but with fixes."""
     print(title)
     colour = use_colour(sys.stdout)
-    for severity, about, mark in (
+    for severity, about, colour_codes in (
         (WARNING, "Warnings are things that may be just fine, but are sometimes at fault\n", "\x1b[1m"),
         (ERROR, "", "\x1b[31m\x1b[1m"),
     ):
@@ -206,7 +206,7 @@ def print_findings(title: str, findings: list[Finding]) -> None:
             continue
         print(f"\nFound {len(selected)} {severity}(s).\n{about}")
         for finding in selected:
-            label = f"{mark}{severity.upper()}\x1b[0m" if colour else severity.upper()
+            label = f"{colour_codes}{severity.upper()}\x1b[0m" if colour else severity.upper()
             print(f"{label} {one_line(finding.text)}", *(f" * {one_line(item)}" for item in finding.items), sep="\n")
             print(f"   fix: {one_line(finding.fix)}\n")
     if not findings:

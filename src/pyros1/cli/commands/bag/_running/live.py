@@ -88,8 +88,8 @@ class RecordingStatus:
             topic_rates.append(((topic.bytes - size) / elapsed, (topic.messages - messages) / elapsed, topic))
         topic_rates.sort(key=lambda topic_rate: (topic_rate[2].dropped > 0, topic_rate[0]), reverse=True)
         total = sum(topic_rate[0] for topic_rate in topic_rates)
-        head = f"{now - self._started_at:.0f} s  {format_size(self._recorder.size)}  {format_size(total)}/s"
-        return "  ".join([head, *(_topic_text(*topic_rate) for topic_rate in topic_rates)])
+        totals_text = f"{now - self._started_at:.0f} s  {format_size(self._recorder.size)}  {format_size(total)}/s"
+        return "  ".join([totals_text, *(_topic_text(*topic_rate) for topic_rate in topic_rates)])
 
 
 def _topic_text(bandwidth: float, rate: float, topic: Topic) -> str:

@@ -23,7 +23,7 @@ def run_snapshots(
     Returns:
         The exit status.
     """
-    line = StatusLine(not options.quiet, log=node.log)
+    status_line = StatusLine(not options.quiet, log=node.log)
     search = TopicSearch(node, selection)
     if not wait_for_time(node, stop_signal):
         return 0
@@ -31,7 +31,7 @@ def run_snapshots(
         node, settings, options.snapshot_duration, int(options.snapshot_size * (1 << 20)), node.log.warn
     )
 
-    def trigger(request: Any) -> tuple[bool, str]:
+    def on_snapshot_request(request: Any) -> tuple[bool, str]:
         try:
             path, messages = snapshots.write()
         except BagError as error:
@@ -40,28 +40,28 @@ def run_snapshots(
             return False, f"cannot write {error.filename or 'the bag'}: {error.strerror}"
         if not path:
             return False, "no messages to write yet"
-        line.print_message(f"Wrote {messages} messages to '{path}'.")
+        status_line.print_message(f"Wrote {messages} messages to '{path}'.")
         return True, f"{messages} messages in {path}"
 
-    def enable(request: Any) -> tuple[bool, str]:
+    def on_enable_request(request: Any) -> tuple[bool, str]:
         enabled = bool(request.data)
         snapshots.enable(enabled)
-        line.print_message("Messages are being kept." if enabled else "Messages are not being kept.")
+        status_line.print_message("Messages are being kept." if enabled else "Messages are not being kept.")
         return True, ""
 
     def subscribe(name: str) -> None:
-        line.print_message(f"Subscribing to {one_line(name)}")
+        status_line.print_message(f"Subscribing to {one_line(name)}")
         snapshots.subscribe(name)
 
     service = node.resolve("~snapshot")
-    node.advertise_service("~snapshot", "std_srvs/Trigger", trigger)
-    node.advertise_service("~enable", "std_srvs/SetBool", enable)
-    line.print_message(f"Keeping the latest messages; write them to a bag with: rosservice call {service}")
+    node.advertise_service("~snapshot", "std_srvs/Trigger", on_snapshot_request)
+    node.advertise_service("~enable", "std_srvs/SetBool", on_enable_request)
+    status_line.print_message(f"Keeping the latest messages; write them to a bag with: rosservice call {service}")
     follow(
         search,
         stop_signal,
         subscribe,
-        lambda: line.show(f"{len(snapshots.topics)} topics, {format_size(snapshots.bytes)} in memory"),
+        lambda: status_line.show(f"{len(snapshots.topics)} topics, {format_size(snapshots.bytes)} in memory"),
     )
-    line.clear()
+    status_line.clear()
     return 0

@@ -23,7 +23,7 @@ OPTIONS = (
     QUIET,
 )
 """The options of `rewrite_each`."""
-BAGS = Argument("BAGFILE", "bag", many=True)
+BAGS = Argument("BAGFILE", "bag", repeatable=True)
 USAGE = "[options] BAGFILE1 [BAGFILE2 ...]"
 
 
