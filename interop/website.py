@@ -15,7 +15,7 @@ from pathlib import Path
 
 import reference
 
-from pyros1.guide.text import HOWTO, STEPS, Block, GuidePage, GuideStep, pages, steps
+from pyros1.guide.text import HOWTO_FOLDER, STEPS_FOLDER, Block, GuidePage, GuideStep, pages, steps
 from pyros1.web.server.assets import PAGE_FOLDER
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -47,7 +47,7 @@ def link(to: str, folder: Path) -> str:
     if to.startswith("http"):
         return to
     path = Path(os.path.normpath(folder / to))
-    if path.suffix == ".md" and path.parent in (HOWTO, STEPS):
+    if path.suffix == ".md" and path.parent in (HOWTO_FOLDER, STEPS_FOLDER):
         return f"../{path.parent.name}/{path.stem}.html"
     return f"{repository()}/{path.relative_to(ROOT).as_posix()}" if repository() else ""
 
@@ -117,8 +117,8 @@ def write(found: Sequence[tuple[str, GuideStep | GuidePage]], folder: Path, targ
 def make(target: Path) -> None:
     """Write the site into a folder."""
     guide = [(f"{step.number:02}-{step.name}", step) for step in steps()]
-    body = "<h1>pyros1</h1><p>ROS 1 as a Python package.</p><h2>The guide</h2>" + write(guide, STEPS, target)
-    body += "<h2>How to</h2>" + write(list(pages().items()), HOWTO, target)
+    body = "<h1>pyros1</h1><p>ROS 1 as a Python package.</p><h2>The guide</h2>" + write(guide, STEPS_FOLDER, target)
+    body += "<h2>How to</h2>" + write(list(pages().items()), HOWTO_FOLDER, target)
     body += '<h2>Reference</h2><p><a href="reference/pyros1.html">All public classes and functions</a></p>'
     (target / "index.html").write_text(document("pyros1", body, above=""), encoding="utf-8")
     shutil.copytree(PAGE_FOLDER / "pictures", target / "pictures", dirs_exist_ok=True)

@@ -17,7 +17,7 @@ import pyros1
 from pyros1.cli import make_index, registry
 from pyros1.cli.complete_values import KINDS
 from pyros1.cli.main import entry
-from pyros1.cli.records import GROUPS, Verb
+from pyros1.cli.records import COMMAND_GROUPS, Verb
 
 SOURCE = Path(pyros1.__file__).parent
 Pyros1 = Callable[[str], tuple[int, str, str]]
@@ -74,7 +74,7 @@ def test_names_are_unique() -> None:
 @pytest.mark.parametrize("name", registry.commands())
 def test_a_command_says_what_it_is(name: str) -> None:
     command = registry.load_command(name)
-    assert command.name == name and command.about and command.group in GROUPS
+    assert command.name == name and command.about and command.group in COMMAND_GROUPS
     assert command.verb or registry.verbs(name)
     for words in command.other_programs.values():
         assert not words or words[0].startswith("-") or not registry.verbs(name) or registry.find_verb(name, words[0])

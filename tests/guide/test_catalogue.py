@@ -16,10 +16,10 @@ from pyros1.finding.library import Library
 from pyros1.finding.manifest import read_manifest
 from pyros1.guide.catalogue import (
     CATALOGUE,
-    EXAMPLES,
+    EXAMPLES_FOLDER,
     FACES,
     PLACEHOLDER,
-    SHARED,
+    SHARED_FOLDER_NAME,
     collect_files,
     commands_to_try,
     find_example,
@@ -103,10 +103,10 @@ def test_examples_do_not_overwrite_each_other(face: str) -> None:
 
 
 def test_all_folders_are_in_the_catalogue() -> None:
-    assert {path.name for path in EXAMPLES.iterdir() if path.is_dir()} == {each.name for each in CATALOGUE}
+    assert {path.name for path in EXAMPLES_FOLDER.iterdir() if path.is_dir()} == {each.name for each in CATALOGUE}
     for each in CATALOGUE:
-        parts = {path.name for path in (EXAMPLES / each.name).iterdir()}
-        assert each.faces and parts <= {*FACES, SHARED}
+        parts = {path.name for path in (EXAMPLES_FOLDER / each.name).iterdir()}
+        assert each.faces and parts <= {*FACES, SHARED_FOLDER_NAME}
 
 
 def test_the_steps_of_the_guide_name_examples_that_there_are() -> None:

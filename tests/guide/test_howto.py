@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 import pytest
 
 from pyros1.cli import registry
-from pyros1.guide.text import HOWTO, GuidePage, format_for_terminal, pages, parse_blocks, remove_markup
+from pyros1.guide.text import HOWTO_FOLDER, GuidePage, format_for_terminal, pages, parse_blocks, remove_markup
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = pages()
@@ -63,7 +63,7 @@ def test_readme_has_all_pages() -> None:
 
 @pytest.mark.parametrize("page", [README, *PAGES.values()], ids=["README", *PAGES])
 def test_links_lead_somewhere(page: GuidePage) -> None:
-    folder = ROOT if page is README else HOWTO
+    folder = ROOT if page is README else HOWTO_FOLDER
     for target in re.findall(r"\]\(([^)\s]+)\)", re.sub(r"(?ms)^```.*?^```$", "", page.text)):
         assert target.startswith("https://") or (folder / target).exists(), target
 

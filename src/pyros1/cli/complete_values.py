@@ -264,18 +264,18 @@ def _throttle_units(_: CommandLine) -> list[str]:
 
 
 def _panels(line: CommandLine) -> list[str]:
-    from pyros1.cli.shared.windows import PANEL_PARTS, PROGRAMS  # noqa: PLC0415
+    from pyros1.cli.shared.windows import GUI_PROGRAMS, PANEL_PARTS  # noqa: PLC0415
     from pyros1.web.server.assets import Assets  # noqa: PLC0415
 
-    return sorted([*Assets().panels, *PANEL_PARTS]) + [*PROGRAMS] * bool(line.token)
+    return sorted([*Assets().panels, *PANEL_PARTS]) + [*GUI_PROGRAMS] * bool(line.token)
 
 
 def _panel_arguments(line: CommandLine) -> list[str]:
     """Return the candidates for the argument of a panel on the web page."""
-    from pyros1.cli.shared.windows import PROGRAMS  # noqa: PLC0415
+    from pyros1.cli.shared.windows import GUI_PROGRAMS  # noqa: PLC0415
 
     panel = line.positional_arguments[0]
-    panel = PROGRAMS[panel].args[0] if panel in PROGRAMS else panel
+    panel = GUI_PROGRAMS[panel].args[0] if panel in GUI_PROGRAMS else panel
     providers = {
         "bag": _bags, "image": _topics, "launches": _nodes, "nodes": _nodes, "plot": _topics, "publisher": _topics,
         "reconfigure": _reconfigurable, "scene": _files, "services": _services, "topics": _topics, "turtles": _nodes,

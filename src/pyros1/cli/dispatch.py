@@ -8,7 +8,7 @@ import sys
 from pyros1.cli import output, registry
 from pyros1.cli.clean_output import clean_output
 from pyros1.cli.nearby_packages import add_nearby_packages
-from pyros1.cli.records import GROUPS
+from pyros1.cli.records import COMMAND_GROUPS
 from pyros1.ground import interrupts
 from pyros1.ground.errors import Error
 
@@ -26,7 +26,7 @@ def usage() -> str:
     """Return the output of ``pyros1 help``."""
     lines = ["usage: pyros1 <command> [arguments]"]
     all_commands = registry.commands()
-    for group, heading in GROUPS.items():
+    for group, heading in COMMAND_GROUPS.items():
         lines += ["", f"{heading}:"]
         lines += [
             f"  {name:11} {_summary(name, entry)}" for name, entry in all_commands.items() if entry.group == group

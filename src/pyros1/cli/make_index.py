@@ -47,7 +47,7 @@ def index_source() -> str:
     return "".join([*lines, "}\n"])
 
 
-ROOT = Path(__file__).parents[3]
+SOURCE_ROOT = Path(__file__).parents[3]
 """Root of the source tree."""
 _BEGIN = "<!-- made by python -m pyros1.cli.make_index -->\n"
 _END = "<!-- end -->\n"
@@ -111,8 +111,8 @@ def _test_files(text: str) -> Mapping[str, list[str]]:
 
 
 DOCUMENTS: Mapping[Path, Callable[[str], str]] = {
-    ROOT / "src" / "pyros1" / "guide" / "howto" / "commands.md": commands_table,
-    ROOT / "interop" / "commands.md": verbs_table,
+    SOURCE_ROOT / "src" / "pyros1" / "guide" / "howto" / "commands.md": commands_table,
+    SOURCE_ROOT / "interop" / "commands.md": verbs_table,
 }
 """Files with a table between two markers, and functions that generate the table from the file's contents."""
 

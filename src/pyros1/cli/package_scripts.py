@@ -11,7 +11,7 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 
-from pyros1.cli.shared.windows import PACKAGED
+from pyros1.cli.shared.windows import PROGRAMS_BY_PACKAGE
 from pyros1.ground.errors import Error
 
 
@@ -142,7 +142,7 @@ SCRIPTS: Mapping[str, Mapping[str, str | Callable[[], int]]] = {
         "turtlesim_node": _turtlesim_node,
     },
     "xacro": {"xacro": _xacro},
-    **{package: {name: f"web {name}" for name in names} for package, names in PACKAGED.items()},
+    **{package: {name: f"web {name}" for name in names} for package, names in PROGRAMS_BY_PACKAGE.items()},
 }
 """The ``pyros1`` command of each package's scripts, or a function that returns an exit code."""
 

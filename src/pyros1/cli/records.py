@@ -183,7 +183,7 @@ def examples_block(command: str, examples: Sequence[tuple[str, str]]) -> str:
     return "\nExamples:\n" + "".join(f"  {line:{width}}  {about}".rstrip() + "\n" for line, about in rows)
 
 
-GROUPS = {
+COMMAND_GROUPS = {
     "learn": "Get started",
     "run": "Start programs",
     "look": "Inspect and control running nodes",
@@ -200,7 +200,7 @@ class Command:
     Args:
         name: the name to type.
         about: a one-line description for ``pyros1 help``.
-        group: the command's group, a key of `GROUPS`.
+        group: the command's group, a key of `COMMAND_GROUPS`.
         verb: the action of a command without verbs.
         stock: the stock tool's name; empty if stock has no such tool.
         other_programs: other stock programs, with the equivalent arguments of this command. Programs for a single verb

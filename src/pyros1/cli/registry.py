@@ -15,7 +15,7 @@ from typing import Any
 from pyros1.cli.index import INDEX
 from pyros1.cli.records import Command, Verb
 
-PACKAGE = "pyros1.cli.commands"
+COMMANDS_PACKAGE = "pyros1.cli.commands"
 SHELL_FUNCTIONS = ("roscd", "rospd", "rosd")
 """Names of shell functions that change the shell's current folder, which a program cannot do."""
 _FOLDER = os.path.join(os.path.dirname(os.path.abspath(__file__)), "commands")
@@ -191,7 +191,7 @@ def describe_verbs(module: str) -> dict[str, tuple[Any, ...]]:
 
 
 def modules(command: str = "") -> list[str]:
-    """Return the names of all commands' modules, or of those of one command's verbs, relative to `PACKAGE`."""
+    """Return the names of all commands' modules, or of those of one command's verbs, relative to `COMMANDS_PACKAGE`."""
     try:
         names = os.listdir(os.path.join(_FOLDER, command))
     except OSError:  # the command is a module, or is in an archive, whose commands are all in the table
@@ -209,11 +209,11 @@ def _argument_kinds(verb: Verb) -> tuple[str, ...]:
 
 
 def _load(module: str) -> Command:
-    record: Command = import_module(f"{PACKAGE}.{module}").COMMAND
+    record: Command = import_module(f"{COMMANDS_PACKAGE}.{module}").COMMAND
     return record
 
 
 def _records(module: str) -> Iterable[Verb]:
-    loaded = import_module(f"{PACKAGE}.{module}")
+    loaded = import_module(f"{COMMANDS_PACKAGE}.{module}")
     records: Iterable[Verb] = loaded.VERBS if hasattr(loaded, "VERBS") else [loaded.VERB]
     return records

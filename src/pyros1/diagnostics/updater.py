@@ -14,7 +14,7 @@ from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray
 if TYPE_CHECKING:
     from pyros1.node import Node
 
-UNSET = (ERROR, "No message was set")
+UNSET_SUMMARY = (ERROR, "No message was set")
 """Level and message of a task that does not set them."""
 
 
@@ -62,7 +62,7 @@ class Updater:
             tasks = list(self._tasks.items())
         results = []
         for name, task in tasks:
-            status = self._make_status(name, *UNSET)
+            status = self._make_status(name, *UNSET_SUMMARY)
             status.hardware_id = self.hardware_id
             try:
                 task(status)

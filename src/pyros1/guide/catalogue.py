@@ -15,10 +15,10 @@ from typing import NamedTuple
 from pyros1.ground.errors import Error
 from pyros1.ground.suggest import did_you_mean
 
-EXAMPLES = Path(__file__).parent / "examples"
+EXAMPLES_FOLDER = Path(__file__).parent / "examples"
 FACES = ("node", "rospy")
 """The APIs: `pyros1.Node`, and rospy for programs that should also run with other ROS 1 installations."""
-SHARED = "both"
+SHARED_FOLDER_NAME = "both"
 PLACEHOLDER = "my_package"
 """The name of the package in the example files, which is replaced when they are copied."""
 _PYTHON_PREFIX = "python3 "
@@ -49,7 +49,7 @@ class Example(NamedTuple):
     @property
     def faces(self) -> tuple[str, ...]:
         """The APIs for which the example is available."""
-        return tuple(face for face in FACES if (EXAMPLES / self.name / face).is_dir())
+        return tuple(face for face in FACES if (EXAMPLES_FOLDER / self.name / face).is_dir())
 
     def files(self, face: str, package: str) -> dict[str, str]:
         """Return the contents of the example's files by path in the package.
@@ -59,8 +59,8 @@ class Example(NamedTuple):
             package: the name of the package.
         """
         contents = {}
-        for part in (SHARED, face):
-            folder = EXAMPLES / self.name / part
+        for part in (SHARED_FOLDER_NAME, face):
+            folder = EXAMPLES_FOLDER / self.name / part
             for base, folders, names in os.walk(folder):
                 folders[:] = sorted(set(folders) - {"__pycache__"})
                 for name in sorted(names):

@@ -30,7 +30,7 @@ from pyros1.tf import Buffer, TransformException, TransformListener
 from pyros1.urdf.description import robot_description
 from pyros1.urdf.reading import read
 
-FLOAT = "std_msgs/Float64"
+FLOAT_TYPE = "std_msgs/Float64"
 ACTION = "my_robot/Drive"
 MESSAGE_TIMEOUT = 5.0
 """Time in seconds that a check waits for messages."""
@@ -82,7 +82,7 @@ class CheckContext:
         deadline = time.monotonic() + MESSAGE_TIMEOUT
         while (remaining := deadline - time.monotonic()) > 0:
             try:
-                message: Any = self.node.wait_for_message(topic, FLOAT, remaining)
+                message: Any = self.node.wait_for_message(topic, FLOAT_TYPE, remaining)
             except Error:
                 return None
             if matches(message):
@@ -92,7 +92,7 @@ class CheckContext:
     def measure_rate(self, topic: str, seconds: float = 2.0) -> float:
         """Return the rate of a std_msgs/Float64 topic in Hz, measured now; 0 if fewer than two messages arrive."""
         meter = RateMeter()
-        subscriber: Any = self.node.subscribe(topic, FLOAT, lambda _: meter.add(time.monotonic()))
+        subscriber: Any = self.node.subscribe(topic, FLOAT_TYPE, lambda _: meter.add(time.monotonic()))
         self.node.sleep(seconds)
         subscriber.unregister()
         measurement = meter.measurement()
@@ -362,8 +362,8 @@ def _missing_publisher(context: CheckContext, topic: str) -> str:
     """Check whether a std_msgs/Float64 topic is published. Return what is missing; an empty string if it is."""
     if not context.state().publishers.get(topic):
         return f"no node publishes {topic}"
-    type_name = Graph(context.node.master).topic_types().get(topic, FLOAT)
-    return "" if type_name == FLOAT else f"{topic} should have the type {FLOAT}, but its type is {type_name}"
+    type_name = Graph(context.node.master).topic_types().get(topic, FLOAT_TYPE)
+    return "" if type_name == FLOAT_TYPE else f"{topic} should have the type {FLOAT_TYPE}, but its type is {type_name}"
 
 
 def _outcome(status: actions.Status) -> str:

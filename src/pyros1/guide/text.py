@@ -14,8 +14,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-STEPS = Path(__file__).parent / "steps"
-HOWTO = Path(__file__).parent / "howto"
+STEPS_FOLDER = Path(__file__).parent / "steps"
+HOWTO_FOLDER = Path(__file__).parent / "howto"
 _BOLD, _RESET = "\x1b[1m", "\x1b[0m"
 _CODE = re.compile(r"(?ms)^```(?P<language>\w+)(?: (?P<file>\S+))?\n(?P<text>.*?)^```$")
 _HIDDEN = re.compile(r"(?m)^<!--.*-->\n|!\[[^\]]*\]\((?![./]+/web/page/)[^)]*\)")
@@ -151,7 +151,7 @@ def _split_cells(line: str) -> tuple[str, ...]:
 def steps() -> list[GuideStep]:
     """Return all steps in order."""
     all_steps = []
-    for path in sorted(STEPS.glob("*.md")):
+    for path in sorted(STEPS_FOLDER.glob("*.md")):
         text = path.read_text(encoding="utf-8")
         number, _, name = path.stem.partition("-")
         all_steps.append(GuideStep(int(number), name, text.partition("\n")[0].lstrip("# "), text))
@@ -161,7 +161,7 @@ def steps() -> list[GuideStep]:
 def pages() -> dict[str, GuidePage]:
     """Return the how-to pages by name."""
     pages_by_name = {}
-    for path in sorted(HOWTO.glob("*.md")):
+    for path in sorted(HOWTO_FOLDER.glob("*.md")):
         text = path.read_text(encoding="utf-8")
         pages_by_name[path.stem] = GuidePage(path.stem, text.partition("\n")[0].lstrip("# "), text)
     return pages_by_name

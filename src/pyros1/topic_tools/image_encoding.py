@@ -16,7 +16,7 @@ from pyros1.observe.image_files import Pixels, decode, encode
 
 _COLOURS = re.compile(r"(rgb|bgr|rgba|bgra)(8|16)\Z")
 _SINGLE_CHANNEL_OR_RAW = re.compile(r"(?:mono|bayer_(?:rggb|bggr|gbrg|grbg))(8|16)\Z|(8|16)UC([134]?)\Z")
-FORMATS = ("jpeg", "png")
+COMPRESSED_FORMATS = ("jpeg", "png")
 
 
 def compress(image: Any, format: str = "jpeg", quality: int = 80, level: int = 9) -> Any:

@@ -14,7 +14,7 @@ from pyros1.ground.errors import Error, MessageError
 from pyros1.msgs.sensor_msgs.msg import CompressedImage, Image
 from pyros1.node import Node
 from pyros1.reconfigure import Parameters, Server
-from pyros1.topic_tools.image_encoding import FORMATS, compress, decompress
+from pyros1.topic_tools.image_encoding import COMPRESSED_FORMATS, compress, decompress
 
 USAGE = "Usage: republish in_transport in:=<in_base_topic> [out_transport] out:=<out_base_topic>\n"
 TRANSPORTS = ("raw", "compressed")
@@ -58,7 +58,7 @@ class Republisher:
 
     def _on_configured(self, config: Any, level: int) -> Any:
         self._options = {
-            "format": config.format if config.format in FORMATS else FORMATS[0],
+            "format": config.format if config.format in COMPRESSED_FORMATS else COMPRESSED_FORMATS[0],
             "quality": config.jpeg_quality,
             "level": config.png_level,
         }
@@ -80,7 +80,7 @@ def _topic_and_type(node: Node, base: str, transport: str) -> tuple[str, Any]:
 
 def _parameters() -> Parameters:
     parameters = Parameters()
-    parameters.add("format", "jpeg", "format of compressed images", choices={name: name for name in FORMATS})
+    parameters.add("format", "jpeg", "format of compressed images", choices={name: name for name in COMPRESSED_FORMATS})
     parameters.add("jpeg_quality", 80, "JPEG quality", minimum=1, maximum=100)
     parameters.add("png_level", 9, "PNG compression level", minimum=1, maximum=9)
     return parameters

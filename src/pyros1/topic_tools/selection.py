@@ -15,7 +15,7 @@ from pyros1.node import Node
 from pyros1.node.log.levels import WARN
 from pyros1.node.publishing.publisher import Publisher
 
-NONE = "__none"
+NO_TOPIC = "__none"
 """The name that selects no topic."""
 
 
@@ -26,7 +26,7 @@ class Selection:
         node: the node that provides the services.
         kind: ``mux`` or ``demux``.
         topics: the topics. The first one is selected.
-        initial: the topic to select instead of the first, or `NONE`. An unknown topic is treated like `NONE`.
+        initial: the topic to select instead of the first, or `NO_TOPIC`. An unknown topic is treated like `NO_TOPIC`.
 
     Attributes:
         topics: the full names of the topics.
@@ -48,8 +48,8 @@ class Selection:
         self._prefix = node.resolve(kind)
         published_name = self.selected
         if initial:
-            self.selected = None if initial == NONE else self._find_topic(initial)
-            published_name = initial if self.selected else NONE
+            self.selected = None if initial == NO_TOPIC else self._find_topic(initial)
+            published_name = initial if self.selected else NO_TOPIC
         self._publisher: Publisher[Any] = node.advertise(
             f"{self._prefix}/selected", "std_msgs/String", queue_size=1, latch=True
         )
@@ -63,14 +63,14 @@ class Selection:
             self._node.advertise_service(f"{self._prefix}/{verb.lower()}", f"topic_tools/{type_prefix}{verb}", handler)
 
     def select(self, request: Any) -> Mapping[str, str]:
-        """Select a topic or `NONE`. Return the response, which names the topic that was selected before.
+        """Select a topic or `NO_TOPIC`. Return the response, which names the topic that was selected before.
 
         Raises:
             NodeError: the topic is unknown.
         """
         with self.lock:
             previous = self.selected
-            if request.topic == NONE:
+            if request.topic == NO_TOPIC:
                 self.selected = None
             else:
                 self.selected = self._find_topic(request.topic) or self._refuse(
@@ -83,8 +83,8 @@ class Selection:
 
     def _add(self, request: Any) -> Mapping[str, str]:
         with self.lock:
-            if request.topic == NONE:
-                self._refuse(f"cannot add {NONE}: it means no topic")
+            if request.topic == NO_TOPIC:
+                self._refuse(f"cannot add {NO_TOPIC}: it means no topic")
             if self._find_topic(request.topic):
                 self._refuse(f"cannot add {request.topic}: it is already in the list")
             topic = self._node.resolve(request.topic)

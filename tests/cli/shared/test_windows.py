@@ -6,8 +6,8 @@ import pytest
 
 from pyros1.cli.failures import UsageError
 from pyros1.cli.shared.windows import (
-    PACKAGED,
-    PROGRAMS,
+    GUI_PROGRAMS,
+    PROGRAMS_BY_PACKAGE,
     first_argument_index,
     has_display,
     select_image_topic,
@@ -52,7 +52,7 @@ def test_words(line: str, words: list[str]) -> None:
 def test_what_somebody_would_miss_is_told_once(line: str) -> None:
     program, *given = line.split()
     words, notes = translate_call(program, [*given, *given])
-    assert words == [*PROGRAMS[program].args]
+    assert words == [*GUI_PROGRAMS[program].args]
     assert len(notes) == 1
 
 
@@ -64,8 +64,8 @@ def test_wrong_options(line: str) -> None:
 
 
 def test_every_program_takes_a_page() -> None:
-    assert {name for names in PACKAGED.values() for name in names} <= {*PROGRAMS}
-    for name in PROGRAMS:
+    assert {name for names in PROGRAMS_BY_PACKAGE.values() for name in names} <= {*GUI_PROGRAMS}
+    for name in GUI_PROGRAMS:
         assert translate_call(name, ["--read-only"]).args[-1] == "--read-only"
 
 

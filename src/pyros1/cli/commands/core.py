@@ -9,7 +9,7 @@ from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import default_options, parse_without_specials
 from pyros1.cli.records import Command, Flag, Option, Verb
-from pyros1.cli.shared.listening import ALLOW, BIND, PORTS, with_options
+from pyros1.cli.shared.listening import ALLOW_OPTION, BIND_OPTION, PORTS_OPTION, with_options
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -99,9 +99,9 @@ COMMAND = Command(
             dest="no_journal",
             help="do not restore the state of a core that was killed",
         ),
-        ALLOW,
-        BIND,
-        PORTS,
+        ALLOW_OPTION,
+        BIND_OPTION,
+        PORTS_OPTION,
         examples=[
             ("", "listen on the port of ROS_MASTER_URI, or 11311"),
             ("-p 11312", "listen on another port"),

@@ -14,7 +14,7 @@ from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_without_specials
 from pyros1.cli.records import Command, Flag, Option, Verb
 from pyros1.cli.shared.integers import PORT_RANGE
-from pyros1.cli.shared.listening import ALLOW, BIND, with_options
+from pyros1.cli.shared.listening import ALLOW_OPTION, BIND_OPTION, with_options
 from pyros1.ground.errors import Error
 
 _BANNER = """ACHTUNG WARNING ACHTUNG WARNING ACHTUNG
@@ -104,8 +104,8 @@ COMMAND = Command(
             default="info",
             help="lowest level written to the log",
         ),
-        ALLOW,
-        BIND,
+        ALLOW_OPTION,
+        BIND_OPTION,
         examples=[
             ("--core", "listen on the port of ROS_MASTER_URI, or 11311"),
             ("--core -p 11312 __log:=/tmp/master.log", "use another port, and write the log to /tmp"),

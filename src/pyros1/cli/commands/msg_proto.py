@@ -91,8 +91,8 @@ def load_class(kind: str, name: str) -> Any:
         Error: the type is unknown.
     """
     if "/" not in name:
-        from pyros1.cli.shared.definitions import MESSAGES, SERVICES, find_full_names  # noqa: PLC0415 - shells pass full names
+        from pyros1.cli.shared.definitions import MESSAGE_KIND, SERVICE_KIND, find_full_names  # noqa: PLC0415 - shells pass full names
 
-        names, _ = find_full_names(MESSAGES if kind == "msg" else SERVICES, name)
+        names, _ = find_full_names(MESSAGE_KIND if kind == "msg" else SERVICE_KIND, name)
         name = names[0] if names else name
     return load_message(name) if kind == "msg" else load_service(name)._request_class

@@ -6,7 +6,7 @@ from typing import Any
 
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Command, Verb
-from pyros1.cli.shared.shells import SHELL, parse_shell, select_shell, usage_examples
+from pyros1.cli.shared.shells import SHELL_OPTION, parse_shell, select_shell, usage_examples
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -22,7 +22,7 @@ COMMAND = Command(
     Verb(
         "",
         "",
-        SHELL,
+        SHELL_OPTION,
         description="Prints shell code that undoes `pyros1 setup` in this shell.",
         examples=usage_examples("unsetup"),
         parse=parse_shell,

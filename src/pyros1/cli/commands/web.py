@@ -14,11 +14,11 @@ from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.parsing import parse_arg_list
 from pyros1.cli.records import Argument, Command, Flag, Option, Verb
-from pyros1.cli.shared.listening import ALLOW, with_options
+from pyros1.cli.shared.listening import ALLOW_OPTION, with_options
 from pyros1.cli.shared.windows import (
     DEFAULT_RVIZ_FILE,
+    GUI_PROGRAMS,
     PANEL_PARTS,
-    PROGRAMS,
     first_argument_index,
     has_display,
     select_image_topic,
@@ -54,7 +54,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     if options.most_pages is not None and not 1 <= options.most_pages <= _MAX_PAGES_LIMIT:
         raise UsageError(f"--most-pages must be from 1 to {_MAX_PAGES_LIMIT}, not {options.most_pages}")
     if options.list_plugins:
-        print("\n".join(name for name in PROGRAMS if name.startswith("rqt_") and name != "rqt_gui"))
+        print("\n".join(name for name in GUI_PROGRAMS if name.startswith("rqt_") and name != "rqt_gui"))
         return 0
     if options.output:
         return _save_graph(invocation, options.output)
@@ -182,7 +182,7 @@ def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
     args = invocation.args
     index = first_argument_index(args, [name for option in verb.options if option.takes_value for name in option.names])
     program = args[index] if index < len(args) else ""
-    if program not in PROGRAMS:
+    if program not in GUI_PROGRAMS:
         options, panel_args = parse_arg_list(invocation, verb, args)
         options.program = ""
         return options, panel_args
@@ -201,10 +201,10 @@ def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
 def _plugin_args(plugin: str) -> tuple[str, ...]:
     """Return the arguments for an rqt plugin such as ``rqt_plot`` or, with its full name, ``rqt_plot/Plot``."""
     name = plugin.partition("/")[0].partition(".")[0]
-    if name not in PROGRAMS or name == "rqt_gui":
-        plugins = ", ".join(name for name in PROGRAMS if name.startswith("rqt_") and name != "rqt_gui")
+    if name not in GUI_PROGRAMS or name == "rqt_gui":
+        plugins = ", ".join(name for name in GUI_PROGRAMS if name.startswith("rqt_") and name != "rqt_gui")
         raise UsageError(f"there is no plugin {plugin!r}; the plugins are {plugins}")
-    return PROGRAMS[name].args
+    return GUI_PROGRAMS[name].args
 
 
 def _panel_and_settings(invocation: Invocation, options: Any, args: list[str]) -> tuple[str, dict[str, Any]]:
@@ -223,7 +223,7 @@ def _panel_and_settings(invocation: Invocation, options: Any, args: list[str]) -
         name, setting = PANEL_PARTS[panel]
         return name, {setting: invocation.resolve(panel_args[0]) if panel_args else ""}
     if panel not in panels:
-        hint = did_you_mean(panel, [*panels, *PROGRAMS, *PANEL_PARTS])
+        hint = did_you_mean(panel, [*panels, *GUI_PROGRAMS, *PANEL_PARTS])
         raise UsageError(f"there is no panel {panel!r}{hint}; the panels are {', '.join(panels)}")
     if panel in _SETTINGS:
         return panel, _SETTINGS[panel](invocation, options, panel_args)
@@ -309,7 +309,7 @@ COMMAND = Command(
             metavar="ADDRESS",
             help="interface to listen on (localhost); 0.0.0.0: all, so that other machines can see the page",
         ),
-        ALLOW,
+        ALLOW_OPTION,
         Option(
             "--name",
             dest="names",
@@ -395,7 +395,7 @@ COMMAND = Command(
     ),
     group="look",
     other_programs={
-        name: (name,) for name in PROGRAMS if name not in ("image_view", "rqt_gui")
+        name: (name,) for name in GUI_PROGRAMS if name not in ("image_view", "rqt_gui")
     },  # these exist only in packages
 )
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from pyros1.finding.library import Library
     from pyros1.msgs.spec import MessageSpec, ServiceSpec
 
-JSON_LIST = Flag("--json", help="print a JSON list", pyros1_only=True)
+JSON_LIST_FLAG = Flag("--json", help="print a JSON list", pyros1_only=True)
 
 
 class Kind:
@@ -41,8 +41,8 @@ class Kind:
         return library.message(name) if self.extension == "msg" else library.service(name)
 
 
-MESSAGES = Kind("msg", "message", "message")
-SERVICES = Kind("srv", "service", "service_type")
+MESSAGE_KIND = Kind("msg", "message", "message")
+SERVICE_KIND = Kind("srv", "service", "service_type")
 
 
 @cache

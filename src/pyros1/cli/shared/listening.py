@@ -8,19 +8,19 @@ from typing import Any
 from pyros1.cli.failures import UsageError
 from pyros1.cli.records import Option
 
-ALLOW = Option(
+ALLOW_OPTION = Option(
     "--allow",
     metavar="NETWORKS",
     pyros1_only=True,
     help="networks or addresses that may connect besides this machine, for example 192.168.1.0/24,10.0.0.7",
 )
-BIND = Option(
+BIND_OPTION = Option(
     "--bind",
     metavar="ADDRESS",
     pyros1_only=True,
     help="address of this machine to listen on (default: all)",
 )
-PORTS = Option(
+PORTS_OPTION = Option(
     "--ports",
     metavar="FIRST-LAST",
     pyros1_only=True,

@@ -316,7 +316,7 @@ SHELLS = {"bash": _BASH, "zsh": _ZSH, "fish": _FISH, "sh": _SH}
 SH_COMPATIBLE = frozenset({"dash", "ash", "ksh", "ksh93", "mksh", "yash", "busybox"})
 """Process names of shells that use the code for sh."""
 
-SHELL = Option("--shell", choices=sorted(SHELLS), help="shell to generate code for (default: the calling shell)")
+SHELL_OPTION = Option("--shell", choices=sorted(SHELLS), help="shell to generate code for (default: the calling shell)")
 
 
 def usage_examples(command: str) -> list[tuple[str, str]]:

@@ -102,7 +102,7 @@ class Program(NamedTuple):
     options: Mapping[str, OptionMapping] = {}
 
 
-PROGRAMS: Mapping[str, Program] = {
+GUI_PROGRAMS: Mapping[str, Program] = {
     "image_view": Program(("image",)),
     "rqt": Program(("--open",), _RQT_ALONE),
     "rqt_bag": Program(("bag",), {**_RQT, **_PERSPECTIVE}),
@@ -125,7 +125,7 @@ PROGRAMS: Mapping[str, Program] = {
     "rxgraph": Program(("graph",), {"-o": OptionMapping("--output", takes_value=True)}),
     "rxplot": Program(("plot",), _RXPLOT),
 }
-"""Stock's GUI programs by name. ``pyros1 setup`` provides all; those in `PACKAGED` are also in pyros1's packages."""
+"""Stock's GUI programs by name. ``pyros1 setup`` provides all. Those in `PROGRAMS_BY_PACKAGE` are also in packages."""
 
 PANEL_PARTS: Mapping[str, tuple[str, str]] = {
     "reconfigure": ("params", "reconfigure"),
@@ -133,12 +133,12 @@ PANEL_PARTS: Mapping[str, tuple[str, str]] = {
 }
 """Parts of panels that are separate plugins in rqt: the panel, and the setting for the name of a node or topic."""
 
-PACKAGED: Mapping[str, tuple[str, ...]] = {
-    **{name: (name,) for name in PROGRAMS if name.startswith("rqt_")},
+PROGRAMS_BY_PACKAGE: Mapping[str, tuple[str, ...]] = {
+    **{name: (name,) for name in GUI_PROGRAMS if name.startswith("rqt_")},
     "image_view": ("image_view",),
     "rviz": ("rviz",),
 }
-"""The programs of each package, from `PROGRAMS`."""
+"""The programs of each package, from `GUI_PROGRAMS`."""
 DEFAULT_RVIZ_FILE = "~/.rviz/default.rviz"
 """The file that rviz opens by default."""
 _TRANSPORTS = frozenset({"raw", "compressed"})
@@ -160,13 +160,13 @@ def translate_call(program: str, args: Sequence[str]) -> TranslatedCall:
     """Return the call to ``pyros1 web`` that replaces a stock program's command line.
 
     Args:
-        program: the program, one of `PROGRAMS`.
+        program: the program, one of `GUI_PROGRAMS`.
         args: the program's arguments without remappings.
 
     Raises:
         UsageError: an option lacks its value, or has one but accepts none.
     """
-    stock_program = PROGRAMS[program]
+    stock_program = GUI_PROGRAMS[program]
     new_args = [*stock_program.args]
     notes: list[str] = []
     remaining = [*args]

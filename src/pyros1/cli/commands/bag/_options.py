@@ -14,15 +14,15 @@ from pyros1.bag.format.records import NS
 from pyros1.cli.failures import CommandError, did_you_mean
 from pyros1.cli.records import Flag, Option
 
-QUIET = Flag("-q", "--quiet", help="suppress noncritical messages")
-TOPICS = Option(
+QUIET_FLAG = Flag("-q", "--quiet", help="suppress noncritical messages")
+TOPICS_OPTION = Option(
     "--topics",
     action="append",
     metavar="T1,T2",
     help="only these topics, separated by commas; * matches any characters. Can be repeated",
 )
 SELECTION_OPTIONS = (
-    TOPICS,
+    TOPICS_OPTION,
     Option(
         "--from",
         dest="begin",

@@ -7,7 +7,7 @@ from typing import Any
 from pyros1.bag.edit import editing as edit
 from pyros1.bag.format.reader import BagReader
 from pyros1.cli.commands.bag._options import compression
-from pyros1.cli.commands.bag._writing.rewrite import BAGS, OPTIONS, USAGE, rewrite_each
+from pyros1.cli.commands.bag._writing.rewrite import BAGS_ARGUMENT, REWRITE_OPTIONS, REWRITE_USAGE, rewrite_each
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Verb
 from pyros1.cli.shared.progress import Progress
@@ -27,10 +27,10 @@ VERBS = [
     Verb(
         "compress",
         "compress one or more bag files",
-        *OPTIONS,
+        *REWRITE_OPTIONS,
         *compression("bz2"),
-        BAGS,
-        usage=USAGE,
+        BAGS_ARGUMENT,
+        usage=REWRITE_USAGE,
         description="Compress one or more bag files.",
         examples=[("--lz4 *.bag", "compress bags in place and keep backups")],
         run=compress,
@@ -38,9 +38,9 @@ VERBS = [
     Verb(
         "decompress",
         "decompress one or more bag files",
-        *OPTIONS,
-        BAGS,
-        usage=USAGE,
+        *REWRITE_OPTIONS,
+        BAGS_ARGUMENT,
+        usage=REWRITE_USAGE,
         description="Decompress one or more bag files.",
         examples=[("run.bag", "decompress a bag in place and keep a backup")],
         run=decompress,

@@ -8,7 +8,7 @@ from pyros1.bag.edit import editing as edit
 from pyros1.bag.format.encryption import AES, ENCRYPTORS, Cipher, KeyUnavailableError, new_cipher
 from pyros1.bag.format.reader import BagReader
 from pyros1.cli.commands.bag._options import compression
-from pyros1.cli.commands.bag._writing.rewrite import BAGS, OPTIONS, USAGE, rewrite_each
+from pyros1.cli.commands.bag._writing.rewrite import BAGS_ARGUMENT, REWRITE_OPTIONS, REWRITE_USAGE, rewrite_each
 from pyros1.cli.failures import CommandError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Option, Verb
@@ -32,7 +32,7 @@ VERBS = [
     Verb(
         "encrypt",
         "encrypt one or more bag files",
-        *OPTIONS,
+        *REWRITE_OPTIONS,
         Option("-p", "--plugin", default=AES, metavar="PLUGIN", help="encryptor plugin name (Default: %default)"),
         Option(
             "-r",
@@ -43,8 +43,8 @@ VERBS = [
             "(Default: %default, gpg's default key)",
         ),
         *compression("none"),
-        BAGS,
-        usage=USAGE,
+        BAGS_ARGUMENT,
+        usage=REWRITE_USAGE,
         description="Encrypt one or more bag files.",
         examples=[("-r robot@example.com run.bag", "encrypt a bag for the owner of that address's secret key")],
         run=encrypt,
@@ -52,10 +52,10 @@ VERBS = [
     Verb(
         "decrypt",
         "decrypt one or more bag files",
-        *OPTIONS,
+        *REWRITE_OPTIONS,
         *compression("none"),
-        BAGS,
-        usage=USAGE,
+        BAGS_ARGUMENT,
+        usage=REWRITE_USAGE,
         description="Decrypt one or more bag files.",
         examples=[("run.bag", "decrypt a bag with your secret gpg key")],
         run=decrypt,

@@ -14,7 +14,7 @@ from pyros1.bag.api import Bag
 from pyros1.bag.edit.editing import MessageSelection
 from pyros1.bag.format.reader import RawMessage
 from pyros1.bag.format.records import Connection
-from pyros1.cli.commands.bag._options import QUIET, SELECTION_OPTIONS, make_selection
+from pyros1.cli.commands.bag._options import QUIET_FLAG, SELECTION_OPTIONS, make_selection
 from pyros1.cli.commands.bag._writing.files import check_different, write_atomically
 from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
@@ -100,7 +100,7 @@ VERB = Verb(
         help="file or folder to write; - is standard output, for JSON or for CSV of one topic",
     ),
     Flag("-f", "--force", help="replace existing files"),
-    QUIET,
+    QUIET_FLAG,
     *SELECTION_OPTIONS,
     Flag("--nostr", help="csv, jsonl: leave out strings"),
     Flag("--noarr", help="csv, jsonl: leave out arrays"),

@@ -7,7 +7,7 @@ import os
 import sys
 from typing import Any
 
-from pyros1.cli.commands.bag._options import QUIET, TOPICS, compression, split_on_commas
+from pyros1.cli.commands.bag._options import QUIET_FLAG, TOPICS_OPTION, compression, split_on_commas
 from pyros1.cli.commands.bag._writing.files import check_different, write_atomically
 from pyros1.cli.failures import CommandError, UsageError, did_you_mean
 from pyros1.cli.invocation import Invocation
@@ -58,8 +58,8 @@ VERB = Verb(
     CHUNK_LIMIT_OPTION,
     Option("-o", "--output", metavar="OUT", help="the bag to write (default: SOURCE.bag)"),
     Flag("-f", "--force", help="replace the bag if it exists"),
-    QUIET,
-    TOPICS,
+    QUIET_FLAG,
+    TOPICS_OPTION,
     *compression("none"),
     Argument("SOURCE", "file"),
     description="Convert a ROS 2 bag to a ROS 1 bag. SOURCE is the folder of the ROS 2 bag, or an .mcap or .db3 file. "

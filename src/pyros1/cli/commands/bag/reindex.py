@@ -8,7 +8,7 @@ from typing import Any
 
 from pyros1.bag.edit.reindex import ReindexResult, reindex
 from pyros1.bag.errors import BagError
-from pyros1.cli.commands.bag._writing.rewrite import BAGS, OPTIONS, USAGE, rewrite_each
+from pyros1.cli.commands.bag._writing.rewrite import BAGS_ARGUMENT, REWRITE_OPTIONS, REWRITE_USAGE, rewrite_each
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Verb
 from pyros1.cli.shared.progress import Progress
@@ -39,9 +39,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
 VERB = Verb(
     "reindex",
     "repair bags that were not closed or are damaged",
-    *OPTIONS,
-    BAGS,
-    usage=USAGE,
+    *REWRITE_OPTIONS,
+    BAGS_ARGUMENT,
+    usage=REWRITE_USAGE,
     description="Reindexes one or more bag files, and saves what can be read of damaged ones.",
     examples=[("run.bag.active", "repair a bag that was not closed")],
     run=run,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pyros1.cli.failures import UsageError
 from pyros1.cli.records import Option
 
-TIMEOUT = Option("-t", "--timeout", type="float", help="seconds to wait for the node (default: no limit)")
+TIMEOUT_OPTION = Option("-t", "--timeout", type="float", help="seconds to wait for the node (default: no limit)")
 
 
 def check_arguments(args: list[str], *required: str, max_arguments: int | None = None) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.cli.commands.dynparam._arguments import TIMEOUT, check_arguments
+from pyros1.cli.commands.dynparam._arguments import TIMEOUT_OPTION, check_arguments
 from pyros1.cli.commands.dynparam._server import Server, configurable_nodes, report_failure
 from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
@@ -73,7 +73,7 @@ VERBS = [
     Verb(
         "get",
         "print a node's configuration",
-        TIMEOUT,
+        TIMEOUT_OPTION,
         JSON_FLAG,
         Argument("node", "configurable"),
         examples=[("/camera", "print all parameters of a node"), ("--json /camera", "print JSON for programs")],
@@ -83,7 +83,7 @@ VERBS = [
     Verb(
         "dump",
         "write a node's configuration to a file",
-        TIMEOUT,
+        TIMEOUT_OPTION,
         Argument("node", "configurable"),
         Argument("file", "file"),
         examples=[("/camera outdoors.yaml", "save a node's configuration")],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import Any
 
-from pyros1.cli.commands.dynparam._arguments import TIMEOUT, check_arguments
+from pyros1.cli.commands.dynparam._arguments import TIMEOUT_OPTION, check_arguments
 from pyros1.cli.commands.dynparam._server import change_with_new_node, failure_code, set_parameters
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
@@ -66,7 +66,7 @@ VERBS = [
     Verb(
         "set",
         "set parameters of a node",
-        TIMEOUT,
+        TIMEOUT_OPTION,
         Argument("node", "configurable"),
         Argument("parameter"),
         Argument("value", optional=True),
@@ -81,7 +81,7 @@ VERBS = [
     Verb(
         "load",
         "set parameters of a node from a file",
-        TIMEOUT,
+        TIMEOUT_OPTION,
         Argument("node", "configurable"),
         Argument("file", "file"),
         examples=[("/camera outdoors.yaml", "load a file from `dump`, or plain YAML")],
@@ -91,7 +91,7 @@ VERBS = [
     Verb(
         "set_from_parameters",
         "set parameters of a node to the private parameters of this command",
-        TIMEOUT,
+        TIMEOUT_OPTION,
         Argument("node", "configurable"),
         usage="[options] node [_parameter:=value ...]",
         examples=[("/camera _exposure:=0.02", "set a parameter from a private parameter, for launch files")],

@@ -9,7 +9,7 @@ from typing import Any
 from pyros1.cli.failures import EX_USAGE, UsageError, did_you_mean, fail
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Verb
-from pyros1.cli.shared.definitions import JSON_LIST, MESSAGES, Kind, library, read_name_from_stdin
+from pyros1.cli.shared.definitions import JSON_LIST_FLAG, MESSAGE_KIND, Kind, library, read_name_from_stdin
 from pyros1.cli.shared.printing import print_json
 
 
@@ -59,7 +59,7 @@ def make_verbs(kind: Kind, example_package: str) -> list[Verb]:
         Verb(
             "list",
             f"List all {kind.word}s",
-            JSON_LIST,
+            JSON_LIST_FLAG,
             usage="",
             examples=[("", "list all types"), ("--json", "print JSON for programs")],
             run=partial(_list, kind),
@@ -68,7 +68,7 @@ def make_verbs(kind: Kind, example_package: str) -> list[Verb]:
             "package",
             f"List {kind.word}s in a package",
             Flag("-s", dest="single_line", help=f"list all {kind.extension}s on a single line"),
-            JSON_LIST,
+            JSON_LIST_FLAG,
             Argument("package", "package"),
             usage="<package>",
             examples=[(example_package, "list the types of a package")],
@@ -78,7 +78,7 @@ def make_verbs(kind: Kind, example_package: str) -> list[Verb]:
             "packages",
             f"List packages that contain {kind.word}s",
             Flag("-s", dest="single_line", help="list all packages on a single line"),
-            JSON_LIST,
+            JSON_LIST_FLAG,
             usage="",
             examples=[("", f"list packages that contain {kind.word}s")],
             run=partial(_packages, kind),
@@ -86,4 +86,4 @@ def make_verbs(kind: Kind, example_package: str) -> list[Verb]:
     ]
 
 
-VERBS = make_verbs(MESSAGES, "sensor_msgs")
+VERBS = make_verbs(MESSAGE_KIND, "sensor_msgs")

@@ -8,7 +8,7 @@ from typing import Any
 
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
-from pyros1.cli.shared.definitions import MESSAGES, Kind, find_full_names, library, similar_name_hint, type_argument
+from pyros1.cli.shared.definitions import MESSAGE_KIND, Kind, find_full_names, library, similar_name_hint, type_argument
 from pyros1.ground.errors import UnknownTypeError
 
 
@@ -40,5 +40,5 @@ def make_verb(kind: Kind, *examples: tuple[str, str]) -> Verb:
 
 
 VERB = make_verb(
-    MESSAGES, ("std_msgs/String", "print the checksum, which must be the same for publisher and subscriber")
+    MESSAGE_KIND, ("std_msgs/String", "print the checksum, which must be the same for publisher and subscriber")
 )

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pyros1.cli.failures import CommandError, fail
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
-from pyros1.cli.shared.definitions import MESSAGES, Kind, find_full_names, library, similar_name_hint, type_argument
+from pyros1.cli.shared.definitions import MESSAGE_KIND, Kind, find_full_names, library, similar_name_hint, type_argument
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 from pyros1.ground.errors import DefinitionError, UnknownTypeError
 
@@ -37,7 +37,7 @@ def _run(kind: Kind, invocation: Invocation, options: Any, args: list[str]) -> N
             spec = kind.spec(library(), full_name)
             text = spec.text if options.raw else _describe(spec, library().message)
         except (DefinitionError, UnknownTypeError) as error:
-            message = "Unable to load msg" if kind is MESSAGES else "Unknown srv type"
+            message = "Unable to load msg" if kind is MESSAGE_KIND else "Unknown srv type"
             fail(f"{message} [{full_name}]: {error}")
         print((f"[{full_name}]:\n" if lacks_package else "") + text)
 
@@ -67,7 +67,7 @@ def make_verbs(kind: Kind, *examples: tuple[str, str]) -> Sequence[Verb]:
 
 
 VERBS = make_verbs(
-    MESSAGES,
+    MESSAGE_KIND,
     ("geometry_msgs/PoseStamped", "print its fields, with those of nested types"),
     ("-r Imu", "print the original text with comments; the package may be left out"),
     ("-b run.bag my_robot/State", "print the definition stored in a bag"),

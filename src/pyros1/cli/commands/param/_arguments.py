@@ -5,7 +5,7 @@ from __future__ import annotations
 from pyros1.cli.failures import UsageError
 from pyros1.cli.records import Flag
 
-VERBOSE = Flag("-v", dest="verbose", help="turn on verbose output")
+VERBOSE_FLAG = Flag("-v", dest="verbose", help="turn on verbose output")
 
 
 def check_arguments(args: list[str], max_arguments: int, required: str = "") -> None:

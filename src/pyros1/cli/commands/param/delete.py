@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.cli.commands.param._arguments import VERBOSE, check_arguments
+from pyros1.cli.commands.param._arguments import VERBOSE_FLAG, check_arguments
 from pyros1.cli.failures import CommandError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
@@ -30,7 +30,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 VERB = Verb(
     "delete",
     "delete parameter",
-    VERBOSE,
+    VERBOSE_FLAG,
     Argument("parameter", "param"),
     examples=[("/gain", "delete one parameter"), ("/robot1", "delete all parameters below a name")],
     run=run,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from typing import Any
 
-from pyros1.cli.commands.param._arguments import VERBOSE, check_arguments
+from pyros1.cli.commands.param._arguments import VERBOSE_FLAG, check_arguments
 from pyros1.cli.commands.param._leaves import leaves
 from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
@@ -42,7 +42,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 VERB = Verb(
     "dump",
     "dump parameters to file",
-    VERBOSE,
+    VERBOSE_FLAG,
     Argument("file", "file"),
     Argument("namespace", "param", optional=True),
     usage="[options] file [namespace]",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.cli.commands.param._arguments import VERBOSE, check_arguments
+from pyros1.cli.commands.param._arguments import VERBOSE_FLAG, check_arguments
 from pyros1.cli.failures import CommandError, did_you_mean
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import JSON_FLAG, Argument, Flag, Verb
@@ -40,7 +40,7 @@ VERB = Verb(
     "get",
     "get parameter",
     Flag("-p", dest="pretty", help="pretty print. WARNING: not YAML-safe"),
-    VERBOSE,
+    VERBOSE_FLAG,
     JSON_FLAG,
     Argument("parameter", "param"),
     examples=[("/gain", "print a value"), ("/robot1", "print everything below a name as YAML")],

@@ -6,7 +6,7 @@ import os
 import sys
 from typing import Any
 
-from pyros1.cli.commands.param._arguments import VERBOSE, check_arguments
+from pyros1.cli.commands.param._arguments import VERBOSE_FLAG, check_arguments
 from pyros1.cli.commands.param._leaves import set_leaves
 from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
@@ -51,7 +51,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 VERB = Verb(
     "load",
     "load parameters from file",
-    VERBOSE,
+    VERBOSE_FLAG,
     Argument("file", "file"),
     Argument("namespace", "param", optional=True),
     examples=[("robot.yaml /robot1", "load a file into a namespace")],

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import Any
 
-from pyros1.cli.commands.param._arguments import VERBOSE, check_arguments
+from pyros1.cli.commands.param._arguments import VERBOSE_FLAG, check_arguments
 from pyros1.cli.commands.param._leaves import set_leaves
 from pyros1.cli.failures import CommandError, UsageError
 from pyros1.cli.invocation import Invocation
@@ -60,7 +60,7 @@ VERB = Verb(
         metavar="BINARY_FILE",
         help="set parameters to contents of binary file",
     ),
-    VERBOSE,
+    VERBOSE_FLAG,
     Argument("parameter", "param"),
     Argument("value"),
     examples=[

@@ -7,7 +7,7 @@ from pyros1.cli.records import Flag
 from pyros1.finding.dependencies import Packages
 from pyros1.finding.manifest import Manifest
 
-DEPS_ONLY = Flag("--deps-only", help="leave out the package itself")
+DEPS_ONLY_FLAG = Flag("--deps-only", help="leave out the package itself")
 
 
 def packages_and_name(request: Request) -> tuple[Packages, str]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pyros1.cli.commands.pkg._graph import DEPS_ONLY, check_known, packages_and_name, selected_manifests
+from pyros1.cli.commands.pkg._graph import DEPS_ONLY_FLAG, check_known, packages_and_name, selected_manifests
 from pyros1.cli.commands.pkg._rospack import Request, make_verb
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Option
@@ -46,7 +46,7 @@ VERBS = [
     make_verb(
         "export",
         "export [--deps-only] --lang=<lang> --attrib=<attrib> [package]",
-        DEPS_ONLY,
+        DEPS_ONLY_FLAG,
         Option("--lang", metavar="LANG", help="the language of the export"),
         _ATTRIBUTE,
         _PACKAGE,

@@ -6,7 +6,7 @@ import os
 import shlex
 import subprocess
 
-from pyros1.cli.commands.pkg._graph import DEPS_ONLY, check_known, packages_and_name, selected_manifests
+from pyros1.cli.commands.pkg._graph import DEPS_ONLY_FLAG, check_known, packages_and_name, selected_manifests
 from pyros1.cli.commands.pkg._rospack import PkgError, Request, make_verb
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
@@ -58,7 +58,12 @@ def _pkg_config(verb: str, name: str) -> list[str]:
 def _make_verb(name: str, width: int, about: str) -> Verb:
     package = Argument("package", "package", optional=True)
     return make_verb(
-        name, f"{name:{width}} [--deps-only] [package]", DEPS_ONLY, package, run=_flags, examples=[("roscpp", about)]
+        name,
+        f"{name:{width}} [--deps-only] [package]",
+        DEPS_ONLY_FLAG,
+        package,
+        run=_flags,
+        examples=[("roscpp", about)],
     )
 
 

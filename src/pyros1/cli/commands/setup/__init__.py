@@ -13,7 +13,7 @@ from pyros1.cli import registry
 from pyros1.cli.commands.setup._programs import make_programs
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Command, Verb
-from pyros1.cli.shared.shells import SHELL, CompletedNames, parse_shell, select_shell, usage_examples
+from pyros1.cli.shared.shells import SHELL_OPTION, CompletedNames, parse_shell, select_shell, usage_examples
 
 
 def run(invocation: Invocation, options: Any, args: list[str]) -> None:
@@ -31,7 +31,7 @@ COMMAND = Command(
     Verb(
         "",
         "",
-        SHELL,
+        SHELL_OPTION,
         description="Prints shell code that adds the stock names (rostopic, roscd, ...) and completion.",
         examples=usage_examples("setup"),
         parse=parse_shell,

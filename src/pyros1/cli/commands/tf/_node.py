@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from pyros1.node import Node
     from pyros1.tf.buffer import Buffer
 
-TOPICS = ("/tf", "/tf_static")
+TF_TOPICS = ("/tf", "/tf_static")
 _MAX_FRAMES_SHOWN = 30
 
 
@@ -119,7 +119,7 @@ class LookupHints:
     def _hint(self, error: TransformException | None, frames: tuple[str, ...]) -> str:
         known_frames = sorted(self._buffer.frames())
         if not known_frames:
-            return self._no_transforms_hint([self._node.resolve(topic) for topic in TOPICS])
+            return self._no_transforms_hint([self._node.resolve(topic) for topic in TF_TOPICS])
         for frame in frames:
             if frame not in known_frames:
                 frame_list = ", ".join(known_frames[:_MAX_FRAMES_SHOWN]) + (

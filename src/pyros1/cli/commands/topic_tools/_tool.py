@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from pyros1.node import Node
     from pyros1.topic_tools.output import Output
 
-LAZY = "_lazy:=true        subscribe only while the output has subscribers"
+LAZY_HELP = "_lazy:=true        subscribe only while the output has subscribers"
 """The line of `Tool`'s help about the parameter ``~lazy``."""
 
 

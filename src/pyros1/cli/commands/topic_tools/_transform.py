@@ -21,12 +21,12 @@ from pyros1.observe.fields import FieldPath, FieldPathError
 if TYPE_CHECKING:
     from pyros1.node import Node
 
-ARGUMENTS = (
+TRANSFORM_ARGUMENTS = (
     Argument("input", "topic", help="input topic, or a field of its messages: /topic/field"),
     Argument("output_topic", "topic", help="output topic"),
     Argument("output_type", "message", help="type of the output topic"),
 )
-OPTIONS = (
+TRANSFORM_OPTIONS = (
     Flag("--wait-for-start", help="wait for the input topic"),
     Flag("--tcpnodelay", help="accepted for compatibility; no effect"),
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pyros1.cli.commands.topic_tools._tool import LAZY, Tool, bool_param, open_node_for, positive_param
+from pyros1.cli.commands.topic_tools._tool import LAZY_HELP, Tool, bool_param, open_node_for, positive_param
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument
@@ -45,7 +45,7 @@ VERBS = [
         Argument("IN_TOPIC", "topic", repeatable=True),
         usage="OUT_TOPIC IN_TOPIC1 [IN_TOPIC2 [...]]",
         parameters=[
-            LAZY,
+            LAZY_HELP,
             "_latch:=true       latch the output",
             "_initial_topic:=/topic (or __none) topic to select at the start",
             "_wait_publisher_initialization:=true wait _wait_publisher_second:=0.1 for subscribers at the start",

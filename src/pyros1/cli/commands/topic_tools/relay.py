@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from pyros1.cli.commands.topic_tools._tool import (
-    LAZY,
+    LAZY_HELP,
     Tool,
     bool_param,
     input_and_output,
@@ -66,7 +66,7 @@ VERBS = [
         Argument("IN_TOPIC", "topic"),
         Argument("OUT_TOPIC", "topic", optional=True),
         parameters=[
-            LAZY,
+            LAZY_HELP,
             "_stealth:=true     subscribe only while another node subscribes to _monitor_topic:=/topic (the output),",
             "                   which is checked _monitor_rate:=1.0 times per second",
         ],

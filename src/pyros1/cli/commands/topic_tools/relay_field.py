@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from pyros1.cli.commands.topic_tools._expression import MessageExpression, names_used
-from pyros1.cli.commands.topic_tools._transform import ARGUMENTS, OPTIONS, Evaluator, parse, publish
+from pyros1.cli.commands.topic_tools._transform import TRANSFORM_ARGUMENTS, TRANSFORM_OPTIONS, Evaluator, parse, publish
 from pyros1.cli.failures import CommandError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Verb
@@ -30,9 +30,9 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 VERB = Verb(
     "relay_field",
     "publish messages whose fields are expressions of the message m",
-    *ARGUMENTS,
+    *TRANSFORM_ARGUMENTS,
     Argument("expression", help="the output's fields as YAML"),
-    *OPTIONS,
+    *TRANSFORM_OPTIONS,
     usage="IN_TOPIC[/FIELD] OUT_TOPIC OUT_TYPE YAML",
     description="Publishes a message whose fields are given as YAML. Strings that are\n"
     "expressions with known names are evaluated with m, which is the message or the selected field.",

@@ -6,7 +6,14 @@ import math
 import time
 from typing import Any
 
-from pyros1.cli.commands.topic_tools._tool import LAZY, Tool, bool_param, input_and_output, make_relay, open_node_for
+from pyros1.cli.commands.topic_tools._tool import (
+    LAZY_HELP,
+    Tool,
+    bool_param,
+    input_and_output,
+    make_relay,
+    open_node_for,
+)
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument
@@ -56,7 +63,7 @@ VERB = Tool(
         "messages IN_TOPIC MSGS_PER_SEC [OUT_TOPIC]\n       throttle bytes IN_TOPIC BYTES_PER_SEC WINDOW [OUT_TOPIC]"
     ),
     parameters=[
-        LAZY,
+        LAZY_HELP,
         "_wall_clock:=true  use wall time instead of simulated time",
         "_force_latch:=true (or false) whether to latch the output, regardless of the input",
     ],

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from pyros1.cli.commands.topic_tools._expression import MessageExpression, names_used
-from pyros1.cli.commands.topic_tools._transform import ARGUMENTS, OPTIONS, Evaluator, parse, publish
+from pyros1.cli.commands.topic_tools._transform import TRANSFORM_ARGUMENTS, TRANSFORM_OPTIONS, Evaluator, parse, publish
 from pyros1.cli.invocation import Invocation
 from pyros1.cli.records import Argument, Flag, Option, Verb
 
@@ -20,7 +20,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
 VERB = Verb(
     "transform",
     "publish the value of an expression of the message m",
-    *ARGUMENTS,
+    *TRANSFORM_ARGUMENTS,
     Argument("expression", optional=True, help="an expression of the message m (default: m itself)"),
     Option(
         "-i",
@@ -31,7 +31,7 @@ VERB = Verb(
         help="rospy, tf or message packages; math and numpy are always imported",
     ),
     Flag("--latch", help="latch the output"),
-    *OPTIONS,
+    *TRANSFORM_OPTIONS,
     usage="IN_TOPIC[/FIELD] OUT_TOPIC OUT_TYPE [EXPRESSION]",
     description="Publishes the value of an expression for each message or field, m.\n"
     "A list or tuple contains the fields of the output in order.",

@@ -10,7 +10,7 @@ import rospy
 
 from diagnostic_updater._diagnostic_status_wrapper import OK, DiagnosticStatusWrapper
 from pyros1.diagnostics import Combined
-from pyros1.diagnostics.updater import UNSET
+from pyros1.diagnostics.updater import UNSET_SUMMARY
 from pyros1.drop_in.missing import missing
 from pyros1.msgs.diagnostic_msgs.msg import DiagnosticArray
 
@@ -160,7 +160,7 @@ class Updater(DiagnosticTaskVector):
         found = []
         for task in tasks:
             status = DiagnosticStatusWrapper(name=task.name, hardware_id=self.hwid)
-            status.summary(*UNSET)
+            status.summary(*UNSET_SUMMARY)
             task.run(status)
             found.append(status)
         bad = [status for status in found if status.level != OK]

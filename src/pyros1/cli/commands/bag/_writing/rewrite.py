@@ -10,21 +10,21 @@ from typing import Any
 
 from pyros1.bag.errors import BagError
 from pyros1.cli.commands.bag._failures import report_bag_error
-from pyros1.cli.commands.bag._options import QUIET
+from pyros1.cli.commands.bag._options import QUIET_FLAG
 from pyros1.cli.commands.bag._writing.files import check_different, new_file
 from pyros1.cli.failures import UsageError
 from pyros1.cli.records import Argument, Flag, Option
 from pyros1.cli.shared.options import CHUNK_LIMIT_OPTION
 
-OPTIONS = (
+REWRITE_OPTIONS = (
     CHUNK_LIMIT_OPTION,
     Option("--output-dir", metavar="DIR", help="write to directory DIR"),
     Flag("-f", "--force", help="force overwriting of backup file if it exists"),
-    QUIET,
+    QUIET_FLAG,
 )
 """The options of `rewrite_each`."""
-BAGS = Argument("BAGFILE", "bag", repeatable=True)
-USAGE = "[options] BAGFILE1 [BAGFILE2 ...]"
+BAGS_ARGUMENT = Argument("BAGFILE", "bag", repeatable=True)
+REWRITE_USAGE = "[options] BAGFILE1 [BAGFILE2 ...]"
 
 
 def rewrite_each(options: Any, paths: list[str], operation: Callable[[str, str], object]) -> int:
@@ -33,7 +33,7 @@ def rewrite_each(options: Any, paths: list[str], operation: Callable[[str, str],
     The old file is moved only after the new one is complete.
 
     Args:
-        options: The parsed options, see `OPTIONS`.
+        options: The parsed options, see `REWRITE_OPTIONS`.
         paths: The paths of the bags.
         operation: Reads the file named by its first argument and writes the file named by its second.
 
