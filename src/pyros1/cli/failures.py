@@ -1,4 +1,4 @@
-"""The errors that commands raise, and functions that print them."""
+"""The errors that commands raise, and functions that print errors."""
 
 from __future__ import annotations
 

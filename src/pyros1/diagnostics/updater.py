@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from pyros1.node import Node
 
 UNSET_SUMMARY = (ERROR, "No message was set")
-"""Level and message of a task that does not set them."""
+"""The level and message for a task that sets neither."""
 
 
 class Updater:

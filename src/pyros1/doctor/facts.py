@@ -1,4 +1,4 @@
-"""The facts that one part of this package collects and the checks evaluate."""
+"""The facts about a system that are collected first and then checked for problems."""
 
 from __future__ import annotations
 

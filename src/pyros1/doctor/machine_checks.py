@@ -37,7 +37,7 @@ def check_machine(machine: Machine) -> list[Finding]:
 
 
 def external_address(machine: Machine) -> str:
-    """Return an address at which other machines may reach this one, for messages."""
+    """Return an address at which other machines may reach this one, for use in messages."""
     return next((address for address in machine.interfaces if not is_loopback(address)), "<address of this machine>")
 
 

@@ -175,7 +175,7 @@ def is_build_dependency(package: str) -> bool:
 
 
 def collect_files(examples: Sequence[Example], face: str, package: str) -> dict[str, str]:
-    """Return the contents of the combined files of several examples by path, including a README.md that lists them.
+    """Return the contents of the files of several examples by path, and of a README.md that lists the examples.
 
     Args:
         examples: the examples.

@@ -116,10 +116,10 @@ def encode(image: Pixels, requested_format: str, **options: Any) -> bytes:
     dtype_code = image.dtype.str[1:]
     if format_name == "PNG" and dtype_code == "u2" and image.ndim == 3:
         return png16.write(image, options.get("compress_level", 6))
-    deep_types = {"PNG": ("u2",), "TIFF": _TIFF_KINDS, "PPM": ("u2",), "JPEG2000": ("u2",)}.get(format_name, ())
-    if dtype_code not in deep_types and format_name not in ("TIFF", "PPM", "JPEG2000"):
+    deep_dtype_codes = {"PNG": ("u2",), "TIFF": _TIFF_KINDS, "PPM": ("u2",), "JPEG2000": ("u2",)}.get(format_name, ())
+    if dtype_code not in deep_dtype_codes and format_name not in ("TIFF", "PPM", "JPEG2000"):
         image = to_uint8(image)
-    elif dtype_code != "u1" and (dtype_code not in deep_types or image.ndim == 3):
+    elif dtype_code != "u1" and (dtype_code not in deep_dtype_codes or image.ndim == 3):
         raise UnsupportedFileError(
             f"an image of {image.dtype} with the shape {image.shape} cannot be written as {requested_format}; "
             "write 8 bits, or PNG"

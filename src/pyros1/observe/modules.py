@@ -58,9 +58,11 @@ def time_module(now: Callable[[], Time], name: str = "rospy") -> Module:
         now: the implementation of ``rospy.Time.now()`` and similar functions.
         name: ``rospy`` or ``genpy``.
     """
-    time = Module(f"{name}.Time", {"now": now, "from_sec": Time.from_sec, "from_seconds": Time.from_sec}, Time)
-    duration = Module(f"{name}.Duration", {"from_sec": Duration.from_sec, "from_seconds": Duration.from_sec}, Duration)
-    members: dict[str, Any] = {"Time": time, "Duration": duration}
+    time_class = Module(f"{name}.Time", {"now": now, "from_sec": Time.from_sec, "from_seconds": Time.from_sec}, Time)
+    duration_class = Module(
+        f"{name}.Duration", {"from_sec": Duration.from_sec, "from_seconds": Duration.from_sec}, Duration
+    )
+    members: dict[str, Any] = {"Time": time_class, "Duration": duration_class}
     if name == "rospy":
         members |= {"get_rostime": now, "get_time": lambda: now().to_sec()}
         members["rostime"] = Module("rospy.rostime", dict(members))

@@ -44,7 +44,7 @@ class RateMeter:
         size = HZ_WINDOW if window < 0 else window
         self._intervals: deque[float] = deque(maxlen=max(1, size - 1))
         self._last: float | None = None
-        self._is_changed = False
+        self._has_new_message = False
 
     def add(self, now: float) -> None:
         """Add a message at the time ``now`` in seconds. If the time jumps back, the measurement is restarted."""
@@ -55,7 +55,7 @@ class RateMeter:
             self._intervals.clear()
             return
         self._intervals.append(now - previous)
-        self._is_changed = True
+        self._has_new_message = True
 
     def measurement(self) -> tuple[float, Summary, int] | None:
         """Return the rate in Hz, the statistics of the intervals, and the number of messages in the window.
@@ -64,9 +64,9 @@ class RateMeter:
             These three values; None if no interval has ended since the last call.
         """
         intervals = list(self._intervals)  # another thread may add to it
-        if not self._is_changed or not intervals:
+        if not self._has_new_message or not intervals:
             return None
-        self._is_changed = False
+        self._has_new_message = False
         summary = summarise(intervals)
         rate = 1.0 / summary.mean if summary.mean > 0 else 0.0
         return rate, summary, len(intervals) + 1
@@ -143,19 +143,19 @@ class DelayMeter:
 
     def __init__(self, window: int = -1) -> None:
         self._delays: deque[float] = deque(maxlen=HZ_WINDOW if window < 0 else max(1, window))
-        self._is_changed = False
+        self._has_new_message = False
 
     def add(self, delay: float) -> None:
         """Add a message that is ``delay`` seconds old on arrival."""
         self._delays.append(delay)
-        self._is_changed = True
+        self._has_new_message = True
 
     def lines(self) -> str | None:
         """Return the output of ``delay``; None if no message has arrived since the last call."""
         delays = list(self._delays)
-        if not self._is_changed:
+        if not self._has_new_message:
             return None
-        self._is_changed = False
+        self._has_new_message = False
         return delay_lines(summarise(delays), len(delays))
 
 

@@ -117,7 +117,7 @@ class Server:
             return self._apply(config, level)
 
     def _clamp(self, config: Any) -> Any:
-        """Convert all values to their types, and clamp them to the limits."""
+        """Convert all values to their parameters' types, clamp numbers to the limits, and return the configuration."""
         for name, type_name in self._types.items():
             value, minimum, maximum = (
                 TYPE_CONVERTERS[type_name](config[name]),

@@ -20,7 +20,7 @@ NO_TOPIC = "__none"
 
 
 class Selection:
-    """The topics and the services that select them.
+    """The list of topics, and the services that select one and change the list.
 
     Args:
         node: the node that provides the services.

@@ -186,14 +186,14 @@ def _parse(invocation: Invocation, verb: Verb) -> tuple[Any, list[str]]:
         options, panel_args = parse_arg_list(invocation, verb, args)
         options.program = ""
         return options, panel_args
-    call = translate_call(program, args[index + 1 :])
-    for note in call.notes:
+    translated_call = translate_call(program, args[index + 1 :])
+    for note in translated_call.notes:
         print(f"{program}: {note}", file=sys.stderr)
-    options, panel_args = parse_arg_list(invocation, verb, [*args[:index], *call.args])
+    options, panel_args = parse_arg_list(invocation, verb, [*args[:index], *translated_call.args])
     options.program = program
     if panel_args[:1] == ["image"]:
         arguments = parse_arguments(invocation.argv)
-        topic = next((new for old, new in arguments.remappings.items() if _is_image_topic(invocation, old)), "")
+        topic = next((new for name, new in arguments.remappings.items() if _is_image_topic(invocation, name)), "")
         panel_args[1:] = select_image_topic(panel_args[1:], topic, arguments.parameters.get("image_transport", ""))
     return options, panel_args
 

@@ -80,14 +80,16 @@ def render_chart(
     columns, rows = max(10, size[0] - _AXIS_WIDTH - 1), max(4, size[1] - 2 - len(curves))
     canvas = Canvas(columns, rows)
     begin = now - period
-    visible_curves = [[(t, v) for t, v in points if t >= begin and math.isfinite(v)] for _, points in curves]
-    values = [v for points in visible_curves for _, v in points]
+    visible_curves = [
+        [(time, value) for time, value in points if time >= begin and math.isfinite(value)] for _, points in curves
+    ]
+    values = [value for points in visible_curves for _, value in points]
     low, high = nice_range(min(values), max(values)) if values else (0.0, 1.0)
     for number, curve in enumerate(visible_curves):
         previous = None
-        for t, v in curve:
-            x = round((t - begin) / period * (canvas.width - 1))
-            y = round((v - low) / (high - low) * (canvas.height - 1))
+        for time, value in curve:
+            x = round((time - begin) / period * (canvas.width - 1))
+            y = round((value - low) / (high - low) * (canvas.height - 1))
             canvas.line(*(previous or (x, y)), x, y, number)
             previous = (x, y)
     lines = []

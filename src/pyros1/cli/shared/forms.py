@@ -23,7 +23,7 @@ ValueWriter = Callable[[Message, Any, "str | None", Write], object]
 that writes a string."""
 
 _CLEAR = "\033[2J\033[;H"
-_NAME = re.compile(r"^( *(?:- )?)([A-Za-z]\w*):(?=$| )", re.M)
+_FIELD_NAME = re.compile(r"^( *(?:- )?)([A-Za-z]\w*):(?=$| )", re.M)
 """A field name at the beginning of a line."""
 
 
@@ -61,7 +61,7 @@ def _make_colouring() -> Callable[[str], str]:
         nonlocal at_start
         begin = 0 if at_start else text.find("\n") + 1 or len(text)
         at_start = text.endswith("\n")
-        return lines(text[:begin]) + _NAME.sub("\\1\033[36m\\2\033[0m:", lines(text[begin:]))
+        return lines(text[:begin]) + _FIELD_NAME.sub("\\1\033[36m\\2\033[0m:", lines(text[begin:]))
 
     return transform
 

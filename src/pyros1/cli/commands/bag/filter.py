@@ -119,10 +119,10 @@ class _MessageExpression:
         try:
             return self._expression({**names, "m": bag.decode(stored) if self._needs_message else None})
         except ExpressionError as error:
-            where = f"{stored.connection.topic} at {stored.time / 1e9:.6f} ({stored.connection.type})"
+            message_description = f"{stored.connection.topic} at {stored.time / 1e9:.6f} ({stored.connection.type})"
             has_hint = isinstance(error, UnknownNameError | LimitError)
             hint = "" if has_hint else ": does `topic == ... and` need to come first?"
-            raise CommandError(f"{error} (in the message on {where}){hint}") from None
+            raise CommandError(f"{error} (in the message on {message_description}){hint}") from None
 
 
 def _matching_messages(

@@ -72,9 +72,9 @@ def _purge_all(folder: Path, label: str, options: Any, kept_entries: set[str]) -
     print(f"Purging {label}.")
     if not options.yes:
         print("PLEASE BE CAREFUL TO VERIFY THE COMMAND BELOW!")
-        quoted = f'"{folder}"' if " " in str(folder) else str(folder)
+        quoted_folder = f'"{folder}"' if " " in str(folder) else str(folder)
         exceptions = f" (except {', '.join(map(shlex.quote, sorted(kept_entries)))})" if kept_entries else ""
-        if not _ask(f"rm -rf {quoted}{exceptions}"):
+        if not _ask(f"rm -rf {quoted_folder}{exceptions}"):
             return None
     if not kept_entries:
         return _remove(folder)

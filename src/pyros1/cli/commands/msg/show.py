@@ -51,10 +51,10 @@ def make_verbs(kind: Kind, *examples: tuple[str, str]) -> Sequence[Verb]:
         Argument("type", kind.completion_kinds),
     )
     usage = f"[options] <{kind.word} type>"
-    show = Verb(
+    show_verb = Verb(
         "show", f"Show {kind.word} description", *parts, usage=usage, examples=examples, run=partial(_run, kind)
     )
-    info = Verb(
+    info_verb = Verb(
         "info",
         f"Alias for pyros1 {kind.extension} show",
         *parts,
@@ -63,7 +63,7 @@ def make_verbs(kind: Kind, *examples: tuple[str, str]) -> Sequence[Verb]:
         stock_about=f"Alias for ros{kind.extension} show",
         run=partial(_run, kind),
     )
-    return show, info
+    return show_verb, info_verb
 
 
 VERBS = make_verbs(

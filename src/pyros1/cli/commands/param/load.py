@@ -32,7 +32,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         print(message)
     from pyros1.values import load_all_yaml  # noqa: PLC0415
 
-    pending = []
+    parsed_documents = []
     for document in load_all_yaml(text, source_name):
         if document is None:
             continue
@@ -43,8 +43,8 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
                 print(f"reading parameters into namespace [{namespace}]")
         elif not isinstance(document, dict) and base == "/":
             raise CommandError(f"{source_name}: expected a dictionary of parameters, not {one_line(document, 60)!r}")
-        pending.append((namespace, document))
-    for namespace, document in pending:
+        parsed_documents.append((namespace, document))
+    for namespace, document in parsed_documents:
         set_leaves(invocation, namespace, document, "{}={}" if options.verbose else "")
 
 

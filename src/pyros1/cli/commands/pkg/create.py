@@ -157,10 +157,10 @@ VERB = Verb(
 )  # fmt: skip
 
 
-def _warn_about_packages(package: str, depends: Sequence[str], folders_by_package: dict[str, str]) -> None:
+def _warn_about_packages(package: str, dependencies: Sequence[str], folders_by_package: dict[str, str]) -> None:
     """Warn about dependencies that are not installed and about another package of the same name."""
     shipped = set(os.listdir(SHIPPED))
-    for name in depends:
+    for name in dependencies:
         if name not in folders_by_package and name not in shipped:
             hint = did_you_mean(name, {*folders_by_package, *shipped})
             print(

@@ -132,8 +132,8 @@ def _precision(node: Node, options: Any) -> int:
 def _print_transform(transform: Any, options: Any, now: float) -> None:
     from pyros1.tf.rotation import to_angles  # noqa: PLC0415
 
-    v, q = transform.transform.translation, transform.transform.rotation
-    angles = to_angles((q.x, q.y, q.z, q.w))
+    translation, rotation = transform.transform.translation, transform.transform.rotation
+    angles = to_angles((rotation.x, rotation.y, rotation.z, rotation.w))
     stamp = transform.header.stamp.to_sec()
     if options.json:
         print_json(
@@ -141,8 +141,8 @@ def _print_transform(transform: Any, options: Any, now: float) -> None:
                 "stamp": stamp,
                 "frame_id": transform.header.frame_id,
                 "child_frame_id": transform.child_frame_id,
-                "translation": {"x": v.x, "y": v.y, "z": v.z},
-                "rotation": {"x": q.x, "y": q.y, "z": q.z, "w": q.w},
+                "translation": {"x": translation.x, "y": translation.y, "z": translation.z},
+                "rotation": {"x": rotation.x, "y": rotation.y, "z": rotation.z, "w": rotation.w},
                 "rpy": dict(zip(("roll", "pitch", "yaw"), angles, strict=True)),
             }
         )
@@ -155,8 +155,8 @@ def _print_transform(transform: Any, options: Any, now: float) -> None:
     heading = f"At time {stamp}, (current time {now})" if options.tf2 else f"At time {stamp:.{options.precision}f}"
     print(
         heading,
-        f"- Translation: {format_vector(v.x, v.y, v.z)}",
-        f"- Rotation: in Quaternion {format_vector(q.x, q.y, q.z, q.w)}",
+        f"- Translation: {format_vector(translation.x, translation.y, translation.z)}",
+        f"- Rotation: in Quaternion {format_vector(rotation.x, rotation.y, rotation.z, rotation.w)}",
         f"            in RPY (radian) {format_vector(*angles)}",
         f"            in RPY (degree) {format_vector(*map(degrees, angles))}",
         sep="\n",

@@ -190,9 +190,9 @@ def _make_transform(parent: str, child: str, position: list[float], rotation: li
     message: Any = load_message("geometry_msgs/TransformStamped")()
     message.header.frame_id = parent
     message.child_frame_id = child
-    v, q = message.transform.translation, message.transform.rotation
-    v.x, v.y, v.z = position
-    q.x, q.y, q.z, q.w = rotation
+    translation_field, rotation_field = message.transform.translation, message.transform.rotation
+    translation_field.x, translation_field.y, translation_field.z = position
+    rotation_field.x, rotation_field.y, rotation_field.z, rotation_field.w = rotation
     return message
 
 

@@ -286,19 +286,19 @@ class _PublishingSession:
         else:
             self._node.spin()
 
-    def repeat_from_file(self, document: Any, rate: float, substitute: bool) -> None:
+    def repeat_from_file(self, document: Any, rate: float, substitutes_keywords: bool) -> None:
         """Publish the only message of a file repeatedly, like stock."""
         self._make_message(_as_arguments(document))  # report an invalid document immediately
         self._publisher.wait_for_subscribers(timeout=_SUBSCRIBER_TIMEOUT)
         print("Got one message and a rate, publishing repeatedly", flush=True)
-        self.repeat(_as_arguments(document), rate, substitute)
+        self.repeat(_as_arguments(document), rate, substitutes_keywords)
 
-    def repeat(self, arguments: Any, rate: float, substitute: bool) -> None:
+    def repeat(self, arguments: Any, rate: float, substitutes_keywords: bool) -> None:
         """Publish one message repeatedly."""
         message = self._make_message(arguments)
         publishing_rate = self._node.rate(rate)
         while self._node.ok():
-            if substitute:
+            if substitutes_keywords:
                 message = self._make_message(arguments)
             if self._is_verbose:
                 print(f"publishing {message}", flush=True)
