@@ -35,7 +35,7 @@ from pyros1.bag.format.records import (
     make_record,
     pack_time,
 )
-from pyros1.bag.limits import CHUNK_LIMIT, chunk_limit
+from pyros1.bag.limits import DEFAULT_CHUNK_LIMIT, chunk_limit
 from pyros1.ground.errors import Error
 from pyros1.master import Master
 
@@ -222,7 +222,7 @@ def test_the_limit_is_raised_by_option_variable_and_argument(tmp_path: Path, mon
 
 
 def test_limits_are_numbers(tmp_path: Path) -> None:
-    assert chunk_limit({}) == chunk_limit({"PYROS1_BAG_CHUNK_LIMIT": ""}) == CHUNK_LIMIT
+    assert chunk_limit({}) == chunk_limit({"PYROS1_BAG_CHUNK_LIMIT": ""}) == DEFAULT_CHUNK_LIMIT
     assert chunk_limit({"PYROS1_BAG_CHUNK_LIMIT": "512"}) == 512 * MIB
     for bad in ("0", "-1", "x", "1.5", "4096", "\u0663"):
         with pytest.raises(Error, match=r"PYROS1_BAG_CHUNK_LIMIT: .* is not a number of MiB"):

@@ -16,7 +16,7 @@ from pathlib import Path
 import pytest
 
 import pyros1.bag
-from pyros1.bag.format.encryption import AES, Cipher
+from pyros1.bag.format.encryption import AES_ENCRYPTOR, Cipher
 from pyros1.msgs import load_message
 
 from .made import header_of
@@ -29,7 +29,7 @@ SPARE = 12 * MIB
 """Bytes that the process may take besides: what it imports late, what compressing, encrypting and malloc set aside.
 
 About twice what was seen, which was the same within 3 MiB for messages of 8 and of 32 MiB."""
-CIPHER = Cipher({"encryptor": AES.encode(), "gpg_user": b"somebody", "encrypted_key": b"?"}, b"k" * 16)
+CIPHER = Cipher({"encryptor": AES_ENCRYPTOR.encode(), "gpg_user": b"somebody", "encrypted_key": b"?"}, b"k" * 16)
 
 RUN = """
 import resource, sys, threading, traceback

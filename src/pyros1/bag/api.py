@@ -1,4 +1,4 @@
-"""Bags in Python: messages by time, as objects, and as columns for numpy and pandas."""
+"""Reads bags in Python: messages in order of time, and topics as columns for numpy and pandas."""
 
 from __future__ import annotations
 
@@ -93,9 +93,9 @@ class Bag:
 
     @property
     def topics(self) -> dict[str, str]:
-        """Types by topic, sorted by topic."""
-        found = {connection.topic: connection.type for connection in self.reader.connections.values()}
-        return dict(sorted(found.items()))
+        """Topic -> message type, sorted by topic."""
+        types = {connection.topic: connection.type for connection in self.reader.connections.values()}
+        return dict(sorted(types.items()))
 
     @property
     def connections(self) -> list[Connection]:
@@ -106,11 +106,11 @@ class Bag:
         return self.reader.count()
 
     def count(self, topics: str | Collection[str] | None = None) -> int:
-        """Return the number of messages on some topics; None means all."""
+        """Return the number of messages on the given topics; None means all topics."""
         return self.reader.count(self._connection_ids(topics))
 
     def summary(self, *, frequencies: bool = False) -> Summary:
-        """Return the information that ``bag info`` prints."""
+        """Return the information that ``bag info`` prints; frequencies only if requested."""
         return summarize(self.reader, frequencies=frequencies)
 
     def messages(
@@ -158,19 +158,19 @@ class Bag:
             time: as for :meth:`messages`.
             topics: one topic or several; None means all.
         """
-        topic_ids = self._connection_ids(topics)
-        missing_ids = set(self.reader.connections) if topic_ids is None else set(topic_ids)
+        conn_ids = self._connection_ids(topics)
+        wanted_ids = set(self.reader.connections) if conn_ids is None else set(conn_ids)
         end = self._to_nanoseconds(time)
         latest: dict[str, RawMessage] = {}
         for chunk in sorted(self.reader.chunks, key=lambda chunk: chunk.end, reverse=True):
-            names = {self.reader.connections[conn].topic for conn in chunk.counts if conn in missing_ids}
-            if (end is not None and chunk.start > end) or not names:
+            wanted_topics = {self.reader.connections[conn].topic for conn in chunk.counts if conn in wanted_ids}
+            if (end is not None and chunk.start > end) or not wanted_topics:
                 continue
-            if all(name in latest and latest[name].time >= chunk.end for name in names):
+            if all(wanted_topic in latest and latest[wanted_topic].time >= chunk.end for wanted_topic in wanted_topics):
                 continue
             content, entries = self.reader.content(chunk)
             for entry in entries:
-                if entry.conn not in missing_ids or (end is not None and entry.time > end):
+                if entry.conn not in wanted_ids or (end is not None and entry.time > end):
                     continue
                 connection = self.reader.connections[entry.conn]
                 if connection.topic not in latest or latest[connection.topic].time <= entry.time:
@@ -190,7 +190,7 @@ class Bag:
         *,
         progress: Callable[[int, int], object] | None = None,
     ) -> dict[str, list[Any]]:
-        """Return a topic as columns; `arrays` returns the same for numpy and pandas.
+        """Return a topic's messages as lists, one for each field; `arrays` returns arrays for numpy and pandas.
 
         Args:
             topic: the topic.
@@ -230,7 +230,7 @@ class Bag:
         *,
         progress: Callable[[int, int], object] | None = None,
     ) -> dict[str, NDArray[Any]]:
-        """Return a topic as arrays, for numpy and pandas::
+        """Return a topic's messages as arrays, one for each field, for numpy and pandas::
 
             frame = pandas.DataFrame(bag.arrays("/odom")).set_index("time")
             speed = bag.arrays("/odom")["twist.twist.linear.x"].mean()
@@ -286,8 +286,8 @@ class Bag:
         return self._classes.get(*type_key, connection.definition, other_definitions)
 
     def definition(self, connection: Connection) -> str:
-        """Return the full text of a connection's definition: that of its `message_class`, or as recorded if it has
-        none.
+        """Return the full definition of a connection's message type: that of its `message_class`, or the recorded text
+        if that is unusable.
         """
         try:
             return self.message_class(connection)._full_text
@@ -302,7 +302,7 @@ class Bag:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+        self, error_type: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         self.close()
 
@@ -315,8 +315,10 @@ class Bag:
         """Return the class of a topic's messages; raises BagError if the topic or its definition is missing."""
         ids = self.reader.ids([topic])
         if not ids:
-            known = self.topics
-            hint = did_you_mean(f"/{topic.lstrip('/')}", known) or ("" if known else "; the bag has no topics")
+            known_topics = self.topics
+            hint = did_you_mean(f"/{topic.lstrip('/')}", known_topics) or (
+                "" if known_topics else "; the bag has no topics"
+            )
             raise BagError(self.path, f"there is no topic {topic}{hint}")
         connection = self.reader.connections[min(ids)]
         try:
@@ -403,7 +405,9 @@ def open(
 
 
 def bag_topics(path: str | os.PathLike[str]) -> dict[str, tuple[str, int, int]]:
-    """Return topic -> (type, messages, connections), sorted by topic; raises the same errors as :func:`open`."""
+    """Return topic -> (type, number of messages, number of connections), sorted by topic; raises the same errors as
+    :func:`open`.
+    """
     with Bag(path) as bag:
         return {topic.name: (topic.type, topic.messages, topic.connections) for topic in bag.summary().topics}
 
@@ -417,19 +421,19 @@ def _leaf_paths(message: Message, prefix: str = "") -> Iterator[str]:
             yield prefix + name
 
 
-def _field_value(message: Any, path: str) -> Any:
+def _field_value(value: Any, path: str) -> Any:
     for name in path.split("."):
-        message = getattr(message, name)
-    return message.to_sec() if isinstance(message, (Time, Duration)) else message
+        value = getattr(value, name)
+    return value.to_sec() if isinstance(value, (Time, Duration)) else value
 
 
 def _field_type(cls: type[Message], path: str) -> str:
     """Return a field's type, for example ``float32[]``; empty if the message has no such field."""
-    kind = ""
+    type_name = ""
     for name in path.split("."):
-        if kind in ("time", "duration"):
+        if type_name in ("time", "duration"):
             return "int64"
-        if kind:
-            cls = nested_classes(cls)[kind]
-        kind = dict(zip(cls.__slots__, cls._slot_types, strict=True)).get(name, "")
-    return kind
+        if type_name:
+            cls = nested_classes(cls)[type_name]
+        type_name = dict(zip(cls.__slots__, cls._slot_types, strict=True)).get(name, "")
+    return type_name

@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _DTYPES = {"bool": "?", "byte": "int8", "char": "uint8", "time": "float64", "duration": "float64"}
-_NUMBERS = {"int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64"}
+_NUMBER_TYPES = {"int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64"}
 
 
 def column(values: Sequence[Any], type_name: str) -> NDArray[Any]:
@@ -20,12 +20,13 @@ def column(values: Sequence[Any], type_name: str) -> NDArray[Any]:
         type_name: the field's type, for example ``float32`` or ``uint8[]``.
 
     Returns:
-        Numbers of that type, shape (n,), or (n, length) for arrays of the same length. Otherwise objects, shape (n,).
+        An array of that type, of shape (n,), or (n, length) if the values are arrays of equal length. Otherwise an
+        array of objects, of shape (n,).
     """
     import numpy as np  # noqa: PLC0415 - slow to import, and only columns need it
 
     base, bracket, _ = type_name.partition("[")
-    dtype = _DTYPES.get(base, base if base in _NUMBERS else None)
+    dtype = _DTYPES.get(base, base if base in _NUMBER_TYPES else None)
     if dtype is not None and not bracket:
         return np.array(values, dtype)
     if dtype is not None and base not in ("time", "duration"):
@@ -37,6 +38,6 @@ def column(values: Sequence[Any], type_name: str) -> NDArray[Any]:
             return np.array(rows, dtype).reshape(len(rows), -1)
         values = rows
     objects = np.empty(len(values), object)
-    for number, value in enumerate(values):
-        objects[number] = value
+    for index, value in enumerate(values):
+        objects[index] = value
     return objects

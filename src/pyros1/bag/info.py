@@ -96,8 +96,8 @@ class Summary:
 
     @property
     def sizes(self) -> tuple[int, int]:
-        """Total size of the contents, and of their stored bytes."""
-        return sum(s.size for s in self.storage.values()), sum(s.stored for s in self.storage.values())
+        """Total size of the contents, and total size of their stored bytes."""
+        return sum(part.size for part in self.storage.values()), sum(part.stored for part in self.storage.values())
 
 
 def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
@@ -109,15 +109,17 @@ def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
     chunks = bag.chunks
     connections = bag.connections
     if frequencies:
-        used = {conn for chunk in chunks for conn in chunk.counts}
-        connections = {number: connection for number, connection in connections.items() if number in used}
+        used_ids = {conn for chunk in chunks for conn in chunk.counts}
+        connections = {conn_id: connection for conn_id, connection in connections.items() if conn_id in used_ids}
     types: dict[str, str] = {}
-    by_topic: dict[str, list[int]] = {}
-    for number, connection in connections.items():
+    ids_by_topic: dict[str, list[int]] = {}
+    for conn_id, connection in connections.items():
         types.setdefault(connection.type, connection.md5sum)
-        by_topic.setdefault(untrusted(connection.topic), []).append(number)
+        ids_by_topic.setdefault(untrusted(connection.topic), []).append(conn_id)
     is_old = bag.file.version == 102
-    topics = summarize_topics(bag, by_topic, frequencies=frequencies or is_old)  # stock always prints them for old bags
+    topics = summarize_topics(
+        bag, ids_by_topic, frequencies=frequencies or is_old
+    )  # stock always prints frequencies for old bags
     version = "1.2" if is_old else "2.0"
     is_indexed = bag.file.index_pos > 0 if is_old else not bag.scanned
     # As in stock, the order of chunks in the index determines them, even if it is unsorted. Old bags have no chunks.
@@ -150,16 +152,16 @@ def summarize_topics(bag: BagReader, groups: Mapping[str, list[int]], *, frequen
     for chunk in bag.chunks:
         for conn, count in chunk.counts.items():
             counts[conn] = counts.get(conn, 0) + count
-    rates = _frequencies(bag, groups) if frequencies else {}
+    frequency_by_topic = _frequencies(bag, groups) if frequencies else {}
     return [
         Topic(
             name,
-            untrusted(bag.connections[ids[0]].type),
-            sum(counts.get(number, 0) for number in ids),
-            len(ids),
-            rates.get(name),
+            untrusted(bag.connections[conn_ids[0]].type),
+            sum(counts.get(conn_id, 0) for conn_id in conn_ids),
+            len(conn_ids),
+            frequency_by_topic.get(name),
         )
-        for name, ids in sorted(groups.items())
+        for name, conn_ids in sorted(groups.items())
     ]
 
 
@@ -168,7 +170,7 @@ def _storage_by_compression(bag: BagReader) -> dict[str, Storage]:
     for header in bag.headers():
         previous = storage.get(header.compression, Storage(0, 0, 0))
         storage[header.compression] = Storage(
-            previous.chunks + 1, previous.size + header.size, previous.stored + header.stored
+            previous.chunks + 1, previous.size + header.size, previous.stored + header.stored_size
         )
     return storage
 
@@ -176,25 +178,25 @@ def _storage_by_compression(bag: BagReader) -> dict[str, Storage]:
 def _frequencies(bag: BagReader, groups: Mapping[str, list[int]]) -> dict[str, float]:
     from statistics import median  # noqa: PLC0415 - slow to import, and rarely needed
 
-    times: dict[int, array[float]] = {number: array("d") for ids in groups.values() for number in ids}
-    for number, stamp in islice(bag.times(), _MAX_STAMPS):
-        if number in times:
-            times[number].append(stamp / NS)
-    rates = {}
-    for name, ids in groups.items():
-        stamps = heapq.merge(*(times[number] for number in ids))  # as in stock: out of order if chunks overlap
+    times: dict[int, array[float]] = {conn_id: array("d") for conn_ids in groups.values() for conn_id in conn_ids}
+    for conn_id, stamp in islice(bag.times(), _MAX_STAMPS):
+        if conn_id in times:
+            times[conn_id].append(stamp / NS)
+    frequency_by_topic = {}
+    for name, conn_ids in groups.items():
+        stamps = heapq.merge(*(times[conn_id] for conn_id in conn_ids))  # as in stock: out of order if chunks overlap
         periods = array("d", (later - earlier for earlier, later in pairwise(stamps)))
         period = median(periods) if periods else 0.0
         if period > 0:
-            rates[name] = 1 / period
-    return rates
+            frequency_by_topic[name] = 1 / period
+    return frequency_by_topic
 
 
 # Rows ---------------------------------------------------------------------------------------------------------------
 
 
 def info_text(summary: Summary) -> str:
-    """Return the rows of ``bag info``, byte for byte like those of stock."""
+    """Return the text that ``bag info`` prints, byte for byte like that of stock."""
     rows = list(_summary_rows(summary))
     width = max(len(name) for name, _ in rows) + 1
     return "\n".join(f"{name + ':' if name else '':{width}} {value}" for name, value in rows).rstrip()
@@ -213,7 +215,7 @@ def _summary_rows(summary: Summary) -> Iterator[tuple[str, str]]:
     yield "messages", str(summary.messages)
     yield "compression", ", ".join(_compression_texts(summary.storage)) or "none"
     if summary.compressed:
-        yield from _rate_rows(summary)
+        yield from _compressed_size_rows(summary)
     if summary.encryption:
         yield "encryption", summary.encryption
         yield "GPG key user", summary.gpg_user
@@ -222,8 +224,8 @@ def _summary_rows(summary: Summary) -> Iterator[tuple[str, str]]:
 
 
 def _with_title(title: str, rows: Iterable[str]) -> Iterator[tuple[str, str]]:
-    for number, row in enumerate(rows):
-        yield "" if number else title, row
+    for index, row in enumerate(rows):
+        yield "" if index else title, row
 
 
 def _compression_texts(storage: dict[str, Storage]) -> Iterator[str]:
@@ -237,7 +239,7 @@ def _compression_texts(storage: dict[str, Storage]) -> Iterator[str]:
         yield f"{name} [{storage_part.chunks}/{total} chunks{ratio}]"
 
 
-def _rate_rows(summary: Summary) -> Iterator[tuple[str, str]]:
+def _compressed_size_rows(summary: Summary) -> Iterator[tuple[str, str]]:
     sizes = summary.sizes
     texts = [size_text(size) for size in sizes]
     width = max(map(len, texts))
@@ -286,20 +288,20 @@ def _time_text(stamp: float) -> str:
 
 
 def size_text(size: float) -> str:
-    """Return a number of bytes in readable form."""
+    """Return a number of bytes with a suitable unit, for example ``1.5 MB``."""
     return _with_unit(size / 1024, 1024, ("KB", "MB", "GB", "TB", "PB", "EB", "ZB", "YB"))
 
 
 def frequency_text(frequency: float) -> str:
-    """Return a frequency in Hz in readable form."""
+    """Return a frequency in Hz with a suitable unit, for example ``1.5 kHz``."""
     return _with_unit(frequency, 1000, ("Hz", "kHz", "MHz", "GHz", "THz", "PHz", "EHz", "ZHz", "YHz"))
 
 
-def _with_unit(value: float, step: float, units: tuple[str, ...]) -> str:
+def _with_unit(value: float, factor: float, units: tuple[str, ...]) -> str:
     for unit in units:
-        if value < step:
+        if value < factor:
             return f"{value:.1f} {unit}"
-        value /= step
+        value /= factor
     return "-"
 
 
@@ -335,13 +337,13 @@ def _topic_values(topic: Topic) -> dict[str, Any]:
 
 
 def yaml_text(values: dict[str, Any]) -> str:
-    """Return the YAML of ``bag info -y``, byte for byte like that of stock."""
+    """Return the YAML that ``bag info -y`` prints, byte for byte like that of stock."""
     lines = []
     for name, value in values.items():
         if isinstance(value, list):
             lines.append(f"{name}:")
             for item in value:
-                pairs = [f"{key}: {part}" for key, part in item.items()]
+                pairs = [f"{key}: {field_value}" for key, field_value in item.items()]
                 lines += [f"    - {pairs[0]}", *(f"      {pair}" for pair in pairs[1:])]
         else:
             lines.append(f"{name}: {value}")

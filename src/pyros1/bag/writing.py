@@ -1,4 +1,4 @@
-"""Writes new or existing bags from Python, with messages as objects or encoded."""
+"""Writes new or existing bags from Python; messages are objects or encoded bytes."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ Header = Mapping[str, str | bytes]
 
 
 class BagOutput:
-    """A bag open for writing; use it in a ``with`` statement. Any thread or signal handler may write and close.
+    """A bag open for writing; use it in a ``with`` statement. Threads and signal handlers may write to it and close it.
 
     Until it is closed, the bag has no index: after a crash, `pyros1 bag reindex` recovers everything written except the
         last chunk. An exception in the ``with`` block closes the bag as usual, so it is complete up to that point.
 
     Args:
         target: path of the file, or an open binary file, for reading and writing, which stays open.
-        more: whether to keep the content of the file and append to it; it is created if it does not exist.
+        more: whether to keep the content of the file and append to it; the file is created if it does not exist.
         compression: ``none``, ``bz2`` or ``lz4``.
         chunk_threshold: uncompressed size in bytes above which a chunk is closed.
 
@@ -73,14 +73,14 @@ class BagOutput:
             topic: name of its topic.
             message: the message; an `AnyMsg` is written as it was received.
             stamp: time at which it was received, as a Time or in seconds since 1970; None for now.
-            header: the publisher's connection header. None for that of the received `AnyMsg`, or else topic and type.
-                Messages of the same topic, type and header share one connection.
+            header: the publisher's connection header. None for that of the received `AnyMsg`, or else a header with
+                topic and type. Messages of the same topic, type and header share one connection.
 
         Raises:
             SerializationError: a value does not fit its field; nothing is written then.
             BagError: the stamp cannot be stored, or the header has no type.
             ValueError: the bag is closed.
-            OSError: the disk is full, ... Earlier messages are kept.
+            OSError: the file cannot be written, for example because the disk is full. Earlier messages are kept.
         """
         cls: Any = type(message)
         if header is None and isinstance(message, AnyMsg):
@@ -115,10 +115,10 @@ class BagOutput:
     def _write(self, key: Any, topic: str, data: bytes | memoryview, nanoseconds: int, source: Any) -> None:
         conn = self._conn_ids.get(key)
         if conn is None:
-            conn = self._conn_ids[key] = self.writer.add_connection(topic, self._fields(source))
+            conn = self._conn_ids[key] = self.writer.add_connection(topic, self._header_fields(source))
         self.writer.write(conn, nanoseconds, data)
 
-    def _fields(self, source: Any) -> dict[str, bytes]:
+    def _header_fields(self, source: Any) -> dict[str, bytes]:
         """Return a connection header as bytes, given one with strings or a message class."""
         if isinstance(source, type):
             cls: Any = source
@@ -148,7 +148,7 @@ class BagOutput:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+        self, error_type: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         self.close()
 

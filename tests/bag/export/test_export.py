@@ -474,7 +474,7 @@ def test_names_that_ros_2_does_not_allow_are_made_ones_that_it_does(run: Run, tm
 def test_names_that_are_taken_get_numbers() -> None:
     names = LegalNames({"std_msgs/msg/String"})
     base = (Nodetype.BASE, ("int8", 0))
-    made = names.types(
+    made = names.legal_types(
         {
             "Pkg/msg/A": ([], [("aB", base), ("a_b", base), ("a__b", base)]),
             "pkg/msg/A": ([], [("other", (Nodetype.NAME, "Pkg/msg/A"))]),
@@ -488,5 +488,5 @@ def test_names_that_are_taken_get_numbers() -> None:
         "pkg/msg/A2": ([("X", "int8", 1), ("X2", "int8", 2)], []),
         "std_msgs/msg/String": ([], [("Data", base)]),
     }
-    assert names.types({"Pkg/msg/A": ([], [])}) == {"pkg2/msg/A": ([], [])}
-    assert LegalNames({}).type("fine_pkg/msg/Fine") == "fine_pkg/msg/Fine"
+    assert names.legal_types({"Pkg/msg/A": ([], [])}) == {"pkg2/msg/A": ([], [])}
+    assert LegalNames({}).legal_type("fine_pkg/msg/Fine") == "fine_pkg/msg/Fine"

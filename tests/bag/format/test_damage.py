@@ -83,7 +83,7 @@ def test_cut_anywhere_every_whole_chunk_comes_back(make_bag: Make, tmp_path: Pat
         for chunk in bag.chunks:
             header = bag.header(chunk)
             count += sum(chunk.counts.values())
-            ends.append((header.data + header.stored, count))
+            ends.append((header.data_offset + header.stored_size, count))
     for size in random.Random(1).sample(range(4117, len(whole)), 60):
         path.write_bytes(whole[:size])
         saved = reindex(path, tmp_path / "new.bag")
@@ -97,7 +97,7 @@ def test_of_an_uncompressed_chunk_that_is_cut_every_message_comes_back(make_bag:
     path = make_bag(count=40, chunk_threshold=1 << 20)
     whole = path.read_bytes()
     with BagReader(path) as bag:
-        start = bag.header(bag.chunks[0]).data
+        start = bag.header(bag.chunks[0]).data_offset
         messages = bag.content(bag.chunks[0])[1]
     path.write_bytes(whole[: start + messages[30].end])
     assert reindex(path, tmp_path / "new.bag").messages == 31
@@ -205,14 +205,14 @@ def test_a_length_that_lies_reads_little_of_a_large_file(
         rest = sum(sum(other.counts.values()) for other in bag.chunks if other is not chunk)
         header = bag.header(chunk)
         content = path.read_bytes().index(b"size=", chunk.pos) + len("size=")
-        stored = header.data - 4
-        index = bag.file.record(header.data + header.stored)[1] - 4
+        stored = header.data_offset - 4
+        index = bag.file.record(header.data_offset + header.stored_size)[1] - 4
         connection = bag.file.record(bag.file.index_pos)[1] - 4
     data = bytearray(path.read_bytes())
     places = {"content": content, "stored": stored, "index": index, "connection": connection}
     if what == "open chunk":
         data[content : content + 4] = data[stored : stored + 4] = bytes(4)
-    place = places.get(what, header.data + 42)
+    place = places.get(what, header.data_offset + 42)
     data[place : place + 4] = struct.pack("<I", 90 << 20)
     path.write_bytes(data)
     os.truncate(path, 100 << 20)
@@ -308,7 +308,7 @@ def test_chunks_in_each_other_are_not_read(tmp_path: Path) -> None:
     data = path.read_bytes()
     with BagReader(path) as bag:
         first, second = bag.chunks[:2]
-        place = bag.header(first).data - 4
+        place = bag.header(first).data_offset - 4
     path.write_bytes(data[:place] + struct.pack("<I", second.pos + 9 - place) + data[place + 4 :])
     with BagReader(path) as bag, pytest.raises(BagError, match=rf"at byte {first.pos}: .*overlaps the one at byte"):
         list(bag.messages())

@@ -5,9 +5,9 @@ from __future__ import annotations
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.bag.record.queue import OVERHEAD, RecordQueue
+from pyros1.bag.record.queue import MESSAGE_OVERHEAD, RecordQueue
 
-LIMIT = 4 * OVERHEAD
+LIMIT = 4 * MESSAGE_OVERHEAD
 
 
 @given(st.lists(st.integers(0, 2 * LIMIT), max_size=20), st.booleans())
@@ -20,7 +20,7 @@ def test_the_newest_are_kept_in_order_and_the_others_counted(sizes: list[int], a
         assert queue.put(number, number, bytes(size))
     messages_at: list[int] = []
     for number in reversed(range(len(sizes))):
-        if messages_at and sum(sizes[each] + OVERHEAD for each in [number, *messages_at]) > LIMIT:
+        if messages_at and sum(sizes[each] + MESSAGE_OVERHEAD for each in [number, *messages_at]) > LIMIT:
             break
         messages_at.insert(0, number)
     found = queue.close() if at_end else queue.take(0.0)

@@ -18,7 +18,7 @@ from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.writer import EMPTY_BAG_SIZE
 from pyros1.bag.record.model import RecordOptions
 from pyros1.bag.record.names import FileNames
-from pyros1.bag.record.queue import OVERHEAD
+from pyros1.bag.record.queue import MESSAGE_OVERHEAD
 from pyros1.bag.record.recorder import Events, Recorder
 from pyros1.bag.record.snapshot import Snapshots
 from pyros1.msgs import AnyMsg
@@ -129,7 +129,7 @@ class RecordingEnded(Recording):
 class RecordingDropping(Recording):
     """There is room for few messages: the oldest are dropped."""
 
-    settings = {"buffer_size": 3 * (SIZE + OVERHEAD)}
+    settings = {"buffer_size": 3 * (SIZE + MESSAGE_OVERHEAD)}
     loses = True
 
 
@@ -201,7 +201,11 @@ class Snapping(Scenario):
         source: Any = Source()
         names = FileNames(str(folder / "s"), has_date=False)
         snapshots = Snapshots(
-            source, RecordOptions(names=names, min_space=0), 0.0, self.kept * (SIZE + OVERHEAD), lambda text: None
+            source,
+            RecordOptions(names=names, min_space=0),
+            0.0,
+            self.kept * (SIZE + MESSAGE_OVERHEAD),
+            lambda text: None,
         )
         for name in TOPICS:
             snapshots.subscribe(name)

@@ -26,7 +26,7 @@ class MessageSelection:
     Attributes:
         topics: names or patterns with ``*``; empty means all.
         start: earliest time in nanoseconds, None for no limit.
-        end: latest time.
+        end: latest time in nanoseconds, None for no limit.
         drop: ids or publisher names of connections to leave out.
     """
 
@@ -36,11 +36,11 @@ class MessageSelection:
     drop: Collection[str] = field(default_factory=frozenset)
 
     def connections(self, bag: BagReader) -> set[int]:
-        """Return the ids of the chosen connections."""
-        return {number for number, connection in bag.connections.items() if self._selects(connection)}
+        """Return the ids of the selected connections."""
+        return {conn_id for conn_id, connection in bag.connections.items() if self._selects(connection)}
 
     def messages(self, bag: BagReader) -> Iterator[RawMessage]:
-        """Yield the chosen messages of a bag, in order of time."""
+        """Yield the selected messages of a bag, in order of time."""
         return bag.messages(self.connections(bag), self.start, self.end)
 
     def _selects(self, connection: Connection) -> bool:
@@ -63,7 +63,7 @@ def merge(bags: Sequence[BagReader], selection: MessageSelection | None = None) 
 class CopyWriter:
     """Writes messages of other bags into a new one.
 
-    Connections with the same topic and header become one.
+    Connections with the same topic and header are merged into one.
 
     Args:
         writer: the new bag.
@@ -73,8 +73,8 @@ class CopyWriter:
     def __init__(self, writer: BagWriter, rename: Callable[[str], str] | None = None) -> None:
         self._writer = writer
         self._rename = rename
-        self._conn_ids: dict[int, int] = {}
-        self._sources: list[Connection] = []  # keeps them alive, so that their ids are not reused
+        self._conn_id_by_source: dict[int, int] = {}
+        self._sources: list[Connection] = []  # keeps the connections alive, so that their id() values are not reused
         self._conn_id_by_header: dict[tuple[object, ...], int] = {}
 
     def write(self, message: RawMessage, time: int | None = None) -> None:
@@ -84,10 +84,10 @@ class CopyWriter:
             time: time in nanoseconds; None for the message's own time.
 
         Raises:
-            BagError: the time does not fit.
-            OSError: the disk is full, ...
+            BagError: the time is out of the range that bags can store.
+            OSError: the file cannot be written, for example because the disk is full.
         """
-        conn_id = self._conn_ids.get(id(message.connection))
+        conn_id = self._conn_id_by_source.get(id(message.connection))
         if conn_id is None:
             conn_id = self._add_connection(message.connection)
         self._writer.write(conn_id, message.time if time is None else time, message.data)
@@ -102,7 +102,7 @@ class CopyWriter:
         if conn_id is None:
             conn_id = self._conn_id_by_header[key] = self._writer.put_connection(topic, header, None, in_chunk=True)
         self._sources.append(connection)
-        self._conn_ids[id(connection)] = conn_id
+        self._conn_id_by_source[id(connection)] = conn_id
         return conn_id
 
 
@@ -133,8 +133,8 @@ def copy(
         The number of messages that were written.
 
     Raises:
-        BagError: a bag cannot be read, or a time does not fit.
-        OSError: the disk is full, ...
+        BagError: a bag cannot be read, or a time is out of the range that bags can store.
+        OSError: the file cannot be written, for example because the disk is full.
     """
     with BagWriter(target, compression, chunk_threshold, cipher) as writer:
         copier = CopyWriter(writer, rename)
@@ -150,7 +150,7 @@ def copy(
 
 def split(
     messages: Iterator[RawMessage],
-    name: Callable[[int], str],
+    part_path: Callable[[int], str],
     *,
     size: int | None = None,
     duration: int | None = None,
@@ -164,13 +164,15 @@ def split(
 
     Args:
         messages: messages in order of time.
-        name: returns the path of a part, given its number from 0; an existing file is replaced as soon as the part is
-            complete.
+        part_path: returns the path of a part, given its number from 0; an existing file is replaced as soon as the part
+            is complete.
         size: number of bytes after which a new part begins.
         duration: number of nanoseconds after which a new part begins.
         count: number of messages after which a new part begins.
+        compression: ``none``, ``bz2`` or ``lz4``.
         cipher: encrypts the new bags.
-        repeat_latched: whether each part begins with the last message of each latched connection, at its first time.
+        repeat_latched: whether each part begins with the last message of each latched connection; these get the time of
+            its first message.
         progress: called with the number of bytes processed so far, before compression.
 
     Returns:
@@ -178,19 +180,19 @@ def split(
 
     Raises:
         BagError: a bag cannot be read.
-        OSError: the disk is full, ...
+        OSError: the file cannot be written, for example because the disk is full.
     """
     paths: list[str] = []
     latched: dict[int, RawMessage] = {}
     bytes_done = 0
     message = next(messages, None)
     while message is not None:
-        paths.append(name(len(paths)))
-        begin = message.time
+        paths.append(part_path(len(paths)))
+        begin_time = message.time
         with _open_part(paths[-1], compression, cipher) as writer:
             copier = CopyWriter(writer)
             for latched_message in latched.values():
-                copier.write(latched_message, begin)
+                copier.write(latched_message, begin_time)
             while message is not None:
                 copier.write(message)
                 if repeat_latched and message.connection.latching:
@@ -201,7 +203,7 @@ def split(
                 message = next(messages, None)
                 if message is not None and (
                     (size is not None and writer.size >= size)
-                    or (duration is not None and message.time - begin >= duration)
+                    or (duration is not None and message.time - begin_time >= duration)
                     or (count is not None and writer.messages >= count)
                 ):
                     break

@@ -19,29 +19,31 @@ Migration = tuple[MessageClass, MessageClass | None, list[MissingRule]]
 """An outdated type: its class, its current class or None, and the missing rules."""
 
 
-def make_migrator(rules: Iterable[str]) -> Migrator:
-    """Return a migrator to the installed definitions, with rules from the given files."""
+def make_migrator(rule_paths: Iterable[str]) -> Migrator:
+    """Return a migrator to the installed definitions, with the rules from the given files; raises as
+    `Migrator.read_rules`.
+    """
     migrator = Migrator(load_message)
-    for path in rules:
+    for path in rule_paths:
         migrator.read_rules(path)
     return migrator
 
 
-def migrations(bag: Bag, migrator: Migrator) -> list[Migration]:
-    """Return a `Migration` for each outdated type of a bag."""
-    found: dict[tuple[str, str], Migration] = {}
+def find_migrations(bag: Bag, migrator: Migrator) -> list[Migration]:
+    """Return a `Migration` for each outdated type in a bag; raises BagError if a definition in the bag is unusable."""
+    migration_by_type: dict[tuple[str, str], Migration] = {}
     for connection in bag.connections:
         key = (connection.type, connection.md5sum)
-        if key in found:
+        if key in migration_by_type:
             continue
         try:
             old_class = bag.message_class(connection)
         except MessageError as error:
             raise BagError(bag.path, f"connection {connection.id} on {one_line(connection.topic)}: {error}") from error
-        new_class = migrator.target(old_class)
+        new_class = migrator.current_class(old_class)
         if new_class is None or not _is_same_type(old_class, new_class):
-            found[key] = (old_class, new_class, migrator.missing_rules(old_class, new_class))
-    return list(found.values())
+            migration_by_type[key] = (old_class, new_class, migrator.missing_rules(old_class, new_class))
+    return list(migration_by_type.values())
 
 
 def migration_lines(migrations: Iterable[Migration]) -> Iterator[str]:
@@ -60,23 +62,27 @@ def _step_lines(old_class: MessageClass, new_class: MessageClass | None, indent:
 
 
 class MigratedBagWriter:
-    """Writes a bag with the messages of another, migrated where possible.
+    """Writes the messages of a bag into a new one, migrated where possible.
 
     Args:
         bag: the old bag.
         migrator: the migrator with the rules.
+
+    Raises:
+        MessageError: a definition in the bag is wrong or missing.
     """
 
     def __init__(self, bag: Bag, migrator: Migrator) -> None:
         self._bag = bag
         self._migrator = migrator
         self._targets: dict[int, tuple[MessageClass | None, Connection]] = {}
-        for number, connection in bag.reader.connections.items():
-            self._targets[number] = self._target(connection)
+        for conn_id, connection in bag.reader.connections.items():
+            self._targets[conn_id] = self._choose_target(connection)
 
-    def _target(self, connection: Connection) -> tuple[MessageClass | None, Connection]:
+    def _choose_target(self, connection: Connection) -> tuple[MessageClass | None, Connection]:
+        """Return the new class of a connection's messages, None if they stay as they are, and the new connection."""
         old_class = self._bag.message_class(connection)
-        new_class = self._migrator.target(old_class)
+        new_class = self._migrator.current_class(old_class)
         if (
             new_class is None
             or self._migrator.missing_rules(old_class, new_class)

@@ -23,7 +23,7 @@ MissingRule = tuple[MessageClass, MessageClass | None]
 _MAX_STEPS = 100
 
 
-def _key(cls: MessageClass) -> tuple[str, str]:
+def _type_key(cls: MessageClass) -> tuple[str, str]:
     return cls._type, cls._md5sum
 
 
@@ -31,8 +31,8 @@ class MessageUpdateRule:
     """One step of a migration; rule files derive from this.
 
     Args:
-        migrator: converts the fields.
-        location: the file, for error messages.
+        migrator: converts nested messages.
+        location: path of the rule file, for error messages.
     """
 
     old_type: ClassVar[str] = ""
@@ -50,7 +50,7 @@ class MessageUpdateRule:
         self.new_class = from_definition(self.new_type, self.new_full_text.strip("\n"))
 
     def update(self, old_msg: Any, new_msg: Any) -> None:
-        """Fill a message from an old one."""
+        """Fill a new message from an old one."""
         raise NotImplementedError(f"{self.location}: the rule for {self.old_type} has no update()")
 
     def get_new_class(self, name: str) -> MessageClass:
@@ -78,9 +78,9 @@ class MessageUpdateRule:
 
     def migrate(self, old_msg: Message, new_msg: Message) -> None:
         """Fill a nested message of the new message from one of the old message."""
-        found = self.migrator.convert(old_msg, type(new_msg))
+        converted = self.migrator.convert(old_msg, type(new_msg))
         for name in new_msg.__slots__:
-            setattr(new_msg, name, getattr(found, name))
+            setattr(new_msg, name, getattr(converted, name))
 
     def migrate_array(self, old_array: Iterable[Message], new_array: list[Message], new_name: str) -> None:
         """Fill an array of nested messages of the new message; `new_name` is their type."""
@@ -89,7 +89,7 @@ class MessageUpdateRule:
 
 
 class Migrator:
-    """Converts messages by rules.
+    """Converts messages, by rules or by the names of their fields.
 
     Args:
         load: returns the current class of a type; raises MessageError if there is none.
@@ -109,20 +109,20 @@ class Migrator:
         """
         with open(path, "rb") as file:
             text = file.read()
-        names: dict[str, Any] = {"MessageUpdateRule": MessageUpdateRule}
+        namespace: dict[str, Any] = {"MessageUpdateRule": MessageUpdateRule}
         try:
-            exec(compile(text, path, "exec"), names)
-            for value in names.values():
+            exec(compile(text, path, "exec"), namespace)
+            for value in namespace.values():
                 if isinstance(value, type) and issubclass(value, MessageUpdateRule) and value is not MessageUpdateRule:
                     rule = value(self, path)
-                    self.rules[_key(rule.old_class)] = rule
+                    self.rules[_type_key(rule.old_class)] = rule
         except Exception as error:
             raise BagError(path, f"the rules cannot be used: {type(error).__name__}: {error}") from error
 
-    def target(self, old: MessageClass) -> MessageClass | None:
+    def current_class(self, old: MessageClass) -> MessageClass | None:
         """Return the current class for an old one, by rules if the type was renamed; None if there is none."""
         cls, steps = old, 0
-        while (rule := self.rules.get(_key(cls))) is not None and steps < _MAX_STEPS:
+        while (rule := self.rules.get(_type_key(cls))) is not None and steps < _MAX_STEPS:
             cls, steps = rule.new_class, steps + 1
         try:
             return self._load(cls._type)
@@ -133,19 +133,21 @@ class Migrator:
         """Return the steps from one class to another for which there is no valid rule; empty if all have one."""
         if new is None or depth > _MAX_STEPS:
             return [(old, None)]
-        if _key(old) == _key(new):
+        if _type_key(old) == _type_key(new):
             return []
-        rule = self.rules.get(_key(old))
+        rule = self.rules.get(_type_key(old))
         if rule is not None:
-            incomplete: list[MissingRule] = [] if rule.valid else [(old, rule.new_class)]
-            return incomplete + self.missing_rules(rule.new_class, new, depth + 1)
+            unfinished: list[MissingRule] = [] if rule.valid else [(old, rule.new_class)]
+            return unfinished + self.missing_rules(rule.new_class, new, depth + 1)
         if not _have_same_fields(old, new):
             return [(old, new)]
-        found: dict[tuple[str, str], MissingRule] = {}
-        for before, after in _nested_types(old, new):
-            for step in self.missing_rules(self.nested_class(old, before), self.nested_class(new, after), depth + 1):
-                found.setdefault(_key(step[0]), step)
-        return list(found.values())
+        steps: dict[tuple[str, str], MissingRule] = {}
+        for old_name, new_name in _nested_types(old, new):
+            for step in self.missing_rules(
+                self.nested_class(old, old_name), self.nested_class(new, new_name), depth + 1
+            ):
+                steps.setdefault(_type_key(step[0]), step)
+        return list(steps.values())
 
     def convert(self, message: Message, new: MessageClass) -> Message:
         """Return a message converted to another class.
@@ -155,12 +157,12 @@ class Migrator:
             BagError: a rule failed.
         """
         old = type(message)
-        if _key(old) == _key(new):
+        if _type_key(old) == _type_key(new):
             encoded: Any = old._encode(message)
             data = encoded if isinstance(encoded, bytes) else b"".join(encoded)
             copy: Message = new._decode(data, 0, len(data))
             return copy
-        rule = self.rules.get(_key(old))
+        rule = self.rules.get(_type_key(old))
         if rule is not None:
             result = rule.new_class()
             try:
@@ -176,11 +178,11 @@ class Migrator:
                 f"there is no rule to convert {old._type} [{old._md5sum}] to {new._type} [{new._md5sum}]"
             )
         result = new()
-        for name, kind in zip(new.__slots__, new._slot_types, strict=True):
+        for name, type_name in zip(new.__slots__, new._slot_types, strict=True):
             value = getattr(message, name)
-            if "/" in kind:
-                nested_class = self.nested_class(new, kind.partition("[")[0])
-                is_array = "[" in kind
+            if "/" in type_name:
+                nested_class = self.nested_class(new, type_name.partition("[")[0])
+                is_array = "[" in type_name
                 value = (
                     [self.convert(item, nested_class) for item in value]
                     if is_array
@@ -190,23 +192,28 @@ class Migrator:
         return result
 
     def nested_class(self, cls: MessageClass, name: str) -> MessageClass:
-        """Return the class of a type that another class uses."""
-        key = (*_key(cls), name)
+        """Return the class of a type that is used by another class."""
+        key = (*_type_key(cls), name)
         if key not in self._nested_classes:
             texts = split_full_text(cls._type, cls._full_text)
-            first = texts.pop(name, "")
-            if not first and name == "std_msgs/Header":
-                first = "uint32 seq\ntime stamp\nstring frame_id"
-            rest = [f"{SEPARATOR}\nMSG: {other}\n{text}" for other, text in texts.items() if other != cls._type]
-            self._nested_classes[key] = from_definition(name, "\n".join([first, *rest]))
+            definition = texts.pop(name, "")
+            if not definition and name == "std_msgs/Header":
+                definition = "uint32 seq\ntime stamp\nstring frame_id"
+            used_definitions = [
+                f"{SEPARATOR}\nMSG: {other}\n{text}" for other, text in texts.items() if other != cls._type
+            ]
+            self._nested_classes[key] = from_definition(name, "\n".join([definition, *used_definitions]))
         return self._nested_classes[key]
 
 
 def _have_same_fields(old: MessageClass, new: MessageClass) -> bool:
     """Return whether two classes differ at most in constants and in the definitions of the types they use."""
     fields = [
-        [(name, kind if "/" not in kind else kind.partition("[")[1:]) for name, kind in zip(*parts, strict=True)]
-        for parts in ((old.__slots__, old._slot_types), (new.__slots__, new._slot_types))
+        [
+            (name, type_name if "/" not in type_name else type_name.partition("[")[1:])
+            for name, type_name in zip(*names_and_types, strict=True)
+        ]
+        for names_and_types in ((old.__slots__, old._slot_types), (new.__slots__, new._slot_types))
     ]
     return old._type == new._type and fields[0] == fields[1]
 
@@ -218,26 +225,26 @@ def _nested_types(old: MessageClass, new: MessageClass) -> list[tuple[str, str]]
 
 def _string_literal(text: str) -> str:
     """Return a triple-quoted Python literal for a string, so that no text from a bag can become code."""
-    inner = text.replace("\\", "\\\\").replace("\r", "\\r").replace('"""', '\\"\\"\\"')
+    escaped = text.replace("\\", "\\\\").replace("\r", "\\r").replace('"""', '\\"\\"\\"')
     # A program must not contain NUL, or surrogates, which stand for bytes that are not UTF-8, as in old comments.
-    inner = re.sub("[\0\ud800-\udfff]", lambda found: f"\\u{ord(found[0]):04x}", inner)
-    return f'"""\n{inner}\n"""'
+    escaped = re.sub("[\0\ud800-\udfff]", lambda found: f"\\u{ord(found[0]):04x}", escaped)
+    return f'"""\n{escaped}\n"""'
 
 
 def rule_text(old: MessageClass, new: MessageClass, order: int = 0) -> str:
     """Return the source of a rule for the user to complete; it copies fields with the same name and type."""
     old_types = dict(zip(old.__slots__, old._slot_types, strict=True))
     body = []
-    for name, kind in zip(new.__slots__, new._slot_types, strict=True):
-        base, is_array, _ = kind.partition("[")
+    for name, type_name in zip(new.__slots__, new._slot_types, strict=True):
+        element_type, bracket, _ = type_name.partition("[")
         if name not in old_types:
-            body.append(f"# the old message has no {kind} {name}: new_msg.{name} = ...")
-        elif "/" in kind and is_array:
-            body.append(f"self.migrate_array(old_msg.{name}, new_msg.{name}, {base!r})")
-        elif "/" in kind:
+            body.append(f"# the old message has no {type_name} {name}: new_msg.{name} = ...")
+        elif "/" in type_name and bracket:
+            body.append(f"self.migrate_array(old_msg.{name}, new_msg.{name}, {element_type!r})")
+        elif "/" in type_name:
             body.append(f"self.migrate(old_msg.{name}, new_msg.{name})")
         else:
-            comment = "" if old_types[name] == kind else f"  # was {old_types[name]}, is {kind}"
+            comment = "" if old_types[name] == type_name else f"  # was {old_types[name]}, is {type_name}"
             body.append(f"new_msg.{name} = old_msg.{name}{comment}")
     body += [f"# the new message has no field {name}" for name in old_types if name not in new.__slots__]
     if all(line.startswith("#") for line in body):

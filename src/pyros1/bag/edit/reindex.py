@@ -1,4 +1,4 @@
-"""Repairs bags that were not closed, are cut off, damaged or of version 1.2; no complete message is lost."""
+"""Repairs bags that were not closed, or that are cut off, damaged or of version 1.2; no complete message is lost."""
 
 from __future__ import annotations
 
@@ -39,11 +39,12 @@ def reindex(
     Args:
         source: the bag.
         target: the new file; replaced if it exists.
-        progress: called with the offset in the source, in bytes.
+        progress: called with the current offset in the source, in bytes.
 
     Raises:
         NotABagError: the source is not a bag.
         EncryptedError: it is encrypted, and its key is not available.
+        BagError: source and target are the same file.
         OSError: a file cannot be read or written.
     """
     file = BagFile(source)
@@ -54,29 +55,31 @@ def reindex(
         for connection in _end_connections(file):
             scanner.connections[connection.id] = connection
         with BagWriter(target, cipher=file.cipher) as writer:
-            rebuild = _Rebuild(file, scanner, writer)
-            for found in scanner.chunks():
-                rebuild.add_chunk(found)
-                del found  # so that only one chunk is in memory
-        return ReindexResult(rebuild.messages, rebuild.lost, scanner.damages)
+            rebuilder = _BagRebuilder(file, scanner, writer)
+            for scanned_chunk in scanner.chunks():
+                rebuilder.add_chunk(scanned_chunk)
+                del scanned_chunk  # so that only one chunk is in memory
+        return ReindexResult(rebuilder.messages, rebuilder.lost, scanner.damages)
     finally:
         file.close()
 
 
 def _end_connections(file: BagFile) -> list[Connection]:
-    """Return the connections in the end section: old recorders did not write all of them into chunks."""
-    found: list[Connection] = []
+    """Return the connections in the end section, up to the first damaged one: old recorders did not write all of them
+    into chunks.
+    """
+    connections: list[Connection] = []
     position = file.index_pos
-    while 0 < position < file.size and len(found) < MAX_CONNECTIONS:
+    while 0 < position < file.size and len(connections) < MAX_CONNECTIONS:
         try:
             connection, position = file.connection(position)
         except RecordError:
             break
-        found.append(connection)
-    return found
+        connections.append(connection)
+    return connections
 
 
-class _Rebuild:
+class _BagRebuilder:
     """Writes the scanner's findings into the new bag, with the same connection ids."""
 
     def __init__(self, file: BagFile, scanner: Scanner, writer: BagWriter) -> None:
@@ -86,25 +89,25 @@ class _Rebuild:
         self.messages = 0
         self.lost = 0
 
-    def add_chunk(self, found: ScannedChunk) -> None:
+    def add_chunk(self, scanned_chunk: ScannedChunk) -> None:
         connections = self._scanner.connections
-        readable = found.messages.where(lambda conn, time: conn in connections and time <= MAX_TIME)
+        readable = scanned_chunk.messages.where(lambda conn, time: conn in connections and time <= MAX_TIME)
         self.messages += len(readable)
-        self.lost += len(found.messages) - len(readable)
-        if found.header is not None and found.chunk.is_complete:
-            self._copy_chunk(found, readable)
+        self.lost += len(scanned_chunk.messages) - len(readable)
+        if scanned_chunk.header is not None and scanned_chunk.chunk.is_complete:
+            self._copy_chunk(scanned_chunk, readable)
         else:
             for message in readable:
                 self._add_connection(message.conn, in_chunk=True)
-                self._writer.write(message.conn, message.time, found.content[message.start : message.end])
+                self._writer.write(message.conn, message.time, scanned_chunk.content[message.start : message.end])
             self._writer.flush()
 
-    def _copy_chunk(self, found: ScannedChunk, readable: Messages) -> None:
-        header = found.header
+    def _copy_chunk(self, scanned_chunk: ScannedChunk, readable: Messages) -> None:
+        header = scanned_chunk.header
         assert header is not None
         for conn in dict.fromkeys(readable.conns):
             self._add_connection(conn, in_chunk=False)
-        stored = self._file.read(header.data, header.stored)
+        stored = self._file.read(header.data_offset, header.stored_size)
         self._writer.copy_chunk(header.compression, header.size, stored, readable)
 
     def _add_connection(self, conn: int, *, in_chunk: bool) -> None:

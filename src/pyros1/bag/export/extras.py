@@ -8,12 +8,12 @@ from typing import Any
 from pyros1.ground.errors import Error
 
 
-def import_extra(module: str, name: str) -> Any:
+def import_extra(module: str, extra: str) -> Any:
     """Import and return a module of an optional package.
 
     Args:
         module: for example ``PIL.Image``.
-        name: name of the pyros1 extra that installs it.
+        extra: name of the pyros1 extra that installs it.
 
     Raises:
         Error: it is not installed; the message says how to install it.
@@ -21,4 +21,4 @@ def import_extra(module: str, name: str) -> Any:
     try:
         return import_module(module)
     except ImportError as error:
-        raise Error(f"this needs {module.partition('.')[0]} ({error}): pip install 'pyros1[{name}]'") from None
+        raise Error(f"this needs {module.partition('.')[0]} ({error}): pip install 'pyros1[{extra}]'") from None

@@ -17,9 +17,9 @@ from pyros1.msgs.spec import is_type_name
 
 _MD5SUM = re.compile(r"[0-9a-f]{32}|\*")
 _FIELD_NAME = re.compile("[!-<>-~]+")
-_LATCHING = {"true": "1", "false": "0"}
-"""Value of ``latching`` in MCAP's profile -> value in connection headers, which some writers use as well."""
-_NOT_FROM_METADATA = ("type", "md5sum", "message_definition")
+_LATCHING_VALUES = {"true": "1", "false": "0"}
+"""Value of ``latching`` in MCAP's profile -> value in connection headers. Some MCAP writers already use the latter."""
+_FIELDS_NOT_FROM_METADATA = ("type", "md5sum", "message_definition")
 
 
 def import_ros1(
@@ -32,7 +32,7 @@ def import_ros1(
 ) -> ImportResult:
     """Convert an MCAP file; arguments and errors as for :func:`pyros1.bag.export.imports.import_bag`."""
     with BagWriter(target, compression) as writer:
-        importer = _Import(reader, writer, is_selected)
+        importer = _Importer(reader, writer, is_selected)
         for channel, time, data in reader.messages():
             conn_id = importer.connection_id(channel)
             if conn_id is None:
@@ -50,7 +50,7 @@ def import_ros1(
     return result
 
 
-class _Import:
+class _Importer:
     def __init__(self, reader: McapReader, writer: BagWriter, is_selected: Callable[[str], bool]) -> None:
         self.result = ImportResult()
         self._reader = reader
@@ -93,9 +93,9 @@ class _Import:
         fields = {name: text.encode("utf-8", "surrogateescape") for name, text in texts.items()}
         fields["message_definition"] = schema.data
         for name, text in channel.metadata.items():
-            if name in _NOT_FROM_METADATA or not _FIELD_NAME.fullmatch(name):
+            if name in _FIELDS_NOT_FROM_METADATA or not _FIELD_NAME.fullmatch(name):
                 continue
-            value = _LATCHING.get(text.lower(), text) if name == "latching" else text
+            value = _LATCHING_VALUES.get(text.lower(), text) if name == "latching" else text
             fields[name] = value.encode("utf-8", "surrogateescape")
         return fields
 

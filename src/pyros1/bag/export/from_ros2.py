@@ -1,4 +1,4 @@
-"""Converts ROS 2 bags, and MCAP files with ROS 2 messages, to bags, with the rosbags library."""
+"""Converts ROS 2 bags, and MCAP files with ROS 2 messages, to ROS 1 bags, using the rosbags library."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def import_ros2(
             AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader,
             BagWriter(target, compression) as writer,
         ):
-            return _Import(reader, writer).run(is_selected, progress)
+            return _Importer(reader, writer).run(is_selected, progress)
     except (BagError, OSError):
         raise
     except AnyReaderError as error:
@@ -50,7 +50,7 @@ def import_ros2(
         raise BagError(str(path), f"rosbags cannot read it: {type(error).__name__}: {error}") from error
 
 
-class _Import:
+class _Importer:
     def __init__(self, reader: AnyReader, writer: BagWriter) -> None:
         self._reader = reader
         self._writer = writer
@@ -58,27 +58,27 @@ class _Import:
 
     def run(self, is_selected: Callable[[str], bool], progress: Callable[[int], object] | None) -> ImportResult:
         result = ImportResult()
-        targets: dict[int, tuple[int, Convert]] = {}
-        selected = []
+        target_by_connection: dict[int, tuple[int, Convert]] = {}
+        selected_connections = []
         for connection in self._reader.connections:
             if not is_selected(connection.topic):
                 continue
             try:
-                targets[connection.id] = self._add_connection(connection)
+                target_by_connection[connection.id] = self._add_connection(connection)
             except _NotInRos1 as error:
                 result.skipped[connection.topic] = str(error)
                 continue
-            selected.append(connection)
-        result.topics = len({connection.topic for connection in selected})
+            selected_connections.append(connection)
+        result.topics = len({connection.topic for connection in selected_connections})
         bytes_done = 0
-        for connection, time, data in self._reader.messages(selected) if selected else ():
-            conn_id, convert = targets[connection.id]
+        for connection, time, data in self._reader.messages(selected_connections) if selected_connections else ():
+            conn_id, convert = target_by_connection[connection.id]
             try:
-                body = convert(data)
-            except Exception as error:  # as above, rosbags raises many types
+                ros1_data = convert(data)
+            except Exception as error:  # as above, rosbags raises errors of many types
                 where = f"message on {connection.topic} at {time / 1e9:.6f} ({connection.msgtype})"
                 raise BagError(str(self._reader.paths[0]), f"{where} cannot be converted: {error}") from error
-            self._writer.write(conn_id, time, body)
+            self._writer.write(conn_id, time, ros1_data)
             result.messages += 1
             bytes_done += len(data) + RECORD_OVERHEAD
             if progress is not None:
@@ -86,17 +86,17 @@ class _Import:
         return result
 
     def _add_connection(self, connection: Ros2Connection) -> tuple[int, Convert]:
-        kind = self._types.get(connection.msgtype)
+        ros1_type = self._types.get(connection.msgtype)
         profiles = connection.ext.offered_qos_profiles if isinstance(connection.ext, ConnectionExtRosbag2) else []
         latched = any(profile.durability.value == _TRANSIENT_LOCAL for profile in profiles)
         header = {
-            "type": kind.name,
-            "md5sum": kind.md5sum,
-            "message_definition": kind.definition,
+            "type": ros1_type.name,
+            "md5sum": ros1_type.md5sum,
+            "message_definition": ros1_type.definition,
             **({"latching": "1"} if latched else {}),
         }
         fields = {name: text.encode("utf-8", "surrogateescape") for name, text in header.items()}
-        return self._writer.add_connection(connection.topic, fields), kind.convert
+        return self._writer.add_connection(connection.topic, fields), ros1_type.convert
 
 
 class _NotInRos1(Exception):
@@ -112,7 +112,7 @@ class _Type:
 
 
 class _Types:
-    """The source's types and the corresponding ROS 1 types."""
+    """The ROS 1 types that correspond to the types in the source."""
 
     def __init__(self, source: Typestore) -> None:
         self._source = source
@@ -120,7 +120,7 @@ class _Types:
         self._types: dict[str, _Type] = {}
 
     def get(self, name: str) -> _Type:
-        """Return the ROS 1 type for a ROS 2 type.
+        """Return the ROS 1 type for a ROS 2 type; raises _NotInRos1 if there can be none.
 
         Args:
             name: ``package/msg/Type``.
@@ -131,17 +131,17 @@ class _Types:
 
     def _convert_type(self, name: str) -> _Type:
         package, _, rest = name.partition("/")
-        folder, _, short = rest.partition("/")
-        if folder != "msg" or not short:
+        folder, _, short_name = rest.partition("/")
+        if folder != "msg" or not short_name:
             raise _NotInRos1(f"{name} is not a message type")
         if name not in self._source.fielddefs:
             raise _NotInRos1(f"the definition of {name} is missing")
-        ros1_name = f"{package}/{short}"
-        known = self._register_known(name)
+        ros1_name = f"{package}/{short_name}"
+        installed = self._register_known(name)
         copy_types(self._target, self._source, name)
         convert = make_converter(self._source, self._target, name, name, to_ros2=False)
-        if known is not None:
-            return _Type(ros1_name, *known, convert)
+        if installed is not None:
+            return _Type(ros1_name, *installed, convert)
         definition, _ = self._target.generate_msgdef(name, ros_version=1)
         try:
             return _Type(ros1_name, from_definition(ros1_name, definition)._md5sum, definition, convert)
@@ -149,7 +149,9 @@ class _Types:
             raise _NotInRos1(f"{name} cannot be defined in ROS 1: {error}") from None
 
     def _register_known(self, name: str, seen: Collection[str] = ()) -> tuple[str, str] | None:
-        """Register the ROS 1 definitions of a type and of those it uses; return its md5 sum and definition."""
+        """Register the installed ROS 1 definitions of a type and of the types it uses; return its md5 sum and
+        definition, or None if it is not installed.
+        """
         if name in seen or name not in self._source.fielddefs:
             return None
         package, _, short = name.split("/")

@@ -17,15 +17,22 @@ from pyros1.observe import png16
 from pyros1.observe.compressed_depth import DEPTH_HEADER, decode_depth
 from pyros1.observe.image_files import MAX_PIXELS, decode
 
-TYPES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
+IMAGE_TYPES = ("sensor_msgs/Image", "sensor_msgs/CompressedImage")
 """Types of image messages."""
 
-_KINDS = {b"\xff\xd8": "jpg", b"\x89PNG": "png", b"BM": "bmp", b"II*\0": "tiff", b"MM\0*": "tiff", b"RIFF": "webp"}
+_EXTENSION_BY_SIGNATURE = {
+    b"\xff\xd8": "jpg",
+    b"\x89PNG": "png",
+    b"BM": "bmp",
+    b"II*\0": "tiff",
+    b"MM\0*": "tiff",
+    b"RIFF": "webp",
+}
 
 
 class PictureWriter:
-    """Writes images to ``folder/<topic>/<stamp>.png``; the stamp is that of the header, or the time in the bag if that
-    is 0.
+    """Writes images to ``folder/<topic>/<stamp>.png``; the stamp is the one in the header, or the time in the bag if
+    the stamp is 0.
 
     Images whose numbers PNG cannot store become TIFF files. Compressed images are written unchanged, except that
     compressed 32FC1 depth images become TIFF files in metres.
@@ -39,7 +46,7 @@ class PictureWriter:
     """
 
     def __init__(self, folder: str | os.PathLike[str], *, mosaic: bool = False) -> None:
-        self._image = import_extra("PIL.Image", "images")
+        self._pil_image = import_extra("PIL.Image", "images")
         self._folder = Path(folder)
         self._mosaic = mosaic
         self._names = FileNames()
@@ -51,27 +58,29 @@ class PictureWriter:
 
         Args:
             topic: its topic.
-            message: one of `TYPES`.
+            message: a message of one of the `IMAGE_TYPES`.
             time: its time in the bag.
 
         Raises:
-            MessageError: the image is damaged, or its kind is not supported.
-            OSError: the disk is full, ...
+            MessageError: the image is damaged, or its encoding is not supported.
+            OSError: the file cannot be written, for example because the disk is full.
         """
         stamp = message.header.stamp if message.header.stamp else time
-        if message._type == TYPES[0]:
+        if message._type == IMAGE_TYPES[0]:
             image = pixels(message, mosaic=self._mosaic)
-            kind = lossless_kind(image, str(message.encoding))
+            extension = lossless_extension(image, str(message.encoding))
             if image.dtype == "u2" and image.ndim == 3:
                 data = png16.write(image)
             else:
-                data = _encode(self._image.fromarray(image.astype("i4") if image.dtype == "i2" else image), kind)
+                data = _encode(
+                    self._pil_image.fromarray(image.astype("i4") if image.dtype == "i2" else image), extension
+                )
         elif _is_float_depth(str(message.format)):
-            kind = "tiff"
-            data = _encode(self._image.fromarray(compressed_pixels(message)), kind)
+            extension = "tiff"
+            data = _encode(self._pil_image.fromarray(compressed_pixels(message)), extension)
         else:
-            data, kind = image_file(message)
-        self._unused_path(topic, stamp, kind).write_bytes(data)
+            data, extension = image_file(message)
+        self._unused_path(topic, stamp, extension).write_bytes(data)
 
     def close(self) -> None:
         """Do nothing: every image is already written."""
@@ -79,21 +88,21 @@ class PictureWriter:
     def abort(self) -> None:
         """Do nothing: no file is open."""
 
-    def _unused_path(self, topic: str, stamp: Time, kind: str) -> Path:
+    def _unused_path(self, topic: str, stamp: Time, extension: str) -> Path:
         folder = self._folder / self._names[topic]
         folder.mkdir(exist_ok=True)
         stem = f"{stamp.secs}.{stamp.nsecs:09d}"
-        if (folder / f"{stem}.{kind}").exists():
+        if (folder / f"{stem}.{extension}").exists():
             number = self._duplicates[f"{topic} {stem}"] = self._duplicates.get(f"{topic} {stem}", 1) + 1
             stem = f"{stem}_{number}"
-        return folder / f"{stem}.{kind}"
+        return folder / f"{stem}.{extension}"
 
 
-def lossless_kind(image: Pixels, encoding: str) -> str:
-    """Return the file type that can store an image without loss.
+def lossless_extension(image: Pixels, encoding: str) -> str:
+    """Return the extension of a file type that can store an image without loss.
 
     Raises:
-        MessageError: none can.
+        MessageError: neither PNG nor TIFF can.
     """
     channels = 1 if image.ndim == 2 else image.shape[2]
     if image.dtype in ("u1", "u2") and channels in (1, 3, 4):
@@ -110,38 +119,38 @@ def image_file(message: Any) -> tuple[bytes, str]:
         message: a sensor_msgs/CompressedImage.
 
     Raises:
-        MessageError: the image is empty, or is a depth image that is not a PNG file, or is 32FC1.
+        MessageError: the image is empty, or is a compressed depth image other than a 16UC1 PNG.
     """
-    data, form = bytes(message.data), str(message.format)
-    if "compressedDepth" in form:
-        if not form.startswith("16UC1") or not data[DEPTH_HEADER.size :].startswith(b"\x89PNG"):
-            raise MessageError(f"depth images of the format {form!r} are not supported, only 16UC1")
+    data, format_text = bytes(message.data), str(message.format)
+    if "compressedDepth" in format_text:
+        if not format_text.startswith("16UC1") or not data[DEPTH_HEADER.size :].startswith(b"\x89PNG"):
+            raise MessageError(f"depth images of the format {format_text!r} are not supported, only 16UC1")
         data = data[DEPTH_HEADER.size :]
     if not data:
         raise MessageError("the compressed image is empty")
-    for magic, kind in _KINDS.items():
-        if data.startswith(magic):
-            return data, kind
-    word = re.search(r"[A-Za-z]\w*", form.rpartition(";")[2])
-    return data, word[0].lower() if word else "bin"
+    for signature, extension in _EXTENSION_BY_SIGNATURE.items():
+        if data.startswith(signature):
+            return data, extension
+    codec_name = re.search(r"[A-Za-z]\w*", format_text.rpartition(";")[2])
+    return data, codec_name[0].lower() if codec_name else "bin"
 
 
 def compressed_pixels(message: Any, max_pixels: int = MAX_PIXELS) -> Pixels:
     """Return the pixels of a sensor_msgs/CompressedImage: see `decode`, or `decode_depth` for compressed depth images.
 
     Raises:
-        MessageError: it cannot be read.
+        MessageError: the image cannot be decoded.
         Error: Pillow is not installed.
     """
-    form, data = str(message.format), bytes(message.data)
-    return decode_depth(form, data, max_pixels) if "compressedDepth" in form else decode(data, max_pixels)
+    format_text, data = str(message.format), bytes(message.data)
+    return decode_depth(format_text, data, max_pixels) if "compressedDepth" in format_text else decode(data, max_pixels)
 
 
-def _is_float_depth(form: str) -> bool:
-    return "compressedDepth" in form and form.startswith("32FC1")
+def _is_float_depth(format_text: str) -> bool:
+    return "compressedDepth" in format_text and format_text.startswith("32FC1")
 
 
-def _encode(image: Any, kind: str) -> bytes:
+def _encode(image: Any, extension: str) -> bytes:
     file = BytesIO()
-    image.save(file, kind.upper())
+    image.save(file, extension.upper())
     return file.getvalue()

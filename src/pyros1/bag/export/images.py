@@ -1,4 +1,4 @@
-"""Converts sensor_msgs/Image messages, in the encodings of ROS 1, to arrays of pixels."""
+"""Converts sensor_msgs/Image messages, in any encoding of ROS 1, to arrays of pixels."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pyros1.ground.errors import MessageError
 
 Pixels = NDArray[Any]
 
-_NAMED = {
+_NAMED_ENCODINGS = {
     "mono8": ("u1", 1, ""),
     "mono16": ("u2", 1, ""),
     "rgb8": ("u1", 3, "rgb"),
@@ -24,11 +24,12 @@ _NAMED = {
     "rgba16": ("u2", 4, "rgb"),
     "bgra16": ("u2", 4, "bgr"),
 }
-_YUV = {"yuv422": (1, 0, 2), "uyvy": (1, 0, 2), "yuv422_yuy2": (0, 1, 3), "yuyv": (0, 1, 3)}
+"""Encoding -> (dtype, number of channels, order of the colours)."""
+_YUV_POSITIONS = {"yuv422": (1, 0, 2), "uyvy": (1, 0, 2), "yuv422_yuy2": (0, 1, 3), "yuyv": (0, 1, 3)}
 """Encoding -> positions of the first Y, of U and of V in the four bytes of two pixels."""
 
-_GENERIC = re.compile(r"(8|16|32|64)([USF])C\(?([1-4])?\)?\Z")
-_BAYER = re.compile(r"bayer_(rggb|bggr|gbrg|grbg)(8|16)\Z")
+_GENERIC_ENCODING = re.compile(r"(8|16|32|64)([USF])C\(?([1-4])?\)?\Z")
+_BAYER_ENCODING = re.compile(r"bayer_(rggb|bggr|gbrg|grbg)(8|16)\Z")
 
 
 def pixels(message: Any, *, mosaic: bool = False) -> Pixels:
@@ -46,14 +47,14 @@ def pixels(message: Any, *, mosaic: bool = False) -> Pixels:
         MessageError: the encoding is unknown, or the message is shorter than its size says.
     """
     encoding = str(message.encoding)
-    bayer = _BAYER.match(encoding)
-    if encoding in _YUV:
-        return _from_yuv(_pixel_rows(message, "u1", 2), *_YUV[encoding])
+    bayer = _BAYER_ENCODING.match(encoding)
+    if encoding in _YUV_POSITIONS:
+        return _from_yuv(_pixel_rows(message, "u1", 2), *_YUV_POSITIONS[encoding])
     if bayer:
         raw = _pixel_rows(message, f"u{int(bayer[2]) // 8}", 1)[:, :, 0]
         return raw if mosaic else _demosaic(raw, bayer[1])
-    kind, channels, order = _parse_encoding(encoding)
-    image = _pixel_rows(message, kind, channels)
+    dtype_name, channels, order = _parse_encoding(encoding)
+    image = _pixel_rows(message, dtype_name, channels)
     if channels == 1:
         return image[:, :, 0]
     return image[:, :, [2, 1, 0, 3][:channels]] if order == "bgr" else image
@@ -76,9 +77,10 @@ def to_8_bits(image: Pixels) -> Pixels:
 
 
 def _parse_encoding(encoding: str) -> tuple[str, int, str]:
-    if encoding in _NAMED:
-        return _NAMED[encoding]
-    match = _GENERIC.match(encoding)
+    """Return an encoding's dtype, number of channels and order of the colours; raises MessageError if it is unknown."""
+    if encoding in _NAMED_ENCODINGS:
+        return _NAMED_ENCODINGS[encoding]
+    match = _GENERIC_ENCODING.match(encoding)
     if match is None or (match[2] == "F" and match[1] not in ("32", "64")) or (match[2] != "F" and match[1] == "64"):
         raise MessageError(f"images with the encoding {encoding!r} are not supported")
     channels = int(match[3] or 1)
@@ -86,35 +88,35 @@ def _parse_encoding(encoding: str) -> tuple[str, int, str]:
     return f"{match[2].lower().replace('s', 'i')}{int(match[1]) // 8}", channels, "bgr" if channels > 2 else ""
 
 
-def _pixel_rows(message: Any, kind: str, channels: int) -> Pixels:
+def _pixel_rows(message: Any, dtype_name: str, channels: int) -> Pixels:
     """Return the pixels without the padding at the end of rows."""
     height, width, step = int(message.height), int(message.width), int(message.step)
-    dtype = np.dtype(f"{'>' if message.is_bigendian else '<'}{kind}")
-    needed = width * channels * dtype.itemsize
+    dtype = np.dtype(f"{'>' if message.is_bigendian else '<'}{dtype_name}")
+    row_size = width * channels * dtype.itemsize
     if not height or not width:
         raise MessageError(f"the image is empty: {width} x {height} pixels")
-    if step < needed:
+    if step < row_size:
         raise MessageError(
-            f"the image's step is {step}, but rows of {width} pixels in {message.encoding} take {needed} bytes"
+            f"the image's step is {step}, but rows of {width} pixels in {message.encoding} take {row_size} bytes"
         )
     data = np.frombuffer(message.data, dtype=np.uint8)
-    size = step * (height - 1) + needed
+    size = step * (height - 1) + row_size
     if len(data) < size:
         raise MessageError(
             f"the image has {len(data)} bytes, but {width} x {height} pixels in {message.encoding} take {size}"
         )
-    rows = np.lib.stride_tricks.as_strided(data, (height, needed), (step, 1), writeable=False)
-    found = np.ascontiguousarray(rows).view(dtype).reshape(height, width, channels)
-    native: Pixels = found.astype(dtype.newbyteorder("="), copy=False)
+    rows = np.lib.stride_tricks.as_strided(data, (height, row_size), (step, 1), writeable=False)
+    image = np.ascontiguousarray(rows).view(dtype).reshape(height, width, channels)
+    native: Pixels = image.astype(dtype.newbyteorder("="), copy=False)
     return native
 
 
-def _from_yuv(pairs: Pixels, first: int, u_position: int, v_position: int) -> Pixels:
-    height, width, _ = pairs.shape
+def _from_yuv(pixel_pairs: Pixels, y_position: int, u_position: int, v_position: int) -> Pixels:
+    height, width, _ = pixel_pairs.shape
     if width % 2:
         raise MessageError(f"the width of a YUV image must be even, not {width}")
-    quads = pairs.reshape(height, width // 2, 4).astype(np.float32)
-    y = quads[:, :, [first, first + 2]].reshape(height, width)
+    quads = pixel_pairs.reshape(height, width // 2, 4).astype(np.float32)
+    y = quads[:, :, [y_position, y_position + 2]].reshape(height, width)
     u = np.repeat(quads[:, :, u_position], 2, axis=1) - 128
     v = np.repeat(quads[:, :, v_position], 2, axis=1) - 128
     y = (y - 16) * 1.164
@@ -124,13 +126,13 @@ def _from_yuv(pairs: Pixels, first: int, u_position: int, v_position: int) -> Pi
 
 
 def _demosaic(raw: Pixels, pattern: str) -> Pixels:
-    """Return the colours of a Bayer image: each missing colour is the mean of the neighbours that have it."""
+    """Return a Bayer image as colours: each colour that a pixel lacks is the mean of the neighbours that have it."""
     height, width = raw.shape
     colours = np.empty((height, width, 3), raw.dtype)
-    for channel, name in enumerate("rgb"):
+    for channel, channel_colour in enumerate("rgb"):
         mask = np.zeros((height, width), np.float32)
         for position, colour in enumerate(pattern):
-            if colour == name:
+            if colour == channel_colour:
                 mask[position // 2 :: 2, position % 2 :: 2] = 1
         weight = _weighted_sum(mask)
         mean = _weighted_sum(np.where(mask > 0, raw, 0).astype(np.float32)) / np.where(weight > 0, weight, 1)

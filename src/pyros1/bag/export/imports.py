@@ -1,4 +1,4 @@
-"""Converts files of other programs to bags; chooses the reader for each type of file."""
+"""Converts other programs' files to bags, with a reader chosen by the type of the file."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ def import_bag(
     is_selected: Callable[[str], bool] = lambda topic: True,
     progress: Callable[[int], object] | None = None,
 ) -> ImportResult:
-    """Convert a ROS 2 bag, or an MCAP file with messages of ROS 1 or ROS 2, to a bag.
+    """Convert a ROS 2 bag, or an MCAP file with ROS 1 or ROS 2 messages, to a bag.
 
-    Messages of ROS 1 are copied unchanged. ROS 2 types that are installed here get their ROS 1 definition and md5 sum,
+    ROS 1 messages are copied unchanged. ROS 2 types that are installed here get their ROS 1 definition and md5 sum,
     and fields that differ are matched by name and type; other types keep their definition.
 
     Args:

@@ -1,4 +1,4 @@
-"""Chooses names that ROS 2 allows for types that it does not know; its readers refuse all others.
+"""Chooses legal names for types that a ROS 2 distribution does not know; ROS 2's readers refuse all others.
 
 The rules are those of ROS 2's interface definitions
 (https://docs.ros.org/en/jazzy/Concepts/Basic/About-Interfaces.html): packages and fields are in lower case with single
@@ -15,9 +15,9 @@ from typing import Any
 from rosbags.interfaces import Nodetype
 from rosbags.interfaces.typing import Typesdict
 
-_LOWER = re.compile(r"[a-z](_?[a-z0-9])*")
-_TYPE = re.compile(r"[A-Z][A-Za-z0-9]*")
-_CONSTANT = re.compile(r"[A-Z](_?[A-Z0-9])*")
+_LOWER_NAME = re.compile(r"[a-z](_?[a-z0-9])*")
+_TYPE_NAME = re.compile(r"[A-Z][A-Za-z0-9]*")
+_CONSTANT_NAME = re.compile(r"[A-Z](_?[A-Z0-9])*")
 _WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z0-9]+|[0-9]+")
 
 
@@ -37,38 +37,40 @@ class LegalNames:
         self._packages: dict[str, str] = {}
         self._types: dict[str, str] = {}
 
-    def type(self, name: str) -> str:
+    def legal_type(self, name: str) -> str:
         """Return the new name of a type: ``mocap/msg/Frame`` for ``Mocap/msg/Frame``."""
         if name in self._known:
             return name
         legal = self._types.get(name)
         if legal is None:
-            package, kind, short = name.split("/")
-            package = self._legal_name(self._packages, package, _LOWER, _snake_case, f"package {package}")
+            package, folder, short = name.split("/")
+            package = self._legal_name(self._packages, package, _LOWER_NAME, _snake_case, f"package {package}")
             package_types = {
                 old: new.rpartition("/")[2] for old, new in self._types.items() if new.startswith(f"{package}/")
             }
-            legal = f"{package}/{kind}/{self._legal_name(package_types, short, _TYPE, _camel_case, f'type {name}')}"
+            legal = (
+                f"{package}/{folder}/{self._legal_name(package_types, short, _TYPE_NAME, _camel_case, f'type {name}')}"
+            )
             while legal in self._known:
                 legal += "1"
             self._types[name] = legal
         return legal
 
-    def types(self, types: Typesdict) -> Typesdict:
-        """Return types with names that ROS 2 allows, including those of their fields and constants."""
+    def legal_types(self, types: Typesdict) -> Typesdict:
+        """Return the types with names that ROS 2 allows, for them and for their fields and constants."""
         # Names that are already legal come first, so that they do not change.
         for name in sorted(types, key=lambda name: not _is_legal(name)):
-            self.type(name)
+            self.legal_type(name)
         return {
-            self.type(name): definition if name in self._known else self._legal_definition(name, *definition)
+            self.legal_type(name): definition if name in self._known else self._legal_definition(name, *definition)
             for name, definition in types.items()
         }
 
     def _legal_definition(self, name: str, constants: Any, fields: Any) -> tuple[Any, Any]:
-        kind = name.replace("/msg/", "/")
-        field_names = self._legal_names([field for field, _ in fields], _LOWER, _snake_case, f"field {kind}.")
+        ros1_name = name.replace("/msg/", "/")
+        field_names = self._legal_names([field for field, _ in fields], _LOWER_NAME, _snake_case, f"field {ros1_name}.")
         constant_names = self._legal_names(
-            [constant for constant, *_ in constants], _CONSTANT, _upper_snake_case, f"constant {kind}."
+            [constant for constant, *_ in constants], _CONSTANT_NAME, _upper_snake_case, f"constant {ros1_name}."
         )
         return (
             [(constant_names[constant], *rest) for constant, *rest in constants],
@@ -77,11 +79,11 @@ class LegalNames:
 
     def _field_type(self, type_node: Any) -> Any:
         """Return a field's type, which may be a list of other types."""
-        node, nested = type_node
-        if node == Nodetype.NAME:
-            return node, self.type(nested)
-        if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
-            return node, (self._field_type(nested[0]), nested[1])
+        node_type, nested = type_node
+        if node_type == Nodetype.NAME:
+            return node_type, self.legal_type(nested)
+        if node_type in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+            return node_type, (self._field_type(nested[0]), nested[1])
         return type_node
 
     def _legal_names(
@@ -96,10 +98,10 @@ class LegalNames:
         """Return the new name from `names`; add one if it is missing."""
         if name not in names:
             used_names = set(names.values())
-            first = legal = name if rule.fullmatch(name) else convert(name)
+            base_name = legal = name if rule.fullmatch(name) else convert(name)
             number = 2
             while legal in used_names:
-                legal, number = f"{first}{number}", number + 1
+                legal, number = f"{base_name}{number}", number + 1
             names[name] = legal
             if legal != name:
                 self.changed[label] = legal
@@ -108,7 +110,7 @@ class LegalNames:
 
 def _is_legal(name: str) -> bool:
     package, _, short = name.split("/")
-    return _LOWER.fullmatch(package) is not None and _TYPE.fullmatch(short) is not None
+    return _LOWER_NAME.fullmatch(package) is not None and _TYPE_NAME.fullmatch(short) is not None
 
 
 def _snake_case(name: str) -> str:

@@ -32,9 +32,9 @@ ROS1_SCHEMA = "ros1msg"
 """Name of the ROS 1 definition encoding; the profile is called ``ros1`` like the message encoding."""
 
 U16 = struct.Struct("<H")
-HEAD = struct.Struct("<BQ")
+RECORD_HEAD = struct.Struct("<BQ")
 """The head of a record: op and length."""
-MESSAGE = struct.Struct("<HIQQ")
+MESSAGE_HEAD = struct.Struct("<HIQQ")
 """The head of a message's content: channel, sequence, time of recording, time of publishing."""
 
 Buffer = bytes | bytearray | memoryview
@@ -111,7 +111,7 @@ class Cursor:
         return self._position < len(self._data)
 
     def read_bytes(self, size: int) -> memoryview:
-        """Read some bytes.
+        """Read and return `size` bytes.
 
         Raises:
             RecordError: there are too few bytes; the other methods raise this as well.
@@ -122,9 +122,9 @@ class Cursor:
         self._position = end
         return self._data[begin:end]
 
-    def read_number(self, form: struct.Struct) -> int:
-        """Read a number."""
-        value: int = form.unpack(self.read_bytes(form.size))[0]
+    def read_number(self, number_format: struct.Struct) -> int:
+        """Read a number of the given format."""
+        value: int = number_format.unpack(self.read_bytes(number_format.size))[0]
         return value
 
     def read_block(self) -> memoryview:
@@ -137,16 +137,16 @@ class Cursor:
 
     def read_map(self) -> dict[str, str]:
         """Read a map from strings to strings."""
-        inner = Cursor(self.read_block())
+        entries = Cursor(self.read_block())
         result = {}
-        while inner:
-            name = inner.read_string()
-            result[name] = inner.read_string()
+        while entries:
+            name = entries.read_string()
+            result[name] = entries.read_string()
         return result
 
 
 def parse_schema(content: Buffer) -> Schema:
-    """Return the type from a record; raises RecordError, like the functions below."""
+    """Return the message type from a record; raises RecordError, like the functions below."""
     cursor = Cursor(content)
     return Schema(cursor.read_number(U16), cursor.read_string(), cursor.read_string(), bytes(cursor.read_block()))
 
@@ -160,7 +160,7 @@ def parse_channel(content: Buffer) -> Channel:
 
 
 def parse_chunk_index(content: Buffer) -> ChunkIndex:
-    """Return the chunk from an index record."""
+    """Return the index entry from a chunk index record."""
     cursor = Cursor(content)
     start, end, offset, length = (cursor.read_number(U64) for _ in range(4))
     cursor.read_block()
@@ -181,7 +181,9 @@ def make_chunk_index(content: Buffer, offset: int, size: int) -> ChunkIndex:
     cursor = Cursor(content)
     start, end = cursor.read_number(U64), cursor.read_number(U64)
     cursor.read_bytes(12)
-    return ChunkIndex(start, end, offset, HEAD.size + len(content), cursor.read_string(), cursor.read_number(U64), size)
+    return ChunkIndex(
+        start, end, offset, RECORD_HEAD.size + len(content), cursor.read_string(), cursor.read_number(U64), size
+    )
 
 
 def check_index(index: Sequence[ChunkIndex], chunks: Mapping[int, ChunkIndex], limit: int) -> None:
@@ -193,15 +195,15 @@ def check_index(index: Sequence[ChunkIndex], chunks: Mapping[int, ChunkIndex], l
         limit: maximum total size in bytes of chunks that overlap in time, since a reader keeps all of them in memory.
     """
     changes = []
-    for declared in index:
-        if chunks.get(declared.offset) != declared:
-            raise RecordError(f"the index is wrong about the chunk at byte {declared.offset}")
-        changes += [(declared.start, 0, declared.size), (max(declared.start, declared.end), 1, -declared.size)]
-    if len({declared.offset for declared in index}) < len(index):
+    for entry in index:
+        if chunks.get(entry.offset) != entry:
+            raise RecordError(f"the index is wrong about the chunk at byte {entry.offset}")
+        changes += [(entry.start, 0, entry.size), (max(entry.start, entry.end), 1, -entry.size)]
+    if len({entry.offset for entry in index}) < len(index):
         raise RecordError("the index lists a chunk twice")
     open_bytes = 0
-    for _, _, change in sorted(changes):
-        open_bytes += change
+    for _, _, size_change in sorted(changes):
+        open_bytes += size_change
         if open_bytes > limit:
             raise RecordError(
                 f"chunks that overlap in time hold {open_bytes} bytes together; the limit is {limit} "
@@ -213,7 +215,7 @@ def iter_records(content: Buffer) -> Iterator[tuple[int, memoryview]]:
     """Yield the op and content of each record in a chunk's uncompressed content."""
     cursor = Cursor(content)
     while cursor:
-        op, size = HEAD.unpack(cursor.read_bytes(HEAD.size))
+        op, size = RECORD_HEAD.unpack(cursor.read_bytes(RECORD_HEAD.size))
         yield op, cursor.read_bytes(size)
 
 
@@ -227,18 +229,18 @@ def pack_block(data: bytes) -> bytes:
     return U32.pack(len(data)) + data
 
 
-def pack_map(pairs: Iterable[bytes]) -> bytes:
-    """Return the bytes of a map or an array, given its packed elements."""
-    return pack_block(b"".join(pairs))
+def pack_map(packed_elements: Iterable[bytes]) -> bytes:
+    """Return the bytes of a map or an array whose elements are already packed."""
+    return pack_block(b"".join(packed_elements))
 
 
 def pack_record(op: int, *parts: bytes) -> bytes:
     """Return a record's bytes."""
-    return b"".join((HEAD.pack(op, sum(map(len, parts))), *parts))
+    return b"".join((RECORD_HEAD.pack(op, sum(map(len, parts))), *parts))
 
 
 def pack_schema(schema: Schema) -> bytes:
-    """Return the record of a type."""
+    """Return the record of a message type."""
     texts = (pack_string(schema.name), pack_string(schema.encoding))
     return pack_record(OP_SCHEMA, U16.pack(schema.id), *texts, pack_block(schema.data))
 
@@ -257,5 +259,5 @@ def pack_header(profile: str, library: str) -> bytes:
 
 
 def pack_offset(op: int, start: int, size: int) -> bytes:
-    """Return the record that locates the summary's records of one op."""
+    """Return the record that says where the summary's records with a given op are."""
     return pack_record(OP_SUMMARY_OFFSET, bytes([op]), U64.pack(start), U64.pack(size))

@@ -11,9 +11,8 @@ from typing import Any
 
 from pyros1.bag.errors import BagError, NotABagError
 from pyros1.bag.export.mcap import (
-    HEAD,
     MAGIC,
-    MESSAGE,
+    MESSAGE_HEAD,
     OP_CHANNEL,
     OP_CHUNK,
     OP_CHUNK_INDEX,
@@ -23,6 +22,7 @@ from pyros1.bag.export.mcap import (
     OP_MESSAGE,
     OP_MESSAGE_INDEX,
     OP_SCHEMA,
+    RECORD_HEAD,
     Channel,
     ChunkIndex,
     Cursor,
@@ -38,7 +38,7 @@ from pyros1.bag.format.compression import check_size
 from pyros1.bag.format.records import U32, U64, RecordError
 from pyros1.bag.limits import chunk_limit
 
-_HINT = "; `mcap recover` of the MCAP tools saves the intact part"
+_RECOVERY_HINT = "; `mcap recover` of the MCAP tools saves the intact part"
 
 McapMessage = tuple[Channel, int, memoryview]
 """A message: (channel, time of recording in nanoseconds, bytes)."""
@@ -89,24 +89,24 @@ class McapReader:
                 return
             try:
                 if op == OP_CHUNK:
-                    for inner, part in iter_records(self._decompressed_chunk(content)):
-                        if inner == OP_CHUNK:
+                    for inner_op, inner_content in iter_records(self._decompressed_chunk(content)):
+                        if inner_op == OP_CHUNK:
                             raise RecordError("a chunk contains another chunk")
-                        found = self._add_record(inner, part)
-                        if found is not None:
-                            yield found
+                        message = self._add_record(inner_op, inner_content)
+                        if message is not None:
+                            yield message
                     continue
-                found = self._add_record(op, content)
+                message = self._add_record(op, content)
             except RecordError as error:
-                raise BagError(self.path, f"{error}{_HINT}", offset) from None
-            if found is not None:
-                yield found
+                raise BagError(self.path, f"{error}{_RECOVERY_HINT}", offset) from None
+            if message is not None:
+                yield message
 
     def check(self) -> None:
         """Read the chunks, and compare the index with them, since other readers trust the index.
 
         Raises:
-            BagError: as for `messages`; or the index does not match the chunks, or too many of these overlap in time.
+            BagError: as for `messages`; or the index does not match the chunks, or too many chunks overlap in time.
         """
         chunks: dict[int, ChunkIndex] = {}
         index: list[ChunkIndex] = []
@@ -116,8 +116,10 @@ class McapReader:
             op, content = self._next_record()
             try:
                 if op == OP_FOOTER:
-                    start = Cursor(content).read_number(U64)
-                    if self.position + len(MAGIC) != self._size or (start and start not in summary_starts | {offset}):
+                    summary_start = Cursor(content).read_number(U64)
+                    if self.position + len(MAGIC) != self._size or (
+                        summary_start and summary_start not in summary_starts | {offset}
+                    ):
                         raise RecordError("the index is not where the end of the file says")
                     check_index(index, chunks, self._limit)
                     return
@@ -130,7 +132,7 @@ class McapReader:
                 elif op == OP_CHUNK_INDEX:
                     index.append(parse_chunk_index(content))
             except RecordError as error:
-                raise BagError(self.path, f"{error}{_HINT}", offset) from None
+                raise BagError(self.path, f"{error}{_RECOVERY_HINT}", offset) from None
 
     def close(self) -> None:
         """Close the file."""
@@ -140,7 +142,7 @@ class McapReader:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+        self, error_type: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         self.close()
 
@@ -160,19 +162,19 @@ class McapReader:
             raise BagError(self.path, str(error), len(MAGIC)) from None
 
     def _next_record(self) -> tuple[int, memoryview]:
-        """Return the next record, with empty content if that is not needed."""
+        """Return the op and content of the next record; the content is empty if no caller needs it."""
         offset = self.position
-        head = self._file.read(HEAD.size)
-        if len(head) < HEAD.size:
-            raise BagError(self.path, f"the file is cut off{_HINT}", offset)
-        op, size = HEAD.unpack(head)
-        following = offset + HEAD.size + size
-        if op == 0 or following > self._size:
+        head = self._file.read(RECORD_HEAD.size)
+        if len(head) < RECORD_HEAD.size:
+            raise BagError(self.path, f"the file is cut off{_RECOVERY_HINT}", offset)
+        op, size = RECORD_HEAD.unpack(head)
+        next_position = offset + RECORD_HEAD.size + size
+        if op == 0 or next_position > self._size:
             problem = "this is not a record" if op == 0 else "the record runs past the end of the file"
-            raise BagError(self.path, f"{problem}: the file is cut off or damaged{_HINT}", offset)
-        self.position = following
+            raise BagError(self.path, f"{problem}: the file is cut off or damaged{_RECOVERY_HINT}", offset)
+        self.position = next_position
         if op not in (OP_HEADER, OP_SCHEMA, OP_CHANNEL, OP_MESSAGE, OP_CHUNK, OP_CHUNK_INDEX, OP_FOOTER):
-            self._file.seek(following)  # for example an attachment, which may be large
+            self._file.seek(next_position)  # for example an attachment, which may be large
             return op, memoryview(b"")
         try:
             check_size(size, self._limit)
@@ -180,18 +182,18 @@ class McapReader:
             raise BagError(self.path, str(error), offset) from None
         content = self._file.read(size)
         if len(content) < size:
-            raise BagError(self.path, f"the file became shorter while it was read{_HINT}", offset)
+            raise BagError(self.path, f"the file became shorter while it was read{_RECOVERY_HINT}", offset)
         return op, memoryview(content)
 
     def _add_record(self, op: int, content: memoryview) -> McapMessage | None:
         if op == OP_MESSAGE:
-            if len(content) < MESSAGE.size:
+            if len(content) < MESSAGE_HEAD.size:
                 raise RecordError("a message's record is too short")
-            channel_id, _, time, _ = MESSAGE.unpack_from(content)
+            channel_id, _, time, _ = MESSAGE_HEAD.unpack_from(content)
             channel = self.channels.get(channel_id)
             if channel is None:
                 raise RecordError(f"a message refers to channel {channel_id}, which is not defined before it")
-            return channel, time, content[MESSAGE.size :]
+            return channel, time, content[MESSAGE_HEAD.size :]
         if op == OP_SCHEMA:
             schema = parse_schema(content)
             if self.schemas.setdefault(schema.id, schema) != schema:
@@ -203,7 +205,7 @@ class McapReader:
         return None
 
     def _decompressed_chunk(self, content: memoryview) -> memoryview:
-        """Return a chunk's content."""
+        """Return the uncompressed content of a chunk; raises RecordError if it is damaged."""
         cursor = Cursor(content)
         cursor.read_bytes(16)  # the times of its first and last message
         size, checksum = cursor.read_number(U64), cursor.read_number(U32)
@@ -218,8 +220,8 @@ class McapReader:
         return content_bytes
 
     def _decompress(self, compression: str, stored: memoryview, size: int) -> bytes:
-        """Return the content, at most one byte more than `size`, so that a damaged chunk cannot exhaust memory."""
-        make_decompressor = self._decompressor(compression)
+        """Return the content, but at most ``size + 1`` bytes, so that a damaged chunk cannot exhaust memory."""
+        make_decompressor = self._choose_decompressor(compression)
         remaining: Any = stored
         parts: list[bytes] = []
         total = 0
@@ -233,7 +235,7 @@ class McapReader:
             raise RecordError(f"the chunk's {compression} data are damaged: {error}") from error
         return parts[0] if len(parts) == 1 else b"".join(parts)
 
-    def _decompressor(self, compression: str) -> Callable[[], Any]:
+    def _choose_decompressor(self, compression: str) -> Callable[[], Any]:
         if compression == "lz4":
             return _import_first(self.path, compression, "lz4.frame").LZ4FrameDecompressor  # type: ignore[no-any-return]
         if compression == "zstd":

@@ -1,4 +1,4 @@
-"""Writes MCAP files (https://mcap.dev/spec) with unchanged ROS 1 messages: the profile ``ros1``."""
+"""Writes MCAP files (https://mcap.dev/spec) with unchanged ROS 1 messages, in the profile ``ros1``."""
 
 from __future__ import annotations
 
@@ -9,9 +9,8 @@ import zlib
 import pyros1
 from pyros1.bag.errors import BagError
 from pyros1.bag.export.mcap import (
-    HEAD,
     MAGIC,
-    MESSAGE,
+    MESSAGE_HEAD,
     OP_CHANNEL,
     OP_CHUNK,
     OP_CHUNK_INDEX,
@@ -21,6 +20,7 @@ from pyros1.bag.export.mcap import (
     OP_MESSAGE_INDEX,
     OP_SCHEMA,
     OP_STATISTICS,
+    RECORD_HEAD,
     ROS1_ENCODING,
     ROS1_SCHEMA,
     U16,
@@ -43,13 +43,13 @@ CHUNK_THRESHOLD = 1 << 20
 MAX_ID = (1 << 16) - 1
 """Maximum number of channels and types: their ids have 16 bits."""
 _PROFILE = "ros1"
-_LATCHING = {"1": "true", "0": "false"}
-_NOT_IN_METADATA = ("type", "message_definition")
-_CHUNK = struct.Struct("<QQQI")
-_COUNT = struct.Struct("<HQ")
+_LATCHING_VALUES = {"1": "true", "0": "false"}
+_FIELDS_NOT_IN_METADATA = ("type", "message_definition")
+_CHUNK_HEAD = struct.Struct("<QQQI")
+_ID_AND_NUMBER = struct.Struct("<HQ")
 _STATISTICS = struct.Struct("<QHIIIIQQ")
-_ENTRY = struct.Struct("<QQ")
-_QQQQ = struct.Struct("<QQQQ")
+_INDEX_ENTRY = struct.Struct("<QQ")
+_CHUNK_LOCATION = struct.Struct("<QQQQ")
 
 
 class _TimeRange:
@@ -79,7 +79,7 @@ class Ros1McapWriter:
         self._schemas: dict[tuple[str, bytes], Schema] = {}
         self._channels: dict[tuple[str, tuple[tuple[str, bytes], ...]], Channel] = {}
         self._channel_ids: dict[int, int] = {}
-        self._sources: list[Connection] = []  # keeps them alive, so that their ids are not reused
+        self._sources: list[Connection] = []  # keeps the connections alive, so that their id() values are not reused
         self._message_counts: dict[int, int] = {}
         self._times = _TimeRange()
         self._chunk_indexes: list[bytes] = []
@@ -98,16 +98,16 @@ class Ros1McapWriter:
             OSError: the file cannot be written.
         """
         connection = stored.connection
-        number = self._channel_ids.get(id(connection))
-        if number is None:
-            number = self._channel_ids[id(connection)] = self._add_channel(connection)
+        channel_id = self._channel_ids.get(id(connection))
+        if channel_id is None:
+            channel_id = self._channel_ids[id(connection)] = self._add_channel(connection)
             self._sources.append(connection)
-        time, sequence, content = stored.time, self._message_counts[number], self._content
-        self._index.setdefault(number, []).append((time, len(content)))
-        content += HEAD.pack(OP_MESSAGE, MESSAGE.size + len(stored.data))
-        content += MESSAGE.pack(number, sequence & 0xFFFFFFFF, time, time)
+        time, sequence, content = stored.time, self._message_counts[channel_id], self._content
+        self._index.setdefault(channel_id, []).append((time, len(content)))
+        content += RECORD_HEAD.pack(OP_MESSAGE, MESSAGE_HEAD.size + len(stored.data))
+        content += MESSAGE_HEAD.pack(channel_id, sequence & 0xFFFFFFFF, time, time)
         content += stored.data
-        self._message_counts[number] = sequence + 1
+        self._message_counts[channel_id] = sequence + 1
         self._times.add(time)
         self._chunk_times.add(time)
         if len(content) > CHUNK_THRESHOLD:
@@ -131,7 +131,9 @@ class Ros1McapWriter:
         self._file.close()
 
     def _add_channel(self, connection: Connection) -> int:
-        """Return a connection's channel; identical connections share one."""
+        """Return the id of a connection's channel, which identical connections share; raises BagError if there are too
+        many.
+        """
         definition = connection.header["message_definition"]
         schema_key = (connection.type, definition)
         key = (connection.topic, tuple(connection.header.items()))
@@ -143,38 +145,38 @@ class Ros1McapWriter:
             schema = Schema(len(self._schemas) + 1, connection.type, ROS1_SCHEMA, definition)
             self._schemas[schema_key] = schema
             self._content += pack_schema(schema)
-        metadata = {name: connection.text(name) for name in connection.header if name not in _NOT_IN_METADATA}
+        metadata = {name: connection.text(name) for name in connection.header if name not in _FIELDS_NOT_IN_METADATA}
         if metadata.get("topic") == connection.topic:
             del metadata["topic"]
         if "latching" in metadata:
-            metadata["latching"] = _LATCHING.get(metadata["latching"], metadata["latching"])
-        number = len(self._channels)
-        channel = Channel(number, self._schemas[schema_key].id, connection.topic, ROS1_ENCODING, metadata)
+            metadata["latching"] = _LATCHING_VALUES.get(metadata["latching"], metadata["latching"])
+        channel_id = len(self._channels)
+        channel = Channel(channel_id, self._schemas[schema_key].id, connection.topic, ROS1_ENCODING, metadata)
         self._channels[key] = channel
         self._content += pack_channel(channel)
-        self._message_counts[number] = 0
-        return number
+        self._message_counts[channel_id] = 0
+        return channel_id
 
     def _flush(self) -> None:
-        """Close the open chunk."""
+        """Write the open chunk and its index records."""
         content, index, times = self._content, self._index, self._chunk_times
         if not content:
             return
         self._content, self._index, self._chunk_times = bytearray(), {}, _TimeRange()
         start, size = self._position, len(content)
-        fields = _CHUNK.pack(times.first, times.last, size, zlib.crc32(content)) + pack_string("") + U64.pack(size)
-        self._write(HEAD.pack(OP_CHUNK, len(fields) + size) + fields)
+        fields = _CHUNK_HEAD.pack(times.first, times.last, size, zlib.crc32(content)) + pack_string("") + U64.pack(size)
+        self._write(RECORD_HEAD.pack(OP_CHUNK, len(fields) + size) + fields)
         self._write(content)
         end = self._position
         index_offsets = []
-        for number, entries in index.items():
-            index_offsets.append(_COUNT.pack(number, self._position))
-            packed = pack_map(_ENTRY.pack(*entry) for entry in sorted(entries))
-            self._write(pack_record(OP_MESSAGE_INDEX, U16.pack(number), packed))
+        for channel_id, entries in index.items():
+            index_offsets.append(_ID_AND_NUMBER.pack(channel_id, self._position))
+            packed = pack_map(_INDEX_ENTRY.pack(*entry) for entry in sorted(entries))
+            self._write(pack_record(OP_MESSAGE_INDEX, U16.pack(channel_id), packed))
         self._chunk_indexes.append(
             pack_record(
                 OP_CHUNK_INDEX,
-                _QQQQ.pack(times.first, times.last, start, end - start),
+                _CHUNK_LOCATION.pack(times.first, times.last, start, end - start),
                 pack_map(index_offsets),
                 U64.pack(self._position - end),
                 pack_string(""),
@@ -198,7 +200,7 @@ class Ros1McapWriter:
             OP_SCHEMA: b"".join(map(pack_schema, self._schemas.values())),
             OP_CHANNEL: b"".join(map(pack_channel, self._channels.values())),
             OP_STATISTICS: pack_record(
-                OP_STATISTICS, counts, pack_map(_COUNT.pack(*n) for n in self._message_counts.items())
+                OP_STATISTICS, counts, pack_map(_ID_AND_NUMBER.pack(*item) for item in self._message_counts.items())
             ),
             OP_CHUNK_INDEX: b"".join(self._chunk_indexes),
         }
@@ -208,7 +210,7 @@ class Ros1McapWriter:
                 offsets += pack_offset(op, self._position + len(summary), len(records))
                 summary += records
         offsets_start = self._position + len(summary)
-        footer = HEAD.pack(OP_FOOTER, 20) + U64.pack(self._position) + U64.pack(offsets_start)
+        footer = RECORD_HEAD.pack(OP_FOOTER, 20) + U64.pack(self._position) + U64.pack(offsets_start)
         summary += offsets + footer
         return bytes(summary) + U32.pack(zlib.crc32(summary)) + MAGIC
 

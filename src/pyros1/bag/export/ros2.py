@@ -26,8 +26,8 @@ from pyros1.msgs import DefinitionCache
 STORAGES = {"sqlite3": StoragePlugin.SQLITE3, "mcap": StoragePlugin.MCAP}
 """Kinds of storage in a ROS 2 bag."""
 
-_VERSION: Literal[8] = 8
-"""Version of the metadata file; only ROS 2 distributions from Jazzy on read newer ones."""
+_METADATA_VERSION: Literal[8] = 8
+"""Version of the metadata file. ROS 2 distributions before Jazzy cannot read newer versions."""
 
 
 class Ros2Writer:
@@ -42,7 +42,7 @@ class Ros2Writer:
         distribution: name of a ROS 2 distribution, for example ``jazzy``.
 
     Attributes:
-        names: the names of types and fields.
+        names: the names that types and fields have in ROS 2.
 
     Raises:
         OSError: the folder cannot be created.
@@ -50,14 +50,14 @@ class Ros2Writer:
 
     def __init__(self, path: str | os.PathLike[str], storage: str = "sqlite3", distribution: str = "jazzy") -> None:
         self.path = Path(path)
-        self._target = get_typestore(Stores(f"ros2_{distribution}"))
-        self.names = LegalNames(frozenset(self._target.fielddefs))
+        self._typestore = get_typestore(Stores(f"ros2_{distribution}"))
+        self.names = LegalNames(frozenset(self._typestore.fielddefs))
         self._classes = DefinitionCache()
         self._converters: dict[tuple[str, str], Convert] = {}
         self._connections: dict[int, tuple[Ros2Connection, Convert]] = {}
         self._ros2_connections: dict[tuple[str, str, bool], Ros2Connection] = {}
-        self._sources: list[Connection] = []  # keeps them alive, so that their ids are not reused
-        self._writer = Writer(self.path, version=_VERSION, storage_plugin=STORAGES[storage])
+        self._sources: list[Connection] = []  # keeps the connections alive, so that their id() values are not reused
+        self._writer = Writer(self.path, version=_METADATA_VERSION, storage_plugin=STORAGES[storage])
         self._writer.open()
 
     def write_raw(self, stored: RawMessage) -> None:
@@ -96,18 +96,18 @@ class Ros2Writer:
         self._writer.abort()
 
     def _add_connection(self, connection: Connection) -> tuple[Ros2Connection, Convert]:
-        convert = self._converter(connection)
-        name = self.names.type(ros2_name(connection.type))
+        convert = self._converter_for(connection)
+        name = self.names.legal_type(ros2_name(connection.type))
         key = (connection.topic, name, connection.latching)
-        found = self._ros2_connections.get(key)
-        if found is None:
-            found = self._ros2_connections[key] = self._writer.add_connection(
+        ros2_connection = self._ros2_connections.get(key)
+        if ros2_connection is None:
+            ros2_connection = self._ros2_connections[key] = self._writer.add_connection(
                 connection.topic,
                 name,
-                typestore=self._target,
+                typestore=self._typestore,
                 offered_qos_profiles=LATCH if connection.latching else [],
             )
-        return found, convert
+        return ros2_connection, convert
 
     def _convert(self, convert: Convert, stored: RawMessage) -> memoryview:
         try:
@@ -124,19 +124,19 @@ class Ros2Writer:
                 raise
             return convert(data)
 
-    def _converter(self, connection: Connection) -> Convert:
+    def _converter_for(self, connection: Connection) -> Convert:
         key = (connection.type, connection.md5sum)
         if key not in self._converters:
             source = empty_store()
-            source.register(self.names.types(parse_types(connection.type, connection.definition)))
-            name = self.names.type(ros2_name(connection.type))
-            copy_types(self._target, source, name)
-            self._converters[key] = make_converter(source, self._target, name, name, to_ros2=True)
+            source.register(self.names.legal_types(parse_types(connection.type, connection.definition)))
+            name = self.names.legal_type(ros2_name(connection.type))
+            copy_types(self._typestore, source, name)
+            self._converters[key] = make_converter(source, self._typestore, name, name, to_ros2=True)
         return self._converters[key]
 
 
 class McapWriter(Ros2Writer):
-    """A new MCAP file with messages of ROS 2.
+    """A new MCAP file with ROS 2 messages.
 
     Args:
         path: the file, replaced if it exists; its folder must be writable.
@@ -150,6 +150,6 @@ class McapWriter(Ros2Writer):
     def close(self) -> None:
         """Write the remaining data."""
         super().close()
-        (content,) = self.path.glob("*.mcap")
-        os.replace(content, self._file)
+        (mcap_file,) = self.path.glob("*.mcap")
+        os.replace(mcap_file, self._file)
         shutil.rmtree(self.path)

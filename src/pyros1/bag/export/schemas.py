@@ -1,4 +1,4 @@
-"""Message types as the rosbags library represents them; it converts messages between ROS 1 and ROS 2."""
+"""Message types as the rosbags library represents them, and conversions between ROS 1 and ROS 2 messages."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ Convert = Callable[[bytes], memoryview]
 def ros2_name(type_name: str) -> str:
     """Return a type's name in ROS 2: ``std_msgs/msg/String`` for ``std_msgs/String``."""
     package, _, name = type_name.partition("/")
-    full = f"{package}/msg/{name}"
-    return STATIC_MSGTYPE_RENAMES.get(full, full)
+    full_name = f"{package}/msg/{name}"
+    return STATIC_MSGTYPE_RENAMES.get(full_name, full_name)
 
 
 def distributions() -> dict[str, str]:
@@ -44,7 +44,7 @@ def parse_types(type_name: str, definition: str) -> Typesdict:
     try:
         return get_types_from_msg(text, ros2_name(type_name))
     except TypesysError:
-        # It cannot read every constant; without them the encoding is the same.
+        # rosbags cannot read every constant; without constants the encoding is the same.
         return get_types_from_msg(_CONSTANT.sub("", text), ros2_name(type_name))
 
 
@@ -54,7 +54,7 @@ def empty_store() -> Typestore:
 
 
 def copy_types(target: Typestore, source: Typestore, name: str) -> None:
-    """Copy a type and the types that it uses from one store to another, except for those that exist there.
+    """Copy a type and the types that it uses from one store to another, except for those that the target already has.
 
     Raises:
         KeyError: a type is missing in the source.
@@ -73,10 +73,10 @@ def copy_types(target: Typestore, source: Typestore, name: str) -> None:
 
 def used_types(store: Typestore, name: str) -> Iterator[str]:
     """Yield the message types of a type's fields."""
-    for _, kind in store.fielddefs[name][1]:
-        element: Any = kind[1][0] if kind[0] in (Nodetype.ARRAY, Nodetype.SEQUENCE) else kind
-        if element[0] == Nodetype.NAME:
-            yield str(element[1])
+    for _, field_type in store.fielddefs[name][1]:
+        element_type: Any = field_type[1][0] if field_type[0] in (Nodetype.ARRAY, Nodetype.SEQUENCE) else field_type
+        if element_type[0] == Nodetype.NAME:
+            yield str(element_type[1])
 
 
 def make_converter(source: Typestore, target: Typestore, name: str, target_name: str, *, to_ros2: bool) -> Convert:
@@ -88,7 +88,7 @@ def make_converter(source: Typestore, target: Typestore, name: str, target_name:
     Args:
         source: the store with `name`.
         target: the store with `target_name`.
-        to_ros2: whether to convert from ROS 1 to ROS 2, or the other way.
+        to_ros2: True to convert from ROS 1 to ROS 2, False for the other direction.
     """
     cache: dict[str, object] = {}
 

@@ -15,12 +15,12 @@ Emit = Callable[[str], object]
 _VALUES_PER_WRITE = 1000
 """Number of values of a row that are joined for one write."""
 
-_BYTES = ("uint8", "char")
-_TIMES = ("time", "duration")
+_BYTE_TYPES = ("uint8", "char")
+_TIME_TYPES = ("time", "duration")
 
 
 class Table:
-    """The rows of a topic, or of a field of its messages.
+    """The table of a topic's messages, or of one of their fields: one row for each message.
 
     Times are in nanoseconds; booleans are 1 and 0. Arrays have a column for each element of the first message; arrays
     of bytes have none. Strings are written unchanged, without quotes.
@@ -28,7 +28,7 @@ class Table:
     Args:
         nostr: whether to leave out strings.
         noarr: whether to leave out arrays.
-        field_filter: returns the names of the fields of a message to write; None for all.
+        field_filter: returns the names of the fields of a message that are written; None writes all.
     """
 
     def __init__(
@@ -63,16 +63,16 @@ class Table:
 
     def _value_names(self, value: Any, path: str) -> Iterator[str]:
         if isinstance(value, Message):
-            yield from self._names(value, path)
+            yield from self._message_names(value, path)
         elif isinstance(value, (list, tuple, bytes)):
-            for number, item in enumerate(value):
-                yield from self._value_names(item, f"{path}{number}")
+            for index, item in enumerate(value):
+                yield from self._value_names(item, f"{path}{index}")
         else:
             yield path
 
     def _value_texts(self, value: Any, offset: int) -> Iterator[str]:
         if isinstance(value, Message):
-            yield from self._values(value, offset)
+            yield from self._message_texts(value, offset)
         elif isinstance(value, (list, tuple, bytes)):
             for item in value:
                 yield from self._value_texts(item, offset)
@@ -90,37 +90,39 @@ class Table:
         return self._all_fields(cls)
 
     def _all_fields(self, cls: type[Message]) -> list[tuple[str, str, bool]]:
-        found = self._fields_by_class.get(cls)
-        if found is None:
-            found = self._fields_by_class[cls] = []
+        fields = self._fields_by_class.get(cls)
+        if fields is None:
+            fields = self._fields_by_class[cls] = []
             for name, slot_type in zip(cls.__slots__, cls._slot_types, strict=True):
-                kind, bracket, _ = slot_type.partition("[")
-                is_hidden = (bracket and (self._noarr or kind in _BYTES)) or (self._nostr and kind == "string")
+                element_type, bracket, _ = slot_type.partition("[")
+                is_hidden = (bracket and (self._noarr or element_type in _BYTE_TYPES)) or (
+                    self._nostr and element_type == "string"
+                )
                 if not is_hidden:
-                    found.append((name, kind, bool(bracket)))
-        return found
+                    fields.append((name, element_type, bool(bracket)))
+        return fields
 
-    def _names(self, message: Message, prefix: str) -> Iterator[str]:
-        for name, kind, is_array in self._fields(message):
+    def _message_names(self, message: Message, prefix: str) -> Iterator[str]:
+        for name, element_type, is_array in self._fields(message):
             value, path = getattr(message, name), f"{prefix}.{name}"
             items = value if is_array else (value,)
-            for number, item in enumerate(items):
-                item_path = f"{path}{number}" if is_array else path
-                if kind in nested_classes(type(message)):
-                    yield from self._names(item, item_path)
+            for index, item in enumerate(items):
+                item_path = f"{path}{index}" if is_array else path
+                if element_type in nested_classes(type(message)):
+                    yield from self._message_names(item, item_path)
                 else:
                     yield item_path
 
-    def _values(self, message: Message, offset: int) -> Iterator[str]:
-        for name, kind, is_array in self._fields(message):
+    def _message_texts(self, message: Message, offset: int) -> Iterator[str]:
+        for name, element_type, is_array in self._fields(message):
             value: Any = getattr(message, name)
             items = value if is_array else (value,)
-            if kind in nested_classes(type(message)):
+            if element_type in nested_classes(type(message)):
                 for item in items:
-                    yield from self._values(item, offset)
-            elif kind == "bool":
+                    yield from self._message_texts(item, offset)
+            elif element_type == "bool":
                 yield from ("1" if item else "0" for item in items)
-            elif kind in _TIMES:
+            elif element_type in _TIME_TYPES:
                 yield from (_nanoseconds(item, offset) for item in items)
             else:
                 yield from map(str, items)
@@ -131,7 +133,7 @@ def _nanoseconds(value: TVal, offset: int) -> str:
 
 
 def emit_row(emit: Emit, first: str, values: Iterator[str]) -> None:
-    """Emit a row of values, in pieces of a thousand values."""
+    """Emit a row that begins with `first`, in pieces of a thousand values."""
     emit(f"{first},")
     separator = ""
     while chunk := list(islice(values, _VALUES_PER_WRITE)):

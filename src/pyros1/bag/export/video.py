@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 
 from pyros1.bag.export.extras import import_extra
-from pyros1.bag.export.image_files import TYPES, compressed_pixels
+from pyros1.bag.export.image_files import IMAGE_TYPES, compressed_pixels
 from pyros1.bag.export.images import Pixels, pixels, to_8_bits
 from pyros1.ground.errors import MessageError
 from pyros1.ground.timing import Time
 
 _TICK = Fraction(1, 1_000_000)
 _CODECS = ("libx264", "mpeg4")
-_QUALITY = {"crf": "20", "preset": "fast"}
+_X264_OPTIONS = {"crf": "20", "preset": "fast"}
 
 
 class VideoWriter:
@@ -31,10 +31,10 @@ class VideoWriter:
         Error: PyAV or Pillow is not installed.
     """
 
-    def __init__(self, path: Callable[[str], str]) -> None:
+    def __init__(self, topic_path: Callable[[str], str]) -> None:
         self._av = import_extra("av", "video")
         import_extra("PIL.Image", "video")
-        self._path = path
+        self._topic_path = topic_path
         self._videos: dict[str, _Video] = {}
 
     def write_message(self, topic: str, message: Any, time: Time) -> None:
@@ -46,16 +46,16 @@ class VideoWriter:
             time: its time in the bag.
 
         Raises:
-            MessageError: the image is damaged, its kind is not supported, or its size differs from that of earlier
+            MessageError: the image is damaged, its encoding is not supported, or its size differs from that of earlier
                 frames.
             OSError: the file cannot be written.
         """
-        image = pixels(message) if message._type == TYPES[0] else compressed_pixels(message)
+        image = pixels(message) if message._type == IMAGE_TYPES[0] else compressed_pixels(message)
         image = _pad_to_even(to_8_bits(image))
         video = self._videos.get(topic)
         with self._as_os_errors(topic):
             if video is None:
-                video = self._videos[topic] = _Video(self._av, self._path(topic), image, time)
+                video = self._videos[topic] = _Video(self._av, self._topic_path(topic), image, time)
             video.write(image, time)
 
     def close(self) -> None:
@@ -76,18 +76,18 @@ class VideoWriter:
 
     @contextmanager
     def _as_os_errors(self, topic: str) -> Iterator[None]:
-        """Convert PyAV's errors to OSError."""
+        """Raise PyAV's errors as OSError, with the path of the topic's file."""
         try:
             yield
         except self._av.error.FFmpegError as error:
-            raise OSError(error.errno or errno.EIO, str(error.strerror), self._path(topic)) from error
+            raise OSError(error.errno or errno.EIO, str(error.strerror), self._topic_path(topic)) from error
 
 
 class _Video:
     def __init__(self, av: Any, path: str, image: Pixels, time: Time) -> None:
         self._av = av
-        self._begin = time.to_nsec()
-        self._last = -1
+        self._begin_ns = time.to_nsec()
+        self._last_pts = -1
         self._size = image.shape[:2]
         self.container = av.open(path, "w")
         # The video begins at 0 s; this is the corresponding clock time.
@@ -98,16 +98,16 @@ class _Video:
         self._stream.pix_fmt = "yuv420p"
         self._stream.codec_context.time_base = _TICK
         if codec == _CODECS[0]:
-            self._stream.options = _QUALITY
+            self._stream.options = _X264_OPTIONS
 
     def write(self, image: Pixels, time: Time) -> None:
         if image.shape[:2] != self._size:
             (height, width), (rows, columns) = self._size, image.shape[:2]
             raise MessageError(f"the image has {columns} x {rows} pixels, but earlier images have {width} x {height}")
-        form = "gray" if image.ndim == 2 else "rgb24" if image.shape[2] == 3 else "rgba"
-        frame = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format=form)
-        self._last = max((time.to_nsec() - self._begin) // 1000, self._last + 1)
-        frame.pts, frame.time_base = self._last, _TICK
+        pixel_format = "gray" if image.ndim == 2 else "rgb24" if image.shape[2] == 3 else "rgba"
+        frame = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(image), format=pixel_format)
+        self._last_pts = max((time.to_nsec() - self._begin_ns) // 1000, self._last_pts + 1)
+        frame.pts, frame.time_base = self._last_pts, _TICK
         self.container.mux(self._stream.encode(frame))
 
     def finish(self) -> None:
@@ -116,7 +116,7 @@ class _Video:
 
 
 def _pad_to_even(image: Pixels) -> Pixels:
-    """Return the image with even sizes, as videos need: the last row or column is repeated."""
+    """Return the image with an even width and height, as videos need; the last row or column is repeated if needed."""
     height, width = image.shape[:2]
     if not height % 2 and not width % 2:
         return image

@@ -1,4 +1,4 @@
-"""Appends to bags that were closed."""
+"""Adds messages to bags that were closed."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def append(
 ) -> BagWriter:
     """Return a writer that appends chunks to a bag. An encrypted bag stays encrypted.
 
-    Until it is closed, the bag has no index, like a new one.
+    Until the writer is closed, the bag has no index, like a new one.
 
     Args:
         target, compression, chunk_threshold: as for `BagWriter`.
@@ -23,7 +23,7 @@ def append(
     Raises:
         UnindexedError: the bag was not closed, or its index is damaged.
         BagError: it is not a bag, is of version 1.2, or cannot be decrypted.
-        OSError: the file cannot be read and written.
+        OSError: the file cannot be read or written.
     """
     with BagReader(target) as reader:
         if reader.file.version != 200:

@@ -10,8 +10,8 @@ from pyros1.bag.format.records import LimitError, RecordError
 
 COMPRESSIONS = ("none", "bz2", "lz4")
 
-MAX_CHUNK = 1 << 31
-"""Maximum size in bytes of the content of a chunk to write."""
+MAX_CHUNK_SIZE = 1 << 31
+"""Maximum size in bytes of the content of a chunk that is written."""
 
 
 def check_size(size: int, limit: int) -> None:
@@ -22,8 +22,8 @@ def check_size(size: int, limit: int) -> None:
         )
 
 
-_BZ2_FULL_LEVEL = 9
-_LZ4_BLOCKS_OF_1_MB = 6
+_BZ2_MAX_LEVEL = 9
+_LZ4_BLOCK_SIZE_1_MB = 6
 _PIECE_SIZE = 1 << 20
 """Number of bytes that are compressed or decompressed at a time."""
 _SMALL_PIECE_SIZE = 4096
@@ -41,12 +41,12 @@ def compress(compression: str, parts: Sequence[Buffer]) -> Sequence[Buffer]:
     if compression == "bz2":
         import bz2  # noqa: PLC0415 - most bags do not need it
 
-        compressor = bz2.BZ2Compressor(_BZ2_FULL_LEVEL)
+        compressor = bz2.BZ2Compressor(_BZ2_MAX_LEVEL)
         return [*map(compressor.compress, _pieces(parts)), compressor.flush()]
     if compression == "lz4":
         # Stock's readers reject frames with a size, without a checksum, or with blocks that depend on earlier ones.
         frame = _import_lz4().LZ4FrameCompressor(
-            block_size=_LZ4_BLOCKS_OF_1_MB, block_linked=False, content_checksum=True
+            block_size=_LZ4_BLOCK_SIZE_1_MB, block_linked=False, content_checksum=True
         )
         return [frame.begin(), *map(frame.compress, _pieces(parts)), frame.flush()]
     return parts
@@ -92,12 +92,12 @@ def _decompress(compression: str, data: bytes, size: int, partial: bool) -> byte
         decompressor = _import_lz4().LZ4FrameDecompressor()
     content = BytesIO()  # grows in place and returns its bytes without copying
     remaining = size
-    # In small steps, so that little of the data before a damaged part is lost.
-    step = _SMALL_PIECE_SIZE if partial else _PIECE_SIZE
+    # In small pieces, so that little of the data before a damaged part is lost.
+    piece_size = _SMALL_PIECE_SIZE if partial else _PIECE_SIZE
     view = memoryview(data)
     try:
-        for start in range(0, len(data), step):
-            piece = view[start : start + step]
+        for start in range(0, len(data), piece_size):
+            piece = view[start : start + piece_size]
             while remaining > 0:
                 output: bytes = decompressor.decompress(piece, min(remaining, _PIECE_SIZE))
                 if len(output) == size:

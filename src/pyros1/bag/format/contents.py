@@ -45,7 +45,7 @@ class Messages:
 
     __slots__ = ("conns", "ends", "offsets", "starts", "times")
 
-    SIZE = 24
+    BYTES_PER_MESSAGE = 24
     """Bytes of memory per message."""
 
     def __init__(self) -> None:
@@ -63,8 +63,8 @@ class Messages:
     def __len__(self) -> int:
         return len(self.times)
 
-    def __getitem__(self, number: int) -> Message:
-        return Message(*(column[number] for column in self._columns()))
+    def __getitem__(self, index: int) -> Message:
+        return Message(*(column[index] for column in self._columns()))
 
     def __iter__(self) -> Iterator[Message]:
         return map(Message._make, zip(*self._columns(), strict=True))
@@ -84,7 +84,7 @@ class Messages:
         ordered = times if ranks is None else sorted(times)
         if ranks is not None and any(map(eq, ordered, islice(ordered, 1, None))):
             conns = self.conns
-            order = array("I", sorted(range(len(times)), key=lambda number: (times[number], ranks[conns[number]])))
+            order = array("I", sorted(range(len(times)), key=lambda index: (times[index], ranks[conns[index]])))
         elif all(map(le, times, islice(times, 1, None))):
             return self
         else:
@@ -92,7 +92,7 @@ class Messages:
         return self._transform(lambda column: map(column.__getitem__, order))
 
     def iter_range(self, first: int, end: int) -> Iterator[tuple[int, int, int, int]]:
-        """Return (connection, time, start, end) of the messages with numbers from `first` to before `end`."""
+        """Return (connection id, time, start, end) of the messages with indexes from `first` to ``end - 1``."""
         if end == first + 1:
             return iter(((self.conns[first], self.times[first], self.starts[first], self.ends[first]),))
         columns = [self.conns, self.times, self.starts, self.ends]
@@ -110,10 +110,11 @@ class Messages:
         return transformed
 
 
-# Nearly all message headers have one of two forms: that of Python writers, and the sorted one of C++ writers.
+# Nearly all message headers have one of two layouts: ``op`` first, from Python writers, or ``conn`` first, from C++
+# writers, which sort the fields.
 _CONN_FIRST_PARTS = (b"\x09\0\0\0conn=", b"\x04\0\0\0op=\x02\x0d\0\0\0time=")
-_OP_FIRST_FORM = struct.Struct("<I17sI9sIII")
-_CONN_FIRST_FORM = struct.Struct("<I9sI17sIII")
+_OP_FIRST_LAYOUT = struct.Struct("<I17sI9sIII")
+_CONN_FIRST_LAYOUT = struct.Struct("<I9sI17sIII")
 _MESSAGE_HEADER = re.compile(
     re.escape(U32.pack(38))
     + b"(?:%b....%b|%b....%b)" % tuple(re.escape(word) for word in (*MESSAGE_HEADER_PARTS, *_CONN_FIRST_PARTS)),
@@ -122,7 +123,7 @@ _MESSAGE_HEADER = re.compile(
 
 
 def read_content(data: bytes, *, partial: bool = False) -> tuple[Messages, dict[int, Connection]]:
-    """Return the messages of a chunk's uncompressed content in order, and its connections by id.
+    """Return the messages in the uncompressed content of a chunk, in order, and the connections in it, by id.
 
     If several connections have the same id, the first one is used.
 
@@ -139,17 +140,17 @@ def read_content(data: bytes, *, partial: bool = False) -> tuple[Messages, dict[
     add_conn, add_time, add_offset = messages.conns.append, messages.times.append, messages.offsets.append
     add_start, add_end = messages.starts.append, messages.ends.append
     position, end = 0, len(data)
-    first, second, form = *MESSAGE_HEADER_PARTS, _OP_FIRST_FORM
+    first_part, second_part, layout = *MESSAGE_HEADER_PARTS, _OP_FIRST_LAYOUT
     while position < end:
         if end - position >= 46:
-            size, part1, conn, part2, secs, nsecs, length = form.unpack_from(data, position)
-            if size == 38 and part1 == first and part2 == second:
+            size, part1, conn, part2, secs, nsecs, length = layout.unpack_from(data, position)
+            if size == 38 and part1 == first_part and part2 == second_part:
                 start = position + 46
                 stop = start + length
                 if stop > end:
                     if not partial:
                         break
-                    position = _next_message(data, position + 1)
+                    position = _find_next_message(data, position + 1)
                     continue
                 add_conn(conn)
                 add_time(secs * NS + nsecs)
@@ -158,14 +159,14 @@ def read_content(data: bytes, *, partial: bool = False) -> tuple[Messages, dict[
                 add_end(stop)
                 position = stop
                 continue
-            if size == 38 and form is _OP_FIRST_FORM and data[position + 4 : position + 13] == _CONN_FIRST_PARTS[0]:
-                first, second, form = *_CONN_FIRST_PARTS, _CONN_FIRST_FORM
+            if size == 38 and layout is _OP_FIRST_LAYOUT and data[position + 4 : position + 13] == _CONN_FIRST_PARTS[0]:
+                first_part, second_part, layout = *_CONN_FIRST_PARTS, _CONN_FIRST_LAYOUT
                 continue
-        following = 0
+        next_position = 0
         try:
             fields, start, stop = split_record(data, position)
             op = op_of(fields)
-            following = stop  # now the record's lengths are trusted, even if other parts of it are wrong
+            next_position = stop  # from here on, the record is skipped as a whole even if other parts of it are wrong
             if op == OP_MESSAGE:
                 messages.add(u32(fields, "conn"), time_of(fields), position, start, stop)
             elif op == OP_CONNECTION:
@@ -173,8 +174,8 @@ def read_content(data: bytes, *, partial: bool = False) -> tuple[Messages, dict[
         except RecordError as error:
             if not partial:
                 raise RecordError(f"{error} (at byte {position} of the chunk's content)") from None
-            following = following or _next_message(data, position + 1)
-        position = following
+            next_position = next_position or _find_next_message(data, position + 1)
+        position = next_position
     if position < end and not partial:
         raise RecordError(f"the message at byte {position} of the chunk's content runs past the chunk's end")
     return messages, connections
@@ -189,7 +190,7 @@ def _add_connection(connections: dict[int, Connection], fields: Fields, data: by
     connections[conn_id] = parse_connection(fields, data)
 
 
-def _next_message(data: bytes, position: int) -> int:
-    """Return the offset of the next message after a damaged record, or the end of the content."""
+def _find_next_message(data: bytes, position: int) -> int:
+    """Return the offset of the next message header from `position` on, or the end of the content."""
     found = _MESSAGE_HEADER.search(data, position)
     return len(data) if found is None else found.start()

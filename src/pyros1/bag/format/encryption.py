@@ -1,6 +1,6 @@
 """Encrypted bags (B03, L144): AES-CBC with one key per bag; the bag header holds the key, encrypted by gpg.
 
-The cipher is implemented by the package ``cryptography``; gpg is the system's, with the user's keys.
+The cipher is implemented by the package ``cryptography``; gpg is the installed program, with the user's keys.
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from typing import Any
 from pyros1.bag.format.records import RecordError
 from pyros1.ground.errors import Error
 
-AES = "rosbag/AesCbcEncryptor"
-NONE = "rosbag/NoEncryptor"
-ENCRYPTORS = (AES, NONE)
+AES_ENCRYPTOR = "rosbag/AesCbcEncryptor"
+NO_ENCRYPTOR = "rosbag/NoEncryptor"
+ENCRYPTORS = (AES_ENCRYPTOR, NO_ENCRYPTOR)
 
 _BLOCK_SIZE = 16
 _PIECE_SIZE = 1 << 20
@@ -51,11 +51,11 @@ class Cipher:
         self._make_cipher: Callable[[bytes], Any] = lambda vector: ciphers.Cipher(algorithm, ciphers.modes.CBC(vector))
 
     def encrypt(self, data: bytes) -> bytes:
-        """Return bytes encrypted, preceded by the initialization vector."""
+        """Return the encrypted bytes, preceded by the initialization vector."""
         return b"".join(self.encrypt_parts([data]))
 
     def encrypt_parts(self, parts: Iterable[Buffer]) -> list[bytes]:
-        """Return the encrypted bytes of some parts, in small parts."""
+        """Return the encrypted bytes of the joined parts in pieces; the first one is the initialization vector."""
         vector = os.urandom(_BLOCK_SIZE)
         encryptor = self._make_cipher(vector).encryptor()
         output, size = [vector], 0
@@ -66,13 +66,13 @@ class Cipher:
         return [*output, encryptor.update(bytes([padding]) * padding)]
 
     def decrypt(self, data: bytes, *, partial: bool = False) -> bytes:
-        """Return bytes decrypted.
+        """Return the decrypted bytes.
 
         Args:
-            partial: whether they may be cut off; the part that can be decrypted is returned then.
+            partial: whether the data may be cut off; the part that can be decrypted is returned then.
 
         Raises:
-            RecordError: they were not encrypted with this key, or are damaged.
+            RecordError: the data were not encrypted with this key, or are damaged.
         """
         if partial:
             data = data[: len(data) // _BLOCK_SIZE * _BLOCK_SIZE]
@@ -80,12 +80,12 @@ class Cipher:
             raise RecordError("the encrypted data are cut off")
         decryptor = self._make_cipher(data[:_BLOCK_SIZE]).decryptor()
         output = BytesIO()  # grows in place, and returns its bytes without a copy
-        last = b""
+        last_piece = b""
         for piece in _pieces(memoryview(data)[_BLOCK_SIZE:]):
-            last = decryptor.update(piece)
-            output.write(last)
-        padding = last[-1] if last else 0
-        if 0 < padding <= _BLOCK_SIZE and last.endswith(bytes([padding]) * padding):
+            last_piece = decryptor.update(piece)
+            output.write(last_piece)
+        padding = last_piece[-1] if last_piece else 0
+        if 0 < padding <= _BLOCK_SIZE and last_piece.endswith(bytes([padding]) * padding):
             output.truncate(len(data) - _BLOCK_SIZE - padding)
         elif not partial:
             raise RecordError("the encrypted data are damaged, or were encrypted with another key")
@@ -100,17 +100,18 @@ def new_cipher(user: str = _DEFAULT_USER) -> Cipher:
     """Return a cipher with a new key.
 
     Args:
-        user: name, address or fingerprint of the gpg key that encrypts it; ``*`` for the first key for which gpg has
-            the secret key.
+        user: name, address or fingerprint of the gpg key that encrypts it; ``*`` for the first secret key that gpg has.
 
     Raises:
         KeyUnavailableError: gpg has no such key, or a program or package is not installed.
     """
     _import_ciphers()
-    recipient, name = _first_secret_key() if user == _DEFAULT_USER else (user, user)
+    recipient, user_name = _first_secret_key() if user == _DEFAULT_USER else (user, user)
     key = os.urandom(_BLOCK_SIZE)
     encrypted_key = gpg("--batch", "--trust-model", "always", "--recipient", recipient, "--encrypt", data=key)
-    return Cipher({"encryptor": AES.encode(), "gpg_user": name.encode(), "encrypted_key": encrypted_key}, key)
+    return Cipher(
+        {"encryptor": AES_ENCRYPTOR.encode(), "gpg_user": user_name.encode(), "encrypted_key": encrypted_key}, key
+    )
 
 
 def _first_secret_key() -> tuple[str, str]:
@@ -136,7 +137,7 @@ def open_cipher(header: Mapping[str, bytes]) -> Cipher:
             installed.
     """
     encryptor = header.get("encryptor", b"").decode("latin-1")
-    if encryptor != AES:
+    if encryptor != AES_ENCRYPTOR:
         raise KeyUnavailableError(f"the bag is encrypted by {encryptor}, which is not supported")
     fields = {name: header[name] for name in ("encryptor", "gpg_user", "encrypted_key") if name in header}
     _import_ciphers()  # before the user is asked for a passphrase
@@ -151,6 +152,7 @@ def _import_ciphers() -> Any:
 
 
 def gpg(*args: str, data: bytes = b"") -> bytes:
+    """Run gpg with `data` as its input and return its output; raises KeyUnavailableError if that fails."""
     import subprocess  # noqa: PLC0415 - most bags are not encrypted
 
     try:

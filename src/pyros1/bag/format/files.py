@@ -12,12 +12,12 @@ from io import FileIO
 from typing import IO, Any
 
 from pyros1.bag.errors import BagError, EncryptedError, NotABagError
-from pyros1.bag.format.encryption import NONE, Cipher, KeyUnavailableError, open_cipher
+from pyros1.bag.format.encryption import NO_ENCRYPTOR, Cipher, KeyUnavailableError, open_cipher
 from pyros1.bag.format.records import (
     BAG_HEADER_SIZE,
     FIRST_LINE,
     MAX_CONNECTIONS,
-    MAX_HEADER,
+    MAX_HEADER_SIZE,
     OP_BAG,
     OP_CHUNK,
     OP_CONNECTION,
@@ -33,7 +33,7 @@ from pyros1.bag.format.records import (
 )
 from pyros1.bag.limits import chunk_limit
 
-_COUNT = struct.Struct("<II")
+_CONN_AND_COUNT = struct.Struct("<II")
 
 _HEAD_SIZE = 512
 """Number of bytes that are read first for a record's header; enough for most."""
@@ -57,19 +57,19 @@ class Counts(Mapping[int, int]):
         return iter(self.unpacked())
 
     def __len__(self) -> int:
-        return len(self._packed) // _COUNT.size
+        return len(self._packed) // _CONN_AND_COUNT.size
 
     def keys(self) -> KeysView[int]:
-        """Return the ids."""
+        """Return the connection ids."""
         return self.unpacked().keys()
 
     def items(self) -> ItemsView[int, int]:
-        """Return pairs of id and number of messages."""
+        """Return pairs of connection id and number of messages."""
         return self.unpacked().items()
 
     def unpacked(self) -> dict[int, int]:
         """Return the counts as a dictionary, for repeated access."""
-        return dict(_COUNT.iter_unpack(self._packed))
+        return dict(_CONN_AND_COUNT.iter_unpack(self._packed))
 
 
 @dataclass(slots=True)
@@ -82,7 +82,7 @@ class Chunk:
         end: latest time in it.
         counts: connection id -> number of messages.
         loose_size: size in bytes of a run of messages outside of chunks; 0 for a chunk.
-        is_complete: whether it is complete; otherwise only a part of it can be read.
+        is_complete: whether it is complete; if not, only a part of it can be read.
     """
 
     pos: int
@@ -100,23 +100,23 @@ class ChunkHeader:
     Attributes:
         compression: name of the compression.
         size: size of the content in bytes.
-        data: offset of the stored bytes in the file.
-        stored: number of stored bytes, from the header.
+        data_offset: offset of the stored bytes in the file.
+        stored_size: number of stored bytes, from the header.
     """
 
     compression: str
     size: int
-    data: int
-    stored: int
+    data_offset: int
+    stored_size: int
 
     def trusted_size(self, limit: int) -> int:
-        """Return the number of stored bytes to read: less than `stored` if the two lengths contradict each other.
+        """Return the number of stored bytes to read: less than `stored_size` if the two lengths contradict each other.
 
         Args:
             limit: maximum size of the content.
         """
         size = min(self.size, limit)
-        return min(self.stored, max(size + size // 32, _TRUSTED_SIZE))
+        return min(self.stored_size, max(size + size // 32, _TRUSTED_SIZE))
 
 
 def file_label(target: str | os.PathLike[str] | IO[bytes]) -> str:
@@ -131,8 +131,8 @@ class BagFile:
 
     Args:
         source: path of the file, or an open binary file, which stays open when this is closed.
-        limit: maximum size in bytes of the content of a chunk, and of a message outside of chunks; None for that of the
-            environment (`pyros1.bag.limits.chunk_limit`).
+        limit: maximum size in bytes of the content of a chunk, and of a message outside of chunks; None means the limit
+            from the environment (`pyros1.bag.limits.chunk_limit`).
 
     Attributes:
         limit: the limit in bytes.
@@ -180,7 +180,7 @@ class BagFile:
     def encryptor_name(self) -> str:
         """Name of the encryptor; empty if the bag is not encrypted."""
         name = self.header.get("encryptor", b"").decode("latin-1")
-        return "" if name == NONE else name
+        return "" if name == NO_ENCRYPTOR else name
 
     def unlock(self) -> None:
         """Have gpg decrypt the bag's key, if the bag is encrypted.
@@ -196,23 +196,23 @@ class BagFile:
             raise EncryptedError(self.path, f"the bag is encrypted and cannot be decrypted: {error}") from None
 
     def decrypt(self, data: bytes, *, partial: bool = False) -> bytes:
-        """Decrypt bytes of an unlocked bag, if it is encrypted.
+        """Return bytes of an unlocked bag, decrypted if the bag is encrypted.
 
         Args:
-            partial: whether they may be cut off; the part that can be decrypted is returned then.
+            partial: whether the bytes may be cut off; the part that can be decrypted is returned then.
 
         Raises:
-            RecordError: they are damaged.
+            RecordError: the bytes are damaged.
         """
         return data if self.cipher is None else self.cipher.decrypt(data, partial=partial)
 
     def close(self) -> None:
-        """Close the file, if it was opened here."""
+        """Close the file, unless it was passed as an open file."""
         if self._owns_file:
             self._file.close()
 
     def read(self, position: int, size: int) -> bytes:
-        """Read bytes at an offset; fewer at the end of the file."""
+        """Return `size` bytes from an offset; fewer at the end of the file."""
         size_left = min(size, self.size - position)
         if size_left <= 0:
             return b""  # offsets beyond the end come from damaged records, and may be too large for seek
@@ -229,26 +229,29 @@ class BagFile:
         return parts[0] if len(parts) == 1 else b"".join(parts)
 
     def prefetch(self, positions: Iterable[int]) -> None:
-        """Ask the system to fetch the records at some offsets in parallel, before they are read one by one."""
+        """Ask the system to fetch the records at these offsets in parallel, before they are read one by one."""
         if self._owns_file and hasattr(os, "posix_fadvise"):
-            number = self._file.fileno()
-            os.posix_fadvise(number, 0, 0, os.POSIX_FADV_RANDOM)  # not the bytes around them
+            descriptor = self._file.fileno()
+            os.posix_fadvise(
+                descriptor, 0, 0, os.POSIX_FADV_RANDOM
+            )  # so that the system does not fetch the bytes around them
             for position in positions:
                 if position < self.size:
-                    os.posix_fadvise(number, position, _HEAD_SIZE, os.POSIX_FADV_WILLNEED)
-            os.posix_fadvise(number, 0, 0, os.POSIX_FADV_NORMAL)
+                    os.posix_fadvise(descriptor, position, _HEAD_SIZE, os.POSIX_FADV_WILLNEED)
+            os.posix_fadvise(descriptor, 0, 0, os.POSIX_FADV_NORMAL)
 
     def record(self, position: int) -> tuple[Fields, int, int]:
-        """Return the record at an offset: its fields, the offset of its data, and their length from its header.
+        """Return the record at an offset: its fields, the offset of its data, and the length that it claims for its
+        data.
 
         Raises:
-            RecordError: there is no record, or its header is cut off.
+            RecordError: there is no record at the offset, or its header is cut off.
         """
         head = self.read(position, _HEAD_SIZE)
         if len(head) < 8:
             raise RecordError("the record is cut off")
         (size,) = U32.unpack_from(head)
-        if size > MAX_HEADER:
+        if size > MAX_HEADER_SIZE:
             raise RecordError(f"there is no record here: its header would have {size} bytes")
         if position + 8 + size > self.size:
             raise RecordError("the record's header runs past the end of the file")
@@ -265,7 +268,7 @@ class BagFile:
         """Return the header of the chunk at an offset.
 
         Raises:
-            RecordError: there is no chunk.
+            RecordError: there is no chunk at the offset.
         """
         fields, data, length = self.record(position)
         if op_of(fields) != OP_CHUNK:
@@ -276,7 +279,7 @@ class BagFile:
         """Return the connection whose record is at an offset outside of chunks, and the offset after it.
 
         Raises:
-            RecordError: there is no connection, or it is damaged.
+            RecordError: there is no connection at the offset, or it is damaged.
         """
         head, position = self._read_block(position)
         fields = parse_fields(head)
@@ -305,7 +308,7 @@ class BagFile:
         start = position + U32.size
         if len(head) < U32.size or start + size > self.size:
             raise RecordError("the record is cut off")
-        if size > MAX_HEADER:
+        if size > MAX_HEADER_SIZE:
             raise RecordError(f"the record's length, {size} bytes, is too large")
         return self.decrypt(self.read(start, size)), start + size
 
@@ -314,11 +317,11 @@ class BagFile:
         if self.size == 0:
             raise NotABagError(self.path, "the file is empty: nothing was recorded")
         line = self.read(0, 64)
-        first = FIRST_LINE.match(line)
-        if first is not None:
-            major, minor = map(int, first.groups())
+        match = FIRST_LINE.match(line)
+        if match is not None:
+            major, minor = map(int, match.groups())
             if (major, minor) in ((2, 0), (1, 2)):
-                return 100 * major + minor, first.end()
+                return 100 * major + minor, match.end()
             raise NotABagError(self.path, f"bag version {major}.{minor} is not supported; only 2.0 and 1.2 are")
         if len(line) == self.size and line.startswith(b"#ROS"):
             raise NotABagError(self.path, "the file ends in its first line; nothing can be saved")
@@ -328,7 +331,7 @@ class BagFile:
         try:
             fields, data, length = self.record(begin)
             if op_of(fields) == OP_BAG:
-                return fields, self._header_end(data, data + length)
+                return fields, self._first_record_offset(data, data + length)
         except RecordError as error:
             if self.version == 200 and self.size <= begin + BAG_HEADER_SIZE:
                 raise BagError(
@@ -336,9 +339,9 @@ class BagFile:
                 ) from None
         return {}, begin  # chunks may follow a damaged header, and version 1.2 without an index has none
 
-    def _header_end(self, begin: int, end: int) -> int:
-        """Return `end`, where the first record is, or `begin` if the padding's length is damaged and it must be
-        searched for.
+    def _first_record_offset(self, begin: int, end: int) -> int:
+        """Return the offset of the first record: `end`, or `begin` if the padding's length is damaged, so that the
+        record must be searched for from there.
         """
         try:
             self.record(end)
@@ -359,8 +362,8 @@ _OTHER_FORMATS = {
 
 
 def _describe_format(line: bytes) -> str:
-    for magic, description in _OTHER_FORMATS.items():
-        if line.startswith(magic):
+    for signature, description in _OTHER_FORMATS.items():
+        if line.startswith(signature):
             return f": {description}"
     if not line.strip(b"\0"):
         return ": it begins with zeros; its content was never written to disk, or was lost"

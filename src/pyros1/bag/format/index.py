@@ -20,7 +20,7 @@ from pyros1.bag.format.records import (
 )
 from pyros1.bag.format.scanner import Damage
 
-ENTRY = struct.Struct("<III")
+INDEX_ENTRY = struct.Struct("<III")
 """A message's time in seconds and nanoseconds, and its offset in the content."""
 
 _NOT_CLOSED = "the bag has no index (it was not closed); `pyros1 bag reindex` makes one"
@@ -70,7 +70,7 @@ def entry_ranges(file: BagFile, chunk: Chunk, header: ChunkHeader) -> list[tuple
 
     Return None if they contradict the chunk info or the content.
     """
-    position = header.data + header.stored
+    position = header.data_offset + header.stored_size
     ranges: list[tuple[int, int, int]] = []
     counts = dict(chunk.counts)
     if sum(counts.values()) * RECORD_OVERHEAD > min(header.size, file.limit):
@@ -79,7 +79,7 @@ def entry_ranges(file: BagFile, chunk: Chunk, header: ChunkHeader) -> list[tuple
         for _ in counts:
             fields, start, _ = file.record(position)
             conn, count = u32(fields, "conn"), u32(fields, "count")
-            size = ENTRY.size * count
+            size = INDEX_ENTRY.size * count
             if op_of(fields) != OP_INDEX or count != counts.get(conn) or start + size > file.size:
                 return None
             ranges.append((conn, start, size))

@@ -14,7 +14,7 @@ from pyros1.bag.errors import BagError, UnindexedError
 from pyros1.bag.format.compression import check_size, decompress
 from pyros1.bag.format.contents import Messages, read_content
 from pyros1.bag.format.files import BagFile, Chunk, ChunkHeader
-from pyros1.bag.format.index import ENTRY, check_version_1_2, entry_ranges, read_index
+from pyros1.bag.format.index import INDEX_ENTRY, check_version_1_2, entry_ranges, read_index
 from pyros1.bag.format.records import (
     MAX_TIME,
     NS,
@@ -84,7 +84,7 @@ class BagReader:
         progress: called with the offset in bytes while the file is scanned.
         chunk_limit: maximum size in bytes of the content of a chunk. None means the value of the environment variable
             ``PYROS1_BAG_CHUNK_LIMIT``, in MiB, or else 256 MiB. For the memory needed, see `pyros1.bag.limits`.
-        written: the writer of a bag that is not closed yet, which is used instead of the index.
+        written: the writer of the bag, if it is not closed yet; replaces the file's index.
 
     Attributes:
         connections: connections by id.
@@ -152,7 +152,7 @@ class BagReader:
         return max((chunk.end for chunk in self.chunks if chunk.counts), default=0)
 
     def count(self, connections: Collection[int] | None = None) -> int:
-        """Return the number of messages.
+        """Return the number of messages, from the index.
 
         Args:
             connections: ids of the connections to count; None means all.
@@ -162,13 +162,13 @@ class BagReader:
 
     def ids(self, topics: Collection[str]) -> set[int]:
         """Return the ids of the connections of some topics; a leading ``/`` matters only if the bag has both names."""
-        recorded = {connection.topic for connection in self.connections.values()}
-        exact = recorded.intersection(topics)
-        others = {topic.lstrip("/") for topic in topics if topic not in exact}
+        recorded_names = {connection.topic for connection in self.connections.values()}
+        exact_names = recorded_names.intersection(topics)
+        other_names = {topic.lstrip("/") for topic in topics if topic not in exact_names}
         return {
-            number
-            for number, connection in self.connections.items()
-            if connection.topic in exact or connection.topic.lstrip("/") in others
+            conn_id
+            for conn_id, connection in self.connections.items()
+            if connection.topic in exact_names or connection.topic.lstrip("/") in other_names
         }
 
     def messages(
@@ -228,7 +228,7 @@ class BagReader:
                 found = found.where(lambda conn, time: conn in ids)
             return found.by_time(ranks)
 
-        def key(found: Messages, index: int) -> tuple[int, int]:
+        def sort_key(found: Messages, index: int) -> tuple[int, int]:
             return found.times[index], 0 if ranks is None else ranks[found.conns[index]]
 
         is_located = message_type is LocatedMessage
@@ -239,19 +239,19 @@ class BagReader:
                 chunk = pending.popleft()
                 found = contents.get(chunk)[1]
                 if found:
-                    heapq.heappush(heap, (key(found, 0), chunk.pos, 0, chunk))
+                    heapq.heappush(heap, (sort_key(found, 0), chunk.pos, 0, chunk))
                 else:
                     contents.drop(chunk)
             if not heap:
                 continue
             _, pos, index, chunk = heapq.heappop(heap)
             content, found = contents.get(chunk)
-            until = min(heap[0][0][0] if heap else MAX_TIME + 1, pending[0].start if pending else MAX_TIME + 1)
-            next_index = bisect_left(found.times, until, index + 1)
+            next_time = min(heap[0][0][0] if heap else MAX_TIME + 1, pending[0].start if pending else MAX_TIME + 1)
+            next_index = bisect_left(found.times, next_time, index + 1)
             last_index = next_index - 1
             if last_index > index and is_located:
-                for each in found.iter_range(index, last_index):
-                    conn, time, begin, stop = each[:4]
+                for positions in found.iter_range(index, last_index):
+                    conn, time, begin, stop = positions[:4]
                     yield LocatedMessage(known[conn], time, content[begin:stop], (pos, found.offsets[index]))
                     index += 1
             elif last_index > index:
@@ -261,7 +261,7 @@ class BagReader:
             location = ((pos, found.offsets[last_index]),) if is_located else ()
             message = message_type(known[conn], time, content[begin:stop], *location)
             if next_index < len(found):
-                heapq.heappush(heap, (key(found, next_index), pos, next_index, chunk))
+                heapq.heappush(heap, (sort_key(found, next_index), pos, next_index, chunk))
             else:
                 contents.drop(chunk)
             # A large message has a chunk of its own. Neither may stay in memory longer than needed.
@@ -270,7 +270,7 @@ class BagReader:
             del message
 
     def at(self, location: tuple[int, int]) -> RawMessage:
-        """Return the message at a location; its whole chunk is read for it.
+        """Return the message at a location. Its whole chunk is read.
 
         Raises:
             BagError: there is no message, or its chunk cannot be read.
@@ -289,7 +289,9 @@ class BagReader:
         raise BagError(self.path, f"there is no message at {offset} in a chunk at {pos}")
 
     def entries(self) -> Iterator[Entry]:
-        """Yield the locations of all messages in no particular order; apart from that like :meth:`times`."""
+        """Yield an entry for each message, in no particular order; read from the same data, with the same errors, as
+        :meth:`times`.
+        """
         for chunk in self.chunks:
             ranges = None if self.scanned else entry_ranges(self.file, chunk, self.header(chunk))
             if ranges is None:
@@ -298,7 +300,7 @@ class BagReader:
                     yield Entry(conn, time, (chunk.pos, offset))
                 continue
             for conn, start, size in ranges:
-                for secs, nsecs, offset in ENTRY.iter_unpack(self.file.read(start, size)):
+                for secs, nsecs, offset in INDEX_ENTRY.iter_unpack(self.file.read(start, size)):
                     yield Entry(conn, secs * NS + nsecs, (chunk.pos, offset))
 
     def times(self) -> Iterator[tuple[int, int]]:
@@ -312,7 +314,7 @@ class BagReader:
         return ((entry.conn, entry.time) for entry in self.entries())
 
     def headers(self) -> Iterator[ChunkHeader]:
-        """Yield the headers of all chunks. Fast even for many, since the system is asked to prefetch them.
+        """Yield the headers of all chunks. This is fast even for many chunks, since the system prefetches them.
 
         Raises:
             BagError: a header cannot be read.
@@ -348,12 +350,12 @@ class BagReader:
         try:
             check_size(header.size, file.limit)
             self._check_overlap(chunk, header)
-            is_unfinished = not chunk.is_complete and not header.stored
-            stored = file.read(header.data, file.limit if is_unfinished else header.trusted_size(file.limit))
+            is_unfinished = not chunk.is_complete and not header.stored_size
+            stored = file.read(header.data_offset, file.limit if is_unfinished else header.trusted_size(file.limit))
             if chunk.loose_size:
                 return stored, self._read_loose(stored)
-            if chunk.is_complete and len(stored) < header.stored:
-                is_cut = header.data + header.stored > file.size
+            if chunk.is_complete and len(stored) < header.stored_size:
+                is_cut = header.data_offset + header.stored_size > file.size
                 raise RecordError(
                     "the chunk runs past the end of the file" if is_cut else "the chunk's lengths contradict each other"
                 )
@@ -375,14 +377,14 @@ class BagReader:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+        self, error_type: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         self.close()
 
     def _check_overlap(self, chunk: Chunk, header: ChunkHeader) -> None:
         """Raise RecordError if a chunk overlaps the next one: many such chunks could each contain most of the file."""
         next_index = bisect_right(self._positions, chunk.pos)
-        if next_index < len(self._positions) and header.data + header.stored > self._positions[next_index]:
+        if next_index < len(self._positions) and header.data_offset + header.stored_size > self._positions[next_index]:
             raise RecordError(f"the chunk overlaps the one at byte {self._positions[next_index]}")
 
     def _read_loose(self, stored: bytes) -> Messages:
@@ -407,12 +409,12 @@ class BagReader:
         self.damages = scanner.damages
         self.scanned = True
         if self.file.version == 102:
-            self._old_connections = scanner.old
+            self._old_connections = scanner.old_connections
 
 
 class _ChunkCache:
-    """The contents of the chunks being read. If too many overlap in time, the least recently used are dropped and
-    reread later.
+    """The contents of the chunks being read. If too many chunks overlap in time, the least recently used contents are
+    dropped and read again later.
 
     Args:
         reader: reads the chunks.
@@ -445,4 +447,4 @@ class _ChunkCache:
 
 
 def _memory_size(cached: tuple[bytes, Messages]) -> int:
-    return len(cached[0]) + Messages.SIZE * len(cached[1])
+    return len(cached[0]) + Messages.BYTES_PER_MESSAGE * len(cached[1])

@@ -18,7 +18,7 @@ from typing import NamedTuple
 MAGIC_20 = b"#ROSBAG V2.0\n"
 
 FIRST_LINE = re.compile(rb"#ROS[^\n]{0,32}? V(\d)\.(\d)\r?\n")
-"""The first line of all versions; before 2.0, recorders wrote another word in it."""
+"""Pattern of the first line in all versions; before 2.0, recorders wrote another word instead of ``BAG``."""
 
 OP_DEFINITION = 0x01
 OP_MESSAGE = 0x02
@@ -31,7 +31,7 @@ OP_CONNECTION = 0x07
 BAG_HEADER_SIZE = 4096
 """Size in bytes of the bag header's fields and padding; tools rewrite it in place, so all must use the same size."""
 
-MAX_HEADER = 1 << 24
+MAX_HEADER_SIZE = 1 << 24
 """Maximum size of a record header in bytes; in version 1.2, it may contain a message definition."""
 
 RECORD_OVERHEAD = 46
@@ -47,6 +47,7 @@ _MAX_FIELDS = 4096
 """Maximum number of fields in a header. Small fields take twenty times their size in memory."""
 
 NS = 1_000_000_000
+"""Nanoseconds per second."""
 MAX_TIME = (1 << 32) * NS - 1
 """Latest time that can be stored in a record, in nanoseconds."""
 
@@ -132,7 +133,7 @@ def parse_fields(data: bytes) -> Fields:
     """Return the fields of a header.
 
     Raises:
-        RecordError: they are malformed.
+        RecordError: the fields are malformed.
     """
     fields: Fields = {}
     position, end = 0, len(data)
@@ -167,7 +168,7 @@ def op_of(fields: Mapping[str, bytes]) -> int:
     """Return a record's op code.
 
     Raises:
-        RecordError: it has no op code.
+        RecordError: the record has no op code.
     """
     op = fields.get("op", b"")
     if len(op) != 1:
@@ -176,7 +177,7 @@ def op_of(fields: Mapping[str, bytes]) -> int:
 
 
 def u32(fields: Mapping[str, bytes], name: str) -> int:
-    """Return a field as a u32.
+    """Return the value of a u32 field.
 
     Raises:
         RecordError: the field is missing, or has another size.
@@ -185,12 +186,12 @@ def u32(fields: Mapping[str, bytes], name: str) -> int:
 
 
 def u64(fields: Mapping[str, bytes], name: str) -> int:
-    """Return a field as a u64; raises the same errors as :func:`u32`."""
+    """Return the value of a u64 field; raises the same errors as :func:`u32`."""
     return _number(fields, name, U64)
 
 
 def time_of(fields: Mapping[str, bytes], name: str = "time") -> int:
-    """Return a field as a time in nanoseconds; raises the same errors as :func:`u32`."""
+    """Return the value of a time field in nanoseconds; raises the same errors as :func:`u32`."""
     value = fields.get(name, b"")
     if len(value) != 8:
         raise RecordError(f"the record has no field {name} of 8 bytes")
@@ -203,24 +204,24 @@ def pack_time(time: int) -> bytes:
     return _TIME.pack(*divmod(time, NS))
 
 
-def _number(fields: Mapping[str, bytes], name: str, form: struct.Struct) -> int:
+def _number(fields: Mapping[str, bytes], name: str, number_format: struct.Struct) -> int:
     value = fields.get(name, b"")
-    if len(value) != form.size:
-        raise RecordError(f"the record has no field {name} of {form.size} bytes")
-    number: int = form.unpack(value)[0]
+    if len(value) != number_format.size:
+        raise RecordError(f"the record has no field {name} of {number_format.size} bytes")
+    number: int = number_format.unpack(value)[0]
     return number
 
 
 def make_bag_header(
     index_pos: int = 0, connections: int = 0, chunks: int = 0, extra_fields: Mapping[str, bytes] | None = None
 ) -> bytes:
-    """Return the bag header's record; index_pos 0 means that the bag is not closed.
+    """Return the bag header's record; `index_pos` is 0 if the bag is not closed.
 
     Args:
         extra_fields: additional fields, for an encrypted bag.
 
     Raises:
-        RecordError: they are too long.
+        RecordError: the fields are too long.
     """
     header = make_fields({
         "op": bytes([OP_BAG]),
@@ -236,7 +237,7 @@ def make_bag_header(
 
 
 def make_connection(connection: Connection, encrypt: Callable[[bytes], bytes] | None = None) -> bytes:
-    """Return a connection's record.
+    """Return the record of a connection.
 
     Args:
         encrypt: encrypts its header and its data, as in the end section of encrypted bags.

@@ -29,12 +29,12 @@ from pyros1.bag.format.records import (
 )
 from pyros1.bag.format.version_1_2 import MAX_BEGIN_LENGTH, OldConnections, find_record_starts, read_old_messages
 
-_LOOSE_SIZE = 1 << 20
+_LOOSE_READ_SIZE = 1 << 20
 """Number of bytes of messages outside of chunks that are read at a time."""
 
-_MAX_SEARCH = 1 << 20
+_MAX_SEARCH_SIZE = 1 << 20
 """Number of bytes searched at a time; fewer at first, since the next record may be near."""
-_FIRST_SEARCH = 1 << 12
+_FIRST_SEARCH_SIZE = 1 << 12
 
 _MAX_READ_FACTOR = 64
 """Maximum average number of reads of each byte: without a limit, every wrong length could claim the rest of the file
@@ -48,7 +48,7 @@ _TRUSTED_SIZE = 1 << 16
 
 @dataclass(frozen=True)
 class Damage:
-    """A part of the file that cannot be read.
+    """A place in the file where it cannot be read.
 
     Attributes:
         offset: offset in bytes.
@@ -83,12 +83,12 @@ class Scanner:
 
     Args:
         file: the bag.
-        progress: called occasionally with the offset in bytes.
+        progress: called occasionally with the current offset in bytes.
 
     Attributes:
         connections: connections found so far, by id.
         damages: places that could not be read.
-        old: the connections of a bag of version 1.2.
+        old_connections: the connections of a bag of version 1.2.
 
     Raises:
         EncryptedError: the bag is encrypted, and its key is not available.
@@ -100,16 +100,16 @@ class Scanner:
         self._progress = progress
         self.connections: dict[int, Connection] = {}
         self.damages: list[Damage] = []
-        self.old = OldConnections(self.connections)
+        self.old_connections = OldConnections(self.connections)
         self._definitions_size = 0  # total size of the connection headers in bytes
         self._read_budget = file.bytes_read + MIN_READ_BUDGET + _MAX_READ_FACTOR * file.size
-        self._loose_size = _LOOSE_SIZE
+        self._loose_read_size = _LOOSE_READ_SIZE
 
     def chunks(self) -> Iterator[ScannedChunk]:
         """Yield the chunks in the order of the file, and messages outside of chunks in pieces."""
         position = self._file.begin
         while position < self._file.size:
-            if self._is_exhausted():
+            if self._has_exhausted_budget():
                 self.damages.append(
                     Damage(position, "there is so much damage that the rest of the file was not searched")
                 )
@@ -124,11 +124,11 @@ class Scanner:
             del found  # so that only one chunk is in memory
             position = next_position
 
-    def _is_exhausted(self) -> bool:
+    def _has_exhausted_budget(self) -> bool:
         return self._file.bytes_read > self._read_budget
 
     def _next_record(self, position: int) -> tuple[ScannedChunk | None, int]:
-        """Read the record at an offset; return the messages in it, and the offset at which to continue."""
+        """Read the record at an offset; return the messages in it, or None, and the offset at which to continue."""
         file = self._file
         try:
             if file.cipher is not None and self._is_in_end_section(position):
@@ -153,8 +153,8 @@ class Scanner:
         return None, data + length
 
     def _check_length(self, data: int, length: int) -> None:
-        """Raise RecordError if the length of a record other than a chunk seems wrong, since it must not skip whole
-        chunks.
+        """Raise RecordError if the length of a record other than a chunk seems wrong, since trusting it could skip
+        whole chunks.
         """
         if length > _TRUSTED_SIZE and data + length < self._file.size:
             self._file.record(data + length)
@@ -184,13 +184,13 @@ class Scanner:
 
     def _read_chunk(self, position: int, header: ChunkHeader) -> tuple[ScannedChunk | None, int]:
         file = self._file
-        if header.stored == 0 and header.size == 0:
+        if header.stored_size == 0 and header.size == 0:
             return self._read_unfinished_chunk(position, header)
-        stored = file.read(header.data, header.trusted_size(file.limit))
-        next_position = header.data + len(stored)
+        stored = file.read(header.data_offset, header.trusted_size(file.limit))
+        next_position = header.data_offset + len(stored)
         reason = ""
-        if len(stored) < header.stored:
-            is_cut = header.data + header.stored > file.size
+        if len(stored) < header.stored_size:
+            is_cut = header.data_offset + header.stored_size > file.size
             reason = "the chunk is cut off" if is_cut else "the chunk's lengths contradict each other"
         content, messages = b"", Messages()
         defined: dict[int, Connection] = {}
@@ -205,21 +205,23 @@ class Scanner:
             self.damages.append(Damage(position, reason))
             del content, messages
             content, messages, defined = self._salvage_chunk(header, stored, header.size)
-            next_position = self._continue_after(position, next_position, is_cut=len(stored) < header.stored)
+            next_position = self._continue_after(position, next_position, is_cut=len(stored) < header.stored_size)
         chunk = _make_chunk(position, messages)
         chunk.is_complete = not reason
         return ScannedChunk(chunk, header, content, messages, defined), next_position
 
     def _read_unfinished_chunk(self, position: int, header: ChunkHeader) -> tuple[ScannedChunk | None, int]:
-        """Return a chunk that the recorder had not finished; its header still says that it is empty."""
+        """Return the readable part of a chunk that the recorder did not finish, so that its header still says it is
+        empty.
+        """
         self.damages.append(Damage(position, "the last chunk was not finished"))
         if header.compression == "none":
-            return None, header.data  # its messages follow as if they were outside of chunks
-        stored = self._file.read(header.data, self._file.limit)
+            return None, header.data_offset  # its messages follow as if they were outside of chunks
+        stored = self._file.read(header.data_offset, self._file.limit)
         content, messages, defined = self._salvage_chunk(header, stored, self._file.limit)
         chunk = _make_chunk(position, messages)
         chunk.is_complete = False
-        return ScannedChunk(chunk, header, content, messages, defined), self._find_next_record(header.data)
+        return ScannedChunk(chunk, header, content, messages, defined), self._find_next_record(header.data_offset)
 
     def _salvage_chunk(
         self, header: ChunkHeader, stored: bytes, size: int
@@ -253,10 +255,12 @@ class Scanner:
             return None, self._skip_damage(position, "the message is cut off, or its length is damaged")
         check_size(length, file.limit)
         self._check_length(data, length)
-        content = file.read(position, max(self._loose_size, data + length - position))
+        content = file.read(position, max(self._loose_read_size, data + length - position))
         messages, defined, used_size = self._parse_loose(content)
         # The size of the next piece depends on how much of this one could be used.
-        self._loose_size = _LOOSE_SIZE if 2 * used_size > len(content) else max(_FIRST_SEARCH, self._loose_size // 4)
+        self._loose_read_size = (
+            _LOOSE_READ_SIZE if 2 * used_size > len(content) else max(_FIRST_SEARCH_SIZE, self._loose_read_size // 4)
+        )
         if not used_size:
             return None, self._skip_damage(position, "the message is cut off")
         chunk = _make_chunk(position, messages)
@@ -265,7 +269,7 @@ class Scanner:
 
     def _parse_loose(self, content: bytes) -> tuple[Messages, dict[int, Connection], int]:
         if self._file.version == 102:
-            messages, used_size = read_old_messages(content, self.old)
+            messages, used_size = read_old_messages(content, self.old_connections)
             return messages, {}, used_size
         used_size = _complete_size(content)
         return *read_content(content[:used_size], partial=True), used_size
@@ -276,43 +280,44 @@ class Scanner:
         return self._find_next_record(position + 1)
 
     def _find_next_record(self, position: int) -> int:
-        """Return the offset of the next chunk after damage, or that of the index or of the end of the file.
+        """Return the offset of the next chunk after damage; without one, the offset of the index or the end of the
+        file.
 
-        For a bag of version 1.2, return that of the next message or definition.
+        For a bag of version 1.2, look for the next message or definition instead of the next chunk.
         """
         if self._file.version == 102:
             return self._find_next_old_record(position)
         marker = b"compression="
-        index = self._file.index_pos
-        last = index if position < index else self._file.size
+        index_pos = self._file.index_pos
+        fallback = index_pos if position < index_pos else self._file.size
         earliest = position  # so that the damaged chunk itself is not found again
-        size = _FIRST_SEARCH
+        size = _FIRST_SEARCH_SIZE
         while position < self._file.size:
             block = self._file.read(position, size)
-            found = block.find(marker)
-            while found >= 0:
+            match = block.find(marker)
+            while match >= 0:
                 for distance in (16, 8, 17 + 8):  # the field is the second one, the first one, or after the size
-                    start = position + found - distance
-                    if start >= earliest and (self._is_exhausted() or self._is_chunk(start)):
+                    start = position + match - distance
+                    if start >= earliest and (self._has_exhausted_budget() or self._is_chunk(start)):
                         return start
-                found = block.find(marker, found + 1)
+                match = block.find(marker, match + 1)
             if len(block) < size:
                 break
             position += len(block) - len(marker)
-            size = min(4 * size, _MAX_SEARCH)
-        return min(last, self._file.size)
+            size = min(4 * size, _MAX_SEARCH_SIZE)
+        return min(fallback, self._file.size)
 
     def _find_next_old_record(self, position: int) -> int:
-        size = _FIRST_SEARCH
+        size = _FIRST_SEARCH_SIZE
         while position < self._file.size:
             block = self._file.read(position, size)
             for start in find_record_starts(block, 0):
-                if self._is_exhausted() or self._is_old_record(position + start):
+                if self._has_exhausted_budget() or self._is_old_record(position + start):
                     return position + start
             if len(block) < size:
                 break
             position += len(block) - MAX_BEGIN_LENGTH
-            size = min(4 * size, _MAX_SEARCH)
+            size = min(4 * size, _MAX_SEARCH_SIZE)
         return self._file.size
 
     def _is_old_record(self, position: int) -> bool:

@@ -1,6 +1,6 @@
 """Reads bags of version 1.2 (http://wiki.ros.org/Bags/Format/1.2).
 
-They contain messages without chunks, each with the names of its topic and type.
+They contain no chunks; each message has the names of its topic and type.
 
 Newer recorders wrote a file header at the beginning and an index at the end; older ones wrote neither. The index is not
 needed, since one pass over the file finds all messages and definitions.
@@ -47,16 +47,18 @@ class OldConnections:
         self._definitions: dict[tuple[bytes, bytes], bytes] = {}
 
     def add_definition(self, fields: Fields) -> None:
-        """Add a definition record."""
+        """Add the definition from a record; raises RecordError if there are too many."""
         definition = fields.get("def", b"")
         if len(self._definitions) >= MAX_CONNECTIONS:
             raise RecordError(f"the bag has more than {MAX_CONNECTIONS} definitions")
-        kind = fields.get("type", b"")
-        self._definitions[kind, fields.get("md5", b"")] = definition
-        self._definitions.setdefault((kind, b""), definition)
+        type_name = fields.get("type", b"")
+        self._definitions[type_name, fields.get("md5", b"")] = definition
+        self._definitions.setdefault((type_name, b""), definition)
 
     def connection_id(self, fields: Fields) -> int:
-        """Return the id of a message's connection, which is added if it is new."""
+        """Return the id of a message's connection, which is added if it is new; raises RecordError if there are too
+        many.
+        """
         names = ("topic", "type", "md5", "callerid", "latching")
         topic, type_name, md5, caller, latching = (fields.get(name, b"") for name in names)
         key = (topic, type_name, md5, caller, latching)
@@ -77,7 +79,7 @@ class OldConnections:
 def read_old_messages(content: bytes, connections: OldConnections) -> tuple[Messages, int]:
     """Return the complete messages at the beginning of `content`, and the offset after the last record.
 
-    Definitions are stored. Reading stops at the first record of any other kind.
+    Definitions are added to `connections`. Reading stops at the first incomplete record, or one of any other kind.
     """
     messages = Messages()
     position = 0
@@ -99,7 +101,7 @@ def read_old_messages(content: bytes, connections: OldConnections) -> tuple[Mess
 
 
 def find_record_starts(data: bytes, position: int) -> Iterator[int]:
-    """Yield the positions, starting at `position`, at which a record may begin, to continue after damage."""
+    """Yield the positions from `position` on at which a record may begin, for resuming after damage."""
     found = _RECORD_START.search(data, position)
     while found is not None:
         yield found.start()

@@ -11,7 +11,7 @@ from types import TracebackType
 from typing import IO, Any
 
 from pyros1.bag.errors import BagError
-from pyros1.bag.format.compression import COMPRESSIONS, MAX_CHUNK, Buffer, compress
+from pyros1.bag.format.compression import COMPRESSIONS, MAX_CHUNK_SIZE, Buffer, compress
 from pyros1.bag.format.contents import Messages
 from pyros1.bag.format.encryption import Cipher
 from pyros1.bag.format.files import Chunk, Counts, file_label
@@ -40,10 +40,10 @@ EMPTY_BAG_SIZE = len(MAGIC_20) + 8 + BAG_HEADER_SIZE
 """Size in bytes of a bag without messages."""
 
 _TIME_AND_SIZE = struct.Struct("<III")
-_ENTRY = struct.Struct("<III")
-_COUNT = struct.Struct("<II")
+_INDEX_ENTRY = struct.Struct("<III")
+_CONN_AND_COUNT = struct.Struct("<II")
 
-_LARGE_MESSAGE = 256 * 1024
+_LARGE_MESSAGE_SIZE = 256 * 1024
 """Size in bytes from which a message is the last one of its chunk, unless chunks are compressed."""
 
 Entries = dict[int, bytes | bytearray]
@@ -69,10 +69,10 @@ class ExistingBag:
 
 
 class BagWriter:
-    """A new bag.
+    """Writes a bag.
 
     Until it is closed it has no index; reindexing can recover all chunks that were written. If a write fails, for
-    example on a full disk, the incomplete part is removed, so that the bag can still be closed.
+    example on a full disk, the incomplete record is removed, so that the bag can still be closed.
 
     Args:
         target: path of the file, which is replaced if it exists; or an open binary file, for reading and writing, which
@@ -120,7 +120,7 @@ class BagWriter:
         self._file = file
         try:
             self._append(MAGIC_20 + self._bag_header())
-            if existing is not None:  # from now on the bag is not closed, until it has its new index
+            if existing is not None:  # from now on the bag counts as not closed, until its new index is written
                 self._size = existing.end
             if existing is not None or not self._owns_file:
                 self._file.truncate(self._size)
@@ -160,10 +160,10 @@ class BagWriter:
             topic: name of its topic.
             header: all fields of the connection header; needs ``type``, ``md5sum`` and ``message_definition``. The
                 topic is added if it is missing.
-            conn: its id, which must be unique; None for the next one.
+            conn: its id, which must be unique; None for the next free id.
 
         Returns:
-            Its id.
+            The id of the connection.
         """
         fields = {"topic": topic.encode("utf-8", "surrogateescape"), **header}
         return self.put_connection(topic, fields, conn, in_chunk=True)
@@ -174,14 +174,14 @@ class BagWriter:
         Args:
             in_chunk: whether to write it into the open chunk as well; False if it is in a copied chunk.
         """
-        number = self._next_id if conn is None else conn
-        self._next_id = max(self._next_id, number + 1)
-        connection = Connection(number, topic, header)
-        self.connections[number] = connection
-        self._message_heads[number] = message_head(number)
+        conn_id = self._next_id if conn is None else conn
+        self._next_id = max(self._next_id, conn_id + 1)
+        connection = Connection(conn_id, topic, header)
+        self.connections[conn_id] = connection
+        self._message_heads[conn_id] = message_head(conn_id)
         if in_chunk:
             self._content += make_connection(connection)
-        return number
+        return conn_id
 
     def write(self, conn: int, time: int, data: bytes | memoryview) -> None:
         """Write a message.
@@ -200,7 +200,7 @@ class BagWriter:
             raise ValueError("I/O operation on closed bag")
         if not 0 <= time <= MAX_TIME:
             raise BagError(self.path, f"the time {time / NS:.3f} s cannot be stored: bags can store 0 to 2^32 s")
-        if len(self._content) + len(data) > MAX_CHUNK and self._content:
+        if len(self._content) + len(data) > MAX_CHUNK_SIZE and self._content:
             self.flush()
         state_before = self._rollback_state()
         content, index = state_before[0], state_before[3]
@@ -211,7 +211,7 @@ class BagWriter:
             content += _TIME_AND_SIZE.pack(secs, nsecs, len(data))
             self.messages += 1
             if len(content) + len(data) > self.chunk_threshold or (
-                len(data) >= _LARGE_MESSAGE and self.compression == "none"
+                len(data) >= _LARGE_MESSAGE_SIZE and self.compression == "none"
             ):
                 self._content = bytearray()
                 self._write_chunk([content, data])
@@ -224,7 +224,7 @@ class BagWriter:
             raise
 
     def flush(self) -> None:
-        """Close the open chunk and pass it to the system, so that it survives a crash of this process."""
+        """Write the open chunk to the file, so that it survives a crash of this process."""
         if not self._content:
             return
         state_before = self._rollback_state()
@@ -243,16 +243,19 @@ class BagWriter:
         return content, len(content), self._size, self._index, len(self._chunks), self.messages
 
     def _roll_back(self, state_before: tuple[Any, ...], conn: int | None = None) -> None:
-        """Undo the writing of a message or chunk that was interrupted by an exception, such as that of Ctrl-C."""
-        content, length, size, index, chunks, messages = state_before
-        if len(self._chunks) > chunks:
-            return  # it has already been written
-        self._truncate(size)
+        """Undo the writing of a message or chunk that was interrupted by an exception, such as KeyboardInterrupt."""
+        content, content_size, file_size, index, chunk_count, message_count = state_before
+        if len(self._chunks) > chunk_count:
+            return  # the chunk has already been written
+        self._truncate(file_size)
         positions = index.get(conn, ())
-        if positions and positions[-1][1] == length:
+        if positions and positions[-1][1] == content_size:
             positions.pop()
-        self._content, self._index = content[:length], {number: entries for number, entries in index.items() if entries}
-        self.messages = messages
+        self._content, self._index = (
+            content[:content_size],
+            {conn_id: entries for conn_id, entries in index.items() if entries},
+        )
+        self.messages = message_count
 
     def _truncate(self, size: int) -> None:
         self._file.truncate(size)
@@ -260,7 +263,9 @@ class BagWriter:
         self._size = size
 
     def _write_chunk(self, parts: Sequence[Buffer]) -> None:
-        """Write a chunk with the given content, which is passed in parts and not copied; then clear the index."""
+        """Write a chunk with the given content, which is passed in parts and not copied; clear the index of the open
+        chunk.
+        """
         entries = self._pop_entries()
         size = sum(map(len, parts))
         stored = compress(self.compression, parts)
@@ -270,19 +275,19 @@ class BagWriter:
 
     def _pop_entries(self) -> Entries:
         index, self._index = self._index, {}
-        pack = _ENTRY.pack
+        pack = _INDEX_ENTRY.pack
         return {
             conn: b"".join(pack(*divmod(time, NS), offset) for time, offset in sorted(positions))
             for conn, positions in index.items()
         }
 
     def copy_chunk(self, compression: str, size: int, stored: bytes, messages: Messages) -> None:
-        """Write a complete chunk.
+        """Write a complete chunk that was read from another bag.
 
         Args:
             compression: compression of its content.
             size: size of its content in bytes, uncompressed.
-            stored: its stored bytes, encrypted if the bag is.
+            stored: its stored bytes, encrypted with the key of this bag if that is encrypted.
             messages: the messages in it.
         """
         self._write_stored_chunk(compression, size, [stored], _index_entries(messages))
@@ -300,9 +305,13 @@ class BagWriter:
             self.messages -= sum(map(entry_count, entries.values()))
             self._truncate(pos)
             raise
-        counts = b"".join(_COUNT.pack(conn, entry_count(packed)) for conn, packed in entries.items())
-        ends = [_entry_time(packed, at) for packed in entries.values() for at in (0, len(packed) - _ENTRY.size)]
-        self._chunks.append(Chunk(pos, min(ends, default=0), max(ends, default=0), Counts(counts)))
+        counts = b"".join(_CONN_AND_COUNT.pack(conn, entry_count(packed)) for conn, packed in entries.items())
+        edge_times = [
+            _entry_time(packed, position)
+            for packed in entries.values()
+            for position in (0, len(packed) - _INDEX_ENTRY.size)
+        ]
+        self._chunks.append(Chunk(pos, min(edge_times, default=0), max(edge_times, default=0), Counts(counts)))
 
     def close(self) -> None:
         """Write the remaining data and the index, and close the file. A second call does nothing.
@@ -330,7 +339,7 @@ class BagWriter:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+        self, error_type: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
     ) -> None:
         self.close()
 
@@ -338,7 +347,7 @@ class BagWriter:
         index_pos = self._size
         encrypt = None if self._cipher is None else self._cipher.encrypt
         parts = [make_connection(connection, encrypt) for connection in self.connections.values()]
-        parts += [_info_record(info) for info in self._chunks]
+        parts += [_chunk_info_record(info) for info in self._chunks]
         self._append(b"".join(parts))
         self._file.seek(len(MAGIC_20))
         self._write_fully(self._bag_header(index_pos))
@@ -361,19 +370,19 @@ class BagWriter:
 
 def entry_count(entries: bytes | bytearray) -> int:
     """Return the number of messages in the data of an index record."""
-    return len(entries) // _ENTRY.size
+    return len(entries) // _INDEX_ENTRY.size
 
 
 def _entry_time(entries: bytes | bytearray, position: int) -> int:
-    secs, nsecs, _ = _ENTRY.unpack_from(entries, position)
+    secs, nsecs, _ = _INDEX_ENTRY.unpack_from(entries, position)
     return int(secs) * NS + int(nsecs)
 
 
 def _index_entries(messages: Messages) -> Entries:
-    """Return the index entries of a chunk's messages, of which there may be very many."""
+    """Return the index entries of a chunk's messages. There may be millions of them."""
     entries: dict[int, bytearray] = {}
     ordered = messages.by_time()
-    pack = _ENTRY.pack
+    pack = _INDEX_ENTRY.pack
     for conn, time, offset in zip(ordered.conns, ordered.times, ordered.offsets, strict=True):
         packed = entries.get(conn)
         if packed is None:
@@ -392,14 +401,14 @@ def _index_record(conn: int, entries: bytes | bytearray) -> bytes:
     return make_record(fields, entries)
 
 
-def _info_record(info: Chunk) -> bytes:
-    counts = info.counts.items()
+def _chunk_info_record(chunk: Chunk) -> bytes:
+    counts = chunk.counts.items()
     fields = {
         "op": bytes([OP_CHUNK_INFO]),
         "ver": U32.pack(1),
-        "chunk_pos": U64.pack(info.pos),
-        "start_time": pack_time(info.start),
-        "end_time": pack_time(info.end),
+        "chunk_pos": U64.pack(chunk.pos),
+        "start_time": pack_time(chunk.start),
+        "end_time": pack_time(chunk.end),
         "count": U32.pack(len(counts)),
     }
-    return make_record(fields, b"".join(_COUNT.pack(*item) for item in counts))
+    return make_record(fields, b"".join(_CONN_AND_COUNT.pack(*item) for item in counts))

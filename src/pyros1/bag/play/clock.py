@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 NS = 1_000_000_000
+"""Nanoseconds per second."""
 
 
 class Timeline:
@@ -21,35 +22,35 @@ class Timeline:
         self._wall_origin = 0.0
         self.is_paused = False
 
-    def set(self, bag: int, wall: float) -> None:
+    def set(self, bag_time: int, wall_time: float) -> None:
         """Set the bag time.
 
         Args:
-            bag: bag time in nanoseconds.
-            wall: current wall time in seconds.
+            bag_time: bag time in nanoseconds.
+            wall_time: current wall time in seconds.
         """
-        self._bag_origin, self._wall_origin = bag, wall
+        self._bag_origin, self._wall_origin = bag_time, wall_time
 
-    def bag_at(self, wall: float) -> int:
+    def bag_at(self, wall_time: float) -> int:
         """Return the bag time, in nanoseconds, at a wall time in seconds."""
         if self.is_paused:
             return self._bag_origin
-        return self._bag_origin + round((wall - self._wall_origin) * self._rate * NS)
+        return self._bag_origin + round((wall_time - self._wall_origin) * self._rate * NS)
 
-    def wall_at(self, bag: int) -> float:
-        """Return the wall time, in seconds, of a bag time, assuming that bag time is not paused."""
-        return self._wall_origin + (bag - self._bag_origin) / (self._rate * NS)
+    def wall_at(self, bag_time: int) -> float:
+        """Return the wall time, in seconds, at which bag time reaches a value in nanoseconds, unless it is paused."""
+        return self._wall_origin + (bag_time - self._bag_origin) / (self._rate * NS)
 
-    def set_paused(self, wall: float, is_paused: bool) -> None:
-        """Pause bag time, or let it continue."""
+    def set_paused(self, wall_time: float, is_paused: bool) -> None:
+        """Pause bag time, or let it continue, from a wall time in seconds on."""
         if is_paused != self.is_paused:
-            bag = self.bag_at(wall)
+            bag_time = self.bag_at(wall_time)
             self.is_paused = is_paused
-            self.set(bag, wall)
+            self.set(bag_time, wall_time)
 
 
 class Ticker:
-    """Ticks in wall time, for /clock or the status line on the terminal.
+    """Schedules regular ticks in wall time, for /clock or the status line on the terminal.
 
     Args:
         period: seconds between ticks.
@@ -61,7 +62,9 @@ class Ticker:
         """Wall time of the next tick."""
 
     def tick(self, now: float) -> None:
-        """Schedule the next tick. Missed ticks are skipped without shifting the others."""
+        """Schedule the next tick, given the current wall time. Late ticks do not delay the others, unless one was
+        missed.
+        """
         self.due += self._period
         if self.due <= now:
             self.due = now + self._period

@@ -1,4 +1,4 @@
-"""Playback control: pause, step and stop, from any thread or signal handler."""
+"""Controls playback: pause, step and end, from any thread or signal handler."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Control:
         self.pause_on_topics = True
         self.ended = False
         self._lock = threading.Lock()
-        # Signal handlers may use sockets, and select() works with them on Windows.
+        # Unlike locks, sockets can be used in signal handlers; unlike pipes, select() supports them on Windows.
         self._wake_receiver, self._wake_sender = socket.socketpair()
         self._wake_sender.setblocking(False)
         self._wake_receiver.setblocking(False)
@@ -45,34 +45,34 @@ class Control:
         self._key_descriptor, self._on_key = descriptor, on_key
 
     def set_paused(self, paused: bool) -> bool:
-        """Pause or continue; return whether the state has changed."""
+        """Pause or continue playback; return whether the state has changed. Thread-safe."""
         with self._lock:
             has_changed, self.paused = self.paused != paused, paused
         self.wake()
         return has_changed
 
     def toggle(self) -> None:
-        """Pause if playing, else continue."""
+        """Pause playback, or continue if it is paused."""
         self.set_paused(not self.paused)
 
     def step(self) -> None:
-        """Play one message, if paused."""
+        """Play one message if playback is paused."""
         if self.paused:
             self.steps += 1
             self.wake()
 
     def end(self) -> None:
-        """Request the end of playback. Acquires no lock."""
+        """Request the end of playback. Safe in signal handlers: acquires no lock."""
         self.ended = True
         self.wake()
 
     def wake(self) -> None:
-        """End a `wait`."""
-        with contextlib.suppress(OSError):  # it is already full, or closed
+        """Make `wait` return at once."""
+        with contextlib.suppress(OSError):  # the socket buffer is full, or the socket is closed
             self._wake_sender.send(b"!")
 
     def wait(self, seconds: float) -> None:
-        """Wait until something changes, at most an hour.
+        """Wait until the state changes or a key is pressed, at most an hour.
 
         Args:
             seconds: maximum time to wait; with 0 or less, only keys are read.

@@ -12,7 +12,7 @@ from pyros1.bag.play.control import Control
 
 
 class Keyboard:
-    """Reads single keys from the terminal, if there is one. As a context manager, it restores the terminal.
+    """Reads single keys from the terminal, if there is one. A context manager, which restores the terminal on exit.
 
     When a stopped job is continued in the foreground, the terminal is set up again.
 
@@ -37,12 +37,12 @@ class Keyboard:
             return self
         try:
             descriptor = sys.stdin.fileno()
-            if not os.isatty(descriptor) or not _in_foreground(descriptor):
+            if not os.isatty(descriptor) or not _is_in_foreground(descriptor):
                 return self
             self._saved_attributes = termios.tcgetattr(descriptor)
             self._descriptor, self.is_available = descriptor, True
-            self._set_cbreak()
-            self._saved_handler = signal.signal(signal.SIGCONT, lambda *_: self._set_cbreak())
+            self._start_reading()
+            self._saved_handler = signal.signal(signal.SIGCONT, lambda *_: self._start_reading())
         except (termios.error, OSError, ValueError, AttributeError):
             self.is_available = False
         return self
@@ -55,17 +55,17 @@ class Keyboard:
             import termios  # noqa: PLC0415
 
             with contextlib.suppress(OSError, termios.error):
-                if _in_foreground(self._descriptor):
+                if _is_in_foreground(self._descriptor):
                     termios.tcsetattr(self._descriptor, termios.TCSADRAIN, self._saved_attributes)
 
-    def _set_cbreak(self) -> None:
+    def _start_reading(self) -> None:
         """Start reading keys if this is a foreground job; the system stops background jobs that use the terminal."""
         import termios  # noqa: PLC0415
         import tty  # noqa: PLC0415
 
         self._control.watch(-1, lambda: None)
         with contextlib.suppress(OSError, termios.error):  # the terminal has been closed
-            if _in_foreground(self._descriptor):
+            if _is_in_foreground(self._descriptor):
                 tty.setcbreak(self._descriptor)
                 self._control.watch(self._descriptor, self._read)
 
@@ -85,5 +85,5 @@ class Keyboard:
                 self._control.pause_on_topics = not self._control.pause_on_topics
 
 
-def _in_foreground(descriptor: int) -> bool:
+def _is_in_foreground(descriptor: int) -> bool:
     return os.tcgetpgrp(descriptor) == os.getpgrp()

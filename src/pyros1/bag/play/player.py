@@ -1,7 +1,6 @@
 """Plays bags: publishes their messages, as stored, at the pace of the recording.
 
-One thread does everything: it sleeps until the next message or tick of /clock is due, or until the user gives a
-command.
+The thread that calls `Player.run` sleeps until the next message or tick of /clock is due, or the user gives a command.
 """
 
 from __future__ import annotations
@@ -35,7 +34,7 @@ class PlayOptions:
     """Playback options.
 
     Attributes:
-        prefix: prefix of all topics.
+        prefix: text to put before all topics.
         immediate: whether to play without waiting between messages.
         queue_size: queue size of the publishers.
         clock_rate: number of messages on /clock per second of wall time; 0 for none.
@@ -44,7 +43,7 @@ class PlayOptions:
         duration: seconds to play; None for the whole bag.
         skip_empty: maximum gap in seconds of bag time; longer gaps are skipped; None for no limit.
         loop: whether to start again at the end.
-        pause_topics: topics; playback pauses before each of their messages.
+        pause_topics: topics before whose messages playback pauses.
         max_delay: seconds by which `Player.rate_stamp` may lag behind before playback waits.
     """
 
@@ -68,7 +67,7 @@ class Status:
     Attributes:
         state: RUNNING, PAUSED or DELAYED.
         time: bag time, in seconds since the epoch.
-        passed: seconds of bag time since the beginning.
+        passed: seconds of bag time since the beginning of the bag.
         length: length of the bag in seconds.
     """
 
@@ -86,7 +85,7 @@ class Player:
         bags: the bags to play.
         options: the playback options.
         control: the user's commands.
-        on_status: called with the status ten times a second, or None.
+        on_status: called with the status ten times a second; None for no calls.
 
     Attributes:
         rate_stamp: the newest stamp on the topic that controls the pace, in nanoseconds; None without such a topic.
@@ -121,22 +120,22 @@ class Player:
         self._latched_messages: list[PlayItem] = []
         self._read_ahead: ReadAhead | None = None
         self._last_time: int | None = None
-        for number, connection in bags.connections():
-            self._advertise(number, connection)
+        for bag_index, connection in bags.connections():
+            self._advertise(bag_index, connection)
 
     # Publishers -------------------------------------------------------------------------------------------------------
 
-    def _advertise(self, number: int, connection: Connection) -> None:
+    def _advertise(self, bag_index: int, connection: Connection) -> None:
         topic, is_static = self._options.prefix + connection.topic, is_static_transforms(connection)
         key = (connection.callerid, topic)
         publisher = self._publishers.get(key)
         if publisher is None:
             topic_type = TopicType(connection.type, connection.md5sum, connection.definition)
-            cls: Any = load_message(connection.type) if connection.type in _NODE_TOPIC_TYPES else AnyMsg
+            message_class: Any = load_message(connection.type) if connection.type in _NODE_TOPIC_TYPES else AnyMsg
             latch = connection.latching or is_static
             try:
                 publisher = self._node.advertise(
-                    topic, cls, queue_size=self._options.queue_size, latch=latch, raw_type=topic_type
+                    topic, message_class, queue_size=self._options.queue_size, latch=latch, raw_type=topic_type
                 )
             except Error as error:
                 self.unplayable[connection.topic] = str(error)
@@ -145,11 +144,11 @@ class Player:
         send = publisher.publish
         if is_static:
             send = self._static_transforms.setdefault(publisher.name, StaticTransforms(send)).publish
-        self._send_functions[number, connection.id] = send
+        self._send_functions[bag_index, connection.id] = send
 
     def wait_for_subscribers(self) -> None:
         """Wait until every topic has a subscriber, or the user ends the wait."""
-        while not self._control.ended and not all(item.num_connections for item in self._publishers.values()):
+        while not self._control.ended and not all(publisher.num_connections for publisher in self._publishers.values()):
             self._control.wait(_POLL_PERIOD)
 
     def now(self) -> int:
@@ -157,13 +156,13 @@ class Player:
         return self._timeline.bag_at(perf_counter())
 
     def follow(self, stamp: int) -> None:
-        """Set the newest stamp of the topic that controls the pace, in nanoseconds."""
+        """Set the newest stamp, in nanoseconds, on the topic that controls the pace. Thread-safe."""
         self.rate_stamp = stamp
         self._control.wake()
 
     def dropped(self) -> int:
         """Return the number of messages that connected subscribers lost because they were too slow."""
-        return sum({item.name: item.dropped for item in self._publishers.values()}.values())
+        return sum({publisher.name: publisher.dropped for publisher in self._publishers.values()}.values())
 
     def wait_until_sent(self) -> bool:
         """Wait until slow subscribers have received all their messages; give up when none receives anything for 5 s.
@@ -171,17 +170,17 @@ class Player:
         Returns:
             Whether they have received all messages; False also if the user ends the wait.
         """
-        fewest, deadline = inf, perf_counter() + _DRAIN_TIMEOUT
+        fewest_waiting, deadline = inf, perf_counter() + _DRAIN_TIMEOUT
         while True:
-            waiting = sum({item.name: item.waiting for item in self._publishers.values()}.values())
+            waiting = sum({publisher.name: publisher.waiting for publisher in self._publishers.values()}.values())
             if not waiting or self._control.ended or perf_counter() > deadline:
                 return not waiting
-            if waiting < fewest:
-                fewest, deadline = waiting, perf_counter() + _DRAIN_TIMEOUT
+            if waiting < fewest_waiting:
+                fewest_waiting, deadline = waiting, perf_counter() + _DRAIN_TIMEOUT
             self._control.wait(_POLL_PERIOD)
 
     def close(self) -> None:
-        """Close the publishers, which are otherwise closed with the node."""
+        """Close the publishers. Without this call, they are closed with the node."""
         for publisher in (*self._publishers.values(), self._clock):
             publisher.unregister()
 
@@ -204,7 +203,7 @@ class Player:
         return self._bags.messages(start, MAX_TIME if duration is None else start + int(duration * NS))
 
     def run(self) -> int:
-        """Play to the end, or until the user stops.
+        """Play to the end, or until the user ends playback.
 
         Returns:
             The number of messages that were played.
@@ -230,11 +229,11 @@ class Player:
         return played
 
     def _play(self) -> int:
-        """Play once; return the number of messages."""
+        """Play the bags once; return the number of messages that were played."""
         count, control = 0, self._control
         self._last_time = None
-        ahead, self._read_ahead = self._read_ahead, None
-        with ahead or ReadAhead(self._messages()) as source:
+        read_ahead, self._read_ahead = self._read_ahead, None
+        with read_ahead or ReadAhead(self._messages()) as source:
             while not control.ended:
                 batch = source.take(_POLL_PERIOD)
                 if batch is None:
@@ -254,7 +253,7 @@ class Player:
             send(AnyMsg(item.message.data))
 
     def _wait_until_due(self, item: PlayItem) -> bool:
-        """Wait until a message is due; return False if the user stops."""
+        """Wait until a message is due; return False if the user ends playback."""
         control, timeline, options, time = self._control, self._timeline, self._options, item.message.time
         now = perf_counter()
         if self._last_time is None:
@@ -297,7 +296,7 @@ class Player:
         return self.rate_stamp is not None and time - self.rate_stamp > self._options.max_delay * NS
 
     def _step(self, time: int, now: float) -> bool:
-        """Jump to a message's time; return False if the user has stopped."""
+        """Jump to a message's time; return False if the user has ended playback."""
         self._jump_to(time, now)
         if now >= self._status_ticker.due:
             self._control.wait(0)
@@ -305,7 +304,7 @@ class Player:
         return not self._control.ended
 
     def _jump_to(self, time: int, now: float) -> None:
-        """Set the bag time, and publish it on /clock before the message."""
+        """Set the bag time to that of the next message, and publish it on /clock."""
         self._timeline.set(time, now)
         self._publish_clock(time)
         if now >= self._clock_ticker.due:

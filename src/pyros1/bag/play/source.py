@@ -15,11 +15,11 @@ from pyros1.bag.play.static import is_static_transforms
 
 MAX_AHEAD_BYTES = 32 << 20
 """Maximum number of bytes read ahead, not counting the last batch."""
-_BATCH_BYTES = 1 << 20
-_BATCH_MESSAGES = 500
+_MAX_BATCH_BYTES = 1 << 20
+_MAX_BATCH_MESSAGES = 500
 _MESSAGE_OVERHEAD = 1500
-"""Bytes counted for a message in addition to its data; more than it takes, since the garbage collector visits all
-messages.
+"""Bytes counted for a message in addition to its data. This is more than it takes, to limit the number of messages: the
+garbage collector visits them all.
 """
 _STATIC_CHUNKS = 20
 """Number of chunks at the beginning of a bag that are read for static transforms."""
@@ -45,24 +45,24 @@ class Bags:
         topics: the topics to play; None for all.
 
     Raises:
-        BagError: one of them is not a bag, or has no index.
-        OSError: one of them cannot be read.
+        BagError: one of the files is not a bag, or has no index.
+        OSError: one of the files cannot be read.
     """
 
-    def __init__(self, paths: Sequence[str | BagReader], topics: Collection[str] | None = None) -> None:
+    def __init__(self, sources: Sequence[str | BagReader], topics: Collection[str] | None = None) -> None:
         self.readers: list[BagReader] = []
         self._opened: list[BagReader] = []
-        self._connection_ids: list[set[int] | None] = []
+        self._selected_ids: list[set[int] | None] = []
         try:
-            for path in paths:
-                if isinstance(path, str):
-                    self._opened.append(BagReader(path))
-                self.readers.append(self._opened[-1] if isinstance(path, str) else path)
+            for source in sources:
+                if isinstance(source, str):
+                    self._opened.append(BagReader(source))
+                self.readers.append(self._opened[-1] if isinstance(source, str) else source)
         except BaseException:
             self.close()
             raise
         for reader in self.readers:
-            self._connection_ids.append(None if topics is None else reader.ids(topics))
+            self._selected_ids.append(None if topics is None else reader.ids(topics))
 
     @property
     def start(self) -> int:
@@ -76,10 +76,10 @@ class Bags:
 
     def connections(self) -> Iterator[tuple[int, Connection]]:
         """Yield the connections to play, each with the index of its bag."""
-        for number, (reader, connection_ids) in enumerate(zip(self.readers, self._connection_ids, strict=True)):
+        for bag_index, (reader, selected_ids) in enumerate(zip(self.readers, self._selected_ids, strict=True)):
             for conn, connection in reader.connections.items():
-                if connection_ids is None or conn in connection_ids:
-                    yield number, connection
+                if selected_ids is None or conn in selected_ids:
+                    yield bag_index, connection
 
     def messages(self, start: int, end: int) -> Iterator[PlayItem]:
         """Yield messages in order of time; those of the same time in the order of the bags.
@@ -91,14 +91,14 @@ class Bags:
         Raises:
             BagError: a chunk cannot be read.
         """
-        streams = [self._bag_messages(number, start, end) for number in range(len(self.readers))]
+        streams = [self._bag_messages(bag_index, start, end) for bag_index in range(len(self.readers))]
         if len(streams) == 1:
             return streams[0]
         return heapq.merge(*streams, key=lambda item: item.message.time)
 
-    def _bag_messages(self, number: int, start: int, end: int) -> Iterator[PlayItem]:
-        messages = self.readers[number].messages(self._connection_ids[number], start, end)
-        return map(PlayItem, repeat(number), messages)  # map() keeps no message while the next one is read
+    def _bag_messages(self, bag_index: int, start: int, end: int) -> Iterator[PlayItem]:
+        messages = self.readers[bag_index].messages(self._selected_ids[bag_index], start, end)
+        return map(PlayItem, repeat(bag_index), messages)  # map() keeps no message while the next one is read
 
     def latched_messages_before(self, time: int) -> list[PlayItem]:
         """Return the last message of each latched connection before a time, in order of time, for new subscribers.
@@ -107,18 +107,19 @@ class Bags:
         store several publishers as one connection.
         """
         items: list[PlayItem] = []
-        for number, reader in enumerate(self.readers):
-            connection_ids = self._connection_ids[number]
-            selected = [
+        for bag_index, reader in enumerate(self.readers):
+            selected_ids = self._selected_ids[bag_index]
+            connections = [
                 connection
                 for conn, connection in reader.connections.items()
-                if connection_ids is None or conn in connection_ids
+                if selected_ids is None or conn in selected_ids
             ]
-            static_ids = {connection.id for connection in selected if is_static_transforms(connection)}
-            latched_ids = {connection.id for connection in selected if connection.latching}
-            items += [PlayItem(number, message) for message in _first_messages(reader, static_ids, time)]
+            static_ids = {connection.id for connection in connections if is_static_transforms(connection)}
+            latched_ids = {connection.id for connection in connections if connection.latching}
+            items += [PlayItem(bag_index, message) for message in _first_messages(reader, static_ids, time)]
             items += [
-                PlayItem(number, message) for message in _last_messages_before(reader, latched_ids | static_ids, time)
+                PlayItem(bag_index, message)
+                for message in _last_messages_before(reader, latched_ids | static_ids, time)
             ]
         items.sort(key=lambda item: item.message.time)
         return items
@@ -135,23 +136,25 @@ class Bags:
         self.close()
 
 
-def _first_messages(reader: BagReader, ids: set[int], time: int) -> Iterator[RawMessage]:
-    """Yield the messages of some connections before a time, from the first chunks that contain any."""
-    chunks = [chunk for chunk in reader.chunks if chunk.start < time and not ids.isdisjoint(chunk.counts)]
+def _first_messages(reader: BagReader, conn_ids: set[int], time: int) -> Iterator[RawMessage]:
+    """Yield the messages of the given connections before a time, from the first chunks that contain any of them."""
+    chunks = [chunk for chunk in reader.chunks if chunk.start < time and not conn_ids.isdisjoint(chunk.counts)]
     for chunk in sorted(chunks, key=lambda chunk: chunk.start)[:_STATIC_CHUNKS]:
         content, messages = reader.content(chunk)
         for message in messages:
-            if message.conn in ids and message.time < time:
+            if message.conn in conn_ids and message.time < time:
                 data = content[message.start : message.end]
                 yield RawMessage(reader.connections[message.conn], message.time, data)
 
 
-def _last_messages_before(reader: BagReader, ids: set[int], time: int) -> Iterator[RawMessage]:
-    """Yield the last message of each of some connections before a time. Only chunks that may contain one are read."""
+def _last_messages_before(reader: BagReader, conn_ids: set[int], time: int) -> Iterator[RawMessage]:
+    """Yield the last message before a time of each given connection. Only chunks that may contain one are read."""
     latest: dict[int, RawMessage] = {}
     chunks = sorted((chunk for chunk in reader.chunks if chunk.start < time), key=lambda chunk: chunk.end, reverse=True)
     for chunk in chunks:
-        candidates = {conn for conn in ids & chunk.counts.keys() if conn not in latest or latest[conn].time < chunk.end}
+        candidates = {
+            conn for conn in conn_ids & chunk.counts.keys() if conn not in latest or latest[conn].time < chunk.end
+        }
         if not candidates:
             continue
         content, messages = reader.content(chunk)
@@ -168,10 +171,11 @@ def _last_messages_before(reader: BagReader, ids: set[int], time: int) -> Iterat
 
 
 class ReadAhead:
-    """Fetches messages from an iterator before they are needed. As a context manager, it ends its thread.
+    """Fetches messages from an iterator in a thread, before they are needed. A context manager, which ends the thread
+    on exit.
 
     Args:
-        messages: the iterator; only the thread uses it.
+        messages: the iterator; nothing but the thread may use it.
         limit: maximum size in bytes of the messages fetched in advance.
     """
 
@@ -181,14 +185,14 @@ class ReadAhead:
         self._batches: deque[tuple[int, list[PlayItem]]] = deque()
         self._bytes = 0
         self._changed = threading.Condition()
-        self._finished = False
-        self._closed = False
+        self._is_finished = False
+        self._is_closed = False
         self._error: Exception | None = None
         self._thread = threading.Thread(target=self._run, name="bag:reader", daemon=True)
         self._thread.start()
 
     def take(self, timeout: float) -> list[PlayItem] | None:
-        """Return the next messages, an empty list if none are ready, or None at the end.
+        """Return the next messages: an empty list if none is ready yet, or None after the last one.
 
         Args:
             timeout: maximum number of seconds to wait for them.
@@ -198,16 +202,16 @@ class ReadAhead:
             OSError: the file cannot be read.
         """
         with self._changed:
-            if not self._batches and not self._finished:
+            if not self._batches and not self._is_finished:
                 self._changed.wait(timeout)
             if self._batches:
                 size, batch = self._batches.popleft()
                 self._bytes -= size
                 self._changed.notify_all()
                 return batch
-            if self._finished and self._error is not None:
+            if self._is_finished and self._error is not None:
                 raise self._error
-            return None if self._finished else []
+            return None if self._is_finished else []
 
     def _run(self) -> None:
         try:
@@ -215,7 +219,7 @@ class ReadAhead:
         except Exception as error:  # noqa: BLE001 - the other thread raises it
             self._error = error
         with self._changed:
-            self._finished = True
+            self._is_finished = True
             self._changed.notify_all()
 
     def _read(self) -> None:
@@ -225,10 +229,10 @@ class ReadAhead:
             batch.append(item)
             size += len(item.message.data) + _MESSAGE_OVERHEAD
             del item  # so that a large message is not in memory while the next one is read
-            if size >= _BATCH_BYTES or len(batch) >= batch_limit:
+            if size >= _MAX_BATCH_BYTES or len(batch) >= batch_limit:
                 if not self._put_batch(size, batch):
                     return
-                batch, size, batch_limit = [], 0, min(2 * batch_limit, _BATCH_MESSAGES)
+                batch, size, batch_limit = [], 0, min(2 * batch_limit, _MAX_BATCH_MESSAGES)
         if batch:
             self._put_batch(size, batch)
 
@@ -237,14 +241,14 @@ class ReadAhead:
             self._batches.append((size, batch))
             self._bytes += size
             self._changed.notify_all()
-            while self._bytes > self._limit and not self._closed:
+            while self._bytes > self._limit and not self._is_closed:
                 self._changed.wait()
-            return not self._closed
+            return not self._is_closed
 
     def close(self) -> None:
-        """End the thread."""
+        """End the thread, and wait for it."""
         with self._changed:
-            self._closed = True
+            self._is_closed = True
             self._changed.notify_all()
         self._thread.join()
 

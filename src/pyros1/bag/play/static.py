@@ -1,4 +1,6 @@
-"""Static transforms in bags: each publisher latched its own, and the player publishes all of them. Pure."""
+"""Static transforms in bags: each publisher latched its own; the player publishes those of all publishers together.
+Pure.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +11,7 @@ from pyros1.bag.format.records import Connection
 from pyros1.ground.errors import MessageError
 from pyros1.msgs import AnyMsg, load_message
 
-TYPE = "tf2_msgs/TFMessage"
+TRANSFORMS_TYPE = "tf2_msgs/TFMessage"
 
 
 def is_static_transforms(connection: Connection) -> bool:
@@ -19,13 +21,13 @@ def is_static_transforms(connection: Connection) -> bool:
     """
     return (
         connection.topic.rpartition("/")[2] == "tf_static"
-        and connection.type == TYPE
-        and connection.md5sum == load_message(TYPE)._md5sum
+        and connection.type == TRANSFORMS_TYPE
+        and connection.md5sum == load_message(TRANSFORMS_TYPE)._md5sum
     )
 
 
 class StaticTransforms:
-    """Publishes static transforms, always together with all earlier ones; only the latest one of each child frame.
+    """Publishes static transforms, always together with all earlier ones; of each child frame, only the latest.
 
     Args:
         send: publishes a message.
@@ -33,7 +35,7 @@ class StaticTransforms:
 
     def __init__(self, send: Callable[[AnyMsg], object]) -> None:
         self._send = send
-        self._class: Any = load_message(TYPE)
+        self._class: Any = load_message(TRANSFORMS_TYPE)
         self._transforms: dict[str, Any] = {}
 
     def publish(self, message: AnyMsg) -> None:

@@ -19,25 +19,25 @@ class SpaceGuard:
     Args:
         folder: a folder on the disk.
         minimum: number of bytes that must stay free.
-        warn: called with a warning while less than five times that much is free.
+        warn: called with a warning, at most every 20 s, while less than five times that much is free.
     """
 
     def __init__(self, folder: str, minimum: int, warn: Callable[[str], object]) -> None:
         self._folder = folder
         self._minimum = minimum
         self._warn = warn
-        self._check_at = self._warn_at = 0.0
+        self._next_check_at = self._next_warning_at = 0.0
 
     def check(self) -> None:
-        """Check the free space, if a second has passed.
+        """Check the free space, if the last check was at least a second ago.
 
         Raises:
-            BagError: there is too little space.
+            BagError: less than the minimum is free.
         """
         now = time.monotonic()
-        if now < self._check_at or not hasattr(os, "statvfs"):
+        if now < self._next_check_at or not hasattr(os, "statvfs"):
             return
-        self._check_at = now + _CHECK_PERIOD
+        self._next_check_at = now + _CHECK_PERIOD
         try:
             disk = os.statvfs(self._folder)
         except OSError:
@@ -46,12 +46,12 @@ class SpaceGuard:
         if free < minimum:
             raise BagError(
                 self._folder,
-                f"less than {_gigabytes(minimum)} of space is free on the disk: free some, or see --min-space",
+                f"less than {_gibibytes_text(minimum)} of space is free on the disk: free some, or see --min-space",
             )
-        if free < _WARN_FACTOR * minimum and now >= self._warn_at:
-            self._warn_at = now + _WARN_PERIOD
-            self._warn(f"Less than {_gigabytes(_WARN_FACTOR * minimum)} of space free on the disk.")
+        if free < _WARN_FACTOR * minimum and now >= self._next_warning_at:
+            self._next_warning_at = now + _WARN_PERIOD
+            self._warn(f"Less than {_gibibytes_text(_WARN_FACTOR * minimum)} of space free on the disk.")
 
 
-def _gigabytes(size: int) -> str:
+def _gibibytes_text(size: int) -> str:
     return f"{size / (1 << 30):.3g} GiB"

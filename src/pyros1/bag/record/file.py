@@ -21,25 +21,25 @@ from pyros1.bag.format.writer import EMPTY_BAG_SIZE, BagWriter, Entries, entry_c
 
 _K = TypeVar("_K")
 
-SUFFIX = ".active"
+ACTIVE_SUFFIX = ".active"
 FLUSH_TIME = 0.9
 """Time in seconds after which a chunk is closed even if it is not full."""
 
-_LOCKED = "another recording is writing this file"
-_DISK_FULL_ERRORS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_LOCKED_MESSAGE = "another recording is writing this file"
+_DISK_FULL_CODES = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
 
 
 def set_aside_leftover(path: str) -> str:
-    """Make sure that no other recording is writing to a file, and rename a file left behind by a killed recording.
+    """Rename a file that a killed recording left behind, so that a new recording can use its path.
 
     Args:
         path: path with the suffix ``.active``.
 
     Returns:
-        The new path of that file; empty if there was none.
+        The new path of the file; empty if there was none, or it contained no messages.
 
     Raises:
-        BagError: another recording is writing to it.
+        BagError: another recording is writing to the file.
         OSError: the file cannot be renamed.
     """
     try:
@@ -50,12 +50,12 @@ def set_aside_leftover(path: str) -> str:
     except FileNotFoundError:
         return ""
     except BlockingIOError:
-        raise BagError(path, _LOCKED) from None
-    number = 1
-    while os.path.lexists(f"{path}.{number}"):
-        number += 1
-    os.rename(path, f"{path}.{number}")
-    return f"{path}.{number}"
+        raise BagError(path, _LOCKED_MESSAGE) from None
+    suffix_number = 1
+    while os.path.lexists(f"{path}.{suffix_number}"):
+        suffix_number += 1
+    os.rename(path, f"{path}.{suffix_number}")
+    return f"{path}.{suffix_number}"
 
 
 def _lock(file: IO[bytes] | FileIO) -> None:
@@ -71,7 +71,7 @@ def _lock(file: IO[bytes] | FileIO) -> None:
 
 
 class RecordWriter(BagWriter):
-    """A writer that can close its bag on a full disk. It locks the file, so that `set_aside_leftover` can detect it.
+    """A writer that can close its bag on a full disk. It locks the file, so that other recordings do not use it.
 
     Attributes:
         lost: connection id -> number of messages that were lost because the disk was full.
@@ -83,7 +83,7 @@ class RecordWriter(BagWriter):
             _lock(self._file)
         except BlockingIOError:
             self.abort()
-            raise BagError(path, _LOCKED) from None
+            raise BagError(path, _LOCKED_MESSAGE) from None
         self.lost: Counter[int] = Counter()
 
     def _write_stored_chunk(self, compression: str, size: int, parts: Sequence[Buffer], entries: Entries) -> None:
@@ -105,14 +105,14 @@ class RecordWriter(BagWriter):
                 super()._write_end()
                 return
             except OSError as error:
-                if error.errno not in _DISK_FULL_ERRORS or not self._chunks:
+                if error.errno not in _DISK_FULL_CODES or not self._chunks:
                     raise
-            info = self._chunks.pop()
-            self.lost.update(info.counts)
-            self.messages -= sum(info.counts.values())
-            self._size = info.pos
-            self._file.truncate(info.pos)
-            self._file.seek(info.pos)
+            chunk = self._chunks.pop()
+            self.lost.update(chunk.counts)
+            self.messages -= sum(chunk.counts.values())
+            self._size = chunk.pos
+            self._file.truncate(chunk.pos)
+            self._file.seek(chunk.pos)
 
 
 class RecordFile(Generic[_K]):
@@ -127,7 +127,7 @@ class RecordFile(Generic[_K]):
         moved_to: the new path of a file that a killed recording had left at this path; usually empty.
 
     Raises:
-        BagError: another recording is writing to it.
+        BagError: another recording is writing to the file.
         OSError: the file cannot be created.
     """
 
@@ -135,8 +135,8 @@ class RecordFile(Generic[_K]):
         self.path = path
         if os.path.isdir(path):
             raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), path)  # now, not after the recording
-        self.moved_to = set_aside_leftover(path + SUFFIX)
-        self._writer = RecordWriter(path + SUFFIX, compression, chunk_threshold)
+        self.moved_to = set_aside_leftover(path + ACTIVE_SUFFIX)
+        self._writer = RecordWriter(path + ACTIVE_SUFFIX, compression, chunk_threshold)
         self._keys: dict[int, _K] = {}
         self._conn_ids: dict[_K, int] = {}
         self._flush_at = time.monotonic() + FLUSH_TIME
@@ -144,7 +144,7 @@ class RecordFile(Generic[_K]):
             self._disk_sync = _DiskSync(self._writer.descriptor())
         except OSError:
             self._writer.abort()
-            os.remove(path + SUFFIX)
+            os.remove(path + ACTIVE_SUFFIX)
             raise
 
     @property
@@ -161,9 +161,10 @@ class RecordFile(Generic[_K]):
         """Write a message.
 
         Args:
-            key: key of its connection.
-            topic: its topic, for the first message of a connection.
-            header: its publisher's connection header, also for the first message.
+            key: identifies its connection.
+            topic: its topic.
+            header: its publisher's connection header; as the topic, it is used for the first message of a connection
+                only.
             stamp: receive time in nanoseconds.
             data: its bytes.
 
@@ -199,11 +200,11 @@ class RecordFile(Generic[_K]):
         return {self._keys[conn]: count for conn, count in self._writer.lost.items()}
 
     def discard(self) -> None:
-        """Remove the file, which must not contain messages."""
+        """Close and remove the file, which must not contain messages."""
         self._disk_sync.close()
         self._writer.abort()
         with contextlib.suppress(OSError):
-            os.remove(self.path + SUFFIX)
+            os.remove(self.path + ACTIVE_SUFFIX)
 
     def close(self) -> None:
         """Write the index and give the file its final name.
@@ -216,14 +217,14 @@ class RecordFile(Generic[_K]):
             self._writer.close()
         except OSError as error:
             # The last chunk was lost on the full disk; the bag is still valid, unless even its index did not fit.
-            if error.errno not in _DISK_FULL_ERRORS or not self._has_index():
+            if error.errno not in _DISK_FULL_CODES or not self._has_index():
                 raise
-        os.replace(self.path + SUFFIX, self.path)
+        os.replace(self.path + ACTIVE_SUFFIX, self.path)
 
     def _has_index(self) -> bool:
         from pyros1.bag.format.files import BagFile  # noqa: PLC0415 - for a full disk only
 
-        file = BagFile(self.path + SUFFIX)
+        file = BagFile(self.path + ACTIVE_SUFFIX)
         try:
             return file.index_pos > 0
         finally:

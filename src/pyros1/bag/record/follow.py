@@ -1,4 +1,4 @@
-"""Shared by recordings and snapshots: they subscribe to new topics until a signal ends them."""
+"""The loop shared by recordings and snapshots: subscribes to new topics until a signal ends the command."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _CLOCK_WARN_DELAY = 2.0
 
 
 class StopSignal:
-    """Request to end the command: by a signal, by the node's shutdown, or by itself. Replaces the node's signal
+    """A request to end the command, made by a signal, the node's shutdown or `stop`. Replaces the node's signal
     handlers.
 
     Args:
@@ -25,18 +25,18 @@ class StopSignal:
     """
 
     def __init__(self, node: Node) -> None:
-        self._stops: SimpleQueue[None] = SimpleQueue()  # its put() is safe in signal handlers
+        self._requests: SimpleQueue[None] = SimpleQueue()  # its put() is safe in signal handlers
         install_handler(lambda *_: self.stop())
         node.on_shutdown(self.stop)
 
     def stop(self) -> None:
-        """Request the end."""
-        self._stops.put(None)
+        """Request the end of the command."""
+        self._requests.put(None)
 
     def wait(self, seconds: float) -> bool:
-        """Wait for the request; return whether it was made."""
+        """Wait at most `seconds` for the request; return whether it was made."""
         try:
-            self._stops.get(timeout=seconds)
+            self._requests.get(timeout=seconds)
         except Empty:
             return False
         self.stop()  # for later calls
@@ -75,7 +75,7 @@ def follow(
 
 
 def wait_for_time(node: Node, stop_signal: StopSignal) -> bool:
-    """Wait until simulated time has begun; return False if the command was ended before that."""
+    """Wait until simulated time has begun; return False if the command is to end before that."""
     started_at, warned = time.monotonic(), False
     while node.now().is_zero():
         if not warned and time.monotonic() - started_at > _CLOCK_WARN_DELAY:

@@ -47,12 +47,12 @@ class Topic:
     """A recorded topic.
 
     Attributes:
-        name: full name.
+        name: its full name.
         messages: number of messages received so far.
-        bytes: their size in bytes.
-        dropped: number of those not written because the buffer or the disk was full.
-        after_limit: number of those not written because they arrived after the recording had ended.
-        subscriber: the subscriber that receives them.
+        bytes: total size of these messages in bytes.
+        dropped: number of these messages that were not written because the buffer or the disk was full.
+        after_limit: number of these messages that were not written because they arrived after the recording had ended.
+        subscriber: the subscriber that receives the messages.
     """
 
     name: str
@@ -75,7 +75,8 @@ class Source:
     Attributes:
         topic: the topic.
         header: its connection header as received.
-        latched: its last message, if it is latched.
+        latching: whether it latches its messages.
+        latched: its last message, if it is latching.
     """
 
     topic: Topic
@@ -93,10 +94,10 @@ class Sources:
         self._by_content: dict[frozenset[tuple[str, str]], Source] = {}
 
     def get(self, header: dict[str, str]) -> Source:
-        """Return the publisher with a connection header."""
-        found = self._by_header_id.get(id(header))
-        if found is not None:
-            return found[1]
+        """Return the publisher with a connection header; it is added if it is new."""
+        entry = self._by_header_id.get(id(header))
+        if entry is not None:
+            return entry[1]
         if len(self._by_header_id) > 1000:
             self._by_header_id.clear()  # entries of closed connections would accumulate
         key = frozenset(header.items())

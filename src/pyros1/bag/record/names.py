@@ -48,10 +48,10 @@ class Selection:
         regex: whether `topics` are regular expressions, which must match the whole name.
         all_topics: whether to record all topics.
         exclude: regular expression for topics to leave out of those found by `all_topics`, `regex` or `node`.
-        node: name of a node whose subscribed topics to record.
+        node: name of a node; the topics to which it subscribes are recorded.
 
     Raises:
-        Error: an expression is not valid.
+        Error: a regular expression is not valid.
     """
 
     topics: Sequence[str] = ()
@@ -81,7 +81,8 @@ class Selection:
         """Return whether to record a discovered topic.
 
         Args:
-            of_node: the topics that `node` subscribes to.
+            topic: its name.
+            node_topics: the topics that `node` subscribes to.
         """
         if self._exclude is not None and self._exclude.fullmatch(topic):
             return False

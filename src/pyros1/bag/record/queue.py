@@ -9,10 +9,10 @@ from typing import Generic, TypeVar
 
 _S = TypeVar("_S")
 
-OVERHEAD = 250
+MESSAGE_OVERHEAD = 250
 """Bytes of memory that a waiting message takes in addition to its own size."""
 _BATCH_BYTES = 4 << 20
-"""Number of bytes removed at a time; these are in memory in addition to the limit."""
+"""Number of bytes that `take` removes at a time; they are in memory in addition to the limit."""
 _WAKE_BYTES = 1 << 20
 """Number of waiting bytes at which the writer is woken early."""
 
@@ -51,7 +51,7 @@ class RecordQueue(Generic[_S]):
                 return False
             self._on_put(source, len(data))
             self._entries.append((source, time, data))
-            self._bytes += len(data) + OVERHEAD
+            self._bytes += len(data) + MESSAGE_OVERHEAD
             if self._limit and self._bytes > self._limit:
                 self._make_room()
         if self._bytes > self._wake_at and not self._wake.is_set():
@@ -61,7 +61,7 @@ class RecordQueue(Generic[_S]):
     def _make_room(self) -> None:
         while self._bytes > self._limit and len(self._entries) > 1:
             source, _, data = self._entries.popleft()
-            self._bytes -= len(data) + OVERHEAD
+            self._bytes -= len(data) + MESSAGE_OVERHEAD
             self._on_drop(source)
 
     def take(self, timeout: float) -> list[tuple[_S, int, bytes]]:
@@ -79,7 +79,7 @@ class RecordQueue(Generic[_S]):
             entries = self._entries
             while entries and size < _BATCH_BYTES:
                 entry = entries.popleft()
-                size += len(entry[2]) + OVERHEAD
+                size += len(entry[2]) + MESSAGE_OVERHEAD
                 batch.append(entry)
             self._bytes -= size
         return batch
@@ -93,5 +93,5 @@ class RecordQueue(Generic[_S]):
             return batch
 
     def wake(self) -> None:
-        """End a wait in `take`."""
+        """Make `take` return at once."""
         self._wake.set()

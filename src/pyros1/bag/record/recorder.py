@@ -53,7 +53,7 @@ class Report:
     Attributes:
         files: paths of the finished files, in order.
         messages: number of messages in them.
-        bytes: total size of them.
+        bytes: their total size.
     """
 
     files: list[str] = field(default_factory=list)
@@ -88,16 +88,16 @@ class Recorder:
         self._events = events or Events()
         self._now = make_clock(node)
         self._queue: RecordQueue[Source] = RecordQueue(options.buffer_size, self._count_received, self._count_dropped)
-        self._latching: dict[Source, None] = {}
-        self._finished: deque[str] = deque()
-        self._number = 0
+        self._latching_sources: dict[Source, None] = {}
+        self._finished_paths: deque[str] = deque()
+        self._file_number = 0
         self._file_started_at = self._now()
         self._retry_split_at = 0.0  # monotonic time at which to retry starting the next file
-        self._warned: dict[str, float] = {}
+        self._warned_at: dict[str, float] = {}
         self._stop_event = threading.Event()
         self._unwritten_messages: list[tuple[Source, int, bytes]] = []  # the remainder of an unfinished batch
-        self._limit_reached = False  # a topic has reached the limit
-        self._has_dropped = False  # messages were dropped
+        self._has_reached_limit = False  # whether a topic has reached the limit of messages
+        self._has_dropped = False  # whether messages were dropped since the last warning
         folder = os.path.dirname(options.names.name(0, time.time())) or "."
         self._space = SpaceGuard(folder, options.min_space, self._events.warning)
         self._space.check()
@@ -109,7 +109,7 @@ class Recorder:
     # Topics -----------------------------------------------------------------------------------------------------------
 
     def subscribe(self, name: str, *, transports: Sequence[str] = ("tcp",)) -> None:
-        """Start recording a topic; ``transports`` as for `Node.subscribe`."""
+        """Start recording a topic, with ``transports`` as for `Node.subscribe`."""
         topic = self.topics[name] = Topic(name)
         topic.subscriber = self._node.subscribe(name, AnyMsg, self._make_callback(topic), transports=transports)
 
@@ -123,14 +123,14 @@ class Recorder:
             if limit and topic.messages >= limit:
                 return
             if enqueue(source, stamp, data) and topic.messages == limit:
-                self._limit_reached = True
+                self._has_reached_limit = True
 
         return on_message
 
     def unsubscribe_finished(self) -> bool:
         """Unsubscribe from topics that have reached the limit; return whether all have."""
         limit = self._options.limit
-        if not limit or not self._limit_reached:
+        if not limit or not self._has_reached_limit:
             return False
         for topic in self.topics.values():
             if topic.messages >= limit and topic.subscriber is not None:
@@ -148,10 +148,12 @@ class Recorder:
         self._has_dropped = True  # the writing thread reports it, so as not to delay this receiving thread
 
     def _warn(self, text: str) -> None:
-        """Report a warning that any message can cause, at a limited rate."""
-        now, kind = time.monotonic(), text[:20]
-        if now - self._warned.get(kind, -_WARN_PERIOD) >= _WARN_PERIOD:
-            self._warned[kind] = now
+        """Report a warning that every message could cause; warnings that begin in the same way only once in five
+        seconds.
+        """
+        now, warning_key = time.monotonic(), text[:20]
+        if now - self._warned_at.get(warning_key, -_WARN_PERIOD) >= _WARN_PERIOD:
+            self._warned_at[warning_key] = now
             self._events.warning(text)
 
     @property
@@ -194,13 +196,13 @@ class Recorder:
             self._events.ended()
 
     def _write_all(self) -> None:
-        """Write until the end or a limit."""
+        """Write messages until the recording ends, on request or at a limit."""
         while True:
-            ending = self._stop_event.is_set()
-            batch = self._queue.close() if ending else self._queue.take(_POLL_PERIOD)
-            if not self._write_batch(batch) or ending:
+            is_ending = self._stop_event.is_set()
+            batch = self._queue.close() if is_ending else self._queue.take(_POLL_PERIOD)
+            if not self._write_batch(batch) or is_ending:
                 return
-            if not batch and not self._within_limits(self._now()):
+            if not batch and not self._split_if_due(self._now()):
                 return
             if self._has_dropped:
                 self._has_dropped = False
@@ -210,16 +212,16 @@ class Recorder:
             self._space.check()
 
     def _write_batch(self, batch: list[tuple[Source, int, bytes]]) -> bool:
-        """Write messages; return False at a limit."""
-        done = 0
+        """Write messages; return False if the recording ends at a limit."""
+        taken_count = 0
         try:
             for source, stamp, data in batch:
-                if not self._within_limits(stamp):
+                if not self._split_if_due(stamp):
                     return False
-                done += 1  # if it cannot be written, the file counts it as lost
+                taken_count += 1  # if it cannot be written, the file counts it as lost
                 self._write(source, stamp, data)
         finally:
-            self._unwritten_messages = batch[done:]
+            self._unwritten_messages = batch[taken_count:]
         return True
 
     def _write(self, source: Source, stamp: int, data: bytes) -> None:
@@ -231,20 +233,20 @@ class Recorder:
             self._warn(str(error))
         if source.latching:
             source.latched = data
-            self._latching[source] = None
+            self._latching_sources[source] = None
 
-    def _within_limits(self, stamp: int) -> bool:
+    def _split_if_due(self, stamp: int) -> bool:
         """Start a new file at a limit; return False if the recording ends there."""
         options, file = self._options, self._file
         assert file is not None
-        split_due = bool(options.max_size and file.size > options.max_size)
-        duration = int(options.max_duration * _NS)
+        is_split_due = bool(options.max_size and file.size > options.max_size)
+        max_duration = int(options.max_duration * _NS)
         self._file_started_at = min(self._file_started_at, stamp)  # simulated time may restart
         file_started_at = self._file_started_at
-        if duration and stamp - file_started_at > duration:
-            split_due = True
-            file_started_at += (stamp - file_started_at - 1) // duration * duration
-        if not split_due:
+        if max_duration and stamp - file_started_at > max_duration:
+            is_split_due = True
+            file_started_at += (stamp - file_started_at - 1) // max_duration * max_duration
+        if not is_split_due:
             return True
         if not options.split:
             return False
@@ -257,7 +259,7 @@ class Recorder:
         file = self._file
         assert file is not None
         try:
-            next_file = self._open(self._number + 1)  # opened first, since there must always be a file to write to
+            next_file = self._open(self._file_number + 1)  # opened first, since there must always be a file to write to
         except OSError as error:
             if error.errno not in (errno.EMFILE, errno.ENFILE):
                 raise
@@ -270,12 +272,12 @@ class Recorder:
             next_file.discard()
             raise
         self._file = next_file
-        self._number += 1
+        self._file_number += 1
         self._remove_oldest()
         self._events.opened(next_file.path)
         if self._options.repeat_latched:
             now = self._now()
-            for source in self._latching:
+            for source in self._latching_sources:
                 if source.latched is not None:
                     next_file.write(source, source.topic.name, source.header, now, source.latched)
         return True
@@ -305,9 +307,9 @@ class Recorder:
             self.report.bytes += os.path.getsize(file.path)
         self.report.files.append(file.path)
         self.report.messages += file.messages
-        self._finished.append(file.path)
+        self._finished_paths.append(file.path)
 
     def _remove_oldest(self) -> None:
-        if self._options.max_splits and len(self._finished) > self._options.max_splits:
+        if self._options.max_splits and len(self._finished_paths) > self._options.max_splits:
             with contextlib.suppress(OSError):
-                os.remove(self._finished.popleft())
+                os.remove(self._finished_paths.popleft())

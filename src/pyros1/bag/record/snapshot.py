@@ -12,12 +12,12 @@ from operator import itemgetter
 from pyros1.bag.record.disk_space import SpaceGuard
 from pyros1.bag.record.file import RecordFile
 from pyros1.bag.record.model import RecordOptions, Source, Sources, Topic, make_clock
-from pyros1.bag.record.queue import OVERHEAD
+from pyros1.bag.record.queue import MESSAGE_OVERHEAD
 from pyros1.msgs import AnyMsg
 from pyros1.node import Node
 
 Entry = tuple[int, Source, bytes]
-"""(receive time in nanoseconds, publisher, bytes)."""
+"""A message: (receive time in nanoseconds, publisher, bytes)."""
 
 
 class MessageRing:
@@ -26,11 +26,14 @@ class MessageRing:
     Args:
         duration: nanoseconds to keep; 0 for no limit.
         size: maximum size in bytes; 0 for no limit.
+
+    Attributes:
+        bytes: memory that the messages take, in bytes.
     """
 
     def __init__(self, duration: int, size: int) -> None:
         self._duration = duration
-        self._size = size
+        self._max_size = size
         self._entries: deque[Entry] = deque()
         self._latched: dict[Source, Entry] = {}
         self._lock = threading.Lock()
@@ -43,20 +46,22 @@ class MessageRing:
             if source.latching:
                 self._latched[source] = entry
             self._entries.append(entry)
-            self.bytes += len(data) + OVERHEAD
+            self.bytes += len(data) + MESSAGE_OVERHEAD
             self._trim(stamp)
 
     def _trim(self, now: int) -> None:
         entries = self._entries
         while entries and (
-            (self._size and self.bytes > self._size and len(entries) > 1)
+            (self._max_size and self.bytes > self._max_size and len(entries) > 1)
             or (self._duration and now - entries[0][0] > self._duration)
         ):
             _, _, data = entries.popleft()
-            self.bytes -= len(data) + OVERHEAD
+            self.bytes -= len(data) + MESSAGE_OVERHEAD
 
     def messages_at(self, now: int) -> tuple[list[Entry], list[Entry]]:
-        """Return the messages at a time: the latched ones that are no longer in the ring, and those in the ring."""
+        """Return the messages that are kept at a time: latched ones that are no longer in the ring, and those in the
+        ring.
+        """
         with self._lock:
             if self._entries and now < self._entries[-1][0]:  # simulated time has restarted
                 now = self._entries[-1][0]
@@ -66,7 +71,7 @@ class MessageRing:
             return [entry for entry in self._latched.values() if id(entry) not in current_ids], current
 
     def clear(self) -> None:
-        """Remove all messages except latched ones."""
+        """Remove all messages except the last one of each latching publisher."""
         with self._lock:
             self._entries.clear()
             self.bytes = 0
@@ -95,11 +100,11 @@ class Snapshots:
         self._node = node
         self._options = options
         self._duration = int(duration * 1e9)
-        self._size = size
+        self._max_size = size
         self._now = make_clock(node)
         self._rings: dict[str, MessageRing] = {}
         self._write_lock = threading.Lock()
-        self._number = 0
+        self._file_number = 0
         folder = os.path.dirname(options.names.name(0, time.time())) or "."
         self._space = SpaceGuard(folder, options.min_space, warn)
 
@@ -111,7 +116,7 @@ class Snapshots:
     def subscribe(self, name: str) -> None:
         """Start keeping a topic's messages."""
         topic = self.topics[name] = Topic(name)
-        ring = self._rings[name] = MessageRing(self._duration, self._size)
+        ring = self._rings[name] = MessageRing(self._duration, self._max_size)
         source_of, now = Sources(topic).get, self._now
 
         def on_message(message: AnyMsg) -> None:
@@ -123,7 +128,7 @@ class Snapshots:
         topic.subscriber = self._node.subscribe(name, AnyMsg, on_message)
 
     def enable(self, enabled: bool) -> None:
-        """Start or pause keeping messages. Messages from before a pause are removed when it ends."""
+        """Start or pause keeping messages. When a pause ends, the messages from before it are removed."""
         if enabled and not self.enabled:
             for ring in list(self._rings.values()):
                 ring.clear()
@@ -156,9 +161,9 @@ class Snapshots:
             begin = entries[0][0] if entries else now
             self._space.check()
             options = self._options
-            path = _unused_path(options.names.name(self._number, time.time()))
+            path = _unused_path(options.names.name(self._file_number, time.time()))
             file = RecordFile[Source](path, options.compression, options.chunk_size)
-            self._number += 1
+            self._file_number += 1
             try:
                 for _, source, data in latched_entries:
                     file.write(source, source.topic.name, source.header, begin, data)
@@ -171,7 +176,7 @@ class Snapshots:
 
 def _unused_path(path: str) -> str:
     """Return an unused path, so that a snapshot with the same name does not replace an earlier one."""
-    found, number = path, 1
-    while os.path.lexists(found):
-        found, number = f"{path.removesuffix('.bag')}_{number}.bag", number + 1
-    return found
+    unused_path, number = path, 1
+    while os.path.lexists(unused_path):
+        unused_path, number = f"{path.removesuffix('.bag')}_{number}.bag", number + 1
+    return unused_path

@@ -25,21 +25,21 @@ class TopicSearch:
         self._node = node
         self._graph = Graph(node.master)
         self._selection = selection
-        self._returned: set[str] = set()
+        self._returned_topics: set[str] = set()
         self._watched_node = node.resolve(selection.node) if selection.node else ""
-        self._waiting = [node.resolve(name, remap=False) for name in selection.fixed_topics()]
+        self._unreturned_topics = [node.resolve(name, remap=False) for name in selection.fixed_topics()]
 
     def new_topics(self) -> list[str]:
         """Return the topics to record that were not returned before."""
-        found, self._waiting = self._waiting, []
+        names, self._unreturned_topics = self._unreturned_topics, []
         if self._selection.needs_polling:
             with contextlib.suppress(Error):  # the master does not respond; it may come back
-                found += self._published()
-        new_names = [name for name in dict.fromkeys(found) if name not in self._returned]
-        self._returned.update(new_names)
+                names += self._find_published()
+        new_names = [name for name in dict.fromkeys(names) if name not in self._returned_topics]
+        self._returned_topics.update(new_names)
         return new_names
 
-    def _published(self) -> list[str]:
+    def _find_published(self) -> list[str]:
         node_topics: list[str] = []
         if self._watched_node:
             subscribers = self._graph.state().subscribers

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from typing import Any
 
-from pyros1.bag.limits import CHUNK_LIMIT, LIMIT_VARIABLE, parse_limit
+from pyros1.bag.limits import CHUNK_LIMIT_VARIABLE, DEFAULT_CHUNK_LIMIT, parse_limit
 from pyros1.cli.records import Option
 from pyros1.ground.errors import Error
 
@@ -16,7 +16,7 @@ def _set_limit(option: object, name: str, value: str, parser: Any) -> None:
         parse_limit(value, name)
     except Error as error:
         parser.error(str(error))
-    os.environ[LIMIT_VARIABLE] = value
+    os.environ[CHUNK_LIMIT_VARIABLE] = value
 
 
 CHUNK_LIMIT_OPTION = Option(
@@ -26,6 +26,6 @@ CHUNK_LIMIT_OPTION = Option(
     action="callback",
     callback=_set_limit,
     pyros1_only=True,
-    help=f"read chunks of bags up to MB mebibytes (default {CHUNK_LIMIT >> 20}, or ${LIMIT_VARIABLE})",
+    help=f"read chunks of bags up to MB mebibytes (default {DEFAULT_CHUNK_LIMIT >> 20}, or ${CHUNK_LIMIT_VARIABLE})",
 )
 """The option of all verbs that read bags."""

@@ -15,7 +15,7 @@ from pyros1.bag.api import Bag, BagMessage
 from pyros1.bag.errors import BagError
 from pyros1.bag.format.contents import Messages
 from pyros1.bag.format.files import Chunk
-from pyros1.bag.format.index import ENTRY, entry_ranges
+from pyros1.bag.format.index import INDEX_ENTRY, entry_ranges
 from pyros1.bag.format.reader import BagReader
 from pyros1.bag.format.records import NS
 from pyros1.bag.info import summarize
@@ -243,7 +243,7 @@ class OpenBag:
         by_row = []
         for conn, start, size in index_places:
             data = reader.file.read(start, size)
-            entries = np.frombuffer(data[: len(data) // ENTRY.size * ENTRY.size], "<u4").reshape(-1, 3)
+            entries = np.frombuffer(data[: len(data) // INDEX_ENTRY.size * INDEX_ENTRY.size], "<u4").reshape(-1, 3)
             by_row.append((self._row_by_conn.get(conn, -1), entries[:, 0].astype(np.int64) * NS + entries[:, 1]))
         return by_row
 
@@ -280,4 +280,4 @@ class _SharedBag(Bag):
 
 
 def _content_size(content: tuple[bytes, Messages]) -> int:
-    return len(content[0]) + Messages.SIZE * len(content[1])
+    return len(content[0]) + Messages.BYTES_PER_MESSAGE * len(content[1])

@@ -6,7 +6,7 @@ import os
 from typing import Any
 
 from pyros1.bag.api import Bag
-from pyros1.bag.edit.migrate import Migration, make_migrator, migration_lines, migrations
+from pyros1.bag.edit.migrate import Migration, find_migrations, make_migrator, migration_lines
 from pyros1.bag.edit.migration import rule_text
 from pyros1.cli.failures import UsageError
 from pyros1.cli.invocation import Invocation
@@ -25,7 +25,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> None:
         raise UsageError(f"The file {options.rulefile} {reason}.")
     migrator = make_migrator([*args[1:], *([options.rulefile] if options.append else [])])
     with Bag(args[0], unindexed=False) as bag:
-        needed_migrations = migrations(bag, migrator)
+        needed_migrations = find_migrations(bag, migrator)
     if not needed_migrations:
         print("Bag file does not need any migrations.")
         return

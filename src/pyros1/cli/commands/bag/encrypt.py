@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from pyros1.bag.edit import editing as edit
-from pyros1.bag.format.encryption import AES, ENCRYPTORS, Cipher, KeyUnavailableError, new_cipher
+from pyros1.bag.format.encryption import AES_ENCRYPTOR, ENCRYPTORS, Cipher, KeyUnavailableError, new_cipher
 from pyros1.bag.format.reader import BagReader
 from pyros1.cli.commands.bag._options import compression
 from pyros1.cli.commands.bag._writing.rewrite import BAGS_ARGUMENT, REWRITE_OPTIONS, REWRITE_USAGE, rewrite_each
@@ -20,7 +20,7 @@ def encrypt(invocation: Invocation, options: Any, args: list[str]) -> int:
     if options.plugin not in ENCRYPTORS:
         hint = did_you_mean(options.plugin, ENCRYPTORS)
         raise CommandError(f"unknown encryptor {options.plugin!r}{hint}; known encryptors: {', '.join(ENCRYPTORS)}")
-    return _rewrite(options, args, options.param if options.plugin == AES else None)
+    return _rewrite(options, args, options.param if options.plugin == AES_ENCRYPTOR else None)
 
 
 def decrypt(invocation: Invocation, options: Any, args: list[str]) -> int:
@@ -33,7 +33,9 @@ VERBS = [
         "encrypt",
         "encrypt one or more bag files",
         *REWRITE_OPTIONS,
-        Option("-p", "--plugin", default=AES, metavar="PLUGIN", help="encryptor plugin name (Default: %default)"),
+        Option(
+            "-p", "--plugin", default=AES_ENCRYPTOR, metavar="PLUGIN", help="encryptor plugin name (Default: %default)"
+        ),
         Option(
             "-r",
             "--param",

@@ -332,6 +332,6 @@ def _connections_with_messages(bag: Bag, selection: MessageSelection, types: tup
 
 
 def _image_types() -> tuple[str, ...]:
-    from pyros1.bag.export.image_files import TYPES  # noqa: PLC0415 - numpy is slow to import
+    from pyros1.bag.export.image_files import IMAGE_TYPES  # noqa: PLC0415 - numpy is slow to import
 
-    return TYPES
+    return IMAGE_TYPES

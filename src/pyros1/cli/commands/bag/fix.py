@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from pyros1.bag.api import Bag
-from pyros1.bag.edit.migrate import MigratedBagWriter, make_migrator, migration_lines, migrations
+from pyros1.bag.edit.migrate import MigratedBagWriter, find_migrations, make_migrator, migration_lines
 from pyros1.bag.errors import BagError
 from pyros1.cli.commands.bag._writing.files import check_different, new_file
 from pyros1.cli.failures import UsageError
@@ -29,7 +29,7 @@ def run(invocation: Invocation, options: Any, args: list[str]) -> int:
     with Bag(source, unindexed=False) as bag:
         if not len(bag):
             raise BagError(source, f"the bag has no messages; {target} was not written")
-        failing = [migration for migration in migrations(bag, migrator) if migration[2]]
+        failing = [migration for migration in find_migrations(bag, migrator) if migration[2]]
         if failing and not options.force:
             print("Bag could not be migrated.  The following migrations could not be performed:")
             print(*migration_lines(failing), sep="\n")

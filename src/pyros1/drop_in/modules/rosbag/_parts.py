@@ -224,4 +224,4 @@ class _ChunkHeader:
 
 def header_of(header: ChunkHeader) -> _ChunkHeader:
     """Return a chunk's header in stock's form."""
-    return _ChunkHeader(header.compression, header.stored, header.size, header.data)
+    return _ChunkHeader(header.compression, header.stored_size, header.size, header.data_offset)

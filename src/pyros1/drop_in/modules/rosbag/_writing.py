@@ -9,7 +9,7 @@ from typing import Any
 
 from pyros1.bag.errors import BagError
 from pyros1.bag.format.compression import COMPRESSIONS
-from pyros1.bag.format.encryption import ENCRYPTORS, NONE, new_cipher
+from pyros1.bag.format.encryption import ENCRYPTORS, NO_ENCRYPTOR, new_cipher
 from pyros1.bag.format.records import NS
 from pyros1.bag.format.writer import BagWriter
 from pyros1.bag.serialized import SerializedOperations
@@ -181,7 +181,7 @@ class Writing:
         """
         if encryptor not in (None, *ENCRYPTORS):
             raise ROSBagEncryptNotSupportedException(f"pyros1 has no encryptor {encryptor}")
-        if self._mode != "w" or encryptor in (None, NONE) or not self._file:
+        if self._mode != "w" or encryptor in (None, NO_ENCRYPTOR) or not self._file:
             return
         assert self._writer is not None
         if self._writer.connections:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from pyros1.bag.api import Bag
-from pyros1.bag.edit.migrate import MigratedBagWriter, migrations
+from pyros1.bag.edit.migrate import MigratedBagWriter, find_migrations
 from pyros1.bag.edit.migration import MessageUpdateRule as _MessageUpdateRule
 from pyros1.bag.edit.migration import Migrator, rule_text
 from pyros1.drop_in.missing import missing
@@ -94,7 +94,7 @@ class MessageMigrator(Migrator):
 
     def find_target(self, old_class: Any) -> Any:
         """Return this system's class of a type, None without one."""
-        return self.target(old_class)
+        return self.current_class(old_class)
 
     def migrate(self, msg_from: Any, msg_to: Any) -> None:
         """Fill a message from one of an older definition.
@@ -238,7 +238,7 @@ def checkmessages(migrator: Any, messages: Any) -> list[Any]:
             continue
         done.add(get_message_key(old))
         cls = old if isinstance(old, type) else type(old)
-        new = migrator.target(cls)
+        new = migrator.current_class(cls)
         if new is None or get_message_key(cls) != get_message_key(new):
             found.append(_finding(migrator, cls, new, migrator.missing_rules(cls, new)))
     return found
@@ -249,7 +249,7 @@ def checkbag(migrator: Any, inbag: str) -> list[Any]:
     rules (`MessageUpdateRule`); an empty list of those means that the type can be converted.
     """
     with Bag(inbag) as bag:
-        return [_finding(migrator, old, new, steps) for old, new, steps in migrations(bag, migrator)]
+        return [_finding(migrator, old, new, steps) for old, new, steps in find_migrations(bag, migrator)]
 
 
 def _finding(migrator: Any, old: Any, new: Any, steps: Any) -> tuple[list[Step], list[Any]]:
