@@ -117,9 +117,8 @@ def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
         types.setdefault(connection.type, connection.md5sum)
         ids_by_topic.setdefault(untrusted(connection.topic), []).append(conn_id)
     is_old = bag.file.version == 102
-    topics = summarize_topics(
-        bag, ids_by_topic, frequencies=frequencies or is_old
-    )  # stock always prints frequencies for old bags
+    # Stock always prints frequencies for old bags.
+    topics = summarize_topics(bag, ids_by_topic, frequencies=frequencies or is_old)
     version = "1.2" if is_old else "2.0"
     is_indexed = bag.file.index_pos > 0 if is_old else not bag.scanned
     # As in stock, the order of chunks in the index determines them, even if it is unsorted. Old bags have no chunks.
