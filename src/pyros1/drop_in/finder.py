@@ -24,7 +24,7 @@ from pyros1.drop_in.sources import folder_of
 from pyros1.drop_in.unicode_errors import register
 from pyros1.finding.packages import PackageIndex
 from pyros1.ground.errors import PackageNotFoundError
-from pyros1.ground.generated import PREFIX, finder, module_name
+from pyros1.ground.generated import MSGS_PACKAGE, finder, module_name
 
 VARIABLE = "PYROS1_ROSPY"
 """Environment variable: "pyros1" prefers pyros1's modules to installed ones, "stock" disables them."""
@@ -122,7 +122,7 @@ class Finder:
                 return ModuleSpec(name, Messages(self._library, package, kind), is_package=True)  # type: ignore[arg-type]
             case ["msg" | "srv" as kind, module] if module[:2] != "__" and self._library.has_package(package):
                 if module[0] != "_":  # an unknown type: this raises an error with a hint
-                    finder().check(f"{PREFIX}.{module_name(package)}.{kind}.{module}")
+                    finder().check(f"{MSGS_PACKAGE}.{module_name(package)}.{kind}.{module}")
                 if module[1:] in self._types(package, kind):
                     return ModuleSpec(name, Messages(self._library, package, kind, module[1:]))  # type: ignore[arg-type]
         return None

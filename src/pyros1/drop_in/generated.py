@@ -16,7 +16,7 @@ from typing import Any
 
 from pyros1.finding.library import Library
 from pyros1.ground.errors import MessageError
-from pyros1.ground.generated import PREFIX, module_name
+from pyros1.ground.generated import MSGS_PACKAGE, module_name
 
 _IMPORTED = ("codecs", "genpy", "python3", "struct", "sys")
 """Names in each of stock's generated modules in addition to classes and message packages."""
@@ -87,7 +87,7 @@ class Messages:
 
     @property
     def _source(self) -> str:
-        return f"{PREFIX}.{module_name(self._package)}.{self._kind}"
+        return f"{MSGS_PACKAGE}.{module_name(self._package)}.{self._kind}"
 
     def _types(self) -> list[str]:
         if self._only_type:

@@ -10,7 +10,7 @@ from pyros1.drop_in.finder import MODULES
 from pyros1.finding.library import Library
 from pyros1.finding.stubs import shipped_library
 from pyros1.ground.errors import MessageError
-from pyros1.ground.generated import PREFIX, module_name
+from pyros1.ground.generated import MSGS_PACKAGE, module_name
 from pyros1.msgs.stubs import message_stub, service_stub
 
 _HERE = "pyros1.drop_in.modules"
@@ -62,7 +62,7 @@ def _shipped(our_stubs: Library, package: str) -> dict[str, str]:
     if not our_stubs.has_package(package):
         return {}
     kinds = [("msg", our_stubs.messages(package)), ("srv", our_stubs.services(package))]
-    texts = {kind: f"from {PREFIX}.{module_name(package)}.{kind} import *\n" for kind, names in kinds if names}
+    texts = {kind: f"from {MSGS_PACKAGE}.{module_name(package)}.{kind} import *\n" for kind, names in kinds if names}
     return _package(texts)
 
 

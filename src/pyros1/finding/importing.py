@@ -13,7 +13,7 @@ from typing import Any
 
 from pyros1.finding.library import Library
 from pyros1.ground.errors import UnknownTypeError
-from pyros1.ground.generated import PREFIX, module_name, ros_name
+from pyros1.ground.generated import MSGS_PACKAGE, module_name, ros_name
 from pyros1.msgs.base import Message, Service
 from pyros1.msgs.factory import make_message_class, make_service_class
 from pyros1.msgs.spec import is_type_name
@@ -55,7 +55,7 @@ class MessageFinder:
         Raises:
             ImportError: there is no such package or type; the message suggests a similar name.
         """
-        module, *kind = name[len(PREFIX) + 1 :].split(".")
+        module, *kind = name[len(MSGS_PACKAGE) + 1 :].split(".")
         package = ros_name(module)
         if not self.library.has_package(package):
             text = f"No module named {name!r}: {self.library.missing_package_message(package)}"
@@ -66,7 +66,7 @@ class MessageFinder:
 
     def fill(self, module: ModuleType) -> None:
         """Initialise a new module: msg and srv modules create each class when it is first used."""
-        package, *kind = module.__name__[len(PREFIX) + 1 :].split(".")
+        package, *kind = module.__name__[len(MSGS_PACKAGE) + 1 :].split(".")
         package = ros_name(package)
         module.__doc__ = f"Definitions of the ROS package {package}."
         if not kind:
@@ -98,9 +98,11 @@ class MessageFinder:
             make(name)
         except UnknownTypeError as error:
             if short in other_names(package):
-                return f"{error}; did you mean {PREFIX}.{module_name(package)}.{other_kind}.{short}?"
+                return f"{error}; did you mean {MSGS_PACKAGE}.{module_name(package)}.{other_kind}.{short}?"
             return str(error)
-        return f"{short} is a class, not a module: write from {PREFIX}.{module_name(package)}.{kind} import {short}"
+        return (
+            f"{short} is a class, not a module: write from {MSGS_PACKAGE}.{module_name(package)}.{kind} import {short}"
+        )
 
     # -- classes -------------------------------------------------------------------------------------------------------
 
@@ -146,7 +148,7 @@ class MessageFinder:
         if not is_type_name(name) or not self.library.has_package(package):
             # Raises an error with a suggestion.
             return self.library.message(name) if kind == "msg" else self.library.service(name)
-        module = importlib.import_module(f"{PREFIX}.{module_name(package)}.{kind}")
+        module = importlib.import_module(f"{MSGS_PACKAGE}.{module_name(package)}.{kind}")
         cached = vars(module).get(short)
         if cached is None:
             # Another thread may have created the class in the meantime; the first one is kept.

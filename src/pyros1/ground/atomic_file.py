@@ -15,9 +15,9 @@ def write_atomically(path: str | os.PathLike[str], text: str) -> None:
         text: the content, which is written as UTF-8.
 
     Raises:
-        OSError: the file cannot be written; the error names it.
+        OSError: the file cannot be written; the error names `path`.
     """
-    target = os.path.realpath(path)  # for a link, its target is written
+    target = os.path.realpath(path)  # a link stays: its target is written
     try:
         if os.path.exists(target) and not os.path.isfile(target):
             _write(target, text, "w")
@@ -29,15 +29,15 @@ def write_atomically(path: str | os.PathLike[str], text: str) -> None:
 
 
 def _replace(target: str, text: str) -> None:
-    part = f"{target}.{os.getpid()}.part"
+    temporary_path = f"{target}.{os.getpid()}.part"
     try:
-        _write(part, text, "x")
+        _write(temporary_path, text, "x")
         if os.path.exists(target):
-            shutil.copymode(target, part)
-        os.replace(part, target)
+            shutil.copymode(target, temporary_path)
+        os.replace(temporary_path, target)
     except OSError as error:
         with contextlib.suppress(OSError):
-            os.unlink(part)
+            os.unlink(temporary_path)
         if not isinstance(error, PermissionError):
             raise
         _write(target, text, "w")

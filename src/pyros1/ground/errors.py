@@ -86,7 +86,7 @@ class DeserializationError(MessageError):
     Args:
         type_name: for example ``std_msgs/String``. If it is the only argument, it is the whole error text: programs and
             generated modules raise this error that way.
-        offset: byte offset into the message body at which decoding failed.
+        offset: offset in the message body at which decoding failed, in bytes.
         reason: what is wrong there.
     """
 
@@ -98,7 +98,7 @@ class DeserializationError(MessageError):
 
 
 class LengthError(MessageError):
-    """Received bytes are a message of the expected type, but have the wrong length.
+    """Received bytes are a message of the expected type, but with the wrong length.
 
     Only decoders with ``exact`` raise this; others ignore the difference, as in stock.
 
@@ -141,8 +141,8 @@ class UnknownHostError(UnreachableError):
 
     def __init__(self, host: str, reason: OSError | None) -> None:
         self.host = host
-        why = getattr(reason, "strerror", None) or reason or "no address"
-        super().__init__(f"the host name '{host:.100}' cannot be resolved here: {why}")
+        reason_text = getattr(reason, "strerror", None) or reason or "no address"
+        super().__init__(f"the host name '{host:.100}' cannot be resolved here: {reason_text}")
 
 
 class DeadlineError(TransportError, TimeoutError):
@@ -164,7 +164,7 @@ class XmlRpcFault(Error):
 
 
 class MasterError(Error):
-    """The master (or a node's API) responded to a call with status 0 (failed) or -1 (invalid call).
+    """The master, or another node's API, responded to a call with status 0 (failed) or -1 (invalid call).
 
     Args:
         message: the status message.

@@ -1,10 +1,11 @@
-"""Import of ``pyros1.msgs.<package>``, whose modules are generated from definitions (`pyros1.finding.importing`).
+"""Imports ``pyros1.msgs.<package>``, whose modules are generated from definitions (`pyros1.finding.importing`).
 
-The code that generates them is loaded with the first of these modules: most programs need it, most commands do not.
+The code that generates these modules is loaded with the first of them: most programs need it, most commands do not.
 
-Python searches the entries of a package's ``__path__`` for its submodules, and asks for each a finder that it keeps in
-``sys.path_importer_cache``. The ``__path__`` of `pyros1.msgs` has an entry that is no folder, and puts its finder there
-itself, so no hook is needed that would see the imports of other modules, too.
+Python searches the entries of a package's ``__path__`` for its submodules: for each entry, it asks a finder that it
+keeps in ``sys.path_importer_cache``. The ``__path__`` of `pyros1.msgs` has an entry that is not a folder, and puts the
+finder for this entry into the cache itself. So no import hook is needed, which would also see the imports of all other
+modules.
 """
 
 from __future__ import annotations
@@ -24,8 +25,8 @@ if TYPE_CHECKING:
 else:
     _Strings = list
 
-PREFIX = "pyros1.msgs"
-_ENTRY = "<modules generated from definitions>"
+MSGS_PACKAGE = "pyros1.msgs"
+_PATH_ENTRY = "<modules generated from definitions>"
 OWN_MODULES = frozenset(
     [
         "array_views",
@@ -66,7 +67,7 @@ def module_name(package: str) -> str:
 
 
 def ros_name(module: str) -> str:
-    """Return the ROS package that a module of that name stands for."""
+    """Return the ROS package for the name of a module below ``pyros1.msgs``."""
     return module[:-1] if module[:-1] in OWN_MODULES and module.endswith("_") else module
 
 
@@ -79,20 +80,20 @@ class SearchPath(_Strings):
     """
 
     def __init__(self, folders: Iterable[str], modules: GeneratedModules) -> None:
-        super().__init__([*folders, _ENTRY])
+        super().__init__([*folders, _PATH_ENTRY])
         self.modules = modules
 
     def __iter__(self) -> Iterator[str]:
-        """Iterate, after putting our finder back into the import system's cache.
+        """Iterate over the entries, after putting our finder back into the import system's cache.
 
-        The import system iterates here before each search, and may have discarded its finders.
+        The import system calls this before each search, and may have discarded its finders.
         """
-        sys.path_importer_cache.setdefault(_ENTRY, self.modules)
+        sys.path_importer_cache.setdefault(_PATH_ENTRY, self.modules)
         return super().__iter__()
 
 
 class GeneratedModules:
-    """Finder and loader of modules of messages and services.
+    """Finds and loads the modules of messages and services.
 
     Attributes:
         messages: the :class:`pyros1.finding.importing.MessageFinder` of the process; None until it is needed.
@@ -109,19 +110,19 @@ class GeneratedModules:
         Raises:
             ImportError: there is no such package or type; the text has a hint at what may have been meant.
         """
-        package, *kind = name[len(PREFIX) + 1 :].split(".")
+        package, *submodule = name[len(MSGS_PACKAGE) + 1 :].split(".")
         if package in OWN_MODULES:
             return None
         if self.messages is not None:
             self.messages.check(name)
-        if kind not in ([], ["msg"], ["srv"]):
+        if submodule not in ([], ["msg"], ["srv"]):
             return None
         spec = ModuleSpec(name, self, is_package=True)  # type: ignore[arg-type]  # has all a loader needs
         spec.submodule_search_locations = SearchPath([], self)
         return spec
 
     def create_module(self, spec: ModuleSpec) -> None:
-        """Leave it to the import system."""
+        """Return None, so that the import system creates the module."""
 
     def exec_module(self, module: ModuleType) -> None:
         """Fill a new module; raises as :meth:`find_spec`."""
@@ -131,12 +132,12 @@ class GeneratedModules:
 
 
 def search_path(folders: Iterable[str]) -> SearchPath:
-    """Return the ``__path__`` of `pyros1.msgs`, with the same finder if that is reloaded.
+    """Return the ``__path__`` of `pyros1.msgs`; if the package is reloaded, the finder stays the same.
 
     Args:
-        folders: the folders with its own modules.
+        folders: the folders with the package's own modules.
     """
-    modules = sys.path_importer_cache.get(_ENTRY)
+    modules = sys.path_importer_cache.get(_PATH_ENTRY)
     return SearchPath(folders, modules if isinstance(modules, GeneratedModules) else GeneratedModules())
 
 
@@ -145,9 +146,9 @@ def finder() -> Any:
 
     An import statement takes no arguments, so the environment of the process says where definitions are.
     """
-    search: Any = sys.modules[PREFIX].__path__
+    search: Any = sys.modules[MSGS_PACKAGE].__path__
     modules: GeneratedModules = search.modules
     if modules.messages is None:
-        made = import_module("pyros1.finding.importing").MessageFinder(os.environ)
-        vars(modules).setdefault("messages", made)  # another thread may have made one meanwhile: the first one stays
+        new_finder = import_module("pyros1.finding.importing").MessageFinder(os.environ)
+        vars(modules).setdefault("messages", new_finder)  # if another thread has made one meanwhile, that one stays
     return modules.messages

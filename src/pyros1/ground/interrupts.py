@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM: how they end a program, and when a second one counts."""
+"""How SIGINT and SIGTERM end a program, and when a second signal counts."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ TERMINATION_SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTER
 """The signals that ask a program to end."""
 MIN_REPEAT_INTERVAL = 0.5
 """Seconds after which another signal counts as deliberate: ``timeout -s INT`` sends two at once, to a process
-and to its group, and so do shells and launchers that pass Ctrl-C on to processes that already have it."""
+and to its group, and so do shells and launchers that pass Ctrl-C on to processes that have already received it."""
 
 
 class InterruptCounter:
-    """Count of deliberate signals. Takes no locks, so signal handlers may use it.
+    """Counts deliberate signals. Acquires no locks, so signal handlers may use it.
 
     Args:
-        clock: seconds.
+        clock: returns the current time in seconds.
 
     Attributes:
-        count: signals that counted: the first, and each that comes `MIN_REPEAT_INTERVAL` seconds or more after the last
-            of these.
+        count: number of deliberate signals: the first one, and each that came `MIN_REPEAT_INTERVAL` seconds or more
+            after the previous deliberate one.
     """
 
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
@@ -36,7 +36,7 @@ class InterruptCounter:
         self.count = 0
 
     def count_signal(self) -> bool:
-        """Take note of a signal and return whether it counts."""
+        """Record a signal; return whether it counts as deliberate."""
         now = self._clock()
         if self.count and now - self._last < MIN_REPEAT_INTERVAL:
             return False
@@ -46,95 +46,95 @@ class InterruptCounter:
 
 
 EXIT_INTERRUPTED = 128 + signal.SIGINT
-"""Exit code of a process that SIGINT has ended, as shells report it."""
+"""Exit code that shells report for a process killed by SIGINT."""
 
 
-class Interrupt:
-    """Handler of SIGINT that raises KeyboardInterrupt once; a second deliberate SIGINT ends the process at once."""
+class InterruptHandler:
+    """A handler that raises KeyboardInterrupt at the first SIGINT; a second deliberate SIGINT kills the process."""
 
     def __init__(self) -> None:
         self._interrupts = InterruptCounter()
 
-    def __call__(self, number: int, frame: FrameType | None) -> None:
+    def __call__(self, signal_number: int, frame: FrameType | None) -> None:
         if not self._interrupts.count_signal():
             return
         if self._interrupts.count > 1:
-            die_by_signal(number)
+            die_by_signal(signal_number)
         raise KeyboardInterrupt
 
     def resend(self) -> None:
-        """Raise another KeyboardInterrupt in a moment, since the interpreter has swallowed the first."""
+        """Raise another KeyboardInterrupt shortly, since the interpreter has dropped the first."""
         self._interrupts = InterruptCounter()
         _thread.start_new_thread(_send_delayed, (signal.SIGINT,))
 
 
-def _send_delayed(number: int) -> None:
+def _send_delayed(signal_number: int) -> None:
     time.sleep(0.01)
-    os.kill(os.getpid(), number)
+    os.kill(os.getpid(), signal_number)
 
 
 def is_default_handler(handler: object) -> bool:
-    """Return whether a signal handler is one of Python's or the system's own, and may be replaced."""
-    return handler in (signal.SIG_DFL, signal.default_int_handler) or isinstance(handler, Interrupt)
+    """Return whether a signal handler is a default one, from Python, the system or here, so that it may be replaced."""
+    return handler in (signal.SIG_DFL, signal.default_int_handler) or isinstance(handler, InterruptHandler)
 
 
 @contextmanager
 def keyboard_interrupts() -> Iterator[None]:
-    """Let SIGINT raise KeyboardInterrupt in a ``with`` block if it would end the process at once, so that everything
-    is cleaned up.
+    """Let SIGINT raise KeyboardInterrupt in a ``with`` block if it would otherwise kill the process, so that the block
+    can clean up.
 
     Where an exception cannot propagate, such as in the callback of a weak reference during an import, the interpreter
-    prints and drops it; another one is then raised in its place.
+    prints and drops it; then another one is raised a moment later.
     """
     if signal.getsignal(signal.SIGINT) is not signal.SIG_DFL:
         yield
         return
-    show = sys.unraisablehook
+    previous_hook = sys.unraisablehook
 
-    def ignored(what: sys.UnraisableHookArgs) -> None:
-        current = signal.getsignal(signal.SIGINT)
-        if what.exc_type is KeyboardInterrupt and isinstance(current, Interrupt):
-            current.resend()
+    def hook(unraisable: sys.UnraisableHookArgs) -> None:
+        handler = signal.getsignal(signal.SIGINT)
+        if unraisable.exc_type is KeyboardInterrupt and isinstance(handler, InterruptHandler):
+            handler.resend()
         else:
-            show(what)
+            previous_hook(unraisable)
 
-    signal.signal(signal.SIGINT, Interrupt())
-    sys.unraisablehook = ignored
+    signal.signal(signal.SIGINT, InterruptHandler())
+    sys.unraisablehook = hook
     try:
         yield
     finally:
-        sys.unraisablehook = show
+        sys.unraisablehook = previous_hook
         signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
-def die_by_signal(number: int = signal.SIGINT) -> NoReturn:
-    """End the process by a signal, as if it had no handler."""
-    signal.signal(number, signal.SIG_DFL)
-    os.kill(os.getpid(), number)
-    raise SystemExit(128 + number)  # in case it is blocked
+def die_by_signal(signal_number: int = signal.SIGINT) -> NoReturn:
+    """Kill this process with a signal, as if the signal had no handler."""
+    signal.signal(signal_number, signal.SIG_DFL)
+    os.kill(os.getpid(), signal_number)
+    raise SystemExit(128 + signal_number)  # in case the signal is blocked
 
 
 def install_handler(
-    handler: Callable[[int, FrameType | None], object], numbers: Iterable[int] = TERMINATION_SIGNALS
+    handler: Callable[[int, FrameType | None], object], signal_numbers: Iterable[int] = TERMINATION_SIGNALS
 ) -> Callable[[], None]:
-    """Install a handler of signals, in the main thread, and unblock the signals.
+    """Install a signal handler, and unblock the signals. Must be called in the main thread.
 
-    A shell without job control starts what runs in the background with SIGINT ignored or, as fish, blocked. The nodes
-    that this process starts would inherit that state.
+    Shells without job control start background processes with SIGINT ignored or, as fish does, blocked. The nodes that
+    this process starts would inherit that state.
 
     Args:
         handler: called with the signal's number and the frame that was interrupted.
-        numbers: the signals' numbers.
+        signal_numbers: the signals' numbers.
 
     Returns:
         A function that restores the former handlers.
     """
-    old = {number: signal.signal(number, handler) for number in numbers}
+    former_handlers = {signal_number: signal.signal(signal_number, handler) for signal_number in signal_numbers}
     if hasattr(signal, "pthread_sigmask"):
-        signal.pthread_sigmask(signal.SIG_UNBLOCK, old)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, former_handlers)
 
     def restore() -> None:
-        for number, former in old.items():
-            signal.signal(number, signal.SIG_DFL if former is None else former)
+        for signal_number, former in former_handlers.items():
+            signal.signal(signal_number, signal.SIG_DFL if former is None else former)
 
     return restore

@@ -9,7 +9,7 @@ _HELPERS = {"Any", "TYPE_CHECKING", "annotations"}
 """Names that a package imports for its own annotations."""
 
 
-def module(name: str) -> Any:
+def import_without_lock(name: str) -> Any:
     """Import a module that is usually loaded already, as an import statement does.
 
     Before Python 3.11, `importlib.import_module` always acquires the module's lock, and a signal handler that does so
@@ -21,15 +21,15 @@ def module(name: str) -> Any:
     Raises:
         ImportError: there is no such module.
     """
-    return __import__(name, fromlist=("__name__",))  # with a name, since otherwise the outermost package is returned
+    return __import__(name, fromlist=("__name__",))  # without `fromlist`, the outermost package would be returned
 
 
 def load(package: str, exports: Mapping[str, str], name: str) -> Any:
-    """Return a public name of a package, for the package's ``__getattr__``.
+    """Return the value of a public name of a package, importing its module; for the package's ``__getattr__``.
 
     Args:
         package: the package's full name.
-        exports: public name -> full name of its module.
+        exports: public name -> full name of the module that defines it.
         name: the public name.
 
     Raises:
@@ -38,11 +38,11 @@ def load(package: str, exports: Mapping[str, str], name: str) -> Any:
     module_name = exports.get(name)
     if module_name is None:
         raise AttributeError(f"module {package!r} has no attribute {name!r}")
-    return getattr(module(module_name), name)
+    return getattr(import_without_lock(module_name), name)
 
 
 def public_names(names: Iterable[str], public: Iterable[str]) -> list[str]:
-    """Return the names to list, for the package's ``__dir__``.
+    """Return the names that `dir` lists; for the package's ``__dir__``.
 
     Args:
         names: the names currently defined in the package.

@@ -30,13 +30,13 @@ class LogFile:
         self._max_size = max_size
         self._backups = backups
         self._file: FileIO | None = None
-        self._is_line_incomplete = False  # the last line is not complete
+        self._is_line_incomplete = False  # whether the end of the last line is missing
         self._lost_lines = 0
-        self._failure = ""
+        self._failure_reason = ""
         self._retry_at = 0.0  # monotonic time
 
     def write(self, text: str) -> None:
-        """Append lines."""
+        """Append lines. Errors are reported on stderr, not raised."""
         if self._path is None:
             return
         if self._lost_lines and monotonic() < self._retry_at:
@@ -47,14 +47,16 @@ class LogFile:
                 os.makedirs(os.path.dirname(self._path) or ".", exist_ok=True)
                 self._file = open(self._path, "ab", buffering=0, opener=_open_nonblocking)  # noqa: SIM115 - stays open
             if self._lost_lines:
-                end = "\n" if self._is_line_incomplete else ""
-                self._append(self._file, f"{end}... {self._lost_lines} lines are missing here: {self._failure}\n")
+                line_break = "\n" if self._is_line_incomplete else ""
+                self._append(
+                    self._file, f"{line_break}... {self._lost_lines} lines are missing here: {self._failure_reason}\n"
+                )
                 self._lost_lines = 0
             self._append(self._file, text)
             if self._file.seekable() and self._file.tell() > self._max_size:
                 self._rotate(self._file, self._path)
         except OSError as error:
-            self._fail(self._path, error, text)
+            self._record_failure(self._path, error, text)
 
     def _append(self, file: FileIO, text: str) -> None:
         data = memoryview(text.encode("utf-8", "replace"))
@@ -62,27 +64,27 @@ class LogFile:
             data = data[os.write(file.fileno(), data) :]  # a disk that becomes full accepts only the beginning
             self._is_line_incomplete = bool(data)
 
-    def _fail(self, path: str, error: OSError, text: str) -> None:
+    def _record_failure(self, path: str, error: OSError, text: str) -> None:
         if self._file is not None:
             self._file.close()  # the next attempt reopens it, since its disk may be available again
             self._file = None
-        self._failure = error.strerror or str(error)
+        self._failure_reason = error.strerror or str(error)
         if not self._lost_lines:
             with contextlib.suppress(Exception):  # stderr may be on the same disk
-                sys.stderr.write(f"WARNING: cannot write the log file {path}: {self._failure}; lines are lost\n")
+                sys.stderr.write(f"WARNING: cannot write the log file {path}: {self._failure_reason}; lines are lost\n")
         self._lost_lines += max(1, text.count("\n"))
         self._retry_at = monotonic() + RETRY_INTERVAL
 
     def reopened(self) -> LogFile:
-        """Return another object for the same file, for a forked process."""
+        """Return another `LogFile` for the same file, for use in a forked process."""
         return LogFile(self._path or "", self._max_size, self._backups)
 
     def _rotate(self, file: FileIO, path: str) -> None:
         file.close()
         self._file = None
-        for number in range(self._backups - 1, 0, -1):
-            if os.path.exists(f"{path}.{number}"):
-                os.replace(f"{path}.{number}", f"{path}.{number + 1}")
+        for part_number in range(self._backups - 1, 0, -1):
+            if os.path.exists(f"{path}.{part_number}"):
+                os.replace(f"{path}.{part_number}", f"{path}.{part_number + 1}")
         os.replace(path, f"{path}.1")
 
     def close(self) -> None:
@@ -94,5 +96,5 @@ class LogFile:
 
 
 def _open_nonblocking(path: str, flags: int) -> int:
-    """Open a file; a pipe without a reader is an error, instead of blocking."""
+    """Open a file; raise OSError for a pipe without a reader, instead of blocking."""
     return os.open(path, flags | getattr(os, "O_NONBLOCK", 0), 0o666)

@@ -18,7 +18,7 @@ _REMAPPING = re.compile(r"([~/A-Za-z]|_|__)[\w/]*:=", re.ASCII)
 
 
 def canonicalize_name(name: str) -> str:
-    """Remove repeated and trailing separators; ``/`` stays ``/``."""
+    """Return a name without repeated and trailing separators; ``/`` stays ``/``."""
     if not name or name == SEP:
         return name
     joined = SEP.join(part for part in name.split(SEP) if part)
@@ -55,7 +55,7 @@ def namespace(name: str) -> str:
 
 
 def ns_join(ns: str, name: str) -> str:
-    """Join ``name`` to the namespace ``ns``; a global or private ``name`` is returned unchanged."""
+    """Return ``name`` below the namespace ``ns``; a global or private ``name`` is returned unchanged."""
     if is_private(name) or is_global(name):
         return name
     if ns == "~":
@@ -82,10 +82,10 @@ def resolve_name(name: str, node_name: str, remappings: dict[str, str] | None = 
         name: relative, global or private (``~x``); empty means the node's namespace. A `FullName` is not remapped.
         node_name: the node's full name, for example ``/robot/talker``.
         remappings: resolved name -> resolved name; applied once, with an exact match.
-        strict: whether names must be valid.
+        strict: whether ``name`` must be legal.
 
     Raises:
-        InvalidNameError: ``name`` is not valid.
+        InvalidNameError: ``strict`` is true, and ``name`` is not legal.
     """
     if not name:
         return namespace(node_name)
@@ -107,7 +107,7 @@ def resolve_name(name: str, node_name: str, remappings: dict[str, str] | None = 
 
 
 def anonymous_name(base: str, pid: int, millis: int) -> str:
-    """Make ``base`` unique with the process id and the time in milliseconds, like rospy."""
+    """Return ``base`` made unique with the process id and the time in milliseconds, as in rospy."""
     return f"{base}_{pid}_{millis}"
 
 
@@ -133,7 +133,7 @@ class Arguments:
         """Return the remappings with both sides resolved for a node with the given full name.
 
         Raises:
-            InvalidNameError: one of the names is not legal.
+            InvalidNameError: ``strict`` is true, and one of the names is not legal.
         """
         return {
             resolve_name(old, node_name, strict=strict): resolve_name(new, node_name, strict=strict)

@@ -8,13 +8,13 @@ from collections.abc import Iterable
 from pyros1.ground.terminal_text import one_line
 
 _DASHES = "\u2010\u2011\u2012\u2013\u2014\u2015\u2212\ufe58\ufe63\uff0d"
-_DASHED = rf"([-{_DASHES}]{{1,2}})([A-Za-z][\w-]*)((?:=.*)?)"
+_DASHED_OPTION = rf"([-{_DASHES}]{{1,2}})([A-Za-z][\w-]*)((?:=.*)?)"
 _ASSIGNMENT = r"([~/]?\w[\w/]*)(=:|:(?![:/\\=\s])|=(?![=:\s]))(.+)"
 _MIN_PORT = 1024
 _MIN_SIMILARITY = 0.6
 _MIN_PREFIX = 2
 SYNONYMS = {"ls": "list", "rm": "delete", "cat": "echo", "show": "info", "stack": "pkg"}
-"""Words of other tools -> what they are called here."""
+"""Words that other tools use -> the words used here."""
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
@@ -28,17 +28,19 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
     known_words = list(known)
     candidates = [SYNONYMS[word]] if SYNONYMS.get(word) in known_words else []
-    candidates = candidates or [other for other in known_words if other.casefold() == word.casefold()]
+    candidates = candidates or [candidate for candidate in known_words if candidate.casefold() == word.casefold()]
     candidates = candidates or get_close_matches(word, known_words, 5, 0.7)
-    suggestion = next((other for other in candidates if word in SYNONYMS or _is_similar(word, other)), "")
+    suggestion = next((candidate for candidate in candidates if word in SYNONYMS or _is_similar(word, candidate)), "")
     suggestion = suggestion or _completion(word, known_words) or word
     return f" (did you mean '{one_line(suggestion)}'?)" if suggestion != word else ""
 
 
 def _completion(word: str, words: list[str]) -> str:
-    """Return the only word that begins with another, or an empty string if there is none or more than one."""
-    longer = {other for other in words if other.casefold().startswith(word.casefold())}
-    return longer.pop() if len(longer) == 1 and len(word.strip("/")) >= _MIN_PREFIX and word[-1:] != "/" else ""
+    """Return the only one of `words` that begins with `word`, or an empty string if there is none or more than one."""
+    completions = {candidate for candidate in words if candidate.casefold().startswith(word.casefold())}
+    return (
+        completions.pop() if len(completions) == 1 and len(word.strip("/")) >= _MIN_PREFIX and word[-1:] != "/" else ""
+    )
 
 
 def _is_similar(word: str, other: str) -> bool:
@@ -53,14 +55,14 @@ def _is_similar(word: str, other: str) -> bool:
 
 
 def similar_option(word: str) -> str | None:
-    """Return the option that an argument was meant to be, if it begins with a typographic dash instead of ``-``.
+    """Return the option that an argument was meant to be if it begins with a typographic dash, or None.
 
     Args:
         word: the command-line argument, for example one that was copied from a PDF.
     """
     if word.isascii():
         return None
-    match = re.fullmatch(_DASHED, word, re.DOTALL)
+    match = re.fullmatch(_DASHED_OPTION, word, re.DOTALL)
     if match is None or match[1].isascii():
         return None
     dashes = "-" if len(match[2]) == 1 else "--"
@@ -68,8 +70,7 @@ def similar_option(word: str) -> str | None:
 
 
 def similar_remapping(word: str) -> str | None:
-    """Return the remapping or parameter that an argument was meant to be, if the ``:`` or the ``=`` of ``:=`` is
-    missing.
+    """Return the remapping or parameter that an argument was meant to be if half of its ``:=`` is missing, or None.
 
     Args:
         word: the command-line argument, for example ``_rate=10`` or ``rate:10``. A possible ``host:port`` gives None.

@@ -2,8 +2,8 @@
 
 A name, an error message or a message of another process can contain escape sequences, which move the cursor, change the
 window's title or hide text, line breaks, which forge lines of output, and characters that reverse the direction of
-writing. Text from elsewhere passes through here before it is displayed. Each such character is escaped as in a Python
-string: ``\\x1b``.
+writing. Text from elsewhere must pass through one of these functions before it is displayed. Each such character is
+escaped as in a Python string: ``\\x1b``.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from __future__ import annotations
 import re
 
 _CONTROL_CHARACTERS = "\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff"
-_UNPRINTABLE = _CONTROL_CHARACTERS + "\ud800-\udfff"  # and surrogates, which cannot be encoded
+_UNPRINTABLE = _CONTROL_CHARACTERS + "\ud800-\udfff"  # with surrogates, which cannot be encoded
 # Compiled when a text needs them, which is rare, so that commands and nodes start faster.
 _EXCEPT_BYTES = f"\r(?!\n)|(?!\r)[{_CONTROL_CHARACTERS}]"
 _IN_LINES = f"\r(?!\n)|(?!\r)[{_UNPRINTABLE}]"
@@ -44,10 +44,10 @@ def lines(text: str, *, keep_bytes: bool = False) -> str:
 
 
 def coloured_lines(text: str) -> str:
-    """Return the same as `lines`, but keep colours, for text that a program writes itself, such as log messages."""
+    """Return a text like `lines`, but keep colours: for text that a program writes itself, such as log messages."""
     if text.replace("\n", "").isprintable():
         return text
-    return re.sub(_EXCEPT_COLOURS, lambda found: found.group(1) or _escape(found), text)
+    return re.sub(_EXCEPT_COLOURS, lambda match: match.group(1) or _escape(match), text)
 
 
 class UntrustedText(str):
@@ -75,9 +75,9 @@ def json_text(text: str) -> str:
     return (
         text
         if text.isascii() and "\x7f" not in text
-        else re.sub(_IN_LINES, lambda found: f"\\u{ord(found.group()):04x}", text)
+        else re.sub(_IN_LINES, lambda match: f"\\u{ord(match.group()):04x}", text)
     )
 
 
-def _escape(found: re.Match[str]) -> str:
-    return repr(found.group())[1:-1]
+def _escape(match: re.Match[str]) -> str:
+    return repr(match.group())[1:-1]

@@ -23,14 +23,16 @@ def _as_int(number: Any, name: str) -> int:
 
 def _has_fractions(number: Any) -> bool:
     """Return whether a value's type can represent fractions, such as numpy.float32 or Decimal."""
-    kind = type(number)
+    number_type = type(number)
     # Numpy arrays have __index__.
-    return hasattr(kind, "__float__") and (not hasattr(kind, "__index__") or hasattr(kind, "__len__"))
+    return hasattr(number_type, "__float__") and (
+        not hasattr(number_type, "__index__") or hasattr(number_type, "__len__")
+    )
 
 
 def scalar(number: Any) -> Any:
-    """Return the element of a one-element numpy array, which newer versions of numpy do not convert; return others
-    unchanged.
+    """Return the element of a one-element numpy array, which newer versions of numpy do not convert; return any other
+    value unchanged.
     """
     return number.item() if getattr(number, "ndim", 0) and number.size == 1 else number
 
@@ -73,7 +75,7 @@ class TVal:
 
     @classmethod
     def from_sec(cls: type[_T], float_secs: float) -> _T:
-        """Return a value from seconds as a float."""
+        """Return the Time or Duration for seconds, which can have fractions; raises TypeError for other types."""
         if not hasattr(type(float_secs), "__float__"):
             raise TypeError(f"seconds must be a number, not {float_secs!r:.80}")
         return cls(float(scalar(float_secs)))
@@ -82,12 +84,14 @@ class TVal:
 
     @classmethod
     def from_nsec(cls: type[_T], nanoseconds: int) -> _T:
-        """Return a value from whole nanoseconds."""
+        """Return the Time or Duration for whole nanoseconds."""
         return cls(*divmod(nanoseconds, _NS))
 
     @classmethod
     def of_clock(cls: type[_T], nanoseconds: int) -> _T:
-        """Return a value from a clock's whole nanoseconds, which must not be negative. Faster than `from_nsec`."""
+        """Return the Time or Duration for a clock's whole nanoseconds, which must not be negative. Faster than
+        `from_nsec`.
+        """
         value = cls.__new__(cls)
         value.secs, value.nsecs = divmod(nanoseconds, _NS)
         return value
@@ -174,7 +178,9 @@ def _base_class(value: object) -> type[TVal] | None:
 
 
 def _difference(a: TVal, b: object) -> int | None:
-    """Return the difference of two values, or None if one is a Time and the other a Duration, or ``b`` is neither."""
+    """Return the difference of two values in nanoseconds, or None if one is a Time and the other a Duration, or ``b``
+    is neither.
+    """
     if not isinstance(b, TVal):
         return None
     if _base_class(a) is not _base_class(b) and None not in (_base_class(a), _base_class(b)):
@@ -197,7 +203,7 @@ class Time(TVal):
             raise TypeError("time values must be positive")
 
     def to_time(self) -> float:
-        """Return seconds, like :meth:`to_sec`."""
+        """Return the time in seconds, like :meth:`to_sec`."""
         return self.to_sec()
 
     def __add__(self, other: object) -> Time:

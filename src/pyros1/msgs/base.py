@@ -50,7 +50,7 @@ _COMPUTED_ATTRIBUTES = frozenset({"_classes", "_fixed_size", "_min_size", "_weig
 
 def _import_late(name: str) -> Any:
     """Import a module on first use: it imports this one, and most messages are never encoded, checked or printed."""
-    return lazy.module("pyros1.msgs." + name)
+    return lazy.import_without_lock("pyros1.msgs." + name)
 
 
 class Array(Protocol):

@@ -9,7 +9,7 @@ from __future__ import annotations
 import keyword
 from collections.abc import Iterable, Sequence
 
-from pyros1.ground.generated import PREFIX, module_name
+from pyros1.ground.generated import MSGS_PACKAGE, module_name
 from pyros1.msgs.factory import python_name
 from pyros1.msgs.spec import STRUCT_CODES, Field, MessageSpec, ServiceSpec
 
@@ -74,7 +74,7 @@ def _module_stub(
     package: str, base: str, specs: Iterable[MessageSpec], body: str, stock_names: bool, extra_import: str = ""
 ) -> str:
     used = sorted({name for spec in specs for name in used_packages(spec)})
-    modules = {name: name if stock_names else f"{PREFIX}.{module_name(name)}" for name in used}
+    modules = {name: name if stock_names else f"{MSGS_PACKAGE}.{module_name(name)}" for name in used}
     imports = "".join(f"from {modules[name]} import msg as _{name}\n" for name in used)
     return _HEAD.format(package=package, base=base) + extra_import + imports + body
 

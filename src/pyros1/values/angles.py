@@ -14,13 +14,13 @@ from pyros1.ground.expressions import ExpressionError, Interpreter
 
 
 def evaluate_angle(text: str) -> float:
-    """Evaluate an arithmetic expression of numbers, ``pi`` and parentheses, in floating point.
+    """Evaluate an arithmetic expression with numbers, ``pi`` and parentheses, in floating point.
 
     Args:
         text: the expression, for example ``-pi/2``.
 
     Returns:
-        The value.
+        The value of the expression.
 
     Raises:
         ExpressionError: the text contains anything else, or cannot be evaluated.
@@ -36,8 +36,8 @@ class _Arithmetic(Interpreter):
             raise ExpressionError("only numbers, pi and arithmetic are allowed")
         return float(value)
 
-    def value(self, node: ast.expr, names: Any) -> Any:
-        result = super().value(node, names)
+    def evaluate_node(self, node: ast.expr, names: Any) -> Any:
+        result = super().evaluate_node(node, names)
         if not isinstance(result, float):
             raise ExpressionError("only numbers, pi and arithmetic are allowed")
         return result

@@ -20,19 +20,19 @@ from pyros1.ground.errors import Error
 
 _MAX_DEPTH = 50
 """Maximum nesting depth: each level needs several nested calls, which Python limits."""
-_MAX_COPIES = 50_000
+_MAX_COPIED_VALUES = 50_000
 """Maximum total number of values that aliases and merge keys can represent; long strings count more than once."""
-_TEXT_UNIT = 100
-"""Number of characters of a string that count as one value for the limit above."""
+_CHARACTERS_PER_VALUE = 100
+"""Number of characters of a string that count as one value for `_MAX_COPIED_VALUES`."""
 _MAX_INTEGER_DIGITS = 200
 """Maximum number of characters of an integer: no field can store 2^64, and Python is slow with thousands of digits."""
-_MAX_QUOTED = 60
+_MAX_QUOTED_LENGTH = 60
 """Maximum number of characters of an invalid value quoted in an error message."""
 
 ANGLES = {"!degrees": (re.compile(r"deg\([^)]*\)\Z"), "d"), "!radians": (re.compile(r"rad\([^)]*\)\Z"), "r")}
-"""Tags of angles -> the pattern of their plain scalars, and the characters that these begin with."""
+"""Tag of angles -> the pattern of its plain scalars, and the character with which these begin."""
 _SCALAR_TAGS = frozenset(
-    [*ANGLES, *(f"tag:yaml.org,2002:{kind}" for kind in ("null", "bool", "int", "float", "str", "binary", "timestamp"))]
+    [*ANGLES, *(f"tag:yaml.org,2002:{name}" for name in ("null", "bool", "int", "float", "str", "binary", "timestamp"))]
 )
 """Tags of single values."""
 
@@ -74,7 +74,7 @@ def load_yaml(text: str, where: str | None = None) -> Any:
     """Return the value of a single YAML document by ROS 1's rules.
 
     Args:
-        text: the document; an empty one is None.
+        text: the document; the value of an empty one is None.
         where: file name for error messages.
 
     Returns:
@@ -82,8 +82,8 @@ def load_yaml(text: str, where: str | None = None) -> Any:
 
     Raises:
         YamlError: the text is not valid YAML, has more than one document or an unknown tag, contains itself, or is
-            nested too deeply; or its aliases represent too many values, which are shared in memory but would take
-            forever to traverse.
+            nested too deeply; or its aliases represent too many values. (These share memory, but would take forever to
+            traverse.)
     """
     value = simple_value(text.strip(" "))
     if value is not None:
@@ -150,7 +150,7 @@ def _strip_call(text: str, begin: str) -> str:
 
 @cache
 def _loader_class() -> Any:
-    """Return the loader class, which is created when it is first needed, since PyYAML is slow to import."""
+    """Return the loader class. It is created when it is first needed, since PyYAML is slow to import."""
     import yaml  # noqa: PLC0415
 
     class Loader(yaml.SafeLoader):
@@ -158,7 +158,7 @@ def _loader_class() -> Any:
 
         def __init__(self, stream: str) -> None:
             super().__init__(stream)
-            self._measures: dict[int, tuple[int, int]] = {}  # id of a composed node -> (number of values, depth)
+            self._size_and_depth: dict[int, tuple[int, int]] = {}  # id of a composed node -> (number of values, depth)
             self._copied_values = 0
             self._depth = 0
 
@@ -176,26 +176,26 @@ def _loader_class() -> Any:
             return node
 
         def _count_copy(self, node: Any) -> None:
-            if id(node) not in self._measures:
+            if id(node) not in self._size_and_depth:
                 raise yaml.MarkedYAMLError(problem="a value cannot contain itself", problem_mark=node.start_mark)
-            self._copied_values += self._measures[id(node)][0]
-            if self._copied_values > _MAX_COPIES:
-                problem = f"the aliases represent more than {_MAX_COPIES} values"
+            self._copied_values += self._size_and_depth[id(node)][0]
+            if self._copied_values > _MAX_COPIED_VALUES:
+                problem = f"the aliases represent more than {_MAX_COPIED_VALUES} values"
                 raise yaml.MarkedYAMLError(problem=problem, problem_mark=node.start_mark)
 
         def _measure(self, node: Any) -> None:
             if node.id == "scalar":
-                self._measures[id(node)] = 1 + len(node.value) // _TEXT_UNIT, 1
+                self._size_and_depth[id(node)] = 1 + len(node.value) // _CHARACTERS_PER_VALUE, 1
                 return
             parts = node.value if node.id == "sequence" else [part for pair in node.value for part in pair]
-            measures = [self._measures[id(part)] for part in parts]
+            measures = [self._size_and_depth[id(part)] for part in parts]
             depth = 1 + max((depth for _, depth in measures), default=0)
             if depth > _MAX_DEPTH:
                 raise yaml.MarkedYAMLError(problem="nested too deeply", problem_mark=node.start_mark)
-            self._measures[id(node)] = 1 + sum(values for values, _ in measures), depth
+            self._size_and_depth[id(node)] = 1 + sum(values for values, _ in measures), depth
 
         def compose_document(self) -> Any:
-            self._measures.clear()  # nodes of the next document may have the same ids
+            self._size_and_depth.clear()  # nodes of the next document may have the same ids
             return super().compose_document()
 
         def construct_object(self, node: Any, deep: bool = False) -> Any:
@@ -209,15 +209,17 @@ def _loader_class() -> Any:
             except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
                 if node.id != "scalar":
                     raise
-                text = node.value if len(node.value) <= _MAX_QUOTED else f"{node.value[:_MAX_QUOTED]}..."
-                kind = node.tag.rpartition(":")[2].lstrip("!")
-                raise yaml.MarkedYAMLError(problem=f"invalid {kind}: {text}", problem_mark=node.start_mark) from error
+                text = node.value if len(node.value) <= _MAX_QUOTED_LENGTH else f"{node.value[:_MAX_QUOTED_LENGTH]}..."
+                type_name = node.tag.rpartition(":")[2].lstrip("!")
+                raise yaml.MarkedYAMLError(
+                    problem=f"invalid {type_name}: {text}", problem_mark=node.start_mark
+                ) from error
 
     def scalar_constructor(function: Any) -> Any:
         return lambda loader, node: function(loader.construct_scalar(node))
 
     for tag, function in (("!degrees", _parse_degrees), ("!radians", _parse_radians)):
-        pattern, first = ANGLES[tag]
+        pattern, first_character = ANGLES[tag]
         Loader.add_constructor(tag, scalar_constructor(function))
-        Loader.add_implicit_resolver(tag, pattern, [first])
+        Loader.add_implicit_resolver(tag, pattern, [first_character])
     return Loader

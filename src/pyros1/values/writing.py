@@ -19,7 +19,7 @@ def dump(value: Any, *, inline: Callable[[Any], bool], ordered: bool = False) ->
     Args:
         value: see `pyros1.values.dump_yaml`.
         inline: returns whether to write a list or dict in brackets, together with everything inside it.
-        ordered: whether dicts keep their order; otherwise their keys are sorted.
+        ordered: whether to keep the order of dicts instead of sorting their keys.
 
     Raises:
         YamlError: see `pyros1.values.dump_yaml`.
@@ -61,13 +61,13 @@ def _dumper_class() -> Any:
         def represent_sequence(self, tag: str, sequence: Any, flow_style: bool | None = None) -> Any:
             return super().represent_sequence(tag, sequence, flow_style=self._inline(sequence))
 
-    for tag, (pattern, first) in ANGLES.items():  # strings that look like angles are quoted
-        Dumper.add_implicit_resolver(tag, pattern, [first])
-    for kind in (dict, list, tuple, set, str, bytes, int, float):  # and subclasses, such as numpy numbers
-        Dumper.add_multi_representer(kind, _represent_as(kind))
+    for tag, (pattern, first_character) in ANGLES.items():  # strings that look like angles are quoted
+        Dumper.add_implicit_resolver(tag, pattern, [first_character])
+    for value_type in (dict, list, tuple, set, str, bytes, int, float):  # and subclasses, such as numpy numbers
+        Dumper.add_multi_representer(value_type, _represent_as(value_type))
     Dumper.add_multi_representer(bytearray, lambda dumper, data: dumper.represent_data(bytes(data)))
     return Dumper
 
 
-def _represent_as(kind: Any) -> Callable[[Any, Any], Any]:
-    return lambda dumper, data: dumper.yaml_representers[kind](dumper, kind(data))
+def _represent_as(value_type: Any) -> Callable[[Any, Any], Any]:
+    return lambda dumper, data: dumper.yaml_representers[value_type](dumper, value_type(data))

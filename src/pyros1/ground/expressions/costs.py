@@ -1,7 +1,7 @@
 """Estimates the costs of operations and functions in advance: the number of items that they process.
 
 A message counts with all its fields; operations that visit only the top level of a value cost less than those that
-compare, sort or format it. If an operation may visit all pairs of items, each pair counts.
+compare, sort or format it. If an operation may compare all pairs of items, each pair counts.
 """
 
 from __future__ import annotations
@@ -11,9 +11,17 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from pyros1.ground.expressions.functions import function_name, method_owner
-from pyros1.ground.expressions.limits import CONTAINERS, HASHED, SCALARS, STEP, TEXTS, array_size, nested_size
+from pyros1.ground.expressions.limits import (
+    CONTAINER_TYPES,
+    HASHED_TYPES,
+    SCALAR_TYPES,
+    STEP_COST,
+    TEXT_TYPES,
+    array_size,
+    nested_size,
+)
 
-_FIXED_COST = SCALARS - {int}
+_FIXED_COST_TYPES = SCALAR_TYPES - {int}
 _PAIRS_PER_STEP = 64
 """Number of pairs of characters that count as one item."""
 _CONSTANT_TIME = frozenset({"get", "has", "isinstance", "len"})
@@ -25,7 +33,7 @@ _LINEAR_TIME = frozenset(
 _CHEAP_METHODS = frozenset({"endswith", "get", "items", "keys", "startswith", "values"})
 """Methods that do not visit the items of their value."""
 _SLOW_FUNCTIONS = frozenset({"fsum", "gcd", "lcm", "isqrt", "dist", "sumprod", "hypot", "round", "divmod"})
-"""Functions that do much work for each number, or for each 64 bits of a number."""
+"""Functions that do much work for each number, or for each 64 bits of a large number."""
 _SLOW_FACTOR = 20
 _FIELD_COST = 8
 """Cost of one field of a format string, in addition to the formatted value."""
@@ -33,12 +41,12 @@ _FIELD_COST = 8
 
 def shallow_size(value: Any) -> int:
     """Return the number of items at the top level of a value; eight characters count as one."""
-    kind = type(value)
-    if kind in SCALARS:
+    value_type = type(value)
+    if value_type in SCALAR_TYPES:
         return 0
-    if kind in TEXTS:
+    if value_type in TEXT_TYPES:
         return len(value) >> 3
-    return len(value) if isinstance(value, CONTAINERS) else array_size(value)
+    return len(value) if isinstance(value, CONTAINER_TYPES) else array_size(value)
 
 
 def deep_size(value: Any, limit: int) -> int:
@@ -50,25 +58,25 @@ def deep_size(value: Any, limit: int) -> int:
         limit: number at which counting stops.
     """
     total = 0
-    shift = 3  # for the lengths of strings
+    shift_of_length = 3  # divides the lengths of strings by eight
     pending = [value]
     while pending:
         part = pending.pop()
-        kind = type(part)
-        if kind is int:
+        part_type = type(part)
+        if part_type is int:
             total += part.bit_length() >> 6
-        elif kind in TEXTS:
-            total += len(part) >> (shift if kind is str else 3)
-        elif isinstance(part, CONTAINERS):
-            total += STEP + len(part)
+        elif part_type in TEXT_TYPES:
+            total += len(part) >> (shift_of_length if part_type is str else 3)
+        elif isinstance(part, CONTAINER_TYPES):
+            total += STEP_COST + len(part)
             if total <= limit:
-                before = len(pending)
+                previous_count = len(pending)
                 total += nested_size(part, pending)
-                total += len(pending) - before
+                total += len(pending) - previous_count
                 if isinstance(part, dict):
                     total += len(part) + nested_size(part.values(), pending)
-        elif kind not in SCALARS:
-            shift = 0
+        elif part_type not in SCALAR_TYPES:
+            shift_of_length = 0
             total += _count_fields(part, pending)
         if total > limit:
             break
@@ -76,12 +84,12 @@ def deep_size(value: Any, limit: int) -> int:
 
 
 def _count_fields(value: Any, pending: list[Any]) -> int:
-    """Count a message and add its fields to `pending`, or count an object of another library."""
+    """Return the cost of a message, whose fields are added to `pending`, or of an object of another library."""
     if type(value).__module__ == "numpy":
         return array_size(value)
     slots = getattr(type(value), "__slots__", ())
     pending.extend(getattr(value, name, None) for name in slots)
-    return STEP * (1 + len(slots))
+    return STEP_COST * (1 + len(slots))
 
 
 def call_cost(function: Callable[..., Any], arguments: Sequence[Any], keywords: Mapping[str, Any], limit: int) -> int:
@@ -98,7 +106,7 @@ def call_cost(function: Callable[..., Any], arguments: Sequence[Any], keywords: 
         return 0
     if owner is None and name in _LINEAR_TIME:
         return sum(map(shallow_size, arguments))
-    if owner is None and not keywords and all(type(value) in _FIXED_COST for value in arguments):
+    if owner is None and not keywords and all(type(value) in _FIXED_COST_TYPES for value in arguments):
         return 0
     nested_size = sum(deep_size(value, limit) for value in (*arguments, *keywords.values()))
     if owner is not None:
@@ -113,29 +121,31 @@ def _method_cost(name: str, owner: Any, arguments: Sequence[Any], nested_size: i
         return 0
     if name == "format":  # each field may format all arguments again
         return int(owner.count("{")) * (_FIELD_COST + nested_size)
-    if type(owner) not in TEXTS:
+    if type(owner) not in TEXT_TYPES:
         return deep_size(owner, limit)
     return shallow_size(owner) + sum(search_cost(argument, owner) for argument in arguments)
 
 
-def search_cost(text: Any, where: Any) -> int:
-    """Return the cost of searching for a string in another, or of stripping its characters from it: all pairs count."""
-    if type(text) not in TEXTS or type(where) not in TEXTS:
+def search_cost(text: Any, searched: Any) -> int:
+    """Return the cost of searching for a string in another one, or of stripping characters: each pair of characters
+    counts.
+    """
+    if type(text) not in TEXT_TYPES or type(searched) not in TEXT_TYPES:
         return 0
-    return len(text) * len(where) // _PAIRS_PER_STEP
+    return len(text) * len(searched) // _PAIRS_PER_STEP
 
 
-def membership_cost(item: Any, where: Any, limit: int) -> int:
+def membership_cost(item: Any, container: Any, limit: int) -> int:
     """Return the cost of ``item in where``."""
-    if type(where) in TEXTS:
-        return shallow_size(where) + search_cost(item, where)
-    if isinstance(where, HASHED):
+    if type(container) in TEXT_TYPES:
+        return shallow_size(container) + search_cost(item, container)
+    if isinstance(container, HASHED_TYPES):
         return deep_size(item, limit)  # only its hash is computed
-    return shallow_size(where) if type(item) in SCALARS else deep_size(where, limit)
+    return shallow_size(container) if type(item) in SCALAR_TYPES else deep_size(container, limit)
 
 
 def operator_cost(op: ast.operator, left: Any, right: Any, limit: int) -> int:
-    """Return the cost of a binary operator, in addition to that of its result."""
+    """Return the cost of a binary operation, in addition to that of its result."""
     if isinstance(op, ast.Mod) and isinstance(left, str):  # each field may format all arguments again
         return shallow_size(left) + left.count("%") * (_FIELD_COST + deep_size(right, limit))
     if type(left) is int and type(right) is int:

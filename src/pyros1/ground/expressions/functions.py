@@ -58,7 +58,7 @@ _METHODS: Mapping[type, frozenset[str]] = {
 
 
 def find_method(owner: Any, name: str, limit: int) -> Callable[..., Any] | None:
-    """Return a method of a string, list or other plain value, or None if it is not available in expressions.
+    """Return a method of a string, list or other plain value, or None if expressions may not call it.
 
     Args:
         owner: the value.
@@ -67,8 +67,8 @@ def find_method(owner: Any, name: str, limit: int) -> Callable[..., Any] | None:
     """
     if type(owner) is int and name == "is_integer":
         return lambda: True  # new in Python 3.12
-    if name in _SIZE_CHECKED.get(type(owner), ()):
-        return functools.partial(_SIZE_CHECKED[type(owner)][name], limit, owner)
+    if name in _SIZE_CHECKED_METHODS.get(type(owner), ()):
+        return functools.partial(_SIZE_CHECKED_METHODS[type(owner)][name], limit, owner)
     if name in _METHODS.get(type(owner), ()):
         return getattr(owner, name)  # type: ignore[no-any-return]  # one of those listed above
     return None
@@ -88,12 +88,12 @@ def function_name(function: Callable[..., Any]) -> str:
 
 
 def calls_first_argument(function: Callable[..., Any]) -> bool:
-    """Return whether a function calls its first argument, as ``map`` does."""
+    """Return whether a function calls its first argument, like ``map``."""
     return getattr(function, "func", function) in (_map, _filter)
 
 
 def takes_key(function: Callable[..., Any]) -> bool:
-    """Return whether a function calls its argument ``key``."""
+    """Return whether a function calls its keyword argument ``key``."""
     return function in (max, min, sorted)
 
 
@@ -111,25 +111,25 @@ def _replace(limit: int, text: str, old: str, new: str, count: int = -1) -> str:
 def _format(limit: int, template: str, *arguments: Any, **keywords: Any) -> str:
     """Format like str.format(), but only with numbers or names as fields, so that attributes are not accessible."""
     parts: list[str] = []
-    automatic = length = 0
-    for literal, field, spec, conversion in string.Formatter().parse(template):
+    next_number = total_length = 0
+    for literal, field_name, spec, conversion in string.Formatter().parse(template):
         parts.append(literal)
-        length += len(literal)
-        if field is None:
+        total_length += len(literal)
+        if field_name is None:
             continue
         if "{" in (spec or ""):
             raise ExpressionError("nested fields are not allowed here")
-        if not field:
-            field, automatic = str(automatic), automatic + 1  # noqa: PLW2901 - automatic numbering
-        if field.isdecimal():
-            value = arguments[int(field)]
-        elif field.isidentifier():
-            value = keywords[field]
+        if not field_name:
+            field_name, next_number = str(next_number), next_number + 1  # noqa: PLW2901 - automatic numbering
+        if field_name.isdecimal():
+            value = arguments[int(field_name)]
+        elif field_name.isidentifier():
+            value = keywords[field_name]
         else:
-            raise ExpressionError(f"{{{field}}} is not allowed here: only numbers and names are")
+            raise ExpressionError(f"{{{field_name}}} is not allowed here: only numbers and names are")
         parts.append(format_field(value, conversion, spec or "", limit))
-        length += len(parts[-1])
-        require(length, limit)
+        total_length += len(parts[-1])
+        require(total_length, limit)
     return "".join(parts)
 
 
@@ -174,7 +174,7 @@ def _limit_padding(pad: Callable[..., str]) -> Callable[..., str]:
     return pad_limited
 
 
-_SIZE_CHECKED: Mapping[type, Mapping[str, Callable[..., Any]]] = {
+_SIZE_CHECKED_METHODS: Mapping[type, Mapping[str, Callable[..., Any]]] = {
     str: {
         "join": _join,
         "replace": _replace,
@@ -188,7 +188,7 @@ _SIZE_CHECKED: Mapping[type, Mapping[str, Callable[..., Any]]] = {
 
 
 def _map(limit: int, function: Callable[..., Any], *iterables: Iterable[Any]) -> list[Any]:
-    """Return the result of map() as a list, so that the limits apply to it as well."""
+    """Return the result of map() as a list, so that the limits apply to the result as well."""
     results: list[Any] = []
     total = 0
     for arguments in zip(*iterables):  # noqa: B905 - like map(), up to the shortest
@@ -221,14 +221,14 @@ def _zip(*iterables: Iterable[Any]) -> list[Any]:
 
 
 def _round(number: Any, ndigits: int | None = None) -> Any:
-    """Round like round(), with a limit on digits, since it would compute any power of ten for an integer."""
+    """Round like round(), but limit the digits, since round() would compute any power of ten for an integer."""
     if ndigits is not None and abs(ndigits) > _MAX_DIGITS:
         raise ValueError("cannot round to that many digits")
     return round(number, ndigits)
 
 
 def _sum(numbers: Iterable[Any], start: float = 0) -> Any:
-    """Return the sum of numbers only, since lists would be copied at each step."""
+    """Return the sum of numbers. Others are rejected, since lists would be copied at each step."""
     if not isinstance(start, int | float):
         raise TypeError("sum() accepts only numbers")
     return sum(numbers, start)
@@ -244,7 +244,7 @@ def _pow(limit: int, base: Any, exponent: Any) -> Any:
 
 
 def _next(items: Iterable[Any], *default: Any) -> Any:
-    """Return the first item, since iterators are lists in expressions."""
+    """Return the first item, or the default: iterators are lists in expressions."""
     for item in items:
         return item
     if not default:
@@ -277,7 +277,7 @@ def functions(limit: int) -> dict[str, Any]:
     limited: dict[str, Callable[..., Any]] = {"map": _map, "range": _range, "format": _format_value}
     return {
         **{name: functools.partial(function, limit) for name, function in limited.items()},
-        **{kind.__name__: kind for kind in (bool, dict, float, int, list, set, str, tuple)},
+        **{builtin_type.__name__: builtin_type for builtin_type in (bool, dict, float, int, list, set, str, tuple)},
         **{function.__name__: function for function in (abs, all, any, len, max, min, sorted)},
         **{function.__name__: function for function in (bin, chr, divmod, hex, isinstance, oct, ord, repr)},
         "enumerate": _enumerate,

@@ -25,12 +25,12 @@ from pyros1.ground.expressions.functions import (
 )
 from pyros1.ground.expressions.lambdas import Lambda, is_plain
 from pyros1.ground.expressions.limits import (
-    CALL,
+    CALL_COST,
     MAX_ITEMS,
     MAX_TEXT,
     MAX_WORK,
-    SCALARS,
-    STEP,
+    SCALAR_TYPES,
+    STEP_COST,
     TOO_EXPENSIVE,
     ExpressionError,
     LimitError,
@@ -40,7 +40,7 @@ from pyros1.ground.expressions.limits import (
     measure,
     require,
 )
-from pyros1.ground.expressions.operators import BINARY, COMPARE, UNARY, require_small
+from pyros1.ground.expressions.operators import BINARY, COMPARISONS, UNARY, require_small
 
 # Type of node -> method of Interpreter that evaluates it.
 _EVALUATORS: dict[type[ast.expr], str] = {
@@ -68,12 +68,12 @@ _EVALUATORS: dict[type[ast.expr], str] = {
     ast.Tuple: "_tuple",
     ast.UnaryOp: "_unaryop",
 }
-_FAILURES = (ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError, TypeError, ValueError)
+_EVALUATION_ERRORS = (ArithmeticError, AttributeError, LookupError, MemoryError, RecursionError, TypeError, ValueError)
 _MAX_SMALL_INT = 1 << 63
 
 
-def _is_target(node: ast.expr) -> bool:
-    return isinstance(node, ast.Name) or (isinstance(node, ast.Tuple) and all(map(_is_target, node.elts)))
+def _is_assignable(node: ast.expr) -> bool:
+    return isinstance(node, ast.Name) or (isinstance(node, ast.Tuple) and all(map(_is_assignable, node.elts)))
 
 
 def _assign(target: ast.expr, item: Any, names: dict[str, Any]) -> None:
@@ -98,7 +98,7 @@ class Interpreter:
         text: the expression.
 
     Raises:
-        ExpressionError: it is malformed, too long, or uses syntax that is not allowed.
+        ExpressionError: the text is malformed, too long, or uses syntax that is not allowed.
     """
 
     nodes: ClassVar[frozenset[type[ast.expr]]] = frozenset(_EVALUATORS)
@@ -130,7 +130,7 @@ class Interpreter:
             raise ExpressionError(f"not an expression: {str(error) or 'nested too deeply'}") from None
 
     def evaluate(self, names: Mapping[str, Any]) -> Any:
-        """Evaluate the expression.
+        """Evaluate the expression, and return its value.
 
         Args:
             names: the values of the names in it.
@@ -141,26 +141,26 @@ class Interpreter:
         """
         self._work = 0
         try:
-            return self.value(self._root, names)
+            return self.evaluate_node(self._root, names)
         except ExpressionError:
             raise
-        except _FAILURES as error:
+        except _EVALUATION_ERRORS as error:
             raise ExpressionError(str(error) or type(error).__name__) from error
 
     # Methods that subclasses can override
     # ------------------------------------------------------------------------------------
 
     def check(self, node: ast.AST) -> None:
-        """Reject a forbidden node of the tree before the evaluation.
+        """Check a node of the tree before the evaluation.
 
         Raises:
-            ExpressionError: it is not allowed in an expression.
+            ExpressionError: the node is not allowed in an expression.
         """
-        kind = type(node).__name__
+        node_type = type(node).__name__
         if isinstance(node, ast.expr) and type(node) not in self.nodes:
-            raise ExpressionError(f"{kind} is not allowed in an expression")
+            raise ExpressionError(f"{node_type} is not allowed in an expression")
         if isinstance(node, ast.operator) and type(node) not in BINARY:
-            raise ExpressionError(f"{kind} is not allowed in an expression")
+            raise ExpressionError(f"{node_type} is not allowed in an expression")
         if isinstance(node, ast.Attribute) and node.attr.startswith("_") and node.attr not in self.private:
             raise ExpressionError(f"{node.attr} is not accessible")
         if isinstance(node, ast.Call) and not isinstance(node.func, ast.Name | ast.Attribute):
@@ -171,7 +171,7 @@ class Interpreter:
             self._arguments.extend((*node.args, *(keyword.value for keyword in node.keywords)))
         if isinstance(node, ast.Lambda) and not (is_plain(node.args) and any(node is each for each in self._arguments)):
             raise ExpressionError("Lambda is only allowed as an argument of a function, and with plain arguments")
-        if isinstance(node, ast.comprehension) and (node.is_async or not _is_target(node.target)):
+        if isinstance(node, ast.comprehension) and (node.is_async or not _is_assignable(node.target)):
             raise ExpressionError("a comprehension can only assign its items to names")
 
     def constant(self, value: Any) -> Any:
@@ -194,10 +194,10 @@ class Interpreter:
         Raises:
             ExpressionError: there is no such attribute, or it is not available in expressions.
         """
-        found = find_method(owner, name, self.max_items)
-        if found is None:
+        member = find_method(owner, name, self.max_items)
+        if member is None:
             raise ExpressionError(f"{type(owner).__name__!r} object has no attribute {name!r}")
-        return found
+        return member
 
     def check_operands(self, *values: Any) -> None:
         """Check values before an operator or function combines them, for languages with values such as arrays.
@@ -217,19 +217,19 @@ class Interpreter:
 
     # The nodes -----------------------------------------------------------------------------------------------------
 
-    def value(self, node: ast.expr, names: Mapping[str, Any]) -> Any:
-        """Evaluate a node of the checked tree."""
-        self._work += STEP
+    def evaluate_node(self, node: ast.expr, names: Mapping[str, Any]) -> Any:
+        """Evaluate a node of the checked tree, and return its value."""
+        self._work += STEP_COST
         if self._work > self.max_work:
             raise LimitError(TOO_EXPENSIVE)
         return _EVALUATOR_FUNCTIONS[type(node)](self, node, names)
 
     def _checked(self, value: Any) -> Any:
-        kind = type(value)
-        if kind is float or kind is bool or (kind is int and -_MAX_SMALL_INT < value < _MAX_SMALL_INT):
+        cls = type(value)
+        if cls is float or cls is bool or (cls is int and -_MAX_SMALL_INT < value < _MAX_SMALL_INT):
             return value
-        if kind is int:
-            self._charge(STEP)
+        if cls is int:
+            self._charge(STEP_COST)
             return check_bits(value)
         size, visited = measure(value, self.max_items)
         self._charge(visited)
@@ -245,7 +245,7 @@ class Interpreter:
     def _charge_reading(self, *values: Any) -> None:
         """Add the cost of an operation that visits entire values."""
         for value in values:
-            if type(value) not in SCALARS:
+            if type(value) not in SCALAR_TYPES:
                 self._charge(costs.deep_size(value, self.max_work - self._work))
 
     def _constant(self, node: ast.Constant, names: Mapping[str, Any]) -> Any:
@@ -261,7 +261,7 @@ class Interpreter:
                     f"math.{node.attr} is not available in expressions; available are: {', '.join(MATH)}"
                 )
             return MATH[node.attr]
-        return self.attribute(self.value(node.value, names), node.attr)
+        return self.attribute(self.evaluate_node(node.value, names), node.attr)
 
     def _list(self, node: ast.List, names: Mapping[str, Any]) -> Any:
         return self._checked(list(self._values(node.elts, names)))
@@ -271,7 +271,9 @@ class Interpreter:
 
     def _dict(self, node: ast.Dict, names: Mapping[str, Any]) -> Any:
         pairs = zip(node.keys, node.values, strict=True)
-        return self._checked({self.value(key, names): self.value(item, names) for key, item in pairs if key})
+        return self._checked(
+            {self.evaluate_node(key, names): self.evaluate_node(item, names) for key, item in pairs if key}
+        )
 
     def _set(self, node: ast.Set, names: Mapping[str, Any]) -> Any:
         items = list(self._values(node.elts, names))
@@ -282,31 +284,31 @@ class Interpreter:
         """Yield the values of items or arguments; ``*value`` yields the items of the value."""
         for node in nodes:
             if not isinstance(node, ast.Starred):
-                yield self.value(node, names)
+                yield self.evaluate_node(node, names)
                 continue
-            for number, item in enumerate(self.value(node.value, names), 1):
-                self._charge(STEP)
-                require(number, self.max_items)
+            for count, item in enumerate(self.evaluate_node(node.value, names), 1):
+                self._charge(STEP_COST)
+                require(count, self.max_items)
                 yield item
 
     def _starred(self, node: ast.Starred, names: Mapping[str, Any]) -> Any:
         raise ExpressionError("* is only allowed before an argument or an item")
 
     def _lambda(self, node: ast.Lambda, names: Mapping[str, Any]) -> Any:
-        return Lambda(self.value, node, names)
+        return Lambda(self.evaluate_node, node, names)
 
     # A generator expression is evaluated immediately, so that the limits apply to its result as well.
     def _listcomp(self, node: ast.ListComp | ast.GeneratorExp, names: Mapping[str, Any]) -> Any:
-        return self._comprehension(node.generators, names, lambda inner: self.value(node.elt, inner))
+        return self._comprehension(node.generators, names, lambda scope: self.evaluate_node(node.elt, scope))
 
     def _setcomp(self, node: ast.SetComp, names: Mapping[str, Any]) -> Any:
-        items = self._comprehension(node.generators, names, lambda inner: self.value(node.elt, inner))
+        items = self._comprehension(node.generators, names, lambda scope: self.evaluate_node(node.elt, scope))
         check_hashes(items)
         return set(items)
 
     def _dictcomp(self, node: ast.DictComp, names: Mapping[str, Any]) -> Any:
-        def pair(inner: Mapping[str, Any]) -> tuple[Any, Any]:
-            return self.value(node.key, inner), self.value(node.value, inner)
+        def pair(scope: Mapping[str, Any]) -> tuple[Any, Any]:
+            return self.evaluate_node(node.key, scope), self.evaluate_node(node.value, scope)
 
         pairs = self._comprehension(node.generators, names, pair)
         check_hashes(key for key, _ in pairs)
@@ -317,11 +319,11 @@ class Interpreter:
     ) -> list[Any]:
         results: list[Any] = []
         total = 0
-        for inner in self._loop(loops, dict(names)):
-            results.append(evaluate(inner))
+        for scope in self._loop(loops, dict(names)):
+            results.append(evaluate(scope))
             self._charge(len(loops))  # each result goes through all loops
             total += 1
-            if type(results[-1]) not in SCALARS or type(results[-1]) is int:
+            if type(results[-1]) not in SCALAR_TYPES or type(results[-1]) is int:
                 size, visited = measure(results[-1], self.max_items)
                 self._charge(visited)
                 total += size
@@ -332,15 +334,15 @@ class Interpreter:
         if not loops:
             yield names
             return
-        first, *rest = loops
-        for item in self.value(first.iter, names):
-            self._charge(STEP)
-            _assign(first.target, item, names)
-            if all(self.value(condition, names) for condition in first.ifs):
-                yield from self._loop(rest, names)
+        outer_loop, *inner_loops = loops
+        for item in self.evaluate_node(outer_loop.iter, names):
+            self._charge(STEP_COST)
+            _assign(outer_loop.target, item, names)
+            if all(self.evaluate_node(condition, names) for condition in outer_loop.ifs):
+                yield from self._loop(inner_loops, names)
 
     def _subscript(self, node: ast.Subscript, names: Mapping[str, Any]) -> Any:
-        owner, key = self.value(node.value, names), self.value(node.slice, names)
+        owner, key = self.evaluate_node(node.value, names), self.evaluate_node(node.slice, names)
         self._charge_reading(key)
         self.check_index(owner, key)
         result = owner[key]
@@ -350,42 +352,42 @@ class Interpreter:
 
     def _slice(self, node: ast.Slice, names: Mapping[str, Any]) -> Any:
         parts = (node.lower, node.upper, node.step)
-        return slice(*(None if part is None else self.value(part, names) for part in parts))
+        return slice(*(None if part is None else self.evaluate_node(part, names) for part in parts))
 
     def _boolop(self, node: ast.BoolOp, names: Mapping[str, Any]) -> Any:
         *first, last = node.values
         for operand in first:
-            result = self.value(operand, names)
+            result = self.evaluate_node(operand, names)
             if bool(result) is isinstance(node.op, ast.Or):
                 return result
-        return self.value(last, names)
+        return self.evaluate_node(last, names)
 
     def _compare(self, node: ast.Compare, names: Mapping[str, Any]) -> Any:
-        left = self.value(node.left, names)
+        left = self.evaluate_node(node.left, names)
         result: Any = True
-        for number, (op, comparator) in enumerate(zip(node.ops, node.comparators, strict=True)):
-            if number and not result:  # only a chain needs the truth value, which numpy arrays do not have
+        for index, (op, comparator) in enumerate(zip(node.ops, node.comparators, strict=True)):
+            if index and not result:  # only a chain needs the truth value, which numpy arrays do not have
                 break
-            right = self.value(comparator, names)
+            right = self.evaluate_node(comparator, names)
             is_membership = isinstance(op, ast.In | ast.NotIn)
             if not isinstance(op, ast.Is | ast.IsNot) and not (is_membership and isinstance(right, dict | set)):
                 self.check_operands(left, right)
             if is_membership:
                 self._charge(costs.membership_cost(left, right, self.max_work))
-            elif type(left) not in SCALARS and not isinstance(op, ast.Is | ast.IsNot):
+            elif type(left) not in SCALAR_TYPES and not isinstance(op, ast.Is | ast.IsNot):
                 self._charge_reading(right)
-            result = self._checked(COMPARE[type(op)](left, right))
+            result = self._checked(COMPARISONS[type(op)](left, right))
             left = right
         return result
 
     def _ifexp(self, node: ast.IfExp, names: Mapping[str, Any]) -> Any:
-        return self.value(node.body if self.value(node.test, names) else node.orelse, names)
+        return self.evaluate_node(node.body if self.evaluate_node(node.test, names) else node.orelse, names)
 
     def _unaryop(self, node: ast.UnaryOp, names: Mapping[str, Any]) -> Any:
-        return self._checked(UNARY[type(node.op)](self.value(node.operand, names)))
+        return self._checked(UNARY[type(node.op)](self.evaluate_node(node.operand, names)))
 
     def _binop(self, node: ast.BinOp, names: Mapping[str, Any]) -> Any:
-        left, right = self.value(node.left, names), self.value(node.right, names)
+        left, right = self.evaluate_node(node.left, names), self.evaluate_node(node.right, names)
         require_small(node.op, left, right, self.max_items)
         if isinstance(node.op, ast.Mod) and isinstance(left, str):
             self.check_formatting(right)
@@ -397,13 +399,13 @@ class Interpreter:
         return self._checked(BINARY[type(node.op)](left, right))
 
     def _call(self, node: ast.Call, names: Mapping[str, Any]) -> Any:
-        function = self.value(node.func, names)
+        function = self.evaluate_node(node.func, names)
         arguments = list(self._values(node.args, names))
-        keywords = {str(keyword.arg): self.value(keyword.value, names) for keyword in node.keywords}
+        keywords = {str(keyword.arg): self.evaluate_node(keyword.value, names) for keyword in node.keywords}
         return self._call_function(function, *arguments, **keywords)
 
     def _call_function(self, function: Callable[..., Any], *arguments: Any, **keywords: Any) -> Any:
-        self._charge(CALL + costs.call_cost(function, arguments, keywords, self.max_work))
+        self._charge(CALL_COST + costs.call_cost(function, arguments, keywords, self.max_work))
         if calls_first_argument(function) and arguments and arguments[0] is not None:
             arguments = (functools.partial(self._call_function, arguments[0]), *arguments[1:])
         if takes_key(function) and keywords.get("key") is not None:
@@ -430,12 +432,12 @@ class Interpreter:
         return key
 
     def _joined(self, node: ast.JoinedStr, names: Mapping[str, Any]) -> Any:
-        return self._checked("".join(self.value(part, names) for part in node.values))
+        return self._checked("".join(self.evaluate_node(part, names) for part in node.values))
 
     def _formatted(self, node: ast.FormattedValue, names: Mapping[str, Any]) -> Any:
-        spec = self.value(node.format_spec, names) if node.format_spec else ""
+        spec = self.evaluate_node(node.format_spec, names) if node.format_spec else ""
         conversion = chr(node.conversion) if node.conversion > 0 else None
-        value = self.value(node.value, names)
+        value = self.evaluate_node(node.value, names)
         self._charge_reading(value)
         self.check_formatting(value)
         return self._checked(format_field(value, conversion, spec, self.max_items))

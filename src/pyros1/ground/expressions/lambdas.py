@@ -24,7 +24,7 @@ class Lambda:
         self._names = names
 
     def __call__(self, *values: Any) -> Any:
-        """Evaluate the body.
+        """Evaluate the body with the given arguments, and return its value.
 
         Raises:
             TypeError: the number of arguments is wrong.
@@ -32,8 +32,8 @@ class Lambda:
         arguments = [*self._node.args.posonlyargs, *self._node.args.args]
         if len(values) != len(arguments):
             raise TypeError(f"the lambda takes {len(arguments)} arguments, not {len(values)}")
-        inner = {argument.arg: value for argument, value in zip(arguments, values, strict=True)}
-        return self._evaluate(self._node.body, {**self._names, **inner})
+        arguments_by_name = {argument.arg: value for argument, value in zip(arguments, values, strict=True)}
+        return self._evaluate(self._node.body, {**self._names, **arguments_by_name})
 
     def __repr__(self) -> str:
         return "<lambda>"

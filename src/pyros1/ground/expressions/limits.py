@@ -18,13 +18,13 @@ MAX_BITS = 4096
 
 MAX_WORK = 10_000_000
 """Maximum work of an expression. Operations and functions cost one for each item that they visit, or for eight
-characters of a string; in addition, each evaluation of a node costs `STEP`.
+characters of a string; in addition, each evaluation of a node costs `STEP_COST`.
 """
 
-STEP = 6
+STEP_COST = 6
 """Cost of evaluating a node or an item of a comprehension, or of accessing an item of a list."""
 
-CALL = 30
+CALL_COST = 30
 """Cost of a call, in addition to that of the function."""
 
 TOO_EXPENSIVE = "the expression takes too much work; use fewer fields or items"
@@ -33,12 +33,12 @@ MAX_SAME_HASH = 100
 """Maximum number of keys of a set or dictionary with the same hash, such as the multiples of 2**61 - 1."""
 
 _FIXED_SIZE = frozenset({bool, float, type(None)})
-SCALARS = _FIXED_SIZE | {int}
+SCALAR_TYPES = _FIXED_SIZE | {int}
 _MAX_SMALL_INT = 1 << 63
-TEXTS = (str, bytes, bytearray)
+TEXT_TYPES = (str, bytes, bytearray)
 _VIEWS: tuple[type[Any], ...] = (type({}.keys()), type({}.values()), type({}.items()))
-CONTAINERS: tuple[type[Any], ...] = (list, tuple, dict, set, frozenset, *_VIEWS)
-HASHED: tuple[type[Any], ...] = (dict, set, frozenset, type({}.keys()), type({}.items()))
+CONTAINER_TYPES: tuple[type[Any], ...] = (list, tuple, dict, set, frozenset, *_VIEWS)
+HASHED_TYPES: tuple[type[Any], ...] = (dict, set, frozenset, type({}.keys()), type({}.items()))
 
 
 class ExpressionError(Error, ValueError):
@@ -68,8 +68,10 @@ def size(value: Any, limit: int = MAX_ITEMS) -> int:
 
 
 def measure(value: Any, limit: int = MAX_ITEMS) -> tuple[int, int]:
-    """Return the `size` of a value, and the work to create it: two for each number, and `STEP` for each other item."""
-    if isinstance(value, TEXTS):
+    """Return the `size` of a value, and the work to create it: two for each number, and `STEP_COST` for each other
+    item.
+    """
+    if isinstance(value, TEXT_TYPES):
         return len(value), len(value) >> 3
     total = visited = 0
     pending = [value]
@@ -77,20 +79,20 @@ def measure(value: Any, limit: int = MAX_ITEMS) -> tuple[int, int]:
         part = pending.pop()
         if isinstance(part, float):
             continue
-        if isinstance(part, int):  # it might be converted to digits
+        if isinstance(part, int):  # large integers count, since they might be converted to digits
             total += part.bit_length() // 64
-        elif isinstance(part, TEXTS):
+        elif isinstance(part, TEXT_TYPES):
             total += len(part)
-        elif isinstance(part, CONTAINERS):
+        elif isinstance(part, CONTAINER_TYPES):
             total += len(part)
-            visited += STEP + 2 * len(part)
+            visited += STEP_COST + 2 * len(part)
             if total <= limit:
-                before = len(pending)
+                previous_count = len(pending)
                 total += nested_size(part, pending)
                 if isinstance(part, dict):
                     visited += 2 * len(part)
                     total += nested_size(part.values(), pending)
-                visited += STEP * (len(pending) - before)
+                visited += STEP_COST * (len(pending) - previous_count)
         else:
             total += array_size(part)
             visited += array_size(part)
@@ -105,12 +107,14 @@ def array_size(value: Any) -> int:
 
 
 def nested_size(items: Collection[Any], pending: list[Any]) -> int:
-    """Return the size of integers beyond 64 bits, and add to `pending` the items that must be visited separately."""
-    kinds = set(map(type, items))
-    if kinds == {int}:  # as in most messages
-        large: int = sum(number.bit_length() for number in items if not -_MAX_SMALL_INT < number < _MAX_SMALL_INT)
-        return large // 64
-    if kinds <= _FIXED_SIZE:
+    """Return the total size of the items if all are integers, else 0; add items that must be visited one by one to
+    `pending`.
+    """
+    item_types = set(map(type, items))
+    if item_types == {int}:  # as in most messages
+        bits: int = sum(number.bit_length() for number in items if not -_MAX_SMALL_INT < number < _MAX_SMALL_INT)
+        return bits // 64
+    if item_types <= _FIXED_SIZE:
         return 0
     pending.extend(items)
     return 0
@@ -124,7 +128,7 @@ def checked(value: Any, limit: int = MAX_ITEMS) -> Any:
         limit: maximum `size` of the value.
 
     Raises:
-        ExpressionError: it is larger, or is an integer of more than `MAX_BITS` bits.
+        ExpressionError: the value is larger, or is an integer of more than `MAX_BITS` bits.
     """
     require(size(value, limit), limit)
     return check_bits(value)
@@ -142,7 +146,7 @@ def check_bits(value: Any) -> Any:
 
 
 def require(needed: int, limit: int = MAX_ITEMS) -> None:
-    """Check the size of a result before it is computed.
+    """Check the size that a result would have.
 
     Raises:
         LimitError: `needed` is above `limit`.
@@ -152,13 +156,13 @@ def require(needed: int, limit: int = MAX_ITEMS) -> None:
 
 
 def check_hashes(keys: Iterable[Any]) -> None:
-    """Check the keys of a new set or dictionary, which would be very slow if they had the same hash.
+    """Check the keys of a new set or dictionary, which would be very slow if many keys had the same hash.
 
     Raises:
         ExpressionError: more than `MAX_SAME_HASH` different keys have the same hash.
         TypeError: a key has no hash.
     """
-    if isinstance(keys, (*TEXTS, dict, set, frozenset)):
+    if isinstance(keys, (*TEXT_TYPES, dict, set, frozenset)):
         return  # hashes of strings cannot be predicted, and the other values were checked when they were created
     keys = list(keys)
     if len(keys) - len(set(map(hash, keys))) < MAX_SAME_HASH:

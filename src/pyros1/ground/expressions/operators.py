@@ -39,7 +39,7 @@ UNARY: dict[type[ast.unaryop], Callable[[Any], Any]] = {
     ast.Not: operator.not_,
     ast.Invert: _invert,
 }
-COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
+COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
     ast.Eq: operator.eq,
     ast.NotEq: operator.ne,
     ast.Lt: operator.lt,
@@ -54,7 +54,7 @@ COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
 
 
 def require_small(op: ast.operator, left: Any, right: Any, limit: int) -> None:
-    """Check the size of the result of an operation that can create a large one from small operands.
+    """Check the size of the result of an operation that can create a large result from small operands.
 
     Args:
         op: the operator.
@@ -63,7 +63,7 @@ def require_small(op: ast.operator, left: Any, right: Any, limit: int) -> None:
         limit: maximum `size` of the result.
 
     Raises:
-        ExpressionError: it would be larger.
+        ExpressionError: the result would be larger.
     """
     if isinstance(op, ast.Pow | ast.LShift):
         _require_bits(op, left, right)
@@ -77,7 +77,7 @@ def require_small(op: ast.operator, left: Any, right: Any, limit: int) -> None:
 def _require_bits(op: ast.operator, left: Any, right: Any) -> None:
     if isinstance(left, int) and isinstance(right, int) and right > 0:
         bits = left.bit_length()
-        # For a power, the minimum number of bits; it never has more than twice as many.
+        # For a power, this is the minimum number of bits; the power never has more than twice as many.
         require(bits + right if isinstance(op, ast.LShift) else (bits - 1) * right, MAX_BITS)
 
 

@@ -8,7 +8,7 @@ from itertools import zip_longest
 from typing import Any
 
 from pyros1.ground.expressions import ExpressionError, require
-from pyros1.ground.expressions.limits import CONTAINERS
+from pyros1.ground.expressions.limits import CONTAINER_TYPES
 from pyros1.msgs import Message
 from pyros1.observe.expression import MAX_ITEMS
 
@@ -124,7 +124,7 @@ def require_broadcast(*values: Any) -> None:
                 pending.extend(value)
         elif value_type is dict:
             pending.extend(value.values())
-        elif isinstance(value, CONTAINERS):
+        elif isinstance(value, CONTAINER_TYPES):
             pending.extend(value)
         elif isinstance(value, Message):
             pending.extend(getattr(value, name) for name in value.__slots__)
