@@ -16,7 +16,7 @@ from pyros1.ground.errors import ProtocolError, SerializationError, XmlRpcFault
 from pyros1.wire import xmlrpc
 from pyros1.wire.xmlrpc_scan import scan_call, scan_response
 
-LIMITS = (xmlrpc.SCALARS, xmlrpc.MAX_DEPTH, xmlrpc.MAX_VALUES)
+LIMITS = (xmlrpc.SCALAR_CONVERTERS, xmlrpc.MAX_DEPTH, xmlrpc.MAX_VALUES)
 
 # XML normalises line ends, so \r does not survive, as it does not in stock.
 texts = st.text(st.characters(exclude_categories=["Cs", "Cc"], exclude_characters="\ufffe\uffff")) | st.sampled_from(

@@ -16,32 +16,32 @@ from pyros1.wire.header import decode_header
 DATA0, DATAN = 0, 1
 MIN_DATAGRAM_SIZE, MAX_DATAGRAM_SIZE = 64, 65507
 MAX_BLOCKS = 0xFFFF
-MAX_BYTES = 1 << 30
+MAX_ASSEMBLED_SIZE = 1 << 30
 """Maximum size in bytes of a message that is accepted from a peer."""
 _HEAD = struct.Struct("<IBBH")
-_SIZE = struct.Struct("<I")
+_LENGTH_FIELD = struct.Struct("<I")
 
 
-def split(frame: bytes, connection: int, message: int, size: int) -> Iterator[bytes]:
+def split(frame: bytes, connection_number: int, message_number: int, size: int) -> Iterator[bytes]:
     """Yield the datagrams of a frame.
 
     Args:
         frame: the body preceded by its length, as in TCPROS.
-        connection: the number that the publisher assigned to the connection.
-        message: the number of the message; the lowest 8 bits are used.
+        connection_number: the number that the publisher assigned to the connection.
+        message_number: the number of the message; the lowest 8 bits are used.
         size: maximum size of a datagram in bytes.
 
     Raises:
-        ValueError: the frame would need more than MAX_BLOCKS blocks.
+        ValueError: the frame would need more than `MAX_BLOCKS` blocks.
     """
     payload_size = size - _HEAD.size
-    blocks = -(-len(frame) // payload_size)
-    if blocks > MAX_BLOCKS:
+    block_count = -(-len(frame) // payload_size)
+    if block_count > MAX_BLOCKS:
         raise ValueError(f"{len(frame)} bytes are too large for datagrams of {size} bytes")
-    for index in range(blocks):
-        kind, block = (DATAN, index) if index else (DATA0, blocks)
+    for index in range(block_count):
+        operation, block = (DATAN, index) if index else (DATA0, block_count)
         yield (
-            _HEAD.pack(connection, kind, message & 0xFF, block)
+            _HEAD.pack(connection_number, operation, message_number & 0xFF, block)
             + frame[index * payload_size : (index + 1) * payload_size]
         )
 
@@ -50,47 +50,47 @@ class Assembler:
     """Assembles message bodies from the datagrams of one connection.
 
     Args:
-        connection: the connection's number; datagrams of other connections are ignored.
+        connection_number: the connection's number; datagrams of other connections are ignored.
 
     Attributes:
         lost: number of messages that were started but not completed.
     """
 
-    def __init__(self, connection: int) -> None:
+    def __init__(self, connection_number: int) -> None:
         self.lost = 0
-        self._connection = connection
-        self._message = 0
-        self._blocks = 0  # number of blocks of the message being assembled; 0 for none
+        self._connection_number = connection_number
+        self._message_number = 0
+        self._block_count = 0  # number of blocks of the message being assembled; 0 for none
         self._parts: list[bytes] = []
 
     def feed(self, datagram: bytes) -> bytes | None:
         """Process a datagram; return the body of the message that it completes, or None."""
         if len(datagram) < _HEAD.size:
             return None
-        connection, kind, message, block = _HEAD.unpack_from(datagram)
-        if connection != self._connection or kind not in (DATA0, DATAN):
+        connection_number, operation, message_number, block = _HEAD.unpack_from(datagram)
+        if connection_number != self._connection_number or operation not in (DATA0, DATAN):
             return None
-        if kind == DATA0:
+        if operation == DATA0:
             self._discard_parts()
-            self._message = message
-            self._blocks = block if block * len(datagram) <= MAX_BYTES else 0
-        elif message != self._message or block != len(self._parts):
+            self._message_number = message_number
+            self._block_count = block if block * len(datagram) <= MAX_ASSEMBLED_SIZE else 0
+        elif message_number != self._message_number or block != len(self._parts):
             self._discard_parts()
-        if self._blocks:
+        if self._block_count:
             self._parts.append(datagram[_HEAD.size :])
-        return self._take_body() if self._blocks and len(self._parts) == self._blocks else None
+        return self._take_body() if self._block_count and len(self._parts) == self._block_count else None
 
     def _take_body(self) -> bytes | None:
         frame = b"".join(self._parts)
-        self._parts, self._blocks = [], 0
-        if len(frame) >= _SIZE.size and _SIZE.unpack_from(frame)[0] == len(frame) - _SIZE.size:
-            return frame[_SIZE.size :]
+        self._parts, self._block_count = [], 0
+        if len(frame) >= _LENGTH_FIELD.size and _LENGTH_FIELD.unpack_from(frame)[0] == len(frame) - _LENGTH_FIELD.size:
+            return frame[_LENGTH_FIELD.size :]
         self.lost += 1
         return None
 
     def _discard_parts(self) -> None:
         self.lost += bool(self._parts)
-        self._parts, self._blocks = [], 0
+        self._parts, self._block_count = [], 0
 
 
 def parse_udpros_offer(offer: list[Any]) -> tuple[dict[str, str], tuple[str, int], int] | None:
@@ -106,7 +106,8 @@ def parse_udpros_offer(offer: list[Any]) -> tuple[dict[str, str], tuple[str, int
 
 
 def parse_udpros_response(response: list[Any]) -> tuple[dict[str, str], tuple[str, int], int] | None:
-    """Return header, (host, port) and connection number of a publisher's response (T59), or None if it is not one.
+    """Return header, (host, port) and connection number of a publisher's response (T59), or None if it is not a UDPROS
+    response.
 
     Raises:
         ProtocolError: the header is malformed.

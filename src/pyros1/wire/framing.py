@@ -19,10 +19,11 @@ MAX_MESSAGE_SIZE = 1_000_000_000
 
 _unpack_size = struct.Struct("<I").unpack_from
 _TRUSTED_GROWTH = 1 << 20
-_LARGE_FRAME = 16 << 20
+"""Size in bytes to which a claimed frame length makes the buffer grow before the bytes arrive."""
+_LARGE_FRAME_SIZE = 16 << 20
 _INITIAL_SIZE = 2048
 _RECEIVES_BEFORE_SHRINKING = 200
-"""Number of consecutive receives that need no more than the capacity, after which the buffer shrinks."""
+"""Number of consecutive receives after which the buffer shrinks if they needed no more than the capacity."""
 
 
 class FrameBuffer:
@@ -43,11 +44,11 @@ class FrameBuffer:
         "_begin",
         "_capacity",
         "_end",
-        "_filled",
+        "_is_filled",
         "_large_frame_size",
         "_limit",
-        "_spare",
-        "_trusted",
+        "_spare_receives",
+        "_trusted_size",
         "data",
         "view",
     )
@@ -60,10 +61,10 @@ class FrameBuffer:
         self.view = memoryview(self.data)
         self._begin = 0  # first byte of the first incomplete frame
         self._end = len(first)
-        self._filled = False
-        self._spare = 0  # receives since a large buffer was last needed
+        self._is_filled = False
+        self._spare_receives = 0  # receives since a large buffer was last needed
         self._large_frame_size = 0  # size of an incomplete large frame, including its length field, or 0
-        self._trusted = _TRUSTED_GROWTH  # size to which memory may grow before the bytes arrive
+        self._trusted_size = _TRUSTED_GROWTH  # size to which memory may grow before the bytes arrive
 
     @property
     def has_partial_frame(self) -> bool:
@@ -74,8 +75,8 @@ class FrameBuffer:
         """Return the memory to receive into, which is never empty. Positions returned earlier become invalid."""
         begin, end = self._begin, self._end
         if len(self.data) > self._capacity:
-            self._spare = self._spare + 1 if end <= self._capacity else 0
-            if self._spare > _RECEIVES_BEFORE_SHRINKING and begin == end:
+            self._spare_receives = self._spare_receives + 1 if end <= self._capacity else 0
+            if self._spare_receives > _RECEIVES_BEFORE_SHRINKING and begin == end:
                 self.shrink()
                 begin = end = 0
         if begin:
@@ -83,9 +84,9 @@ class FrameBuffer:
                 self.view[: end - begin] = self.view[begin:end]
             self._begin = 0
             self._end = end = end - begin
-        if end == len(self.data) or (self._filled and len(self.data) < self._capacity):
+        if end == len(self.data) or (self._is_filled and len(self.data) < self._capacity):
             self._grow(max(len(self.data) * 2, min(len(self.data) * 8, self._capacity)))
-            self._filled = False
+            self._is_filled = False
         return self.view[end : self._large_frame_size] if end < self._large_frame_size else self.view[end:]
 
     def feed(self, data: bytes) -> None:
@@ -95,9 +96,9 @@ class FrameBuffer:
         self.view[self._end : self._end + len(data)] = data
 
     def shrink(self) -> None:
-        """If the buffer is empty, free the memory that only large frames need."""
+        """Free the memory that only large frames need, if the buffer is empty."""
         if self._begin == self._end and len(self.data) > self._capacity:
-            self._begin = self._end = self._spare = 0
+            self._begin = self._end = self._spare_receives = 0
             self._grow(self._capacity)
 
     def _grow(self, size: int) -> None:
@@ -114,7 +115,7 @@ class FrameBuffer:
         """
         data, position = self.data, self._begin
         end = self._end = self._end + count
-        self._filled = end == len(data)
+        self._is_filled = end == len(data)
         frames: list[tuple[int, int]] = []
         while end - position >= 4:
             start = position + 4
@@ -130,22 +131,24 @@ class FrameBuffer:
         return frames
 
     def take(self, frames: list[tuple[int, int]]) -> bytes:
-        """Return a copy of the bytes up to the end of the last of some complete frames; there must be at least one."""
+        """Return a copy of all bytes up to the end of the last of the given frames, of which there must be at least
+        one.
+        """
         data = bytes(self.view[: frames[-1][1]])
         self._shrink_after(frames)
         return data
 
     def take_bodies(self, frames: list[tuple[int, int]]) -> list[bytes]:
-        """Return the bodies of complete frames as separate objects; there must be at least one. All positions become
-        invalid.
+        """Return the bodies of the given frames as separate objects; there must be at least one frame. All positions
+        become invalid.
         """
         bodies = [bytes(self.view[start:stop]) for start, stop in frames]
         self._shrink_after(frames)
         return bodies
 
     def _shrink_after(self, frames: list[tuple[int, int]]) -> None:
-        if frames[-1][1] > _LARGE_FRAME:
-            self._trusted = frames[-1][1]
+        if frames[-1][1] > _LARGE_FRAME_SIZE:
+            self._trusted_size = frames[-1][1]
             self.shrink()
 
     def _make_room(self, size: int) -> None:
@@ -155,6 +158,6 @@ class FrameBuffer:
         self._large_frame_size = size + 4 if size > self._capacity else 0
         if size + 4 > len(self.data):
             doubled = 2 * len(self.data) if self._end == len(self.data) else 0
-            new_size = min(size + 4 + self._capacity, max(self._trusted, doubled))
+            new_size = min(size + 4 + self._capacity, max(self._trusted_size, doubled))
             if new_size > len(self.data):
                 self._grow(new_size)

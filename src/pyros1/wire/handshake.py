@@ -1,7 +1,7 @@
 """The rules of TCPROS connection headers, which decide whether two programs can connect, for topics and services.
 
-The connecting side sends a header; the accepting side responds with its own, or with the single field ``error``, and
-then closes the connection. Rules (https://wiki.ros.org/ROS/TCPROS):
+The connecting side sends a header. The accepting side responds with its own header, or with the single field ``error``
+before it closes the connection. Rules (https://wiki.ros.org/ROS/TCPROS):
 
 * a first header with ``topic`` is for a publisher; otherwise, one with ``service`` is for a service;
 * ``md5sum`` must be equal; ``*`` on either side matches any; ``type`` may differ if ``md5sum`` is equal;
@@ -22,11 +22,11 @@ ANY = "*"
 
 
 class Refusal(Exception):
-    """The connection is refused; the message is sent to the peer as ``error=``."""
+    """The connection is refused; the peer receives the message in the header field ``error``."""
 
 
 class TopicType(NamedTuple):
-    """Type of a topic: type name, md5 sum and full definition text; ``*`` for any."""
+    """Type of a topic: type name, md5 sum and full definition text; name and md5 sum are ``*`` for any type."""
 
     name: str
     md5sum: str
@@ -63,8 +63,8 @@ def _require(header: Mapping[str, str], *names: str) -> None:
             raise Refusal(f"Missing required '{name}' field")
 
 
-def _md5_matches(a: str, b: str) -> bool:
-    return a == b or ANY in (a, b)
+def _md5_matches(md5sum: str, other_md5sum: str) -> bool:
+    return md5sum == other_md5sum or ANY in (md5sum, other_md5sum)
 
 
 def make_publisher_response(
@@ -119,8 +119,8 @@ def check_publisher_response(
 ) -> str:
     """Check a publisher's response to a subscriber's header.
 
-    Comparing the md5 sums is up to the publisher: as in stock, a subscriber accepts messages from one that does not
-        (T15).
+    Comparing the md5 sums is up to the publisher: as in stock, a subscriber accepts messages from a publisher that does
+    not compare them (T15).
 
     Args:
         publisher: name of the publisher in error messages, usually its API URI.
@@ -184,7 +184,7 @@ def check_service_response(
     """Check a service's response to a client's header.
 
     roscpp servers send no ``type`` (T24). Comparing the md5 sums is up to the server: as in rospy, a client accepts
-    responses from one that does not.
+    responses from a server that does not compare them.
 
     Args:
         sent: the client's header, as in `check_publisher_response`.
@@ -206,5 +206,5 @@ def check_service_response(
 
 
 def is_true(text: str | None) -> bool:
-    """Return the value of a header flag: ``1`` and ``true`` are true."""
+    """Return whether the text of a header flag is ``1`` or ``true``, in upper or lower case."""
     return text is not None and text.strip().lower() in ("1", "true")

@@ -30,9 +30,9 @@ def encode_header(fields: Mapping[str, str]) -> bytes:
     """Return the header's bytes, preceded by their length; keys are sorted, as in rospy."""
     parts = []
     for key in sorted(fields):
-        field = f"{key}={fields[key]}".encode("utf-8", "surrogateescape")
-        parts.append(_U32.pack(len(field)))
-        parts.append(field)
+        encoded_field = f"{key}={fields[key]}".encode("utf-8", "surrogateescape")
+        parts.append(_U32.pack(len(encoded_field)))
+        parts.append(encoded_field)
     body = b"".join(parts)
     return _U32.pack(len(body)) + body
 
@@ -65,10 +65,10 @@ class HeaderReader:
     """Reads one header from bytes that arrive in arbitrary pieces.
 
     Args:
-        limit: maximum accepted total length in bytes.
+        limit: maximum total length of an accepted header in bytes.
 
     Attributes:
-        rest: bytes that arrived after the header, when it is complete.
+        rest: when the header is complete, the bytes that arrived after it.
     """
 
     def __init__(self, limit: int = MAX_HEADER_SIZE) -> None:

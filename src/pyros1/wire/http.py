@@ -17,7 +17,7 @@ import re
 from enum import Enum, auto
 from typing import Final, Generic, NamedTuple, TypeVar
 
-from pyros1.wire.http_head import HttpError, keep_alive, split_head
+from pyros1.wire.http_head import HttpError, split_head, stays_open
 
 __all__ = [
     "HttpError",
@@ -97,15 +97,15 @@ class _Parser(Generic[MessageT]):
         self._searched_size = 0
         self._state = _State.HEAD
         self._message: MessageT | None = None
-        self._shape = b""
+        self._template_shape = b""
         self._template: MessageT | None = None
-        self._expected = 0
-        self._chunks = bytearray()
+        self._expected_size = 0
+        self._chunked_body = bytearray()
 
     @property
     def buffered(self) -> int:
         """Number of buffered bytes of an incomplete message."""
-        return len(self._buffer) + len(self._chunks)
+        return len(self._buffer) + len(self._chunked_body)
 
     @property
     def in_message(self) -> bool:
@@ -124,25 +124,25 @@ class _Parser(Generic[MessageT]):
         """
         try:
             while True:
-                before = self._state
+                previous_state = self._state
                 message = self._parse_step()
                 if message is not None:
                     return message
-                if self._state is before and not (before is _State.HEAD and self._skipped_interim):
+                if self._state is previous_state and not (previous_state is _State.HEAD and self._skipped_interim):
                     return None
         except HttpError:
             self._state = _State.DEAD
             self._buffer.clear()
-            self._chunks.clear()
+            self._chunked_body.clear()
             raise
 
     _skipped_interim = False
 
-    def _parse_head(self, first: str, headers: dict[str, str]) -> MessageT:
+    def _parse_head(self, first_line: str, headers: dict[str, str]) -> MessageT:
         raise NotImplementedError
 
-    def _from_template(self, template: MessageT) -> MessageT:
-        """Return a message with the same head, without a body."""
+    def _copy_template(self, template: MessageT) -> MessageT:
+        """Return a new message with the same head, without a body."""
         raise NotImplementedError
 
     def _state_without_length(self) -> _State | None:
@@ -153,9 +153,9 @@ class _Parser(Generic[MessageT]):
         if self._state is _State.HEAD:
             return self._parse_next_head()
         if self._state is _State.BODY:
-            if len(self._buffer) < self._expected:
+            if len(self._buffer) < self._expected_size:
                 return None
-            return self._finish(self._consume(self._expected))
+            return self._finish(self._consume(self._expected_size))
         if self._state is _State.CHUNK_SIZE:
             self._read_chunk_size()
             return None
@@ -173,12 +173,12 @@ class _Parser(Generic[MessageT]):
     def _skip_trailer(self) -> MessageT | None:
         """Skip the fields after the last chunk."""
         while True:
-            line = self._read_line(self._expected)
+            line = self._read_line(self._expected_size)
             if line is None:
                 return None
             if not line:
-                return self._finish(bytes(self._chunks))
-            self._expected -= len(line)
+                return self._finish(bytes(self._chunked_body))
+            self._expected_size -= len(line)
 
     def _consume(self, count: int) -> bytes:
         with memoryview(self._buffer) as view:
@@ -188,11 +188,11 @@ class _Parser(Generic[MessageT]):
 
     def _finish(self, body: bytes) -> MessageT:
         message = self._message
-        if message is None:  # cannot happen: only _head leaves the state HEAD, and it sets the message
+        if message is None:  # cannot happen: only _parse_next_head leaves the state HEAD, and it sets the message
             raise HttpError("an HTTP body without a head")
         message.body = body
         self._message = None
-        self._chunks = bytearray()
+        self._chunked_body = bytearray()
         self._state = _State.HEAD
         self._searched_size = 0
         return message
@@ -219,37 +219,40 @@ class _Parser(Generic[MessageT]):
         # Heads sent by a peer over one connection usually differ only in the length.
         length = _PLAIN_LENGTH.search(head)
         shape = head[: length.start(1)] + head[length.end(1) :] if length else b""
-        if length and shape == self._shape and self._template is not None:
-            self._message = self._from_template(self._template)
+        if length and shape == self._template_shape and self._template is not None:
+            self._message = self._copy_template(self._template)
             return self._await_body(int(length[1]))
-        first, headers, unambiguous = split_head(head.decode("latin-1"))
-        self._message = self._parse_head(first, headers)
-        return self._choose_body(headers, shape if unambiguous else b"")
+        first_line, headers, is_unambiguous = split_head(head.decode("latin-1"))
+        self._message = self._parse_head(first_line, headers)
+        return self._choose_body(headers, shape if is_unambiguous else b"")
 
     def _head_size(self) -> int | None:
-        """Return the position of the line feed before the empty line that ends the head; None if not yet there."""
+        """Return the position of the line feed before the empty line that ends the head, or None if that has not
+        arrived.
+        """
         buffer = self._buffer
         start = max(0, self._searched_size - 3)
         end = buffer.find(b"\n\r\n", start)
-        lax = buffer.find(b"\n\n", start) if end < 0 else buffer.find(b"\n\n", start, end + 1)  # or the head ends there
-        if lax >= 0:
-            return lax
+        # The head ends at the first empty line, whichever line break that has.
+        bare_end = buffer.find(b"\n\n", start) if end < 0 else buffer.find(b"\n\n", start, end + 1)
+        if bare_end >= 0:
+            return bare_end
         return end if end >= 0 else None
 
     def _choose_body(self, headers: dict[str, str], shape: bytes) -> MessageT | None:
         """Determine how the body ends, and remember the head's shape if all heads of that shape have a length."""
-        coding = headers.get("transfer-encoding")
+        transfer_coding = headers.get("transfer-encoding")
         length = headers.get("content-length")
-        if coding is not None:
-            if length is not None or coding.lower() != "chunked":
-                raise HttpError(f"unsupported Transfer-Encoding {coding[:40]!r}", 501)
+        if transfer_coding is not None:
+            if length is not None or transfer_coding.lower() != "chunked":
+                raise HttpError(f"unsupported Transfer-Encoding {transfer_coding[:40]!r}", 501)
             self._state = _State.CHUNK_SIZE
             return None
         if length is not None:
             if not (length.isascii() and length.isdigit() and len(length) <= 18):
                 raise HttpError(f"not a Content-Length: {length[:40]!r}")
             if shape:
-                self._shape, self._template = shape, self._message
+                self._template_shape, self._template = shape, self._message
             return self._await_body(int(length))
         state = self._state_without_length()
         if state is None:
@@ -262,7 +265,7 @@ class _Parser(Generic[MessageT]):
             raise HttpError(f"an HTTP body of {length} bytes; the limit is {self._limits.body}", 413)
         if len(self._buffer) >= length:
             return self._finish(self._consume(length))
-        self._expected = length
+        self._expected_size = length
         self._state = _State.BODY
         return None
 
@@ -280,41 +283,41 @@ class _Parser(Generic[MessageT]):
         size = line.split(b";", 1)[0].strip()
         if not re.fullmatch(rb"[0-9A-Fa-f]{1,15}", size):
             raise HttpError(f"not an HTTP chunk size: {size[:20]!r}")
-        self._expected = int(size, 16)
-        if len(self._chunks) + self._expected > self._limits.body:
+        self._expected_size = int(size, 16)
+        if len(self._chunked_body) + self._expected_size > self._limits.body:
             raise HttpError(f"an HTTP body of more than {self._limits.body} bytes", 413)
-        if self._expected:
+        if self._expected_size:
             self._state = _State.CHUNK
         else:
-            self._expected = self._limits.head  # maximum size of the trailer
+            self._expected_size = self._limits.head  # maximum size of the trailer
             self._state = _State.TRAILER
 
     def _read_chunk(self) -> None:
         # A chunk ends with CRLF or, from lax peers, with LF.
-        if len(self._buffer) <= self._expected:
+        if len(self._buffer) <= self._expected_size:
             return
-        end = bytes(self._buffer[self._expected : self._expected + 2])
+        end = bytes(self._buffer[self._expected_size : self._expected_size + 2])
         if end == b"\r":
             return
         if end != b"\r\n" and end[:1] != b"\n":
             raise HttpError("an HTTP chunk longer than announced")
-        self._chunks += self._consume(self._expected)
+        self._chunked_body += self._consume(self._expected_size)
         del self._buffer[: 2 if end == b"\r\n" else 1]
         self._state = _State.CHUNK_SIZE
 
 
 class RequestParser(_Parser[Request]):
-    """Parser of requests. A POST request must have a Content-Length or chunks."""
+    """Parses requests. A POST request must have a Content-Length or chunks."""
 
-    def _parse_head(self, first: str, headers: dict[str, str]) -> Request:
-        match = _REQUEST_LINE.match(first)
+    def _parse_head(self, first_line: str, headers: dict[str, str]) -> Request:
+        match = _REQUEST_LINE.match(first_line)
         if match is None:
-            raise HttpError(f"not an HTTP request: {first[:40]!r}")
+            raise HttpError(f"not an HTTP request: {first_line[:40]!r}")
         if match.group(1) == "POST" and "content-length" not in headers and "transfer-encoding" not in headers:
             raise HttpError("a POST request without Content-Length", 411)
-        return Request(match.group(1), match.group(2), keep_alive(match.group(3), headers), "origin" in headers)
+        return Request(match.group(1), match.group(2), stays_open(match.group(3), headers), "origin" in headers)
 
-    def _from_template(self, template: Request) -> Request:
+    def _copy_template(self, template: Request) -> Request:
         return Request(template.method, template.path, template.keep_alive, template.from_page)
 
     def _state_without_length(self) -> _State | None:
@@ -322,15 +325,15 @@ class RequestParser(_Parser[Request]):
 
 
 class ResponseParser(_Parser[Response]):
-    """Parser of responses. Interim responses (1xx) are skipped."""
+    """Parses responses. Interim responses (1xx) are skipped."""
 
-    def _parse_head(self, first: str, headers: dict[str, str]) -> Response:
-        match = _STATUS_LINE.match(first)
+    def _parse_head(self, first_line: str, headers: dict[str, str]) -> Response:
+        match = _STATUS_LINE.match(first_line)
         if match is None:
-            raise HttpError(f"not an HTTP response: {first[:40]!r}")
-        return Response(int(match.group(2)), match.group(3) or "", keep_alive(match.group(1), headers))
+            raise HttpError(f"not an HTTP response: {first_line[:40]!r}")
+        return Response(int(match.group(2)), match.group(3) or "", stays_open(match.group(1), headers))
 
-    def _from_template(self, template: Response) -> Response:
+    def _copy_template(self, template: Response) -> Response:
         return Response(template.status, template.reason, template.keep_alive)
 
     def _choose_body(self, headers: dict[str, str], shape: bytes) -> Response | None:
@@ -349,10 +352,10 @@ class ResponseParser(_Parser[Response]):
         return _State.UNTIL_EOF
 
     def eof(self) -> Response | None:
-        """Record that the peer has closed its side of the connection.
+        """Process the end of the connection: the peer has closed its side.
 
         Returns:
-            The response that ends with the connection, or None if none had started.
+            The response that ends with the connection, or None if no response had started.
 
         Raises:
             HttpError: a response was cut off.
@@ -390,7 +393,7 @@ def build_request(host: str, path: str, body: bytes) -> bytes:
     ).encode("latin-1") + body
 
 
-_COMMON_HEAD: Final = (
+_COMMON_RESPONSE_HEAD: Final = (
     b"HTTP/1.1 200 OK\r\nServer: pyros1\r\nContent-Type: text/xml\r\n"
     b"Content-Length: %d\r\n%bConnection: keep-alive\r\n\r\n"
 )
@@ -402,7 +405,7 @@ def build_response(
     """Return a response that tells whether the connection stays open; ``date`` is a line from `date_field` or empty."""
     # The Connection field is always sent, since the defaults of HTTP/1.0 and 1.1 clients differ.
     if status == 200 and keep_alive and content_type == "text/xml":
-        return _COMMON_HEAD % (len(body), date) + body
+        return _COMMON_RESPONSE_HEAD % (len(body), date) + body
     connection = "keep-alive" if keep_alive else "close"
     return (
         f"HTTP/1.1 {status} {_REASONS.get(status, 'Error')}\r\nServer: pyros1\r\nContent-Type: {content_type}\r\n"

@@ -11,7 +11,7 @@ from pyros1.ground.errors import ProtocolError
 # strftime would use names in the user's language.
 _DAYS: Final = ("Mon", "Tue", "Wed", "Thu", "Fri", "Sat", "Sun")
 _MONTHS: Final = ("Jan", "Feb", "Mar", "Apr", "May", "Jun", "Jul", "Aug", "Sep", "Oct", "Nov", "Dec")
-_FIELDS: Final = re.compile(r"^([!#-'*+.^_`|~\w-]+):(.*)$", re.ASCII | re.MULTILINE)
+_FIELD_LINE: Final = re.compile(r"^([!#-'*+.^_`|~\w-]+):(.*)$", re.ASCII | re.MULTILINE)
 
 
 class HttpError(ProtocolError):
@@ -19,7 +19,7 @@ class HttpError(ProtocolError):
 
     Args:
         message: what is wrong.
-        status: the status code of a server's response.
+        status: the status code with which a server responds.
     """
 
     def __init__(self, message: str, status: int = 400) -> None:
@@ -31,23 +31,23 @@ def split_head(text: str) -> tuple[str, dict[str, str], bool]:
     """Return the first line, the fields by lower-case name, and whether there is at most one Content-Length.
 
     Raises:
-        HttpError: a line is not a field, or there are two different lengths.
+        HttpError: a line is not a field, or there are two different Content-Length fields.
     """
-    first, _, rest = text.partition("\n")
+    first_line, _, rest = text.partition("\n")
     # A bare CR counts as a space (RFC 9112, 2.2).
-    fields = [(name.lower(), value.strip(" \t\r")) for name, value in _FIELDS.findall(rest)]
+    fields = [(name.lower(), value.strip(" \t\r")) for name, value in _FIELD_LINE.findall(rest)]
     if rest and len(fields) != rest.count("\n") + 1:
-        invalid = next(line for line in rest.split("\n") if not _FIELDS.match(line))
-        raise HttpError("not an HTTP header field: " + repr(invalid[:40]))
+        invalid_line = next(line for line in rest.split("\n") if not _FIELD_LINE.match(line))
+        raise HttpError("not an HTTP header field: " + repr(invalid_line[:40]))
     headers = dict(fields)
     lengths = [value for name, value in fields if name == "content-length"] if len(headers) != len(fields) else []
     if any(length != lengths[0] for length in lengths):
         raise HttpError("two different Content-Length fields")
-    return first.rstrip("\r"), headers, len(lengths) < 2
+    return first_line.rstrip("\r"), headers, len(lengths) < 2
 
 
-def keep_alive(minor: str, headers: dict[str, str]) -> bool:
-    """Return whether the connection stays open after an HTTP/1.``minor`` message."""
+def stays_open(minor: str, headers: dict[str, str]) -> bool:
+    """Return whether the connection stays open after a message of HTTP version 1.``minor``."""
     connection = headers.get("connection", "").lower()
     if minor == "1":
         return "close" not in connection

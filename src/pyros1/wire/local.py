@@ -30,7 +30,7 @@ MAX_RECORD = 4096
 
 _REFERENCE = struct.Struct(f"<{TOKEN_SIZE}sQIIQQQ")
 _BLOCK = struct.Struct("<IQ")
-_NUMBER = struct.Struct("<Q")
+_RELEASE = struct.Struct("<Q")
 REFERENCE_SIZE = _REFERENCE.size
 _TRANSPORTS = ("local", "tcp")
 
@@ -43,33 +43,36 @@ class Reference(NamedTuple):
         block: number of the block.
         offset: offset of the message's body in the block.
         size: size of the body in bytes.
-        begin: offset, in the body, of its large byte array; 0 if it has none.
-        array: size of that array in bytes.
+        array_begin: offset, in the body, of its large byte array; 0 if it has none.
+        array_size: size of that array in bytes.
     """
 
     number: int
     block: int
     offset: int
     size: int
-    begin: int
-    array: int
+    array_begin: int
+    array_size: int
 
 
 def encode_reference(token: bytes, reference: Reference) -> bytes:
-    """Return the frame of a reference."""
+    """Return the frame that contains a reference."""
     return _REFERENCE.size.to_bytes(4, "little") + _REFERENCE.pack(token, *reference)
 
 
 def decode_reference(token: bytes, body: bytes) -> Reference | None:
-    """Return the reference in a frame's body, or None if it is a message.
+    """Return the reference in a frame's body, or None if the body is a message.
 
     Raises:
-        ProtocolError: it is an invalid reference.
+        ProtocolError: the reference is invalid.
     """
     if len(body) != _REFERENCE.size or not body.startswith(token):
         return None
     reference = Reference(*_REFERENCE.unpack(body)[1:])
-    if reference.begin and not 4 <= reference.begin <= reference.begin + reference.array <= reference.size:
+    if (
+        reference.array_begin
+        and not 4 <= reference.array_begin <= reference.array_begin + reference.array_size <= reference.size
+    ):
         raise ProtocolError("the array of a message in shared memory is not inside of it")
     return reference
 
@@ -83,7 +86,7 @@ def decode_block(record: bytes) -> tuple[int, int]:
     """Return the number and size of a block.
 
     Raises:
-        ProtocolError: the record is of another kind.
+        ProtocolError: the record is not one about a block.
     """
     if len(record) != _BLOCK.size:
         raise ProtocolError(f"an invalid record of {len(record)} bytes about shared memory")
@@ -93,16 +96,16 @@ def decode_block(record: bytes) -> tuple[int, int]:
 
 def encode_release(number: int) -> bytes:
     """Return the record that releases a reference."""
-    return _NUMBER.pack(number)
+    return _RELEASE.pack(number)
 
 
 def decode_releases(record: bytes) -> Iterable[int]:
-    """Return the numbers of the released references; an incomplete one is ignored."""
-    return (number for (number,) in _NUMBER.iter_unpack(record[: len(record) // _NUMBER.size * _NUMBER.size]))
+    """Return the numbers of the released references; an incomplete number at the end is ignored."""
+    return (number for (number,) in _RELEASE.iter_unpack(record[: len(record) // _RELEASE.size * _RELEASE.size]))
 
 
 def offer(key: str) -> list[Any]:
-    """Return a subscriber's offer."""
+    """Return a subscriber's offer of the local transport."""
     return [PROTOCOL, key]
 
 

@@ -23,7 +23,7 @@ def frame_size(frame: Frame) -> int:
 
 
 def _remainder(frame: Frame, sent: int) -> list[Buffer]:
-    """Return what remains of a frame after ``sent`` bytes, as views."""
+    """Return the rest of a frame of which ``sent`` bytes have been sent, as views."""
     remainder: list[Buffer] = []
     for part in [frame] if isinstance(frame, bytes) else frame:
         view = memoryview(part) if isinstance(part, bytes) else memoryview(part).cast("B")
@@ -34,7 +34,7 @@ def _remainder(frame: Frame, sent: int) -> list[Buffer]:
 
 
 def _copy_mutable(frame: list[Buffer]) -> list[Buffer]:
-    """Return a frame that can be stored: memory that its owner might change is copied."""
+    """Return the buffers of a frame for storage: memory that its owner might change is copied."""
     return [
         part if isinstance(part, bytes) or isinstance(memoryview(part).obj, bytes) else bytes(part) for part in frame
     ]
@@ -70,7 +70,7 @@ class OutQueue:
         return len(self._waiting) + bool(self._partial)
 
     def push(self, frame: Frame) -> None:
-        """Add a frame; drop the oldest waiting one if there are too many."""
+        """Add a frame; drop the oldest waiting frame if there are too many."""
         waiting = self._waiting
         waiting.append(frame if isinstance(frame, bytes) else _copy_mutable(_remainder(frame, 0)))
         if self._limit and len(waiting) > self._limit:
@@ -94,30 +94,30 @@ class OutQueue:
         return parts
 
     def discard_sent(self) -> None:
-        """Remove the first `sent_bytes` bytes of what `buffers()` returned, which were sent."""
+        """Remove the bytes that were sent: the first `sent_bytes` bytes of what `buffers()` returned."""
         if self._partial:
             size = sum(len(part) for part in self._partial)
             if self.sent_bytes < size:
-                remainder = _remainder(self._partial, self.sent_bytes)
-                self._partial = remainder
+                rest = _remainder(self._partial, self.sent_bytes)
+                self._partial = rest
                 self.sent_bytes = 0
                 return
-            left = self.sent_bytes - size
+            remaining_bytes = self.sent_bytes - size
             self._partial = []
-            self.sent_bytes = left
+            self.sent_bytes = remaining_bytes
         waiting = self._waiting
         while self.sent_bytes:
             frame = waiting[0]
             size = len(frame) if frame.__class__ is bytes else frame_size(frame)
             if self.sent_bytes < size:
-                remainder = _remainder(frame, self.sent_bytes)
+                rest = _remainder(frame, self.sent_bytes)
                 del waiting[0]
-                self._partial = remainder
+                self._partial = rest
                 self.sent_bytes = 0
                 return
-            left = self.sent_bytes - size
+            remaining_bytes = self.sent_bytes - size
             del waiting[0]
-            self.sent_bytes = left
+            self.sent_bytes = remaining_bytes
 
     def clear(self) -> None:
         """Remove all frames of a link that has been closed."""

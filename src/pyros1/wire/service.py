@@ -14,8 +14,8 @@ import struct
 from pyros1.ground.errors import ProtocolError
 from pyros1.wire.framing import MAX_MESSAGE_SIZE
 
-_HEAD = struct.Struct("<BI")
-RESPONSE_HEAD_SIZE = _HEAD.size
+_RESPONSE_HEAD = struct.Struct("<BI")
+RESPONSE_HEAD_SIZE = _RESPONSE_HEAD.size
 
 
 def encode_success(frame: bytes) -> bytes:
@@ -26,16 +26,17 @@ def encode_success(frame: bytes) -> bytes:
 def encode_failure(reason: str) -> bytes:
     """Return a failure response with its reason."""
     text = reason.encode("utf-8", "replace")
-    return _HEAD.pack(0, len(text)) + text
+    return _RESPONSE_HEAD.pack(0, len(text)) + text
 
 
 def decode_response_head(head: bytes | bytearray, limit: int = MAX_MESSAGE_SIZE) -> tuple[bool, int]:
-    """Return (ok, length of the body) of a response of which at least RESPONSE_HEAD_SIZE bytes have arrived.
+    """Return (whether the call succeeded, length of the body) from at least the first RESPONSE_HEAD_SIZE bytes of a
+    response.
 
     Raises:
         ProtocolError: the body would be larger than ``limit`` bytes.
     """
-    ok, size = _HEAD.unpack_from(head)
+    ok, size = _RESPONSE_HEAD.unpack_from(head)
     if size > limit:
         raise ProtocolError(f"service response of {size} bytes exceeds the limit of {limit} bytes")
     return ok != 0, size

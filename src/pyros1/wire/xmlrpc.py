@@ -17,7 +17,7 @@ nil                     None (read only: ROS has no null)
 
 Received bytes are parsed by defusedxml's expat parser with document types forbidden, so that there are no entities to
 expand. A table defines which elements each element can contain. The depth and number of values are limited. Plain
-messages, that is nearly all, are read by ``xmlrpc_scan``, which is faster and gives the same result.
+messages, which are nearly all, are read by ``xmlrpc_scan``, which is faster and gives the same result.
 """
 
 from __future__ import annotations
@@ -34,15 +34,17 @@ MAX_DEPTH: Final = 100
 """Maximum nesting depth of arrays and structs, read or written."""
 
 MAX_VALUES: Final = 1_000_000
-"""Maximum number of values (elements of any kind) in one body that is read."""
+"""Maximum number of values, including nested ones, in one body that is read."""
 
-_HEAD: Final = "<?xml version='1.0'?>\n"
+_XML_DECLARATION: Final = "<?xml version='1.0'?>\n"
 _MIN_INT: Final = -(2**31)
 _MAX_INT: Final = 2**31 - 1
 
 
 class PreparedList(list[Any]):
-    """A list that is sent often but encoded as XML once. After changing it, set ``text`` to None."""
+    """A list that is sent often but encoded as XML only once, in ``text``. After changing the list, set ``text`` to
+    None.
+    """
 
     __slots__ = ("text",)
 
@@ -64,14 +66,14 @@ class PreparedDict(dict[str, Any]):
 # --------------------------------------------------------------------------------------------------------------------
 # Writing. Every value has an explicit type, and no element is self-closing, as roscpp's parser requires.
 
-_NOT_XML: Final = (
+_NOT_XML_CHARACTER: Final = (
     "[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]"  # compiled when needed, since that takes 0.5 ms
 )
 
 
 def _escape(text: str) -> str:
     if not text.isprintable():  # much faster than a search, and nearly always true
-        invalid = re.search(_NOT_XML, text)
+        invalid = re.search(_NOT_XML_CHARACTER, text)
         if invalid is not None:
             raise SerializationError(
                 f"XML-RPC cannot transmit the character {invalid.group()!r} of the string {text[:40]!r}"
@@ -85,22 +87,22 @@ def _escape(text: str) -> str:
     return text
 
 
-def _write(value: Any, depth: int) -> str:  # noqa: PLR0911 - one return per kind of value
+def _encode_value(value: Any, depth: int) -> str:  # noqa: PLR0911 - one return per kind of value
     """Return the ``<value>`` element of a value."""
-    cls = value.__class__
-    if cls is str:
+    value_class = value.__class__
+    if value_class is str:
         return f"<value><string>{_escape(value)}</string></value>"
-    if cls is float:
+    if value_class is float:
         return f"<value><double>{value!r}</double></value>"
-    if cls is int and _MIN_INT <= value <= _MAX_INT:
+    if value_class is int and _MIN_INT <= value <= _MAX_INT:
         return f"<value><int>{value}</int></value>"
-    if cls is bool:
+    if value_class is bool:
         return "<value><boolean>1</boolean></value>" if value else "<value><boolean>0</boolean></value>"
-    if cls is list or cls is tuple:
-        return _write_array(value, depth)
-    if cls is dict:
-        return _write_struct(value, depth)
-    return _write_uncommon(value, depth)
+    if value_class is list or value_class is tuple:
+        return _encode_array(value, depth)
+    if value_class is dict:
+        return _encode_struct(value, depth)
+    return _encode_uncommon(value, depth)
 
 
 def _increase_depth(depth: int) -> int:
@@ -109,16 +111,16 @@ def _increase_depth(depth: int) -> int:
     return depth + 1
 
 
-def _write_array(value: Sequence[Any], depth: int) -> str:
+def _encode_array(value: Sequence[Any], depth: int) -> str:
     depth = _increase_depth(depth)
     items = [
-        f"<value><string>{_escape(item)}</string></value>" if item.__class__ is str else _write(item, depth)
+        f"<value><string>{_escape(item)}</string></value>" if item.__class__ is str else _encode_value(item, depth)
         for item in value
     ]
     return f"<value><array><data>{''.join(items)}</data></array></value>"
 
 
-def _write_struct(value: dict[Any, Any], depth: int) -> str:
+def _encode_struct(value: dict[Any, Any], depth: int) -> str:
     depth = _increase_depth(depth)
     try:
         names = "".join(value)
@@ -130,18 +132,20 @@ def _write_struct(value: dict[Any, Any], depth: int) -> str:
     items = [
         f"<member><name>{key}</name><value><double>{item!r}</double></value></member>"
         if item.__class__ is float
-        else f"<member><name>{key}</name>{_write(item, depth)}</member>"
+        else f"<member><name>{key}</name>{_encode_value(item, depth)}</member>"
         for key, item in value.items()
     ]
     return f"<value><struct>{''.join(items)}</struct></value>"
 
 
-def _write_uncommon(value: Any, depth: int) -> str:  # noqa: PLR0911, PLR0912 - one per kind of value
-    """Return the element of a less common value: subclasses, binary data, dates, integers of other libraries."""
+def _encode_uncommon(value: Any, depth: int) -> str:  # noqa: PLR0911, PLR0912 - one per kind of value
+    """Return the ``<value>`` element of a less common value: subclasses, binary data, dates, integers of other
+    libraries.
+    """
     if isinstance(value, (PreparedDict, PreparedList)):
         text = value.text
         if text is None:
-            text = _write_struct(value, depth) if isinstance(value, dict) else _write_array(value, depth)
+            text = _encode_struct(value, depth) if isinstance(value, dict) else _encode_array(value, depth)
             value.text = text
         return text
     from datetime import datetime  # noqa: PLC0415 - rarely needed, so not loaded at every start
@@ -149,18 +153,18 @@ def _write_uncommon(value: Any, depth: int) -> str:  # noqa: PLR0911, PLR0912 - 
     if isinstance(value, (bytes, bytearray, memoryview)):
         return "<value><base64>" + binascii.b2a_base64(value, newline=False).decode("ascii") + "</base64></value>"
     if isinstance(value, str):
-        return _write(str.__str__(value), depth)
+        return _encode_value(str.__str__(value), depth)
     if isinstance(value, float):
-        return _write(float(value), depth)
+        return _encode_value(float(value), depth)
     if isinstance(value, datetime):
         return f"<value><dateTime.iso8601>{value.year:04d}{value:%m%dT%H:%M:%S}</dateTime.iso8601></value>"
     if isinstance(value, (list, tuple)):
-        return _write(list(value), depth)
+        return _encode_value(list(value), depth)
     if isinstance(value, dict):
-        return _write_struct(value, depth)
+        return _encode_struct(value, depth)
     if type(value).__name__ == "Binary" and isinstance(getattr(value, "data", None), bytes):
         # An xmlrpc.client.Binary; the module is not imported, since it loads socket modules.
-        return _write_uncommon(value.data, depth)
+        return _encode_uncommon(value.data, depth)
     if hasattr(value, "__index__"):
         try:
             number = int(value.__index__())
@@ -170,7 +174,7 @@ def _write_uncommon(value: Any, depth: int) -> str:  # noqa: PLR0911, PLR0912 - 
             ) from None
         if not _MIN_INT <= number <= _MAX_INT:
             raise SerializationError(f"the integer {number} does not fit into the 32 bits of XML-RPC's integers")
-        return _write(number, depth)
+        return _encode_value(number, depth)
     if value is None:
         raise SerializationError("None (null) cannot be sent by XML-RPC")
     raise SerializationError(f"a {type(value).__name__} cannot be sent by XML-RPC")
@@ -182,9 +186,9 @@ def dumps_call(method: str, params: Sequence[Any]) -> bytes:
     Raises:
         SerializationError: a parameter is not of one of the types above, or an int is beyond 32 bits.
     """
-    items = "".join([f"<param>{_write(value, 0)}</param>" for value in params])
+    items = "".join([f"<param>{_encode_value(value, 0)}</param>" for value in params])
     name = f"<methodName>{_escape(method)}</methodName>"
-    return f"{_HEAD}<methodCall>{name}<params>{items}</params></methodCall>".encode()
+    return f"{_XML_DECLARATION}<methodCall>{name}<params>{items}</params></methodCall>".encode()
 
 
 def dumps_response(value: Any) -> bytes:
@@ -193,13 +197,15 @@ def dumps_response(value: Any) -> bytes:
     Raises:
         SerializationError: the value is not of one of the types above, or an int is beyond 32 bits.
     """
-    return f"{_HEAD}<methodResponse><params><param>{_write(value, 0)}</param></params></methodResponse>".encode()
+    return (
+        f"{_XML_DECLARATION}<methodResponse><params><param>{_encode_value(value, 0)}</param></params></methodResponse>"
+    ).encode()
 
 
 def dumps_fault(code: int, text: str) -> bytes:
     """Return the body of a fault; characters that XML cannot represent are replaced, so this never fails."""
-    fault = _write({"faultCode": code, "faultString": re.sub(_NOT_XML, "?", text)}, 0)
-    return f"{_HEAD}<methodResponse><fault>{fault}</fault></methodResponse>".encode()
+    fault = _encode_value({"faultCode": code, "faultString": re.sub(_NOT_XML_CHARACTER, "?", text)}, 0)
+    return f"{_XML_DECLARATION}<methodResponse><fault>{fault}</fault></methodResponse>".encode()
 
 
 # --------------------------------------------------------------------------------------------------------------------
@@ -232,7 +238,7 @@ def _read_nil(text: str) -> None:
     return None
 
 
-SCALARS: Final[dict[str, Callable[[str], Any]]] = {
+SCALAR_CONVERTERS: Final[dict[str, Callable[[str], Any]]] = {
     "string": str,
     "int": _read_int,
     "i4": _read_int,
@@ -253,13 +259,13 @@ _CHILDREN: Final[dict[str, frozenset[str]]] = {
     "params": frozenset({"param"}),
     "param": frozenset({"value"}),
     "fault": frozenset({"value"}),
-    "value": frozenset({"array", "struct", *SCALARS}),
+    "value": frozenset({"array", "struct", *SCALAR_CONVERTERS}),
     "array": frozenset({"data"}),
     "data": frozenset({"value"}),
     "struct": frozenset({"member"}),
     "member": frozenset({"name", "value"}),
     "name": _NO_CHILDREN,
-    **dict.fromkeys(SCALARS, _NO_CHILDREN),
+    **dict.fromkeys(SCALAR_CONVERTERS, _NO_CHILDREN),
 }
 
 
@@ -267,22 +273,22 @@ class Reader:
     """Builds values from the parser's events.
 
     Complete values are on ``stack``. ``marks`` contains, for each open array or struct, the index of its first value on
-    the stack; in a struct, names and values alternate. ``typed`` tells whether the innermost open ``<value>`` already
-    had its type element; without one, its text is the value.
+    the stack; in a struct, names and values alternate. ``has_type`` tells whether the innermost open ``<value>``
+    already had its type element; without one, its text is the value.
     """
 
     __slots__ = (
-        "count",
-        "faults",
+        "fault_count",
+        "has_type",
         "marks",
         "method",
-        "open",
+        "open_tags",
         "parser",
         "parser_errors",
         "root",
         "stack",
         "text",
-        "typed",
+        "value_count",
     )
 
     def __init__(self) -> None:
@@ -293,13 +299,13 @@ class Reader:
         self.parser_errors = (ParseError, ValueError, LookupError)
         self.stack: list[Any] = []
         self.marks: list[int] = []
-        self.open: list[str] = [""]
+        self.open_tags: list[str] = [""]
         self.text: list[str] = []
-        self.typed = False
-        self.count = 0
+        self.has_type = False
+        self.value_count = 0
         self.root = ""
         self.method: str | None = None
-        self.faults = 0
+        self.fault_count = 0
         self.parser = DefusedXMLParser(forbid_dtd=True)
         expat = self.parser.parser
         # The facade's own handlers build an element tree; here it is only used to refuse dangerous XML.
@@ -314,7 +320,7 @@ class Reader:
     def read(self, body: bytes) -> None:
         try:
             self.parser.feed(body)
-            # Not parser.close(), which would ask the (absent) tree builder for its tree.
+            # Not parser.close(), which would ask the missing tree builder for its tree.
             self.parser.parser.Parse(b"", True)
         except ProtocolError:
             raise
@@ -322,36 +328,36 @@ class Reader:
             raise ProtocolError(f"not an XML-RPC message: {error}") from error
 
     def _start(self, tag: str, attributes: dict[str, str]) -> None:
-        opened = self.open
-        if tag not in _CHILDREN[opened[-1]]:
-            raise ProtocolError(f"not an XML-RPC message: <{tag[:40]}> inside <{opened[-1]}>")
+        open_tags = self.open_tags
+        if tag not in _CHILDREN[open_tags[-1]]:
+            raise ProtocolError(f"not an XML-RPC message: <{tag[:40]}> inside <{open_tags[-1]}>")
         if tag == "value":
-            self.typed = False
-            self.count += 1
-            if self.count > MAX_VALUES:
+            self.has_type = False
+            self.value_count += 1
+            if self.value_count > MAX_VALUES:
                 raise ProtocolError(f"XML-RPC message with more than {MAX_VALUES} values")
-        elif opened[-1] == "value":
-            if self.typed:
+        elif open_tags[-1] == "value":
+            if self.has_type:
                 raise ProtocolError("not an XML-RPC message: a <value> contains two values")
             if tag == "struct" or tag == "array":  # noqa: PLR1714 - the hot path: no tuple search
                 if len(self.marks) >= MAX_DEPTH:
                     raise ProtocolError(f"XML-RPC value nested deeper than {MAX_DEPTH} levels")
                 self.marks.append(len(self.stack))
-        opened.append(tag)
+        open_tags.append(tag)
         self.text.clear()
 
     def _end(self, tag: str) -> None:
-        opened = self.open
-        opened.pop()
+        open_tags = self.open_tags
+        open_tags.pop()
         if tag == "value":
-            if not self.typed:
+            if not self.has_type:
                 self.stack.append("".join(self.text))
-                self.typed = True
-            if opened[-1] == "member" and (len(self.stack) - self.marks[-1]) & 1:
+                self.has_type = True
+            if open_tags[-1] == "member" and (len(self.stack) - self.marks[-1]) & 1:
                 raise ProtocolError("not an XML-RPC message: a struct member without a name")
-        elif tag in SCALARS:
-            self.stack.append(SCALARS[tag]("".join(self.text)))
-            self.typed = True
+        elif tag in SCALAR_CONVERTERS:
+            self.stack.append(SCALAR_CONVERTERS[tag]("".join(self.text)))
+            self.has_type = True
         elif tag == "name":
             if (len(self.stack) - self.marks[-1]) & 1:
                 raise ProtocolError("not an XML-RPC message: a struct member with two names")
@@ -360,11 +366,11 @@ class Reader:
             mark = self.marks.pop()
             items = self.stack[mark:]
             self.stack[mark:] = [dict(zip(items[0::2], items[1::2], strict=True))]
-            self.typed = True
+            self.has_type = True
         elif tag == "array":
             mark = self.marks.pop()
             self.stack[mark:] = [self.stack[mark:]]
-            self.typed = True
+            self.has_type = True
         else:
             self._end_container(tag)
         self.text.clear()
@@ -376,7 +382,7 @@ class Reader:
         elif tag == "methodName":
             self.method = "".join(self.text).strip()
         elif tag == "fault":
-            self.faults += 1
+            self.fault_count += 1
         elif tag in ("methodCall", "methodResponse"):
             self.root = tag
 
@@ -390,7 +396,7 @@ def loads_call(body: bytes) -> tuple[str, list[Any]]:
     Raises:
         ProtocolError: the bytes are not an XML-RPC call, or a limit is exceeded.
     """
-    result = scan_call(body, SCALARS, MAX_DEPTH, MAX_VALUES)
+    result = scan_call(body, SCALAR_CONVERTERS, MAX_DEPTH, MAX_VALUES)
     if result is not None:
         return result
     reader = Reader()
@@ -410,7 +416,7 @@ def loads_response(body: bytes) -> Any:
         XmlRpcFault: the response is a fault.
         ProtocolError: the bytes are not an XML-RPC response, or a limit is exceeded.
     """
-    result = scan_response(body, SCALARS, MAX_DEPTH, MAX_VALUES)
+    result = scan_response(body, SCALAR_CONVERTERS, MAX_DEPTH, MAX_VALUES)
     if result is not None:
         return result[0]
     reader = Reader()
@@ -418,7 +424,7 @@ def loads_response(body: bytes) -> Any:
     if reader.root != "methodResponse" or len(reader.stack) != 1:
         raise ProtocolError("not an XML-RPC message: a response contains exactly one value")
     value = reader.stack[0]
-    if not reader.faults:
+    if not reader.fault_count:
         return value
     code = value.get("faultCode") if isinstance(value, dict) else None
     text = value.get("faultString") if isinstance(value, dict) else None

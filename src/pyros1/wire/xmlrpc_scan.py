@@ -2,9 +2,9 @@
 
 It knows one token: a ``<value>`` with its scalar, or with the start of an array or struct, together with the
 ``<member>`` or ``<param>`` around it. It supports no document types, no entities except for XML's five, no comments,
-attributes, processing instructions or CDATA, so there is nothing to attack. It gives up (returns None) at anything that
-it does not know; the caller then uses the full parser, which decides what is allowed. What it does accept, it reads
-like that parser.
+attributes, processing instructions or CDATA, so there is nothing to attack. At anything that it does not know, it gives
+up and returns None; the caller then uses the full parser, which decides what is allowed. What it accepts, it reads like
+the full parser.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ _MEMBER: Final = re.compile(
     <value>[ \t\n]*<(string|int|i4|double|boolean)>([^<&]*)</\2>[ \t\n]*</value>[ \t\n]*</member>""",
     re.VERBOSE,
 )
-"""Most of the content of large structs; `_TOKEN` would match it as well."""
+"""A plain member; large structs consist mostly of these. `_TOKEN` would match it as well."""
 _HEAD: Final = r"(?:<\?xml[ ]version=['\"]1\.0['\"](?:[ ]encoding=['\"](?i:utf-8)['\"])?[ ]?\?>)?[ \t\n]*"
 _CALL: Final = re.compile(_HEAD + r"<methodCall>[ \t\n]*<methodName>([^<&]*)</methodName>[ \t\n]*<params>")
 _CALL_END: Final = re.compile(r"[ \t\n]*</params>[ \t\n]*</methodCall>[ \t\n]*\Z")
 _RESPONSE: Final = re.compile(_HEAD + r"<methodResponse>[ \t\n]*<params>")
 _RESPONSE_END: Final = re.compile(r"[ \t\n]*</params>[ \t\n]*</methodResponse>[ \t\n]*\Z")
-_CONTROL: Final = bytes([*range(9), 11, 12, *range(14, 32)])
+_FORBIDDEN_BYTES: Final = bytes([*range(9), 11, 12, *range(14, 32)])
 
 Converters = Mapping[str, Callable[[str], Any]]
 
@@ -48,8 +48,10 @@ class _NotPlain(Exception):
 
 
 def _decode(body: bytes) -> str:
-    """Decode a document and normalise its line endings; give up if it contains characters that XML forbids."""
-    if len(body.translate(None, _CONTROL)) != len(body) or b"\xef\xbf" in body or b"]]>" in body:
+    """Return a document as text with normalised line endings; raise _NotPlain if it contains characters that XML
+    forbids.
+    """
+    if len(body.translate(None, _FORBIDDEN_BYTES)) != len(body) or b"\xef\xbf" in body or b"]]>" in body:
         raise _NotPlain
     try:
         text = body.decode("utf-8")
@@ -67,20 +69,20 @@ def _unescape(text: str) -> str:
     return text.replace("&amp;", "&")
 
 
-def _read_plain_members(text: str, position: int, convert: Converters, target: dict[str, Any]) -> tuple[int, int]:
+def _read_plain_members(text: str, position: int, converters: Converters, target: dict[str, Any]) -> tuple[int, int]:
     """Read the plain ``<member>`` elements that follow; return their number and the position after them."""
     match = _MEMBER.match
     count = 0
     while (member := match(text, position)) is not None:
-        name, kind, scalar = member.groups()
-        target[name] = convert[kind](scalar)
+        name, type_tag, scalar_text = member.groups()
+        target[name] = converters[type_tag](scalar_text)
         position = member.end()
         count += 1
     return count, position
 
 
 def _read_values(  # noqa: PLR0912, PLR0915 - a tokenizer's loop; calls in it would double its time
-    text: str, position: int, convert: Converters, max_depth: int, max_values: int
+    text: str, position: int, converters: Converters, max_depth: int, max_values: int
 ) -> tuple[list[Any], int]:
     """Return the values of all ``<param>`` elements from a position on, and the position after them."""
     match = _TOKEN.match
@@ -89,40 +91,42 @@ def _read_values(  # noqa: PLR0912, PLR0915 - a tokenizer's loop; calls in it wo
     current: Any = params
     in_struct = False
     enclosing: list[tuple[Any, str | None]] = []
-    values = 0
+    value_count = 0
     while True:
         if in_struct:
-            count, position = _read_plain_members(text, position, convert, current)
-            values += count
+            count, position = _read_plain_members(text, position, converters, current)
+            value_count += count
         token = match(text, position)
         if token is None:
             break
         position = token.end()
-        name, param, kind, scalar, untyped, _array, struct, end, closing_tag = token.groups()
-        if end is not None:
-            if name is not None or param is not None or not enclosing or (end == "</struct>") is not in_struct:
+        name, param_tag, type_tag, scalar_text, untyped_text, _array_tag, struct_tag, end_tag, closing_tag = (
+            token.groups()
+        )
+        if end_tag is not None:
+            if name is not None or param_tag is not None or not enclosing or (end_tag == "</struct>") is not in_struct:
                 raise _NotPlain
             value = current
             current, name = enclosing.pop()
             in_struct = name is not None
         else:
-            values += 1
+            value_count += 1
             if in_struct:
                 if name is None:
                     raise _NotPlain
                 if "&" in name:
                     name = _unescape(name)
-            elif name is not None or (param is None) is not bool(enclosing):
+            elif name is not None or (param_tag is None) is not bool(enclosing):
                 raise _NotPlain
-            if kind is not None:
-                value = convert[kind](_unescape(scalar) if "&" in scalar else scalar)
-            elif untyped is not None:
-                value = _unescape(untyped) if "&" in untyped else untyped
+            if type_tag is not None:
+                value = converters[type_tag](_unescape(scalar_text) if "&" in scalar_text else scalar_text)
+            elif untyped_text is not None:
+                value = _unescape(untyped_text) if "&" in untyped_text else untyped_text
             else:
-                if closing_tag is not None or len(enclosing) >= max_depth or values > max_values:
+                if closing_tag is not None or len(enclosing) >= max_depth or value_count > max_values:
                     raise _NotPlain
                 enclosing.append((current, name))
-                in_struct = struct is not None
+                in_struct = struct_tag is not None
                 current = {} if in_struct else []
                 continue
         if in_struct:
@@ -133,16 +137,16 @@ def _read_values(  # noqa: PLR0912, PLR0915 - a tokenizer's loop; calls in it wo
             if closing_tag != (None if enclosing else "</param>"):
                 raise _NotPlain
             current.append(value)
-    if enclosing or values > max_values:
+    if enclosing or value_count > max_values:
         raise _NotPlain
     return params, position
 
 
-def scan_call(body: bytes, convert: Converters, max_depth: int, max_values: int) -> tuple[str, list[Any]] | None:
-    """Read a call; return None if it is not plain enough, or invalid, which the full parser then reports.
+def scan_call(body: bytes, converters: Converters, max_depth: int, max_values: int) -> tuple[str, list[Any]] | None:
+    """Read a call; return its method and parameters, or None if it is not plain enough or invalid.
 
     Args:
-        convert: type element -> function that converts its text.
+        converters: name of a type element -> function that converts its text.
         max_depth: maximum nesting depth.
         max_values: maximum number of values.
     """
@@ -151,21 +155,21 @@ def scan_call(body: bytes, convert: Converters, max_depth: int, max_values: int)
         head = _CALL.match(text)
         if head is None:
             return None
-        params, end = _read_values(text, head.end(), convert, max_depth, max_values)
+        params, position = _read_values(text, head.end(), converters, max_depth, max_values)
         method: str = head.group(1).strip()
-        return (method, params) if method and _CALL_END.match(text, end) else None
+        return (method, params) if method and _CALL_END.match(text, position) else None
     except (_NotPlain, ValueError):
         return None
 
 
-def scan_response(body: bytes, convert: Converters, max_depth: int, max_values: int) -> list[Any] | None:
-    """Read a response; return a list with its value, or None if it is not plain enough (for example a fault)."""
+def scan_response(body: bytes, converters: Converters, max_depth: int, max_values: int) -> list[Any] | None:
+    """Read a response; return a list with its value, or None if it is a fault or otherwise not plain enough."""
     try:
         text = _decode(body)
         head = _RESPONSE.match(text)
         if head is None:
             return None
-        params, end = _read_values(text, head.end(), convert, max_depth, max_values)
-        return params if len(params) == 1 and _RESPONSE_END.match(text, end) else None
+        params, position = _read_values(text, head.end(), converters, max_depth, max_values)
+        return params if len(params) == 1 and _RESPONSE_END.match(text, position) else None
     except (_NotPlain, ValueError):
         return None

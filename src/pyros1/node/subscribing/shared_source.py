@@ -66,8 +66,8 @@ class SharedBody(SplitBody):
     __slots__ = ("_borrowed", "_copy", "_in_use", "_memory", "_reference")
 
     def __init__(self, memory: mmap.mmap, reference: Reference, borrowed: BorrowedBlock, in_use: set[int]) -> None:
-        begin = reference.offset + reference.begin
-        end = begin + reference.array
+        begin = reference.offset + reference.array_begin
+        end = begin + reference.array_size
         super().__init__(memory[reference.offset : begin - 4], b"", memory[end : reference.offset + reference.size])
         self._memory: mmap.mmap | None = memory
         self._reference = reference
@@ -79,7 +79,7 @@ class SharedBody(SplitBody):
         """Return the array, in place if requested and not too many are kept already."""
         if self._memory is None:
             return self._copy
-        begin, size = self._reference.offset + self._reference.begin, self._reference.array
+        begin, size = self._reference.offset + self._reference.array_begin, self._reference.array_size
         if in_place and self._borrowed is not None and len(self._in_use) < MAX_IN_PLACE:
             return _in_place(
                 self._memory, begin, size, _InPlaceView(self._borrowed, self._in_use, self._reference.number)
@@ -181,8 +181,8 @@ class SharedSource(TcpSource):
         if reference.offset + reference.size > len(memory):
             raise ProtocolError("a message in shared memory is not inside of its block")
         self.bytes_received += reference.size - REFERENCE_SIZE
-        has_length_field = reference.offset + reference.begin
-        if reference.begin == 0 or _read_count(memory, has_length_field - 4)[0] != reference.array:
+        has_length_field = reference.offset + reference.array_begin
+        if reference.array_begin == 0 or _read_count(memory, has_length_field - 4)[0] != reference.array_size:
             return memory[reference.offset : reference.offset + reference.size]
         message = SharedBody(memory, reference, borrowed, self._in_use)
         if self._is_latched:  # it may be kept for later subscribers
