@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from pyros1.ground.errors import DefinitionError, UnknownTypeError
 from pyros1.msgs import DefinitionCache, from_definition, load_message
-from pyros1.msgs.dynamic import MAX_TEXT
+from pyros1.msgs.dynamic import MAX_TEXT_LENGTH
 
 SEPARATOR = "=" * 80
 
@@ -46,7 +46,7 @@ def test_header_needs_no_text_and_roslib_is_std_msgs() -> None:
         (f"A a\n{SEPARATOR}\nMSG: p/A\nT t", "contains itself"),
         ("T t", "contains itself"),
         (f"{SEPARATOR}\nnothing", "no 'MSG: type' line"),
-        (" " * (MAX_TEXT + 1), "characters"),
+        (" " * (MAX_TEXT_LENGTH + 1), "characters"),
     ],
 )
 def test_errors(text: str, reason: str) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from pyros1.ground.errors import DefinitionError, UnknownTypeError
 from pyros1.msgs import AnyMsg, DefinitionCache, from_definition, load_message
-from pyros1.msgs.dynamic import MAX_TEXT
+from pyros1.msgs.dynamic import MAX_TEXT_LENGTH
 from pyros1.msgs.nonstandard_definitions import find_class
 
 SEPARATOR = "\n" + "=" * 80 + "\n"
@@ -65,7 +65,7 @@ def test_own_types_are_read_if_their_md5_comes_out(kind: str) -> None:
 def test_installed_types_take_the_place_of_any_text(md5sum: str, by_name: bool) -> None:
     rng, whole = random.Random(1), POSE._full_text
     cut = [whole[:size] for size in rng.sample(range(len(whole)), 20)]
-    for text in ("", " \n", "# empty", "%%%", "Header header\nPose pose", "x" * (MAX_TEXT + 1), *cut):
+    for text in ("", " \n", "# empty", "%%%", "Header header\nPose pose", "x" * (MAX_TEXT_LENGTH + 1), *cut):
         cls = find_class(POSE._type, md5sum, text, by_name=by_name)
         assert (cls.__slots__, cls._slot_types, cls._md5sum) == (POSE.__slots__, POSE._slot_types, POSE._md5sum), text
 
@@ -108,7 +108,7 @@ def test_a_received_message_of_an_installed_type_needs_no_text() -> None:
 
 
 def test_a_long_line_of_blanks_takes_no_time() -> None:
-    text = "int32 a\n" + " " * (MAX_TEXT // 2) + "!"
+    text = "int32 a\n" + " " * (MAX_TEXT_LENGTH // 2) + "!"
     with pytest.raises(DefinitionError):
         find_class("own_msgs/Blank", "0" * 32, text)
 

@@ -63,7 +63,7 @@ def test_where_types_come_from() -> None:
         "from pyros1.msgs.p import msg as _p",
         "from pyros1.msgs.std_msgs import msg as _std_msgs",
     ]
-    assert imports(message_stub("p", specs, stock_names=True)) == [
+    assert imports(message_stub("p", specs, uses_stock_names=True)) == [
         "from p import msg as _p",
         "from std_msgs import msg as _std_msgs",
     ]

@@ -15,15 +15,15 @@ from pyros1.msgs.base import View
 
 
 def memoryview_view(buffer: bytes, position: int, count: int, code: str) -> Any:
-    """Return ``count`` numbers at ``position`` as a memoryview whose format is the struct code, shape (count,).
+    """Return ``count`` numbers at ``position`` as a memoryview of shape (count,), with the struct code as its format.
 
     Raises:
         NotImplementedError: the machine is not little-endian.
     """
     if sys.byteorder != "little":
         raise NotImplementedError("arrays as memoryviews need a little-endian machine; use numpy arrays")
-    part = memoryview(buffer)[position : position + count * struct.calcsize("<" + code)]
-    return part if code == "B" else part.cast("B").cast(code)  # type: ignore[call-overload]  # codes are struct's
+    view = memoryview(buffer)[position : position + count * struct.calcsize("<" + code)]
+    return view if code == "B" else view.cast("B").cast(code)  # type: ignore[call-overload]  # codes are struct's
 
 
 def numpy_view(numpy: Any) -> View:
@@ -49,9 +49,9 @@ def genpy_view(numpy: Any) -> View:
     Args:
         numpy: the numpy module.
     """
-    array = numpy_view(numpy)
+    make_array = numpy_view(numpy)
 
     def view(buffer: bytes, position: int, count: int, code: str) -> Any:
-        return bytes(buffer[position : position + count]) if code == "B" else array(buffer, position, count, code)
+        return bytes(buffer[position : position + count]) if code == "B" else make_array(buffer, position, count, code)
 
     return view

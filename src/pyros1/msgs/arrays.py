@@ -10,13 +10,13 @@ from typing import Any
 from pyros1.ground.timing import TVal
 from pyros1.msgs.base import Buffer
 
-LARGE_STRING = 1 << 20
+LARGE_STRING_SIZE = 1 << 20
 """Size in bytes from which strings are decoded without copying their bytes, which is slower for short strings."""
 
 _MAX_CACHED_LENGTH = 256
 _U32 = struct.Struct("<I")
 _unpack_u32 = _U32.unpack_from
-_PREFIXES = tuple(_U32.pack(size) for size in range(256))
+_LENGTH_PREFIXES = tuple(_U32.pack(size) for size in range(256))
 
 
 class Packers(dict[int, Callable[..., bytes]]):
@@ -49,7 +49,7 @@ class Packers(dict[int, Callable[..., bytes]]):
 
 
 class BoolPackers(Packers):
-    """Packers for booleans, including those of numpy."""
+    """Packers for booleans, including numpy's."""
 
     def pack(self, values: Any) -> bytes:
         """Pack an array of any length."""
@@ -93,7 +93,7 @@ def as_bytes(value: Any, length: int) -> bytes:
             raise ValueError("wrong length")
         return bytes(value)
     view = memoryview(value)
-    if view.itemsize != 1:  # ambiguous: some programs would want the bytes of its numbers, others its numbers as bytes
+    if view.itemsize != 1:  # ambiguous: the bytes of its numbers, or each number as one byte?
         raise TypeError("it is an array of numbers other than uint8: pass its tobytes(), or convert it")
     return view.tobytes()
 
@@ -105,11 +105,13 @@ def to_bool(value: Any) -> Any:
 
 def pack_strings(values: Sequence[str]) -> bytes:
     """Encode the elements of a string array, each preceded by its length."""
-    encoded = list(map(str.encode, values))
+    encoded_texts = list(map(str.encode, values))
     try:
-        return b"".join([_PREFIXES[len(text)] + text for text in encoded])
+        return b"".join([_LENGTH_PREFIXES[len(encoded_text)] + encoded_text for encoded_text in encoded_texts])
     except IndexError:
-        return b"".join([part for text in encoded for part in (_U32.pack(len(text)), text)])
+        return b"".join(
+            [part for encoded_text in encoded_texts for part in (_U32.pack(len(encoded_text)), encoded_text)]
+        )
 
 
 def read_large_string(buffer: Buffer, begin: int, end: int) -> str:
@@ -121,7 +123,7 @@ def read_strings(buffer: bytes, position: int, count: int, end: int) -> tuple[li
     """Return a list of ``count`` strings, and the position after them.
 
     Raises:
-        ValueError: there are too few bytes for that many strings, or they are not UTF-8.
+        ValueError: there are too few bytes for that many strings, or a string is not UTF-8.
         struct.error: the buffer is too short.
     """
     if count > (end - position) // 4:
@@ -130,10 +132,14 @@ def read_strings(buffer: bytes, position: int, count: int, end: int) -> tuple[li
     for _ in range(count):
         (size,) = _unpack_u32(buffer, position)
         position += 4
-        stop = position + size
-        text = buffer[position:stop].decode() if size < LARGE_STRING else read_large_string(buffer, position, stop)
+        end_of_text = position + size
+        text = (
+            buffer[position:end_of_text].decode()
+            if size < LARGE_STRING_SIZE
+            else read_large_string(buffer, position, end_of_text)
+        )
         result.append(text)
-        position = stop
+        position = end_of_text
     return result, position
 
 
@@ -154,22 +160,22 @@ def read_times(buffer: Buffer, position: int, count: int, code: str, cls: type[T
     return result
 
 
-def coalesce(parts: Sequence[bytes], large: int) -> Any:
-    """Join the small parts of a frame; return the buffers to send in order. Parts of ``large`` bytes or more are
-    unchanged.
+def coalesce(parts: Sequence[bytes], large_size: int) -> Any:
+    """Join the small parts of a frame, and return the buffers to send in order; if there is only one, return it. Parts
+    of ``large_size`` bytes or more are unchanged.
     """
     result: list[bytes | memoryview] = []
-    small: list[bytes] = []
+    small_parts: list[bytes] = []
     for part in parts:
-        if len(part) < large:
-            small.append(part)
+        if len(part) < large_size:
+            small_parts.append(part)
         else:
-            if small:
-                result.append(b"".join(small))
-                small = []
+            if small_parts:
+                result.append(b"".join(small_parts))
+                small_parts = []
             result.append(part)
-    if small:
-        rest = b"".join(small)
-        if rest:
-            result.append(rest)
+    if small_parts:
+        last_part = b"".join(small_parts)
+        if last_part:
+            result.append(last_part)
     return result if len(result) > 1 else result[0]

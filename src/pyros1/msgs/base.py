@@ -34,7 +34,7 @@ View = Callable[[bytes, int, int, str], Any]
 """Creates a numeric array from (buffer, position, number of elements, struct code)."""
 _M = TypeVar("_M", bound="Message")
 
-_GENERATORS = {
+_GENERATOR_MODULES = {
     "_encode_frame": "encoder",
     "_encode": "encoder",
     "_decode": "decoder",
@@ -49,7 +49,7 @@ _COMPUTED_ATTRIBUTES = frozenset({"_classes", "_fixed_size", "_min_size", "_weig
 
 
 def _import_late(name: str) -> Any:
-    """Import a module on first use: it imports this one, and most messages are never encoded, checked or printed."""
+    """Import a module of this package on first use: it imports this module, and most messages never need it."""
     return lazy.import_without_lock("pyros1.msgs." + name)
 
 
@@ -69,7 +69,7 @@ class Writable(Protocol):
 
 
 class MessageType(type):
-    """Metaclass of message classes, which generates codec functions when they are first looked up."""
+    """Metaclass of message classes; generates their codec functions when these are first looked up."""
 
     def __init__(cls, name: str, bases: tuple[type, ...], members: dict[str, Any]) -> None:
         super().__init__(name, bases, members)
@@ -77,7 +77,7 @@ class MessageType(type):
             _import_late("derived").derive(cls)
 
     def __getattr__(cls, name: str) -> Any:
-        if name not in _COMPUTED_ATTRIBUTES and name not in _GENERATORS:
+        if name not in _COMPUTED_ATTRIBUTES and name not in _GENERATOR_MODULES:
             raise AttributeError(f"type object '{cls.__name__}' has no attribute '{name}'")
         try:
             owner = message_class(cls)
@@ -88,7 +88,7 @@ class MessageType(type):
                 _import_late("genpy_classes").complete_class(owner)
                 return getattr(owner, name)
             raise AttributeError(f"type object '{cls.__name__}' has no attribute '{name}'")
-        function = staticmethod(getattr(_import_late(_GENERATORS[name]), "make" + name)(owner))
+        function = staticmethod(getattr(_import_late(_GENERATOR_MODULES[name]), "make" + name)(owner))
         setattr(owner, name, function)
         return function.__func__
 
@@ -124,7 +124,7 @@ class Message(metaclass=MessageType):
         **kwds: values of any fields by name; not together with positional ones. None means the default.
 
     Raises:
-        TypeError: the number of arguments is wrong, or both kinds are given.
+        TypeError: the number of arguments is wrong, or both positional and keyword arguments are given.
         AttributeError: there is no such field.
     """
 
@@ -206,7 +206,7 @@ class Message(metaclass=MessageType):
 
     def __setstate__(self, state: Any) -> None:
         names = _field_names(type(self))
-        if isinstance(state, tuple):  # earlier versions pickled messages like this
+        if isinstance(state, tuple):  # earlier versions of pyros1 pickled messages like this
             names, state = zip(*state[1].items(), strict=True)
         for name, value in zip(names, state, strict=False):  # an older definition may have fewer fields
             setattr(self, name, value)
@@ -234,7 +234,7 @@ class Message(metaclass=MessageType):
 
 
 def _equal_values(a: object, b: object) -> bool:
-    """Compare values that may be equal although ``==`` is false: a list and a tuple, numpy arrays."""
+    """Return whether two values are equal even if ``==`` is not true, like a list and a tuple, or numpy arrays."""
     if isinstance(a, (list, tuple)) and isinstance(b, (list, tuple)):
         return tuple(a) == tuple(b)
     result: Any = a == b
@@ -249,7 +249,7 @@ def _is_generated(cls: type[Any]) -> bool:
 
 
 def _field_names(cls: type[Any]) -> Sequence[str]:
-    """Return the names of a message's fields, or of its slots if its class has no definition."""
+    """Return the names of a message class's fields, or of its slots if it has no definition."""
     names: Sequence[str] = message_class(cls).__slots__ if _is_generated(cls) else cls.__slots__
     return names
 
@@ -342,12 +342,12 @@ class AnyMsg(Message):
         """Write the received bytes to a file-like object.
 
         Raises:
-            SerializationError: there are none.
+            SerializationError: the message has no bytes.
         """
         buff.write(_require_body(self))
 
     def deserialize(self, data: Buffer) -> AnyMsg:
-        """Store ``data`` and return self."""
+        """Store ``data`` as the encoded body, and return self."""
         self._buff = bytes(data)
         return self
 
@@ -384,6 +384,7 @@ class AnyMsg(Message):
 
 
 def _require_body(message: AnyMsg) -> bytes:
+    """Return the encoded body of a message; raises SerializationError if it has none."""
     body = message._buff
     if body is None:
         raise SerializationError("this AnyMsg has no bytes: it was neither received nor filled")

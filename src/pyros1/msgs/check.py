@@ -1,6 +1,7 @@
 """Explains why a value cannot be encoded, or bytes cannot be decoded, after a generated codec has failed.
 
-It checks the fields one by one, in the order of the class's ``_slot_types``, to find the first wrong one. This is slow.
+The fields are checked one by one, in the order of the class's ``_slot_types``, to find the first wrong one. This is
+slow.
 """
 
 from __future__ import annotations
@@ -31,8 +32,8 @@ def encoding_error(cls: type[Message], message: Any, error: Exception) -> Serial
     """
     try:
         _check_message(cls, message, "")
-    except SerializationError as reason:
-        return reason
+    except SerializationError as field_error:
+        return field_error
     return SerializationError(f"cannot encode {cls._type}: {error}")
 
 
@@ -48,27 +49,27 @@ def check(message: Message, error: Exception | None = None) -> None:
         raise SerializationError(f"{type(error)}: '{error}' when writing '{message}'")
 
 
-def check_value(name: str, slot_type: str, value: Any, find: Callable[[str], type[Message] | None]) -> None:
+def check_value(name: str, slot_type: str, value: Any, find_class: Callable[[str], type[Message] | None]) -> None:
     """Check the value of a field.
 
     Args:
         name: name of the field.
         slot_type: its type, as in ``_slot_types``.
         value: the value.
-        find: returns the class of a message type, or None if there is none.
+        find_class: returns the class of a message type, or None if there is none.
 
     Raises:
         SerializationError: the value does not fit; the message names the field.
     """
     base = slot_type.partition("[")[0]
     if base not in BUILTINS:
-        cls = find(base)
+        cls = find_class(base)
         if cls is None:
             raise SerializationError(f"field {name} has the type {slot_type}, which is unknown")
-        value_class = SimpleNamespace(_classes={base: cls})
+        owner = SimpleNamespace(_classes={base: cls})
     else:
-        value_class = SimpleNamespace(_classes={})
-    _check_field(value_class, slot_type, value, name)
+        owner = SimpleNamespace(_classes={})
+    _check_field(owner, slot_type, value, name)
 
 
 def _check_message(cls: type[Message], message: Any, prefix: str) -> None:
@@ -80,11 +81,11 @@ def _check_message(cls: type[Message], message: Any, prefix: str) -> None:
 
 
 def _check_field(cls: Any, slot_type: str, value: Any, name: str) -> None:
-    base, bracket, count = slot_type.partition("[")
+    base, bracket, length_text = slot_type.partition("[")
     if not bracket:
         _check_element(cls, base, value, name)
         return
-    length = int(count[:-1]) if count != "]" else -1
+    length = int(length_text[:-1]) if length_text != "]" else -1
     is_byte_array = base in ("uint8", "char")
     if isinstance(value, str):
         if base != "string":
@@ -125,10 +126,10 @@ def _check_element(cls: Any, base: str, value: Any, name: str) -> None:
             raise SerializationError(f"field {name} must be float type, not {_describe(value)}") from None
     else:
         try:
-            number = operator.index(value)  # arrays also have __index__, but most are no integers
+            number = operator.index(value)  # arrays also have __index__, but only some can be converted
         except TypeError:
-            kind = "an integer" if code.islower() else "unsigned integer"
-            raise SerializationError(f"field {name} must be {kind} type, not {_describe(value)}") from None
+            wanted = "an integer" if code.islower() else "unsigned integer"
+            raise SerializationError(f"field {name} must be {wanted} type, not {_describe(value)}") from None
         if code.isupper() and number < 0:
             raise SerializationError(f"field {name} must be unsigned integer type, not {_describe(value)}")
         try:
@@ -167,8 +168,8 @@ def decoding_error(cls: type[Message], buffer: Buffer, start: int, end: int) -> 
     Args:
         cls: the class of the expected message.
         buffer: the bytes.
-        start: where the message begins in ``buffer``; the error's offset is relative to this.
-        end: where it should end.
+        start: offset in ``buffer`` at which the message begins; the error's offset is relative to it.
+        end: offset at which it should end.
     """
     walker = MessageWalker(memoryview(buffer)[start:end])
     try:
@@ -210,40 +211,40 @@ class MessageWalker:
             self.visit_field(cls, slot_type, prefix + name)
 
     def visit_field(self, cls: type[Message], slot_type: str, name: str) -> None:
-        base, bracket, count = slot_type.partition("[")
+        base, bracket, length_text = slot_type.partition("[")
         description = f"field {name}"
         if not bracket:
             self.visit_element(cls, base, name)
             return
-        if count != "]":
-            number = int(count[:-1])
+        if length_text != "]":
+            element_count = int(length_text[:-1])
         else:
-            number = self.read_length(description)
-            self._check_length(number, _min_size_of(cls, base), description)
+            element_count = self.read_length(description)
+            self._check_length(element_count, _min_size_of(cls, base), description)
         if base == "string" or (base in cls._classes and cls._classes[base]._fixed_size is None):
-            for _ in range(number):
+            for _ in range(element_count):
                 self.visit_element(cls, base, name + "[]")
-        elif number * _min_size_of(cls, base) <= self.remaining:
-            self.position += number * _min_size_of(cls, base)
+        elif element_count * _min_size_of(cls, base) <= self.remaining:
+            self.position += element_count * _min_size_of(cls, base)
         else:
-            self.visit_elements(cls, base, number, name)
+            self.visit_elements(cls, base, element_count, name)
 
-    def visit_elements(self, cls: type[Message], base: str, number: int, name: str) -> None:
+    def visit_elements(self, cls: type[Message], base: str, element_count: int, name: str) -> None:
         """Visit an array of values of fixed size that is longer than the data."""
-        self.skip(number * _min_size_of(cls, base), f"field {name}")
+        self.skip(element_count * _min_size_of(cls, base), f"field {name}")
 
     def visit_string(self, begin: int, description: str) -> None:
         """Visit a string from ``begin`` to the current position; does nothing in this class."""
 
-    def _check_length(self, number: int, min_size: int, description: str) -> None:
+    def _check_length(self, count: int, min_size: int, description: str) -> None:
         if min_size == 0:
-            if number > MAX_EMPTY_ELEMENTS:
+            if count > MAX_EMPTY_ELEMENTS:
                 raise MessageError(
-                    f"{description} claims {number} elements without content; the limit is {MAX_EMPTY_ELEMENTS}"
+                    f"{description} claims {count} elements without content; the limit is {MAX_EMPTY_ELEMENTS}"
                 )
-        elif number > self.remaining // min_size:
+        elif count > self.remaining // min_size:
             raise MessageError(
-                f"{description} claims {number} elements of at least {min_size} bytes, {self.remaining} bytes are left"
+                f"{description} claims {count} elements of at least {min_size} bytes, {self.remaining} bytes are left"
             )
 
     def visit_element(self, cls: type[Message], base: str, name: str) -> None:

@@ -9,25 +9,25 @@ from pyros1.msgs.base import Message
 from pyros1.msgs.generator import Fields, FunctionBuilder, field_groups, fields_of, split_type
 from pyros1.msgs.spec import STRUCT_CODES
 
-_SET_THRESHOLD = 50
+_MIN_NAMES_FOR_SET = 50
 """Number of field names from which a set is used to look them up; with fewer, a list is as fast."""
 
 
 def make_init(cls: type[Message]) -> Callable[..., None]:
-    """Generate ``__init__``."""
+    """Generate and return the ``__init__`` of a message class."""
     if not hasattr(cls, "_type"):
-        return set_slots  # a class of the program, without a definition
+        return set_slots  # a class that the program defines, without a message definition
     source = FunctionBuilder(cls)
     self_name, args, kwds = "self", "args", "kwds"  # without a number, since these names are visible in the signature
-    parts = field_groups(cls)
-    arranged = f"{source.ref(arrange_arguments)}({source.ref(cls)}, {args}, {kwds})"
-    if len(parts) > 1:
-        source.lines += [f"{source.ref(_make_part(cls, part), 'part')}({self_name})" for part in parts]
-        source.emit(f"if {args} or {kwds}: {source.ref(_set_given)}({self_name}, {source.ref(cls)}, {arranged})")
-        return source.function("init", [self_name, f"*{args}", f"**{kwds}"])
+    groups = field_groups(cls)
+    arranged_values = f"{source.ref(arrange_arguments)}({source.ref(cls)}, {args}, {kwds})"
+    if len(groups) > 1:
+        source.lines += [f"{source.ref(_make_part(cls, group), 'part')}({self_name})" for group in groups]
+        source.emit(f"if {args} or {kwds}: {source.ref(_set_given)}({self_name}, {source.ref(cls)}, {arranged_values})")
+        return source.compile_function("init", [self_name, f"*{args}", f"**{kwds}"])
     with_args, without_args = FunctionBuilder(cls, source.scope), FunctionBuilder(cls, source.scope)
     values = [with_args.unique_name("value") for _ in cls.__slots__]
-    with_args.emit(f"{', '.join(values)}, = {arranged}" if values else arranged)
+    with_args.emit(f"{', '.join(values)}, = {arranged_values}" if values else arranged_values)
     for (name, slot_type), value in zip(fields_of(cls), values, strict=True):
         with_args.emit(
             f"{self_name}.{name} = {_default_expression(with_args, cls, slot_type)} if {value} is None else {value}"
@@ -35,15 +35,15 @@ def make_init(cls: type[Message]) -> Callable[..., None]:
     _fill_defaults(without_args, cls, self_name, fields_of(cls))
     source.block(f"if {args} or {kwds}:", with_args.lines)
     source.block("else:", without_args.lines)
-    return source.function("init", [self_name, f"*{args}", f"**{kwds}"])
+    return source.compile_function("init", [self_name, f"*{args}", f"**{kwds}"])
 
 
 def _make_part(cls: type[Message], fields: Fields) -> Callable[[Any], None]:
-    """Generate a function that sets some fields of a message to their defaults."""
+    """Generate and return a function that sets some fields of a message to their defaults."""
     source = FunctionBuilder(cls)
     target = source.unique_name("m")
     _fill_defaults(source, cls, target, fields)
-    return source.function("part", [target])
+    return source.compile_function("part", [target])
 
 
 def set_slots(message: Any, *args: Any, **kwds: Any) -> None:
@@ -70,7 +70,7 @@ def arrange_arguments(cls: type[Message], args: tuple[Any, ...], kwds: dict[str,
     if kwds:
         if args:
             raise TypeError("Message constructor may only use args OR keywords, not both")
-        names = slots if len(slots) < _SET_THRESHOLD else {*slots}
+        names = slots if len(slots) < _MIN_NAMES_FOR_SET else {*slots}
         for name in kwds:
             if name not in names:
                 raise AttributeError(f"{name} is not an attribute of {cls.__name__}")
@@ -85,9 +85,9 @@ def _fill_defaults(source: FunctionBuilder, cls: type[Message], target: str, fie
         base, length = split_type(slot_type)
         nested = cls._classes.get(base)
         if nested is not None and length is None and source.reserve_inline(nested):
-            local = source.unique_name("new")
-            source.emit(f"{target}.{name} = {local} = {source.new_object(source.class_ref(base, nested))}")
-            _fill_defaults(source, nested, local, fields_of(nested))
+            variable = source.unique_name("new")
+            source.emit(f"{target}.{name} = {variable} = {source.new_object(source.class_ref(base, nested))}")
+            _fill_defaults(source, nested, variable, fields_of(nested))
         else:
             source.emit(f"{target}.{name} = {_default_expression(source, cls, slot_type)}")
 

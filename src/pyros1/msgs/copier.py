@@ -20,7 +20,8 @@ from pyros1.msgs.spec import STRUCT_CODES
 
 
 class Copier(FunctionBuilder):
-    """Emits statements in field order; all single numbers share one struct, which is packed and unpacked at the end.
+    """Emits the statements of a copy function in field order; all single numbers share one struct, which is packed and
+    unpacked at the end.
 
     Attributes:
         original, copy, is_top_level: names of the function's parameters. Times that are fields of ``copy`` itself are
@@ -35,15 +36,15 @@ class Copier(FunctionBuilder):
         self.targets: list[str] = []
         self.epilogue: list[str] = []
 
-    def message(self, cls: type[Message], source: str, target: str, fields: Fields | None = None) -> None:
+    def add_message(self, cls: type[Message], source: str, target: str, fields: Fields | None = None) -> None:
         """Emit code that copies a message's fields, by default all of them."""
         for name, slot_type in fields_of(cls) if fields is None else fields:
             base, length = split_type(slot_type)
             nested = cls._classes.get(base)
             if length is None:
-                self._single(base, nested, f"{source}.{name}", f"{target}.{name}")
+                self._add_single(base, nested, f"{source}.{name}", f"{target}.{name}")
             else:
-                self._array(base, length, nested, f"{source}.{name}", f"{target}.{name}")
+                self._add_array(base, length, nested, f"{source}.{name}", f"{target}.{name}")
 
     def flush(self) -> None:
         """Emit code that converts the collected numbers."""
@@ -58,29 +59,31 @@ class Copier(FunctionBuilder):
         self.sources.append(source)
         self.targets.append(target)
 
-    def _single(self, base: str, nested: type[Message] | None, source: str, target: str) -> None:
+    def _add_single(self, base: str, nested: type[Message] | None, source: str, target: str) -> None:
         code = STRUCT_CODES.get(base)
         if code == "d":
-            local = self.assign("number", source)
-            converted = f"{self.unpack('d')}({self.pack('d')}({local}))"
-            self.emit(f"if {local}.__class__ is not float: {local}, = {converted}")
-            self.emit(f"{target} = {local}")
+            variable = self.assign("number", source)
+            converted = f"{self.unpack('d')}({self.pack('d')}({variable}))"
+            self.emit(f"if {variable}.__class__ is not float: {variable}, = {converted}")
+            self.emit(f"{target} = {variable}")
         elif base == "bool":
-            local = self.assign("truth", source)
-            self.emit(f"if {local}.__class__ is not bool: {local} = {self.ref(arrays.to_bool, 'as_bool')}({local})")
-            self.convert("?", local, target)
+            variable = self.assign("truth", source)
+            self.emit(
+                f"if {variable}.__class__ is not bool: {variable} = {self.ref(arrays.to_bool, 'as_bool')}({variable})"
+            )
+            self.convert("?", variable, target)
         elif code is not None:
             self.convert(code, source, target)
         elif base == "string":
-            local = self.assign("text", source)
-            converted = f"{local}.encode().decode()"
-            self.emit(f"if {local}.__class__ is not str or not {local}.isascii(): {local} = {converted}")
-            self.emit(f"{target} = {local}")
+            variable = self.assign("text", source)
+            converted = f"{variable}.encode().decode()"
+            self.emit(f"if {variable}.__class__ is not str or not {variable}.isascii(): {variable} = {converted}")
+            self.emit(f"{target} = {variable}")
         elif nested is None or self.reserve_inline(nested):
             original, copy = self.assign("m", source), self.unique_name("copy")
             self.emit(f"{target} = {copy} = {self.new_object(self.class_ref(base, nested))}")
             if nested is not None:
-                self.message(nested, original, copy)
+                self.add_message(nested, original, copy)
                 return
             for attribute in ("secs", "nsecs"):
                 self.convert(TIME_CODES[base], f"{original}.{attribute}", f"{copy}.{attribute}")
@@ -92,34 +95,34 @@ class Copier(FunctionBuilder):
     def _copy(self, nested: type[Message]) -> str:
         return self.ref(nested._copy, "copy")
 
-    def _array(self, base: str, length: int, nested: type[Message] | None, source: str, target: str) -> None:
+    def _add_array(self, base: str, length: int, nested: type[Message] | None, source: str, target: str) -> None:
         code = STRUCT_CODES.get(base)
-        local = self.assign("array", source)
+        variable = self.assign("array", source)
         if code == "B" and base != "bool":
-            as_bytes = f"{self.ref(arrays.as_bytes, 'octets')}({local}, {length})"
-            self.emit(f"if {local}.__class__ is not bytes: {local} = {as_bytes}")
+            as_bytes = f"{self.ref(arrays.as_bytes, 'octets')}({variable}, {length})"
+            self.emit(f"if {variable}.__class__ is not bytes: {variable} = {as_bytes}")
             if length >= 0:
-                self.emit(f"if len({local}) > {length}: raise ValueError('too long')")
-                local += f".ljust({length}, b'\\0')"
-            self.emit(f"{target} = {local}")
+                self.emit(f"if len({variable}) > {length}: raise ValueError('too long')")
+                variable += f".ljust({length}, b'\\0')"
+            self.emit(f"{target} = {variable}")
             return
         if length >= 0:
-            self.emit(f"if len({local}) != {length}: raise ValueError('wrong length')")
+            self.emit(f"if len({variable}) != {length}: raise ValueError('wrong length')")
         if code is not None:
             packers = self.packers(base, code)
             unpack_code = "?" if base == "bool" else code
             unpackers = self.ref(arrays.Unpackers(unpack_code), "unpackers", ("unpackers", unpack_code))
-            copied = f"{unpackers}[len({local})]({packers}.pack({local}), 0)"
+            copied = f"{unpackers}[len({variable})]({packers}.pack({variable}), 0)"
             self.emit(f"{target} = {f'list({copied})' if base == 'bool' else copied}")
         elif base == "string":
-            self.emit(f"{target} = {self.ref(_copy_strings, 'strings')}({local})")
+            self.emit(f"{target} = {self.ref(_copy_strings, 'strings')}({variable})")
         elif nested is None:
             codes, each = TIME_CODES[base] * 2, self.unique_name("each")
             arguments = f"{each}, {self.class_ref(base, nested)}, {self.pack(codes)}, {self.unpack(codes)}"
-            self.emit(f"{target} = [{self.ref(_copy_time, 'time')}({arguments}) for {each} in {local}]")
+            self.emit(f"{target} = [{self.ref(_copy_time, 'time')}({arguments}) for {each} in {variable}]")
         else:
             parts = f"{self.ref(repeat, 'repeat')}(False)"
-            self.emit(f"{target} = list(map({self._copy(nested)}, {local}, {parts}))")
+            self.emit(f"{target} = list(map({self._copy(nested)}, {variable}, {parts}))")
 
 
 def _copy_time(
@@ -135,24 +138,26 @@ def _copy_strings(values: Sequence[str]) -> list[str]:
 
 
 def make_copy(cls: type[Message]) -> Callable[..., Any]:
-    """Generate ``_copy``; its second argument tells whether the message is a top-level one, not part of another."""
+    """Generate and return ``_copy``; its second argument tells whether the message is a top-level one, not part of
+    another.
+    """
     copier = Copier(cls)
     message, copy, is_top_level = copier.original, copier.copy, copier.is_top_level
     copier.emit(f"{copy} = {copier.new_object(copier.ref(cls, 'cls'))}")
-    parts = field_groups(cls)
-    if len(parts) < 2:
-        copier.message(cls, message, copy)
+    groups = field_groups(cls)
+    if len(groups) < 2:
+        copier.add_message(cls, message, copy)
         copier.flush()
-    for part in parts if len(parts) > 1 else ():
-        copier.emit(f"{copier.ref(_make_part(cls, part), 'part')}({message}, {copy}, {is_top_level})")
+    for group in groups if len(groups) > 1 else ():
+        copier.emit(f"{copier.ref(_make_part(cls, group), 'part')}({message}, {copy}, {is_top_level})")
     copier.emit(f"return {copy}")
     parameters = [message, f"{is_top_level}=True"]
-    return copier.function("copy", parameters, ENCODE_ERRORS, retry_expression(copier, cls, "_copy", message))
+    return copier.compile_function("copy", parameters, ENCODE_ERRORS, retry_expression(copier, cls, "_copy", message))
 
 
 def _make_part(cls: type[Message], fields: Fields) -> Callable[[Any, Any, bool], None]:
-    """Generate a function that copies some fields of a message to another."""
+    """Generate and return a function that copies some fields of a message to another."""
     copier = Copier(cls)
-    copier.message(cls, copier.original, copier.copy, fields)
+    copier.add_message(cls, copier.original, copier.copy, fields)
     copier.flush()
-    return copier.function("part", [copier.original, copier.copy, copier.is_top_level])
+    return copier.compile_function("part", [copier.original, copier.copy, copier.is_top_level])

@@ -25,7 +25,7 @@ from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
 from pyros1.msgs.factory import MAX_EMPTY_ELEMENTS
 from pyros1.msgs.generator import TIME_CLASSES, TIME_CODES, Fields, FunctionBuilder, field_groups, fields_of, split_type
-from pyros1.msgs.repair import accept_end, decode_repaired
+from pyros1.msgs.repair import check_end, decode_repaired
 from pyros1.msgs.spec import STRUCT_CODES
 
 _DECODE_ERRORS = (struct.error, DeserializationError, ValueError, OverflowError, TypeError)
@@ -42,7 +42,7 @@ class _Arguments(NamedTuple):
 
 
 class Decoder(FunctionBuilder):
-    """Emits statements in field order.
+    """Emits the statements of a decoder in field order.
 
     Args:
         cls: the message class.
@@ -81,7 +81,7 @@ class Decoder(FunctionBuilder):
     # Positions --------------------------------------------------------------------------------------------------------
 
     def switch_position(self) -> str:
-        """Switch to the other variable, which the caller must set to the next position; return the previous one."""
+        """Switch to the other variable, which the caller must set to the next position; return the former variable."""
         begin, self.position, self.has_moved = (
             self.position,
             self._position_names[self.position == self._position_names[0]],
@@ -90,7 +90,7 @@ class Decoder(FunctionBuilder):
         return begin
 
     def advance(self, size: str | int) -> str:
-        """Emit code that advances by ``size`` bytes; return the variable with the position of the first one."""
+        """Emit code that advances by ``size`` bytes; return the variable with the position before that."""
         begin = self.switch_position()
         self.emit(f"{self.position} = {begin} + {size}")
         return begin
@@ -128,76 +128,76 @@ class Decoder(FunctionBuilder):
         """
         if not self.codes:
             return
-        fmt = "".join(self.codes)
-        self.lines += self.assignment(f"{self.unpack(fmt)}({self.arguments.buffer}, {self.position})")
+        struct_format = "".join(self.codes)
+        self.lines += self.assignment(f"{self.unpack(struct_format)}({self.arguments.buffer}, {self.position})")
         if not last:
-            self.advance(struct.calcsize("<" + fmt))
+            self.advance(struct.calcsize("<" + struct_format))
         self.codes, self._targets, self.epilogue = [], [], []
 
     # Fields -----------------------------------------------------------------------------------------------------------
 
-    def message(self, cls: type[Message], owner: str, fields: Fields | None = None) -> None:
+    def add_message(self, cls: type[Message], owner: str, fields: Fields | None = None) -> None:
         """Emit code that decodes a message's fields, by default all of them."""
         for name, slot_type in fields_of(cls) if fields is None else fields:
             base, length = split_type(slot_type)
             target = f"{owner}.{name}"
             if length is None:
-                self._single(base, cls._classes.get(base), target)
+                self._add_single(base, cls._classes.get(base), target)
             else:
-                self._array(base, length, cls._classes.get(base), target)
+                self._add_array(base, length, cls._classes.get(base), target)
 
-    def _single(self, base: str, nested: type[Message] | None, target: str) -> None:
+    def _add_single(self, base: str, nested: type[Message] | None, target: str) -> None:
         if base in STRUCT_CODES:
             self.add_value("?" if base == "bool" else STRUCT_CODES[base], target)
         elif base == "string":
             size = self.read_length()
             begin = self.advance(size)
-            where = f"{self.arguments.buffer}[{begin}:{self.position}]"
+            slice_expression = f"{self.arguments.buffer}[{begin}:{self.position}]"
             large = f"{self.ref(arrays.read_large_string, 'text')}({self.arguments.buffer}, {begin}, {self.position})"
-            self.emit(f"{target} = {where}.decode() if {size} < {arrays.LARGE_STRING} else {large}")
+            self.emit(f"{target} = {slice_expression}.decode() if {size} < {arrays.LARGE_STRING_SIZE} else {large}")
         elif nested is None:
-            local = self._create(self.class_ref(base, nested), target)
-            self.add_value(TIME_CODES[base], f"{local}.secs")
-            self.add_value(TIME_CODES[base], f"{local}.nsecs")
+            variable = self._emit_new_object(self.class_ref(base, nested), target)
+            self.add_value(TIME_CODES[base], f"{variable}.secs")
+            self.add_value(TIME_CODES[base], f"{variable}.nsecs")
             if self.is_top_level and target.startswith(f"{self.root}."):
-                self.epilogue.append(f"if not -1 < {local}.nsecs < 1000000000: {local}.canon()")
+                self.epilogue.append(f"if not -1 < {variable}.nsecs < 1000000000: {variable}.canon()")
         elif self.reserve_inline(nested):
-            self.message(nested, self._create(self.class_ref(base, nested), target))
+            self.add_message(nested, self._emit_new_object(self.class_ref(base, nested), target))
         else:
             self.flush()
-            self._call(self._read(nested), target)
+            self._emit_call(self._read(nested), target)
 
-    def _create(self, cls: str, target: str) -> str:
+    def _emit_new_object(self, cls: str, target: str) -> str:
         """Emit code that creates an object; return the name of its variable."""
-        local = self.unique_name("m")
+        variable = self.unique_name("m")
         if self.created is None:
-            self.emit(f"{target} = {local} = {self.new_object(cls)}")
+            self.emit(f"{target} = {variable} = {self.new_object(cls)}")
         else:
-            self.created.append((local, cls))
-            self.emit(f"{target} = {local}")
-        return local
+            self.created.append((variable, cls))
+            self.emit(f"{target} = {variable}")
+        return variable
 
-    def _call(self, function: str, target: str, *arguments: str) -> None:
+    def _emit_call(self, function: str, target: str, *arguments: str) -> None:
         """Emit a call to a function that returns a value and the position after it."""
         begin = self.switch_position()
-        parameters = ", ".join([self.arguments.buffer, begin, *arguments, self.arguments.end, *self._view])
+        parameters = ", ".join([self.arguments.buffer, begin, *arguments, self.arguments.end, *self._view_arguments])
         self.emit(f"{target}, {self.position} = {function}({parameters})")
 
     @property
-    def _view(self) -> list[str]:
+    def _view_arguments(self) -> list[str]:
         """The additional argument of nested decoders."""
         return [self.arguments.view] if self.views else []
 
     def _read(self, nested: type[Message]) -> str:
         return self.ref(nested._read_arrays if self.views else nested._read, "read")
 
-    def _element(self, nested: type[Message], begin: str, end: str) -> str:
+    def _element_expression(self, nested: type[Message], begin: str, end: str) -> str:
         """Return the expression that decodes a message of fixed size."""
-        return f"{self._read(nested)}({', '.join([self.arguments.buffer, begin, end, *self._view])})[0]"
+        return f"{self._read(nested)}({', '.join([self.arguments.buffer, begin, end, *self._view_arguments])})[0]"
 
     # Arrays -----------------------------------------------------------------------------------------------------------
 
-    def _array(self, base: str, length: int, nested: type[Message] | None, target: str) -> None:
+    def _add_array(self, base: str, length: int, nested: type[Message] | None, target: str) -> None:
         code = "?" if base == "bool" else STRUCT_CODES.get(base)
         if code == "B" and length >= 0 and not self.views:
             self.add_value(f"{length}s", target)
@@ -222,7 +222,7 @@ class Decoder(FunctionBuilder):
             self._variable_size_array(nested, nested._min_size, count, target)
         else:
             self.emit(f"if {count} > {MAX_EMPTY_ELEMENTS}: raise ValueError('count')")
-            element = self._element(nested, self.position, self.position)
+            element = self._element_expression(nested, self.position, self.position)
             self.emit(f"{target} = [{element} for {self.unique_name('i')} in range({count})]")
 
     def _number_array(self, code: str, count: str, length: int, target: str) -> None:
@@ -254,11 +254,11 @@ class Decoder(FunctionBuilder):
     def _fixed_size_array(self, nested: type[Message], size: int, count: str, target: str) -> None:
         """Emit code that decodes an array of messages of one fixed size."""
         begin = self.checked_advance(count, size)
-        loop = self._loop(nested)
-        if loop is None or loop.has_moved:  # it does more than unpack values
-            i = self.unique_name("i")
-            element = self._element(nested, i, f"{i} + {size}")
-            self.emit(f"{target} = [{element} for {i} in range({begin}, {self.position}, {size})]")
+        loop = self._make_loop(nested)
+        if loop is None or loop.has_moved:  # decoding an element is more than unpacking values
+            offset_name = self.unique_name("i")
+            element = self._element_expression(nested, offset_name, f"{offset_name} + {size}")
+            self.emit(f"{target} = [{element} for {offset_name} in range({begin}, {self.position}, {size})]")
             return
         values = self.unique_name("values")
         unpack = struct.Struct("<" + "".join(loop.codes)).iter_unpack
@@ -271,14 +271,14 @@ class Decoder(FunctionBuilder):
     def _variable_size_array(self, nested: type[Message], min_size: int, count: str, target: str) -> None:
         """Emit code that decodes an array of messages of different sizes, at least ``min_size`` bytes each."""
         self.emit(f"if {count} > ({self.arguments.end} - {self.position}) // {min_size}: raise ValueError('count')")
-        loop = self._loop(nested)
+        loop = self._make_loop(nested)
         if loop is None:
             position, items, item = (
                 self.assign("p", self.position),
                 self.assign("items", "[]"),
                 self.unique_name("item"),
             )
-            arguments = ", ".join([self.arguments.buffer, position, self.arguments.end, *self._view])
+            arguments = ", ".join([self.arguments.buffer, position, self.arguments.end, *self._view_arguments])
             read = f"{item}, {position} = {self._read(nested)}({arguments})"
             self.block(f"for {self.unique_name('i')} in range({count}):", [read, f"{items}.append({item})"])
             self.emit(f"{target} = {items}")
@@ -291,13 +291,13 @@ class Decoder(FunctionBuilder):
         self._emit_loop(loop, count, target, loop.lines)
         self.position = loop.begin
 
-    def _loop(self, nested: type[Message]) -> Decoder | None:
-        """Return the decoder for a loop over the elements, or None if a separate function is better."""
+    def _make_loop(self, nested: type[Message]) -> Decoder | None:
+        """Return the decoder for a loop over the elements of an array, or None if a separate function is better."""
         if self.created is not None or not self.can_inline(nested) or not _has_no_message_arrays(nested):
             return None
         self.reserve_inline(nested)
         loop = Decoder(nested, views=self.views, outer=self)
-        loop.message(nested, loop.root)
+        loop.add_message(nested, loop.root)
         return loop
 
     def _emit_loop(
@@ -305,14 +305,14 @@ class Decoder(FunctionBuilder):
     ) -> None:
         """Emit a loop over new objects and over ``iterables``, each given with the name of its variable."""
         assert loop.created is not None
-        sources = [(name, self._objects(cls, count)) for name, cls in loop.created]
+        sources = [(name, self._objects_expression(cls, count)) for name, cls in loop.created]
         items = self.assign("items", f"list({sources[0][1]})")
         sources[0] = sources[0][0], items
         names, iterables = zip(*sources, *iterables_by_name, strict=True)
         self.block(f"for {', '.join(names)}, in zip({', '.join(iterables)}):", body)
         self.emit(f"{target} = {items}")
 
-    def _objects(self, cls: str, count: str) -> str:
+    def _objects_expression(self, cls: str, count: str) -> str:
         return f"map({self.ref(object.__new__, 'new')}, {self.ref(repeat, 'repeat')}({cls}, {count}))"
 
 
@@ -327,22 +327,24 @@ def _has_no_message_arrays(cls: type[Message]) -> bool:
 
 
 def make_decode(cls: type[Message]) -> Callable[[Any, int, int], Any]:
-    """Generate ``_decode``."""
+    """Generate and return ``_decode``."""
     return _make_decode(Decoder(cls, is_top_level=True))
 
 
 def make_decode_arrays(cls: type[Message]) -> Callable[..., Any]:
-    """Generate ``_decode_arrays``."""
+    """Generate and return ``_decode_arrays``."""
     return _make_decode(Decoder(cls, views=True, is_top_level=True))
 
 
 def make_read(cls: type[Message]) -> Callable[[Any, int, int], tuple[Any, int]]:
-    """Generate ``_read``; its caller explains errors, since it knows where the top-level message begins."""
+    """Generate and return ``_read``. Its caller explains errors, since only the caller knows where the top-level
+    message begins.
+    """
     return _make_read(Decoder(cls))
 
 
 def make_read_arrays(cls: type[Message]) -> Callable[..., tuple[Any, int]]:
-    """Generate ``_read_arrays``."""
+    """Generate and return ``_read_arrays``."""
     return _make_read(Decoder(cls, views=True))
 
 
@@ -352,36 +354,40 @@ def _make_decode(decoder: Decoder) -> Callable[..., Any]:
     cls_name = decoder.ref(cls, "cls")
     if cls._fixed_size is not None:
         _emit_message(decoder, last=True)
-        left = f"{end} - {start} - {cls._fixed_size}"
-        decoder.emit(f"if {end} - {start} != {cls._fixed_size}: {decoder.ref(accept_end)}({cls_name}, {left}, {exact})")
+        surplus = f"{end} - {start} - {cls._fixed_size}"
+        decoder.emit(
+            f"if {end} - {start} != {cls._fixed_size}: {decoder.ref(check_end)}({cls_name}, {surplus}, {exact})"
+        )
     else:
         _emit_message(decoder)
-        left = f"{end} - {decoder.position}"
-        decoder.emit(f"if {decoder.position} != {end}: {decoder.ref(accept_end)}({cls_name}, {left}, {exact})")
+        surplus = f"{end} - {decoder.position}"
+        decoder.emit(f"if {decoder.position} != {end}: {decoder.ref(check_end)}({cls_name}, {surplus}, {exact})")
     decoder.emit(f"return {decoder.root}")
     repaired = f"{decoder.ref(decode_repaired)}({cls_name}, {buffer}, {start}, {end}, {exact}"
     repaired += f", {view})" if decoder.views else ")"
-    return decoder.function("decode", [*_parameters(decoder), f"{exact}=False"], _DECODE_ERRORS, lambda _: repaired)
+    return decoder.compile_function(
+        "decode", [*_parameters(decoder), f"{exact}=False"], _DECODE_ERRORS, lambda _: repaired
+    )
 
 
 def _make_read(decoder: Decoder) -> Callable[..., tuple[Any, int]]:
     _emit_message(decoder)
     decoder.emit(f"if {decoder.position} > {decoder.arguments.end}: raise ValueError('size')")
     decoder.emit(f"return {decoder.root}, {decoder.position}")
-    return decoder.function("read", _parameters(decoder))
+    return decoder.compile_function("read", _parameters(decoder))
 
 
 def _emit_message(decoder: Decoder, *, last: bool = False) -> None:
     """Emit code that decodes the message; ``last`` as in `Decoder.flush`."""
     cls = decoder.cls
     decoder.emit(f"{decoder.root} = {decoder.new_object(decoder.ref(cls, 'cls'))}")
-    parts = field_groups(cls)
-    if len(parts) < 2:
-        decoder.message(cls, decoder.root)
+    groups = field_groups(cls)
+    if len(groups) < 2:
+        decoder.add_message(cls, decoder.root)
         decoder.flush(last=last)
         return
-    for part in parts:
-        read, begin = decoder.ref(_make_part(decoder, part), "part"), decoder.switch_position()
+    for group in groups:
+        read, begin = decoder.ref(_make_part(decoder, group), "part"), decoder.switch_position()
         buffer, _, end, *view = _parameters(decoder)
         decoder.emit(f"{decoder.position} = {read}({', '.join([buffer, begin, end, *view, decoder.root])})")
 
@@ -391,10 +397,10 @@ def _make_part(outer: Decoder, fields: Fields) -> Callable[..., int]:
     them.
     """
     decoder = Decoder(outer.cls, views=outer.views, is_top_level=outer.is_top_level)
-    decoder.message(outer.cls, decoder.root, fields)
+    decoder.add_message(outer.cls, decoder.root, fields)
     decoder.flush()
     decoder.emit(f"return {decoder.position}")
-    return decoder.function("part", [*_parameters(decoder), decoder.root])
+    return decoder.compile_function("part", [*_parameters(decoder), decoder.root])
 
 
 def _parameters(decoder: Decoder) -> tuple[str, ...]:

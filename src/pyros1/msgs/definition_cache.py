@@ -33,23 +33,23 @@ class DefinitionCache:
 
         Raises:
             DefinitionError: the text is invalid, and nothing can replace it.
-            UnknownTypeError: the peer sent no definition, and nothing can replace it.
+            UnknownTypeError: the text is empty, and nothing can replace it.
         """
         key = (type_name, md5sum, full_text)
         others = tuple(others)
-        found = self._results.get(key)
-        if found is None or (others and isinstance(found, MessageError)):
+        result = self._results.get(key)
+        if result is None or (others and isinstance(result, MessageError)):
             from pyros1.msgs.nonstandard_definitions import find_class  # noqa: PLC0415 - most programs never get here
 
             try:
-                found = find_class(type_name, md5sum, full_text, others, by_name=self._by_name)
+                result = find_class(type_name, md5sum, full_text, others, by_name=self._by_name)
             except (
                 MessageError
             ) as error:  # cached as well: the search may take a second, and would be repeated for each message
-                found = error
+                result = error
             for oldest in list(self._results)[: max(0, len(self._results) - self._limit + 1)]:
                 self._results.pop(oldest, None)
-            self._results[key] = found
-        if isinstance(found, MessageError):
-            raise found.with_traceback(None)  # otherwise each raise would extend it
-        return found
+            self._results[key] = result
+        if isinstance(result, MessageError):
+            raise result.with_traceback(None)  # otherwise each raise would extend it
+        return result

@@ -1,4 +1,4 @@
-"""Message classes that programs derive from others; they are read and written as with genpy.
+"""Message classes that programs derive from other message classes; they are read and written as with genpy.
 
 The generated decoder creates objects of exactly the class made from the definition, and the encoder reads their fields.
 A derived class has a constructor, and possibly a ``deserialize`` and a ``serialize``, which must be called.
@@ -43,20 +43,22 @@ def make_decode(cls: Any) -> Callable[..., Any]:
 
 
 def encode(message: Any) -> bytes:
-    """Return the body that a message writes."""
+    """Return the body that the ``serialize`` of a message writes."""
     buffer = io.BytesIO()
     message.serialize(buffer)
     return buffer.getvalue()
 
 
 def encode_frame(message: Any) -> bytes:
-    """Return the body that a message writes, preceded by its length."""
+    """Return the body that the ``serialize`` of a message writes, preceded by its length."""
     body = encode(message)
     return len(body).to_bytes(4, "little") + body
 
 
 def make_copy(cls: Any) -> Callable[[Any], Any]:
-    """Return a function that decodes what a message writes, with the class made from the definition."""
+    """Return a function that copies a message: it decodes what the ``serialize`` of the message writes, with the class
+    made from the definition.
+    """
     base = message_class(cls)
 
     def copy(message: Any) -> Any:

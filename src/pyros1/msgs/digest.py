@@ -39,21 +39,21 @@ class Digests:
         return _md5("".join(map(self._md5_text, parts)))
 
     def md5_text(self, spec: MessageSpec | ServiceSpec) -> str:
-        """Return the text of which :meth:`md5` returns the sum; raises the same errors."""
+        """Return the text whose md5 sum :meth:`md5` returns; raises the same errors."""
         self.md5(spec)
         return "".join(map(self._md5_text, _message_specs(spec)))
 
     def dependencies(self, spec: MessageSpec | ServiceSpec) -> list[str]:
-        """Return the full names of all message types used, depth first, each once.
+        """Return the full names of all message types that a type uses, depth first, each once.
 
         Raises:
             DefinitionError: as for `md5`.
         """
-        found: dict[str, None] = {}
+        names: dict[str, None] = {}
         for part in _message_specs(spec):
             self._compute_sums(part)
-            self._collect(part, found)
-        return list(found)
+            self._collect(part, names)
+        return list(names)
 
     def full_text(self, spec: MessageSpec | ServiceSpec) -> str:
         """Return the definition followed by those of all types used, as in connection headers."""
@@ -63,7 +63,7 @@ class Digests:
         return "".join(parts)[:-1]
 
     def _compute_sums(self, root: MessageSpec) -> None:
-        """Compute the sums of all types used, without recursion, since peers may send definitions of any depth."""
+        """Compute the md5 sums of all types used, without recursion, since peers may send definitions of any depth."""
         path = [(root, _used_types(root))]
         names = {root.name}
         while path:
@@ -103,7 +103,7 @@ def _message_specs(spec: MessageSpec | ServiceSpec) -> tuple[MessageSpec, ...]:
 
 
 def _used_types(spec: MessageSpec) -> Iterator[str]:
-    """Yield the names of the message types of the fields."""
+    """Yield the names of the message types that the fields use."""
     return (field.base for field in spec.fields if not field.is_builtin)
 
 
@@ -121,20 +121,20 @@ def split_full_text(name: str, full_text: str) -> dict[str, str]:
         DefinitionError: a separator is not followed by a ``MSG:`` line.
     """
     texts: dict[str, str] = {}
-    current, start, number = name, 0, 0
+    current, start, line_index = name, 0, 0
     lines = full_text.split("\n")
-    while number <= len(lines):
-        if number == len(lines) or _is_separator(lines[number]):
-            texts.setdefault(current, "\n".join(lines[start:number]))
-            if number == len(lines):
+    while line_index <= len(lines):
+        if line_index == len(lines) or _is_separator(lines[line_index]):
+            texts.setdefault(current, "\n".join(lines[start:line_index]))
+            if line_index == len(lines):
                 break
-            title = lines[number + 1].strip() if number + 1 < len(lines) else ""
+            title = lines[line_index + 1].strip() if line_index + 1 < len(lines) else ""
             if not title.startswith("MSG:"):
-                raise DefinitionError("no 'MSG: type' line after a separator", name, number + 2)
+                raise DefinitionError("no 'MSG: type' line after a separator", name, line_index + 2)
             current = title[len("MSG:") :].strip()
-            start = number = number + 2
+            start = line_index = line_index + 2
         else:
-            number += 1
+            line_index += 1
     return texts
 
 

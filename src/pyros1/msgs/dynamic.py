@@ -13,11 +13,11 @@ from pyros1.msgs.digest import Digests, split_full_text
 from pyros1.msgs.factory import make_message_class
 from pyros1.msgs.spec import HEADER, MessageSpec, is_type_name, parse_message
 
-MAX_TEXT = 1 << 20
+MAX_TEXT_LENGTH = 1 << 20
 """Maximum length of a full text from a peer, in characters."""
 
 EMPTY_MD5 = "d41d8cd98f00b204e9800998ecf8427e"
-"""md5 of a message without fields."""
+"""md5 sum of a message without fields."""
 
 _HEADER_TEXT = "uint32 seq\ntime stamp\nstring frame_id\n"
 
@@ -35,8 +35,10 @@ def from_definition(type_name: str, full_text: str) -> type[Message]:
     Raises:
         DefinitionError: the text is invalid, too long, or lacks a type that is used.
     """
-    if len(full_text) > MAX_TEXT:
-        raise DefinitionError(f"the definition has {len(full_text)} characters; the limit is {MAX_TEXT}", type_name)
+    if len(full_text) > MAX_TEXT_LENGTH:
+        raise DefinitionError(
+            f"the definition has {len(full_text)} characters; the limit is {MAX_TEXT_LENGTH}", type_name
+        )
     cls = from_texts(type_name, split_full_text(type_name, full_text))
     # The peer's text, not one composed here, so that bags and further subscribers receive the same text.
     cls._full_text = full_text
@@ -46,16 +48,16 @@ def from_definition(type_name: str, full_text: str) -> type[Message]:
 def from_texts(
     type_name: str, definitions: Mapping[str, str], installed: Callable[[str], MessageSpec] | None = None
 ) -> type[Message]:
-    """Create a class from the texts of its definition and of nested ones.
+    """Create a class from its definition text and those of the nested types.
 
     Args:
         type_name: full type name of the message.
         definitions: definition texts by full type name.
-        installed: returns the definition of a type that is not among them; None if they must be complete.
+        installed: returns the definition of a type that is not among them; None if ``definitions`` must be complete.
 
     Raises:
-        DefinitionError: a text is invalid, or one that is used is missing.
-        UnknownTypeError: from ``installed``.
+        DefinitionError: a text is invalid, or the text of a type that is used is missing.
+        UnknownTypeError: ``installed`` does not know a type that is used.
     """
     texts = dict(definitions)
     texts.setdefault(HEADER, texts.get("roslib/Header", _HEADER_TEXT))

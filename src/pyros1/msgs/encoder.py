@@ -17,7 +17,7 @@ from pyros1.msgs.generator import TIME_CODES, Fields, FunctionBuilder, field_gro
 from pyros1.msgs.numpy_compat import with_plain_numbers
 from pyros1.msgs.spec import STRUCT_CODES
 
-LARGE = 16384
+LARGE_BODY_SIZE = 16384
 """Size in bytes from which bodies are sent as a list of buffers, without copying their large arrays."""
 
 _PREFIX_SIZE = 4
@@ -63,21 +63,23 @@ class Encoder(FunctionBuilder):
     def add_piece(self, expression: str) -> None:
         self.parts.append(self.assign("piece", expression))
 
-    def message(self, cls: type[Message], owner: str, fields: Fields | None = None) -> None:
+    def add_message(self, cls: type[Message], owner: str, fields: Fields | None = None) -> None:
         """Collect the values of a message's fields, by default of all fields."""
         for name, slot_type in fields_of(cls) if fields is None else fields:
             base, length = split_type(slot_type)
             expression = f"{owner}.{name}"
             if length is None:
-                self._single(base, cls._classes.get(base), expression)
+                self._add_single(base, cls._classes.get(base), expression)
             else:
-                self._array(base, length, cls._classes.get(base), expression)
+                self._add_array(base, length, cls._classes.get(base), expression)
 
-    def _single(self, base: str, nested: type[Message] | None, expression: str) -> None:
+    def _add_single(self, base: str, nested: type[Message] | None, expression: str) -> None:
         if base == "bool":
-            local = self.assign("truth", expression)
-            self.emit(f"if {local}.__class__ is not bool: {local} = {self.ref(arrays.to_bool, 'as_bool')}({local})")
-            self.add_value(STRUCT_CODES[base], local)
+            variable = self.assign("truth", expression)
+            self.emit(
+                f"if {variable}.__class__ is not bool: {variable} = {self.ref(arrays.to_bool, 'as_bool')}({variable})"
+            )
+            self.add_value(STRUCT_CODES[base], variable)
         elif base in STRUCT_CODES:
             self.add_value(STRUCT_CODES[base], expression)
         elif base == "string":
@@ -85,63 +87,65 @@ class Encoder(FunctionBuilder):
             self.add_value("I", f"len({text})")
             self.parts.append(text)
         elif nested is None:
-            local = self.assign("time", expression)
-            self.add_value(TIME_CODES[base], f"{local}.secs")
-            self.add_value(TIME_CODES[base], f"{local}.nsecs")
+            variable = self.assign("time", expression)
+            self.add_value(TIME_CODES[base], f"{variable}.secs")
+            self.add_value(TIME_CODES[base], f"{variable}.nsecs")
         elif self.reserve_inline(nested):
-            self.message(nested, self.assign("m", expression))
+            self.add_message(nested, self.assign("m", expression))
         else:
             self.add_piece(f"{self._encode(nested)}({expression})")
 
     def _encode(self, nested: type[Message]) -> str:
         return self.ref(nested._encode, "encode")
 
-    def _array(self, base: str, length: int, nested: type[Message] | None, expression: str) -> None:
+    def _add_array(self, base: str, length: int, nested: type[Message] | None, expression: str) -> None:
         code = STRUCT_CODES.get(base)
-        local = self.assign("array", expression)
+        variable = self.assign("array", expression)
         if code == "B" and base != "bool":
-            as_bytes = f"{self.ref(arrays.as_bytes, 'octets')}({local}, {length})"
-            self.emit(f"if {local}.__class__ is not bytes: {local} = {as_bytes}")
+            as_bytes = f"{self.ref(arrays.as_bytes, 'octets')}({variable}, {length})"
+            self.emit(f"if {variable}.__class__ is not bytes: {variable} = {as_bytes}")
             if length >= 0:
                 # Stock pads arrays that are too short. It also truncates those that are too long, but that would hide
                 # an error.
-                self.emit(f"if len({local}) > {length}: raise ValueError('too long')")
-                self.add_value(f"{length}s", local)
+                self.emit(f"if len({variable}) > {length}: raise ValueError('too long')")
+                self.add_value(f"{length}s", variable)
                 return
             self.has_large_pieces = True
-            self.add_value("I", f"len({local})")
-            self.parts.append(local)
+            self.add_value("I", f"len({variable})")
+            self.parts.append(variable)
             return
         if length >= 0:
-            self.emit(f"if len({local}) != {length}: raise ValueError('wrong length')")
+            self.emit(f"if len({variable}) != {length}: raise ValueError('wrong length')")
             if code is not None and base != "bool" and length:
-                self.add_value(f"{length}{code}", f"*{local}")
+                self.add_value(f"{length}{code}", f"*{variable}")
                 return
         else:
-            self.add_value("I", f"len({local})")
+            self.add_value("I", f"len({variable})")
         if code is not None:
             self.has_large_pieces = True
             packers = self.packers(base, code)
             if base == "bool":
-                self.add_piece(f"{packers}.pack({local})")
+                self.add_piece(f"{packers}.pack({variable})")
             else:
-                self.add_piece(f"{packers}.pack({local}) if len({local}) > 256 else {packers}[len({local})](*{local})")
+                self.add_piece(
+                    f"{packers}.pack({variable}) if len({variable}) > 256 else {packers}[len({variable})](*{variable})"
+                )
         elif base == "string":
-            self.add_piece(f"{self.ref(arrays.pack_strings, 'strings')}({local})")
+            self.add_piece(f"{self.ref(arrays.pack_strings, 'strings')}({variable})")
         elif nested is None:
-            self.add_piece(f"{self.ref(arrays.pack_times, 'times')}({local}, '{TIME_CODES[base]}')")
+            self.add_piece(f"{self.ref(arrays.pack_times, 'times')}({variable}, '{TIME_CODES[base]}')")
         else:
             each = self.unique_name("each")
-            self.add_piece(f"b''.join([{self._encode(nested)}({each}) for {each} in {local}])")
+            self.add_piece(f"b''.join([{self._encode(nested)}({each}) for {each} in {variable}])")
 
 
 def make_encode_frame(cls: type[Message]) -> Callable[[Any], Any]:
-    """Generate ``_encode_frame``."""
+    """Generate and return ``_encode_frame``."""
     return _make_encoder(cls, frame=True)
 
 
 def make_encode(cls: type[Message]) -> Callable[[Any], bytes]:
-    """Generate ``_encode``."""
+    """Generate and return ``_encode``."""
     return _make_encoder(cls, frame=False)
 
 
@@ -150,24 +154,24 @@ def _make_encoder(cls: type[Message], *, frame: bool) -> Callable[[Any], Any]:
     message, size = encoder.unique_name("message"), encoder.unique_name("size")
     if frame:
         encoder.add_value("I", size)
-    parts = field_groups(cls)
-    if len(parts) < 2:
-        encoder.message(cls, message)
-    for part in parts if len(parts) > 1 else ():
+    groups = field_groups(cls)
+    if len(groups) < 2:
+        encoder.add_message(cls, message)
+    for part in groups if len(groups) > 1 else ():
         encode = _make_part(cls, part)
         encoder.add_piece(f"{encoder.ref(encode, 'part')}({message})")
-    expressions = _expressions(encoder)
+    expressions = _part_expressions(encoder)
     if frame:
         pieces = [part for part in encoder.parts if isinstance(part, str)]
         encoder.emit(f"{size} = {_size_expression(encoder.fixed_size - _PREFIX_SIZE, pieces)}")
     if frame and encoder.has_large_pieces:
         joined = ", ".join(expressions)
-        encoder.emit(f"if {size} < {LARGE}: return b''.join(({joined}))")
-        encoder.emit(f"return {encoder.ref(arrays.coalesce, 'gather')}(({joined}), {LARGE})")
+        encoder.emit(f"if {size} < {LARGE_BODY_SIZE}: return b''.join(({joined}))")
+        encoder.emit(f"return {encoder.ref(arrays.coalesce, 'gather')}(({joined}), {LARGE_BODY_SIZE})")
     else:
         encoder.emit(f"return {_join_expression(expressions)}")
     codec = "_encode_frame" if frame else "_encode"
-    return encoder.function("encode", [message], ENCODE_ERRORS, retry_expression(encoder, cls, codec, message))
+    return encoder.compile_function("encode", [message], ENCODE_ERRORS, retry_expression(encoder, cls, codec, message))
 
 
 def retry_expression(source: FunctionBuilder, cls: type[Message], codec: str, message: str) -> Callable[[str], str]:
@@ -178,16 +182,16 @@ def retry_expression(source: FunctionBuilder, cls: type[Message], codec: str, me
 
 
 def _make_part(cls: type[Message], fields: Fields) -> Callable[[Any], bytes]:
-    """Generate a function that encodes some fields of a message."""
+    """Generate and return a function that encodes some fields of a message."""
     encoder = Encoder(cls)
     message = encoder.unique_name("message")
-    encoder.message(cls, message, fields)
-    encoder.emit(f"return {_join_expression(_expressions(encoder))}")
-    return encoder.function("part", [message])
+    encoder.add_message(cls, message, fields)
+    encoder.emit(f"return {_join_expression(_part_expressions(encoder))}")
+    return encoder.compile_function("part", [message])
 
 
-def _expressions(encoder: Encoder) -> list[str]:
-    """Return the expressions for the collected bytes."""
+def _part_expressions(encoder: Encoder) -> list[str]:
+    """Return the expressions for the collected parts, each of which gives bytes."""
     return [
         part if isinstance(part, str) else f"{encoder.pack(''.join(part.codes))}({', '.join(part.expressions)})"
         for part in encoder.parts
@@ -195,7 +199,7 @@ def _expressions(encoder: Encoder) -> list[str]:
 
 
 def _join_expression(expressions: list[str]) -> str:
-    """Return the expression that joins all bytes."""
+    """Return the expression that joins the bytes of all expressions."""
     if len(expressions) == 1:
         return expressions[0]
     if len(expressions) == 2:

@@ -52,23 +52,23 @@ def make_message_class(
     slots = [python_name(field.name) for field in spec.fields]
     if not constants.keys().isdisjoint(slots):
         raise DefinitionError("a field and a constant have the same name", spec.name)
-    if len({*slots}) < len(slots):  # they would be the same attribute
+    if len({*slots}) < len(slots):  # such fields would be the same attribute
         duplicate = next(name for name in slots if slots.count(name) > 1)
         raise DefinitionError(f"two fields have the name [{duplicate}] in Python", spec.name)
     min_size, weight, is_fixed = 0, MESSAGE_WEIGHT, True
     for field in spec.fields:
-        size, cost, is_field_fixed = field_size(field, classes)
-        min_size, weight, is_fixed = min_size + size, weight + cost, is_fixed and is_field_fixed
+        size, field_weight, is_field_fixed = field_size(field, classes)
+        min_size, weight, is_fixed = min_size + size, weight + field_weight, is_fixed and is_field_fixed
         if weight > MAX_WEIGHT:
             raise DefinitionError(f"field [{field.name}] makes the type too large", spec.name)
-        if size == 0 and cost > MESSAGE_WEIGHT * MAX_EMPTY_FIXED:
-            amount = f"{cost // MESSAGE_WEIGHT} messages without content; the limit is {MAX_EMPTY_FIXED}"
+        if size == 0 and field_weight > MESSAGE_WEIGHT * MAX_EMPTY_FIXED:
+            amount = f"{field_weight // MESSAGE_WEIGHT} messages without content; the limit is {MAX_EMPTY_FIXED}"
             raise DefinitionError(f"field [{field.name}] contains {amount}", spec.name)
-    short = spec.name.partition("/")[2]
+    short_name = spec.name.partition("/")[2]
     members: dict[str, Any] = {
         "__slots__": slots,
         "__module__": module,
-        "__qualname__": short,
+        "__qualname__": short_name,
         "__doc__": _docstring(spec.text) or f"Message type {spec.name}, without fields.",
         **constants,
         "_type": spec.name,
@@ -82,7 +82,7 @@ def make_message_class(
         "_classes": classes,
     }
     try:
-        cls: Any = MessageType(short, (Message,), members)
+        cls: Any = MessageType(short_name, (Message,), members)
     except (TypeError, ValueError) as error:
         raise DefinitionError(f"cannot make a class of this definition: {error}", spec.name) from error
     message_class: type[Message] = cls
@@ -92,8 +92,10 @@ def make_message_class(
 def make_service_class(
     spec: ServiceSpec, digests: Digests, lookup: Callable[[str], type[Message]], module: str
 ) -> type[Service]:
-    """Return a new class for a service type, with its request and response classes; arguments as for messages."""
-    short = spec.name.partition("/")[2]
+    """Return a new class for a service type, with its request and response classes; arguments and errors as for
+    messages.
+    """
+    short_name = spec.name.partition("/")[2]
     members: dict[str, Any] = {
         "__module__": module,
         "__doc__": _docstring(spec.text) or f"Service type {spec.name}, without fields.",
@@ -103,11 +105,11 @@ def make_service_class(
         "_request_class": make_message_class(spec.request, digests, lookup, module),
         "_response_class": make_message_class(spec.response, digests, lookup, module),
     }
-    return type(short, (Service,), members)
+    return type(short_name, (Service,), members)
 
 
 def _docstring(text: str) -> str:
-    """Return a definition for a class's ``__doc__``: the same text, without undecodable bytes."""
+    """Return a definition as a class's ``__doc__``, with question marks for bytes that are not UTF-8."""
     return text if text.isascii() else text.encode("utf-8", "replace").decode()
 
 

@@ -1,4 +1,4 @@
-"""Fills messages from plain values, as ``rostopic pub`` and ``rosservice call`` do with YAML arguments (G26)."""
+"""Fills messages with plain values, as ``rostopic pub`` and ``rosservice call`` do with YAML arguments (G26)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pyros1.msgs.spec import HEADER
 
 
 def fill_message(message: Any, args: Any, now: Time | None = None, keys: Mapping[str, Any] | None = None) -> None:
-    """Set a message's fields from plain values.
+    """Set a message's fields to plain values.
 
     Args:
         message: the message or time to fill; fields that are not given keep their values.
@@ -21,7 +21,7 @@ def fill_message(message: Any, args: Any, now: Time | None = None, keys: Mapping
             nsecs]``, or a dict. The string ``now`` stands for the current time; the string
                 ``auto`` in place of a header stands for a header with that time.
         now: the current time; None if the strings ``now`` and ``auto`` are not accepted.
-        keys: other strings that stand for times and messages -> their values.
+        keys: other strings that stand for times or messages -> the objects that they stand for.
 
     Raises:
         MessageError: a value does not fit its field; the message names the field.
@@ -89,7 +89,7 @@ class _Filler:
         return [self._make_object(cls, base, item, None, path) for item in value]
 
     def _make_object(self, cls: type[Message], base: str, value: Any, current: Any, path: str) -> Any:
-        """Return a time or message set from ``value``: a new one, or ``current`` if given."""
+        """Return a time or message with the values in ``value``: ``current``, or a new object if that is None."""
         if isinstance(value, str):
             if value in self.keys:
                 return self.keys[value]

@@ -36,7 +36,9 @@ TIME_CLASSES: dict[str, type[Time | Duration]] = {"time": Time, "duration": Dura
 
 
 def split_type(slot_type: str) -> tuple[str, int | None]:
-    """Return base type and length of a ``_slot_types`` entry; the length is as in :class:`pyros1.msgs.spec.Field`."""
+    """Return the base type and the length in a ``_slot_types`` entry; for the length, see
+    :class:`pyros1.msgs.spec.Field`.
+    """
     base, bracket, count = slot_type.partition("[")
     return base, None if not bracket else -1 if count == "]" else int(count[:-1])
 
@@ -57,7 +59,7 @@ def field_groups(cls: type[Message]) -> list[Fields]:
 
 
 def inline_size(cls: type[Message]) -> int:
-    """Return the number of values and messages if ``cls`` is inlined completely, counted up to the limit."""
+    """Return the number of values and messages that inlining ``cls`` would add; counting stops at the limit."""
     total = 0
     for slot_type in cls._slot_types:
         base, length = split_type(slot_type)
@@ -92,7 +94,7 @@ class Scope:
         return f"{hint}_{next(self._numbers)}"
 
     def ref(self, value: Any, hint: str, key: Any) -> str:
-        """Return the name for an object in the function, which is that of the first object with the same key."""
+        """Return the name of an object in the function. Objects with the same key share the name of the first one."""
         name = self._names.get(key)
         if name is None:
             name = self._names[key] = self.unique_name(hint)
@@ -117,16 +119,16 @@ class FunctionBuilder:
     def emit(self, line: str) -> None:
         self.lines.append(line)
 
-    def block(self, head: str, lines: Sequence[str]) -> None:
+    def block(self, header: str, lines: Sequence[str]) -> None:
         """Emit a compound statement."""
-        self.lines.append(head)
+        self.lines.append(header)
         self.lines += [f"    {line}" for line in lines or ["pass"]]
 
     def assign(self, hint: str, expression: str) -> str:
         """Emit an assignment to a new variable; return its name."""
-        local = self.unique_name(hint)
-        self.lines.append(f"{local} = {expression}")
-        return local
+        variable = self.unique_name(hint)
+        self.lines.append(f"{variable} = {expression}")
+        return variable
 
     def ref(self, value: Any, hint: str = "ref", key: Any = None) -> str:
         """Return the name of ``value`` in the function.
@@ -143,32 +145,32 @@ class FunctionBuilder:
         return f"{self.ref(object.__new__, 'new')}({cls})"
 
     def class_ref(self, base: str, nested: type[Message] | None) -> str:
-        """Return the name for the class of a field that is a message, time or duration."""
+        """Return the name, in the function, of the class of a field that is a message, time or duration."""
         return self.ref(TIME_CLASSES[base] if nested is None else nested, "cls")
 
-    def pack(self, fmt: str) -> str:
-        return self.ref(struct.Struct("<" + fmt).pack, "pack", ("pack", fmt))
+    def pack(self, struct_format: str) -> str:
+        return self.ref(struct.Struct("<" + struct_format).pack, "pack", ("pack", struct_format))
 
-    def unpack(self, fmt: str) -> str:
-        return self.ref(struct.Struct("<" + fmt).unpack_from, "unpack", ("unpack", fmt))
+    def unpack(self, struct_format: str) -> str:
+        return self.ref(struct.Struct("<" + struct_format).unpack_from, "unpack", ("unpack", struct_format))
 
     def packers(self, base: str, code: str) -> str:
-        kind = arrays.BoolPackers if base == "bool" else arrays.Packers
-        return self.ref(kind(code), "packers", ("packers", kind, code))
+        packers_class = arrays.BoolPackers if base == "bool" else arrays.Packers
+        return self.ref(packers_class(code), "packers", ("packers", packers_class, code))
 
     def can_inline(self, cls: type[Message]) -> bool:
         """Return whether a nested message of this class can be inlined."""
         return inline_size(cls) <= self.scope.budget
 
     def reserve_inline(self, cls: type[Message]) -> bool:
-        """Return whether a nested message of this class is inlined; if so, reduce the budget."""
+        """Reduce the budget by a nested message of this class if it can be inlined; return whether it can."""
         size = inline_size(cls)
         if size > self.scope.budget:
             return False
         self.scope.budget -= size
         return True
 
-    def function(
+    def compile_function(
         self,
         name: str,
         parameters: Sequence[str],
@@ -178,8 +180,8 @@ class FunctionBuilder:
         """Compile and return the function.
 
         Args:
-            name: the beginning of its name.
-            parameters: its parameters.
+            name: the beginning of the function's name.
+            parameters: the names of its parameters.
             errors: the exceptions that the body raises for wrong input.
             on_error: given the name of such an exception, returns the expression to return then.
         """

@@ -24,25 +24,25 @@ def complete_class(cls: Any) -> None:
     Raises:
         DefinitionError: the type of a field cannot be imported.
     """
-    fields = [parse_field(name, kind) for name, kind in zip(cls.__slots__, cls._slot_types, strict=True)]
+    fields = [parse_field(name, slot_type) for name, slot_type in zip(cls.__slots__, cls._slot_types, strict=True)]
     classes = {
         field.base: _import_message_class(field.base, cls._type) for field in fields if field.base not in BUILTINS
     }
     sizes = [field_size(field, classes) for field in fields]
-    minimum = sum(size for size, _, _ in sizes)
+    min_size = sum(size for size, _, _ in sizes)
     cls._classes = classes
-    cls._min_size = minimum
+    cls._min_size = min_size
     cls._weight = sum(weight for _, weight, _ in sizes)
-    cls._fixed_size = minimum if all(fixed for _, _, fixed in sizes) else None
+    cls._fixed_size = min_size if all(is_fixed for _, _, is_fixed in sizes) else None
 
 
 def _import_message_class(name: str, owner: str) -> type[Message]:
-    package, _, short = name.partition("/")
+    package, _, short_name = name.partition("/")
     try:
-        found = getattr(import_module(f"{package}.msg"), short)
+        candidate = getattr(import_module(f"{package}.msg"), short_name)
     except (ImportError, AttributeError) as error:
         raise DefinitionError(f"the class of {name} cannot be imported: {error}", owner) from error
-    if not issubclass(found, Message):
+    if not issubclass(candidate, Message):
         raise DefinitionError(f"the class of {name} is not a message class", owner)
-    message_class: type[Message] = found
+    message_class: type[Message] = candidate
     return message_class

@@ -22,11 +22,11 @@ from pyros1.msgs.base import Message, message_class
 from pyros1.msgs.fill import fill_message
 
 _SPECIAL_FLOATS = ("NaN", "Infinity", "-Infinity")
-_FLOATS = ("float32", "float64")
-_BYTES = ("uint8", "char")
+_FLOAT_TYPES = ("float32", "float64")
+_BYTE_TYPES = ("uint8", "char")
 _INT64_TYPES = ("int64", "uint64")
-_DIGITS = re.compile(r"-?[0-9]{1,20}\Z")
-_SLICE = 3 << 12
+_INTEGER = re.compile(r"-?[0-9]{1,20}\Z")
+_SLICE_SIZE = 3 << 12
 """Number of bytes, characters or numbers that are converted at a time; a multiple of three, as base64 requires."""
 
 _dumps = json.JSONEncoder(ensure_ascii=False).encode
@@ -52,7 +52,7 @@ def to_json(value: Any, type_name: str | None = None) -> Any:  # noqa: PLR0911 -
     if isinstance(value, (str, int)) or value is None:
         return value
     base = type_name.partition("[")[0] if type_name is not None else None
-    if base in _BYTES:
+    if base in _BYTE_TYPES:
         return base64.b64encode(bytes(value)).decode("ascii")
     return [to_json(item, base) for item in value]
 
@@ -81,17 +81,17 @@ def emit_json(
                 emit_json(emit, getattr(value, name), slot_type, includes=includes)
                 separator = ", "
         emit("}" if separator == ", " else "{}")
-    elif isinstance(value, str) and len(value) > _SLICE:
+    elif isinstance(value, str) and len(value) > _SLICE_SIZE:
         emit('"')
-        for start in range(0, len(value), _SLICE):
-            emit(_dumps(value[start : start + _SLICE])[1:-1])
+        for start in range(0, len(value), _SLICE_SIZE):
+            emit(_dumps(value[start : start + _SLICE_SIZE])[1:-1])
         emit('"')
     elif isinstance(value, (bytes, bytearray, memoryview)):
         emit('"')
-        for start in range(0, len(value), _SLICE):
-            emit(base64.b64encode(value[start : start + _SLICE]).decode("ascii"))
+        for start in range(0, len(value), _SLICE_SIZE):
+            emit(base64.b64encode(value[start : start + _SLICE_SIZE]).decode("ascii"))
         emit('"')
-    elif isinstance(value, (list, tuple)) and value and (type_name or "").partition("[")[0] not in _BYTES:
+    elif isinstance(value, (list, tuple)) and value and (type_name or "").partition("[")[0] not in _BYTE_TYPES:
         _emit_array(emit, value, type_name, includes)
     else:
         emit(_dumps(to_json(value, type_name)))
@@ -103,8 +103,8 @@ def _emit_array(
     base = type_name.partition("[")[0] if type_name is not None else None
     separator = "["
     if isinstance(values[0], (int, float, TVal)):
-        for start in range(0, len(values), _SLICE):
-            emit(separator + _dumps([to_json(item, base) for item in values[start : start + _SLICE]])[1:-1])
+        for start in range(0, len(values), _SLICE_SIZE):
+            emit(separator + _dumps([to_json(item, base) for item in values[start : start + _SLICE_SIZE]])[1:-1])
             separator = ", "
     else:
         for item in values:
@@ -115,7 +115,7 @@ def _emit_array(
 
 
 def from_json(cls: type[Message], value: Any, now: Time | None = None) -> Message:
-    """Convert a value of `to_json` to a message; missing fields have their defaults.
+    """Convert a value as made by `to_json` to a message; missing fields get their defaults.
 
     Args:
         now: the time that the strings ``now`` and ``auto`` stand for, as in `fill_message`.
@@ -129,7 +129,7 @@ def from_json(cls: type[Message], value: Any, now: Time | None = None) -> Messag
 
 
 def _to_plain(cls: type[Message], value: Any, prefix: str) -> Any:
-    """Return the value with base64 and the names of special floats replaced with bytes and floats."""
+    """Return the value with base64 strings replaced with bytes, and the names of special floats with floats."""
     if not isinstance(value, dict):
         return value
     types = dict(zip(cls.__slots__, cls._slot_types, strict=True))
@@ -141,18 +141,18 @@ def _to_plain(cls: type[Message], value: Any, prefix: str) -> Any:
 
 def _field_to_plain(cls: type[Message], slot_type: str, value: Any, path: str) -> Any:
     base, bracket, _ = slot_type.partition("[")
-    if bracket and base in _BYTES and isinstance(value, str):
+    if bracket and base in _BYTE_TYPES and isinstance(value, str):
         try:
             return base64.b64decode(value, validate=True)
         except (binascii.Error, ValueError):
             raise MessageError(f"Field [{path}] must be base64 text or a list of numbers") from None
     if bracket and isinstance(value, list):
-        return [_field_to_plain(cls, base, item, f"{path}[{number}]") for number, item in enumerate(value)]
-    if base in _FLOATS and isinstance(value, str):
+        return [_field_to_plain(cls, base, item, f"{path}[{index}]") for index, item in enumerate(value)]
+    if base in _FLOAT_TYPES and isinstance(value, str):
         if value not in _SPECIAL_FLOATS:
             raise MessageError(f"Field [{path}] must be a number instead of: {value!r}")
         return float(value)
-    if base in _INT64_TYPES and isinstance(value, str) and _DIGITS.match(value):
+    if base in _INT64_TYPES and isinstance(value, str) and _INTEGER.match(value):
         return int(value)
     nested = cls._classes.get(base)
     return value if nested is None else _to_plain(nested, value, path + ".")

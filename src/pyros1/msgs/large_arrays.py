@@ -13,12 +13,12 @@ from pyros1.msgs.base import AnyMsg, Message, View, message_class
 from pyros1.msgs.generator import split_type
 from pyros1.msgs.spec import STRUCT_CODES
 
-_EMPTY = bytes(4)
+_ZERO_LENGTH = bytes(4)
 _read_size = struct.Struct("<I").unpack_from
 
 
 class Layout(NamedTuple):
-    """Position of the byte array in messages of a type.
+    """Where the byte array is in the messages of a type.
 
     Attributes:
         field: name of its field.
@@ -72,16 +72,16 @@ def layout(cls: type[Any]) -> Layout | None:
         cls = message_class(cls)
     except MessageError:
         return None  # not a message class but a subscriber's substitute for one, as in tf's listeners
-    arrays = [i for i, slot_type in enumerate(cls._slot_types) if slot_type in ("uint8[]", "char[]")]
-    if len(arrays) != 1:
+    array_indexes = [index for index, slot_type in enumerate(cls._slot_types) if slot_type in ("uint8[]", "char[]")]
+    if len(array_indexes) != 1:
         return None
     tail = 0
-    for slot_type in cls._slot_types[arrays[0] + 1 :]:
+    for slot_type in cls._slot_types[array_indexes[0] + 1 :]:
         size = _fixed_size(cls, slot_type)
         if size is None:
             return None
         tail += size
-    return Layout(cls.__slots__[arrays[0]], tail)
+    return Layout(cls.__slots__[array_indexes[0]], tail)
 
 
 def _fixed_size(cls: type[Message], slot_type: str) -> int | None:
@@ -103,7 +103,7 @@ def decode_split(
 
     Args:
         cls: message class or AnyMsg.
-        array_layout: its layout; None if it has none, or if the class needs whole messages.
+        array_layout: the layout of the class; None if it has none, or if it needs whole messages.
         body: the pieces.
         view: creates numeric arrays, see ``array_views.py``; None for bytes and tuples.
         exact: whether the message must end with the body.
@@ -115,12 +115,12 @@ def decode_split(
     if array_layout is not None and array_layout.has_length_field == body.has_length_field:
         if not array_layout.has_length_field:
             return AnyMsg(body.data)
-        rest = b"".join((body.head, _EMPTY, body.tail))  # the same message with an empty array
+        rest = b"".join((body.head, _ZERO_LENGTH, body.tail))  # the same message with an empty array
         try:
             message = decode(cls, rest, view, exact=True)
         except (DeserializationError, LengthError):
             message = None
-        # If the array is not empty, the pieces were not split at the ends of the array.
+        # If the array of this message is not empty, the pieces were not split at the ends of the array.
         if message is not None and not len(getattr(message, array_layout.field)):
             array = body.array(in_place=view is not None)
             setattr(message, array_layout.field, array if view is None else view(array, 0, len(array), "B"))
@@ -142,16 +142,16 @@ def split_frame(frame: list[Any], tail: int) -> SplitBody | None:
         frame: buffers with the u32 length, the head and the array length; the array; and the tail, if any.
         tail: number of bytes after the array.
     """
-    first, data = frame[0], frame[1]
-    last = frame[2] if len(frame) == 3 else b""
+    head_part, data = frame[0], frame[1]
+    tail_part = frame[2] if len(frame) == 3 else b""
     if (
         len(frame) > 3
-        or len(last) != tail
-        or len(first) < 8
-        or first.__class__ is not bytes
+        or len(tail_part) != tail
+        or len(head_part) < 8
+        or head_part.__class__ is not bytes
         or data.__class__ is not bytes
     ):
         return None
-    if _read_size(first, len(first) - 4)[0] != len(data):
+    if _read_size(head_part, len(head_part) - 4)[0] != len(data):
         return None
-    return SplitBody(first[4:-4], data, last)
+    return SplitBody(head_part[4:-4], data, tail_part)

@@ -14,7 +14,7 @@ from typing import TypeVar
 from pyros1.ground import generated
 from pyros1.ground.errors import DefinitionError, Error, MessageError, UnknownTypeError
 from pyros1.msgs.base import Message
-from pyros1.msgs.dynamic import EMPTY_MD5, MAX_TEXT, from_definition, from_texts
+from pyros1.msgs.dynamic import EMPTY_MD5, MAX_TEXT_LENGTH, from_definition, from_texts
 from pyros1.msgs.spec import MessageSpec, is_type_name
 
 _T = TypeVar("_T")
@@ -42,7 +42,7 @@ def find_class(
     3. the text parsed leniently, with nested types that are installed,
     4. other texts of that type.
 
-    If none has it, the text as it is is used if it is a valid definition, since some publishers send ``*`` or a sum of
+    If none has that md5 sum, the unchanged text is used if it is valid, since some publishers send ``*`` or a sum of
     their own; but if ``*`` is sent with only the beginning of the installed definition, the installed one is used.
 
     Args:
@@ -101,14 +101,18 @@ def _try_make(function: Callable[[], _T]) -> tuple[_T | None, MessageError | Non
         return None, DefinitionError(str(error))
 
 
-def _is_prefix(cls: type[Message], full: type[Message]) -> bool:
-    """Return whether the fields of a class are the first ones of another, possibly with the last name truncated."""
-    names, kinds = list(cls.__slots__), cls._slot_types
+def _is_prefix(cls: type[Message], other: type[Message]) -> bool:
+    """Return whether the fields of a class are the first fields of another class, possibly with the last name
+    truncated.
+    """
+    names, slot_types = list(cls.__slots__), cls._slot_types
     count = len(names)
-    if kinds != full._slot_types[:count]:
+    if slot_types != other._slot_types[:count]:
         return False
-    last = names.pop() if names else ""
-    return names == list(full.__slots__[: len(names)]) and (not last or full.__slots__[count - 1].startswith(last))
+    last_name = names.pop() if names else ""
+    return names == list(other.__slots__[: len(names)]) and (
+        not last_name or other.__slots__[count - 1].startswith(last_name)
+    )
 
 
 def _interpretations(type_name: str, full_text: str) -> Iterator[type[Message]]:
@@ -117,7 +121,7 @@ def _interpretations(type_name: str, full_text: str) -> Iterator[type[Message]]:
     First, only missing nested types are taken from the installed ones; then also those in the text, since it may be
     truncated.
     """
-    if len(full_text) > MAX_TEXT:
+    if len(full_text) > MAX_TEXT_LENGTH:
         return
     texts = _split(type_name, full_text)
     if len(texts) > _MAX_TYPES:
@@ -142,8 +146,8 @@ def _installed_spec(name: str) -> MessageSpec:
 
 
 def _split(type_name: str, full_text: str) -> dict[str, str]:
-    """Split a text into definitions at lines of ``=`` or ``-`` of any length, or at ``MSG:`` lines without such a
-    line.
+    """Split a text into definitions at lines of at least ten ``=`` or ``-``, or at ``MSG:`` lines that do not follow
+    such a line.
     """
     texts: dict[str, list[str]] = {type_name: []}
     current: str | None = type_name
@@ -157,7 +161,7 @@ def _split(type_name: str, full_text: str) -> dict[str, str]:
             name = title[1].replace("/msg/", "/", 1)
             current, has_title = name, True
             if name in texts and name != type_name:
-                current = None  # the first one is used
+                current = None  # the first definition of a type is used
             elif is_type_name(name):
                 texts.setdefault(name, [])
             else:

@@ -1,8 +1,9 @@
 """Converts numpy values that stock's codecs accept with older versions of numpy: arrays of one element in float fields,
 and numpy booleans in integer fields.
 
-Newer versions of numpy no longer convert them (arrays since NumPy 2.4), but programs written for stock rely on it. The
-generated codecs do not check for them: `with_plain_numbers` is called after a codec has failed.
+Newer versions of numpy no longer convert such values (arrays since NumPy 2.4), but programs written for stock rely on
+the conversion. The generated codecs do not check for such values: `with_plain_numbers` is called after a codec has
+failed.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ def with_plain_numbers(cls: type[Message], codec: str, message: Any, error: Exce
         error: the codec's error.
 
     Raises:
-        SerializationError: the value really is wrong; the message names its field.
+        SerializationError: a value is wrong even so; the message names its field.
     """
     plain = _plain_message(cls, message)
     if plain is message:
@@ -41,7 +42,7 @@ def _plain_message(cls: type[Message], message: Any) -> Any:
         base, length = split_type(slot_type)
         code = STRUCT_CODES.get(base, "")
         if length is None:
-            plain = _plain_message(cls._classes[base], value) if base in cls._classes else _plain(code, value)
+            plain = _plain_message(cls._classes[base], value) if base in cls._classes else _plain_value(code, value)
         else:
             plain = _plain_array(code, value)
         if plain is not value:
@@ -66,18 +67,18 @@ def _plain_array(code: str, values: Any) -> Any:
         elements = list(values)
     except TypeError:  # a numpy array without dimensions
         return values
-    plain = [_plain(code, value) for value in elements]
+    plain = [_plain_value(code, value) for value in elements]
     return values if all(map(lambda converted, original: converted is original, plain, elements)) else plain
 
 
-def _plain(code: str, value: Any) -> Any:
-    kind = getattr(getattr(value, "dtype", None), "kind", "")
+def _plain_value(code: str, value: Any) -> Any:
+    dtype_kind = getattr(getattr(value, "dtype", None), "kind", "")
     if code and code in "fd":
-        if kind not in ("", "c") and hasattr(value, "__len__") and value.size == 1:
+        if dtype_kind not in ("", "c") and hasattr(value, "__len__") and value.size == 1:
             try:
                 return float(value.item())
             except (TypeError, ValueError):
                 return value
-    elif code and kind == "b" and not hasattr(value, "__len__"):
+    elif code and dtype_kind == "b" and not hasattr(value, "__len__"):
         return int(value)
     return value

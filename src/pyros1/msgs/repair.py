@@ -21,11 +21,11 @@ from pyros1.ground.errors import DeserializationError, LengthError, MessageError
 from pyros1.msgs.base import Buffer, Message, View
 from pyros1.msgs.check import MessageWalker, decoding_error
 
-HANDLER = "rosmsg"
+HANDLER_NAME = "rosmsg"
 """Name of the error handler that genpy registers with `codecs`."""
 
 
-def accept_end(cls: type[Message], surplus: int, exact: bool) -> None:
+def check_end(cls: type[Message], surplus: int, exact: bool) -> None:
     """Check the number of bytes after a message.
 
     Args:
@@ -49,15 +49,15 @@ def decode_repaired(
     """Repair and decode a message that could not be decoded; arguments as for the decoders of message classes.
 
     Raises:
-        LengthError: its last string or byte array is truncated, and ``exact`` is true.
-        DeserializationError: there are other faults.
+        LengthError: the last string or byte array is truncated, and ``exact`` is true.
+        DeserializationError: the message has other faults.
     """
     body = bytes(memoryview(buffer)[start:end])
-    cut: list[int] = []
+    cut_lengths: list[int] = []
     try:
         repaired_body = repair_strings(cls, body)
     except DeserializationError as error:
-        repaired_body, missing, cut = restore_end(cls, body)
+        repaired_body, missing, cut_lengths = restore_end(cls, body)
         if not missing:
             raise error from error.__cause__
         if exact:
@@ -68,8 +68,8 @@ def decode_repaired(
         message = cls._decode(repaired_body, 0, len(repaired_body), exact)
     else:
         message = cls._decode_arrays(repaired_body, 0, len(repaired_body), view, exact)
-    if cut:
-        _shorten(message, cut)
+    if cut_lengths:
+        _shorten(message, cut_lengths)
     return message
 
 
@@ -81,7 +81,7 @@ def repair_strings(cls: type[Message], data: Buffer) -> bytes:
         data: the encoded message; bytes after it are kept.
 
     Raises:
-        DeserializationError: it is too short, or its strings must not be repaired.
+        DeserializationError: the message is too short, or its strings must not be repaired.
     """
     walker = _RepairWalker(cls, data)
     try:
@@ -148,9 +148,9 @@ class _TruncationWalker(MessageWalker):
         else:
             super().visit_element(cls, base, name)
 
-    def visit_elements(self, cls: type[Message], base: str, number: int, description: str) -> None:
+    def visit_elements(self, cls: type[Message], base: str, element_count: int, description: str) -> None:
         """Visit each element of a truncated array of messages of fixed size as well."""
-        for _ in range(number):
+        for _ in range(element_count):
             self.visit_element(cls, base, description)
 
     def _skip_variable(self, size: int) -> None:
@@ -177,7 +177,7 @@ def _shorten(message: Message, lengths: list[int]) -> None:
 
 
 def _fixed_bytes(message: Message) -> Iterator[tuple[Message, str]]:
-    """Yield the byte arrays of fixed length in a message, each as its message and the name of the field."""
+    """Yield the byte arrays of fixed length in a message, each as (message that contains it, name of the field)."""
     for name, slot_type in zip(message.__slots__, message._slot_types, strict=True):
         base, bracket, count = slot_type.partition("[")
         value = getattr(message, name)
@@ -190,7 +190,7 @@ def _fixed_bytes(message: Message) -> Iterator[tuple[Message, str]]:
 
 
 class _RepairWalker(MessageWalker):
-    """Copies a message, repairing its strings."""
+    """Walks through an encoded message, and copies it with repaired strings."""
 
     def __init__(self, cls: type[Message], data: Buffer) -> None:
         super().__init__(memoryview(data))
@@ -218,7 +218,7 @@ class _RepairWalker(MessageWalker):
     def _handler(self) -> str:
         """Return the name of the error handler; report the repair here if that handler does not."""
         try:
-            handler = codecs.lookup_error(HANDLER)
+            handler = codecs.lookup_error(HANDLER_NAME)
         except LookupError:
             warnings.warn(
                 f"{self._type}: bytes in strings that are not UTF-8 are replaced", UnicodeWarning, stacklevel=1
@@ -226,7 +226,7 @@ class _RepairWalker(MessageWalker):
             return "replace"
         with contextlib.suppress(AttributeError):
             handler.msg_type = self._type  # type: ignore[attr-defined]  # stock's handler reports it
-        return HANDLER
+        return HANDLER_NAME
 
     def result(self) -> bytes:
         return b"".join([*self._pieces, self.data[self._copied :]])

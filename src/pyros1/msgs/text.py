@@ -1,7 +1,7 @@
 """Formats messages as text, as ``rostopic echo`` and ``str(message)`` do (G25, L38, L40, L41).
 
 The format is similar to YAML: ``name: value`` lines, nested messages indented by two spaces, arrays of numbers in
-brackets, other arrays as ``- `` items. It is part of the interface, since programs parse it.
+brackets, other arrays as ``- `` items. The format is part of the interface, since programs parse it.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pyros1.msgs.yamltext import item_pieces, quoted_pieces
 FieldFilter = Callable[[Message], Iterable[str]]
 Emit = Callable[[str], object]
 
-_SLICE = 1 << 14
+_SLICE_LENGTH = 1 << 14
 """Number of array elements converted at a time."""
 
 
@@ -39,7 +39,7 @@ def format_message(
     type_name: str | None = None,
     indent: str = "",
 ) -> str:
-    """Format a message or a field's value, without a final line break.
+    """Return a message or a field's value as text, without a final line break.
 
     Args:
         value: a message, or any value that a field can have.
@@ -47,7 +47,7 @@ def format_message(
         no_array: whether to print only the types and lengths of arrays.
         width: number of characters per number; None prints numbers in full.
         time_offset: time to which printed times are relative; None for absolute times.
-        field_filter: returns the names of the fields to print of a message; None prints all.
+        field_filter: returns the names of the fields of a message that are printed; None prints all.
         type_name: the type of ``value`` if it is a field's value, for example ``uint8[]``.
         indent: prefix of each line.
     """
@@ -67,7 +67,7 @@ def emit_message(
     time_offset: Time | None = None,
     type_name: str | None = None,
 ) -> None:
-    """Emit the text of `format_message` in small pieces, so that the whole text is never in memory.
+    """Emit the text that `format_message` would return in small pieces, so that the whole text is never in memory.
 
     Args:
         emit: called with each piece.
@@ -82,9 +82,9 @@ def _emit_all(emit: Emit, value: Any, style: _Style, type_name: str | None, inde
 
 
 def _format(emit: Emit, value: Any, indent: str, style: _Style) -> None:
-    kind = type(value)
-    if (kind is int or kind is float) and style.width is not None:
-        emit(_fixed_width(value, style.width))
+    value_type = type(value)
+    if (value_type is int or value_type is float) and style.width is not None:
+        emit(_number_text(value, style.width))
     elif isinstance(value, str):
         if value:
             for piece in quoted_pieces(value):
@@ -93,7 +93,7 @@ def _format(emit: Emit, value: Any, indent: str, style: _Style) -> None:
             emit("''")
     elif isinstance(value, TVal):
         emit(_format_time(value, indent, style))
-    elif kind is list or kind is tuple or kind is memoryview:
+    elif value_type is list or value_type is tuple or value_type is memoryview:
         _format_array(emit, value, indent, style)
     elif isinstance(value, Message):
         _format_message(emit, value, indent, style)
@@ -101,7 +101,7 @@ def _format(emit: Emit, value: Any, indent: str, style: _Style) -> None:
         emit(str(value))
 
 
-def _fixed_width(value: float, width: int) -> str:
+def _number_text(value: float, width: int) -> str:
     if isinstance(value, int):
         return f"{value:{width}d}"
     text = f"{value:.{width}f}"
@@ -132,22 +132,22 @@ def _format_array(emit: Emit, values: Any, indent: str, style: _Style) -> None:
     elif type(first) in (int, float, bool):
         _format_numbers(emit, values, style)
     else:
-        inner = indent + "  "
+        inner_indent = indent + "  "
         for value in values:
             emit(f"\n{indent}- ")
-            _format(emit, value, inner, style)
+            _format(emit, value, inner_indent, style)
 
 
 def _format_numbers(emit: Emit, values: Any, style: _Style) -> None:
     width = None if type(values[0]) is bool else style.width
     separator = "["
-    for start in range(0, len(values), _SLICE):
-        part = values[start : start + _SLICE]
+    for start in range(0, len(values), _SLICE_LENGTH):
+        part = values[start : start + _SLICE_LENGTH]
         if width is None:
             text = str(list(part))[1:-1]
         else:
             text = ", ".join(
-                _fixed_width(value, width) if type(value) in (int, float) else str(value) for value in part
+                _number_text(value, width) if type(value) in (int, float) else str(value) for value in part
             )
         emit(separator + text)
         separator = ", "
@@ -164,9 +164,9 @@ def _format_message(emit: Emit, message: Message, indent: str, style: _Style) ->
         if selected is None or name in selected:
             value = _field_value(getattr(message, name), slot_type, style)
             # Stock does not hide strings inside arrays of messages.
-            inner = style if slot_type[-1] != "]" else style._replace(no_string=False, no_array=False)
+            inner_style = style if slot_type[-1] != "]" else style._replace(no_string=False, no_array=False)
             emit(f"{prefix}{name}: ")
-            _format(emit, value, "  " + indent, inner)
+            _format(emit, value, "  " + indent, inner_style)
             prefix = "\n" + indent
 
 
@@ -180,5 +180,7 @@ def _field_value(value: Any, slot_type: str, style: _Style) -> Any:
     if style.no_string and slot_type == "string[]":
         return f"<array type: string, length: {len(value)}>"
     if "uint8[" in slot_type and isinstance(value, (bytes, bytearray, str)):
-        return [ord(char) for char in value] if isinstance(value, str) else memoryview(value)  # displayed as numbers
+        return (
+            [ord(character) for character in value] if isinstance(value, str) else memoryview(value)
+        )  # displayed as numbers
     return value

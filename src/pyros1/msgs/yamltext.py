@@ -5,8 +5,8 @@ Messages need only two forms: a single string, always in double quotes, and a bl
 YAML 1.1 would read it back as a string, or else quoted. https://yaml.org/spec/1.1/
 
 PyYAML, with which the tests compare all output, is not used: its emitter is five to eight times slower for short
-strings, such as each field in `echo`, and keeps several copies of a long string in memory, while this one emits it in
-pieces. Its fast variant, libyaml, folds at different positions.
+strings, such as each field in `echo`, and keeps several copies of a long string in memory, while this emitter yields
+the string in pieces. Its fast variant, libyaml, folds at different positions.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import re
 from collections.abc import Iterator
 
 WIDTH = 80
-_PIECE = 9999
+_MAX_PIECE_LENGTH = 9999
 """Maximum length of a piece without a space, in characters."""
 _INDENT = "\n  "
 
@@ -57,7 +57,7 @@ _RUN = re.compile(r" +|\n+|[^ \n']{1,9999}|'")
 
 
 def quoted_pieces(text: str, column: int = 0) -> Iterator[str]:
-    """Yield a string in double quotes, folded after column 80, in small pieces.
+    """Yield a string in double quotes, folded after column 80, in small pieces of YAML.
 
     Args:
         text: any string.
@@ -67,17 +67,17 @@ def quoted_pieces(text: str, column: int = 0) -> Iterator[str]:
     column += 1
     start = 0
     last = len(text) - 1
-    for end, char in enumerate(text):
-        if char in '"\\' or not " " <= char <= "~":
-            escape = _escape(char)
+    for end, character in enumerate(text):
+        if character in '"\\' or not " " <= character <= "~":
+            escape = _escape(character)
             yield text[start:end] + escape
             column += end - start + len(escape)
             start = end + 1
-        elif end - start >= _PIECE:
+        elif end - start >= _MAX_PIECE_LENGTH:
             yield text[start : end - 1]  # not up to `end`, where a line might be folded
             column += end - 1 - start
             start = end - 1
-        if 0 < end < last and (char == " " or start >= end) and column + end - start > WIDTH:
+        if 0 < end < last and (character == " " or start >= end) and column + end - start > WIDTH:
             yield text[start:end] + "\\" + _INDENT
             column = 2
             start = max(start, end)
@@ -91,7 +91,7 @@ def quoted_pieces(text: str, column: int = 0) -> Iterator[str]:
 def item_pieces(text: str) -> Iterator[str]:
     """Yield an element of a block sequence in small pieces.
 
-    It begins in column 2, and the following lines are indented to that column.
+    The element begins in column 2, and its further lines are indented to that column.
     """
     if not text:
         return iter(("''",))
@@ -127,9 +127,9 @@ def _folded(text: str, column: int, *, quoted: bool = False) -> Iterator[str]:
             column += len(output)
 
 
-def _escape(char: str) -> str:
-    short = _ESCAPES.get(char)
-    if short is not None:
-        return "\\" + short
-    code = ord(char)
+def _escape(character: str) -> str:
+    letter = _ESCAPES.get(character)
+    if letter is not None:
+        return "\\" + letter
+    code = ord(character)
     return f"\\x{code:02X}" if code <= 0xFF else f"\\u{code:04X}" if code <= 0xFFFF else f"\\U{code:08X}"

@@ -121,7 +121,7 @@ def convert_constant_value(field_type: str, val: str) -> Any:
         InvalidMsgSpec: it does not fit its type.
     """
     try:
-        return _spec.constant_value(field_type, val)
+        return _spec.parse_constant_value(field_type, val)
     except ValueError as error:
         raise InvalidMsgSpec(str(error)) from None
 
