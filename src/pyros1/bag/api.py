@@ -100,7 +100,7 @@ class Bag:
     @property
     def connections(self) -> list[Connection]:
         """All connections, in the order of their ids."""
-        return [self.reader.connections[number] for number in sorted(self.reader.connections)]
+        return [self.reader.connections[conn_id] for conn_id in sorted(self.reader.connections)]
 
     def __len__(self) -> int:
         return self.reader.count()
@@ -265,8 +265,8 @@ class Bag:
                 cls = self._class_by_id[stored.connection.id] = self.message_class(stored.connection)
             message: Message = cls._decode(stored.data, 0, len(stored.data))
         except MessageError as error:
-            where = f"message on {stored.connection.topic} at {stored.time / 1e9:.6f}"
-            raise BagError(self.path, f"{where}: {error}") from error
+            location = f"message on {stored.connection.topic} at {stored.time / 1e9:.6f}"
+            raise BagError(self.path, f"{location}: {error}") from error
         return message
 
     def message_class(self, connection: Connection) -> type[Message]:
@@ -281,7 +281,7 @@ class Bag:
         """
         type_key = connection.type, connection.md5sum
         other_definitions = (
-            each.definition for each in self.reader.connections.values() if (each.type, each.md5sum) == type_key
+            other.definition for other in self.reader.connections.values() if (other.type, other.md5sum) == type_key
         )
         return self._classes.get(*type_key, connection.definition, other_definitions)
 
@@ -388,7 +388,8 @@ def open(
         unindexed: when reading, whether to also read bags that were not closed.
         progress: when reading, called with the current offset in bytes while such a bag is scanned.
         chunk_limit: when reading, maximum uncompressed size of a chunk in bytes, since a small file can claim any
-            size. None means the value of the environment variable ``PYROS1_BAG_CHUNK_LIMIT``, in MiB, or else 256 MiB.
+            size. None means the value of the environment variable ``PYROS1_BAG_CHUNK_LIMIT``, in MiB; without it, 256
+            MiB.
         compression: when writing, ``none``, ``bz2`` or ``lz4``.
         chunk_threshold: when writing, uncompressed size in bytes above which a chunk is closed.
 

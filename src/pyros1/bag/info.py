@@ -140,7 +140,7 @@ def summarize(bag: BagReader, *, frequencies: bool = False) -> Summary:
 
 
 def summarize_topics(bag: BagReader, groups: Mapping[str, list[int]], *, frequencies: bool) -> list[Topic]:
-    """Return information about some topics, sorted by name.
+    """Return information about the given topics, sorted by name.
 
     Args:
         bag: the bag.

@@ -73,8 +73,9 @@ class BagOutput:
             topic: name of its topic.
             message: the message; an `AnyMsg` is written as it was received.
             stamp: time at which it was received, as a Time or in seconds since 1970; None for now.
-            header: the publisher's connection header. None for that of the received `AnyMsg`, or else a header with
-                topic and type. Messages of the same topic, type and header share one connection.
+            header: the publisher's connection header. None means the header of the received `AnyMsg` or, for other
+                messages, a header with topic and type. Messages of the same topic, type and header share one
+                connection.
 
         Raises:
             SerializationError: a value does not fit its field; nothing is written then.

@@ -51,7 +51,7 @@ class MessageSelection:
 
 
 def merge(bags: Sequence[BagReader], selection: MessageSelection | None = None) -> Iterator[RawMessage]:
-    """Yield the messages of several bags in order of time; those of the same time in the order of the bags.
+    """Yield the messages of several bags in order of time; messages of the same time are in the order of the bags.
 
     Raises:
         BagError: a bag cannot be read.

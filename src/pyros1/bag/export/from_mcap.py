@@ -43,7 +43,10 @@ def import_ros1(
         for channel in reader.channels.values():
             importer.connection_id(channel)  # including those without messages
         result = importer.result
-        result.messages, result.topics = writer.messages, len({each.topic for each in writer.connections.values()})
+        result.messages, result.topics = (
+            writer.messages,
+            len({connection.topic for connection in writer.connections.values()}),
+        )
         if result.skipped and not result.topics:
             topic, reason = next(iter(result.skipped.items()))
             raise BagError(reader.path, f"it has no ROS 1 messages that can be imported: {topic}: {reason}")

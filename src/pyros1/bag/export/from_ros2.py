@@ -76,8 +76,8 @@ class _Importer:
             try:
                 ros1_data = convert(data)
             except Exception as error:  # as above, rosbags raises errors of many types
-                where = f"message on {connection.topic} at {time / 1e9:.6f} ({connection.msgtype})"
-                raise BagError(str(self._reader.paths[0]), f"{where} cannot be converted: {error}") from error
+                message_label = f"message on {connection.topic} at {time / 1e9:.6f} ({connection.msgtype})"
+                raise BagError(str(self._reader.paths[0]), f"{message_label} cannot be converted: {error}") from error
             self._writer.write(conn_id, time, ros1_data)
             result.messages += 1
             bytes_done += len(data) + RECORD_OVERHEAD
@@ -154,9 +154,9 @@ class _Types:
         """
         if name in seen or name not in self._source.fielddefs:
             return None
-        package, _, short = name.split("/")
+        package, _, short_name = name.split("/")
         try:
-            cls = load_message(f"{package}/{short}")
+            cls = load_message(f"{package}/{short_name}")
         except UnknownTypeError:
             for nested in used_types(self._source, name):
                 self._register_known(nested, {*seen, name})

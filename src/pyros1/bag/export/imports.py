@@ -21,7 +21,7 @@ def import_bag(
     """Convert a ROS 2 bag, or an MCAP file with ROS 1 or ROS 2 messages, to a bag.
 
     ROS 1 messages are copied unchanged. ROS 2 types that are installed here get their ROS 1 definition and md5 sum,
-    and fields that differ are matched by name and type; other types keep their definition.
+    and fields that differ are matched by name and type; all other types keep their own definition.
 
     Args:
         source: a folder with ``metadata.yaml``, an ``.mcap`` or a ``.db3`` file.

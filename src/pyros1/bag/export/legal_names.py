@@ -74,7 +74,7 @@ class LegalNames:
         )
         return (
             [(constant_names[constant], *rest) for constant, *rest in constants],
-            [(field_names[field], self._field_type(form)) for field, form in fields],
+            [(field_names[field], self._field_type(type_node)) for field, type_node in fields],
         )
 
     def _field_type(self, type_node: Any) -> Any:

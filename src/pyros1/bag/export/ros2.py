@@ -33,8 +33,8 @@ _METADATA_VERSION: Literal[8] = 8
 class Ros2Writer:
     """A new ROS 2 bag: a folder with a metadata file and a message file.
 
-    Types that the ROS 2 distribution knows get its definitions; other types keep those of the bag, under names that ROS
-    2 allows.
+    Types that the ROS 2 distribution knows get the distribution's definitions; other types keep the bag's definitions,
+    under names that ROS 2 allows.
 
     Args:
         path: the folder, which must not exist.
@@ -75,8 +75,8 @@ class Ros2Writer:
                 self._sources.append(connection)
             self._writer.write(entry[0], stored.time, self._convert(entry[1], stored))
         except (TypesysError, SerdeError, WriterError, KeyError, UnicodeDecodeError) as error:
-            where = f"message on {connection.topic} at {stored.time / 1e9:.6f} ({connection.type})"
-            raise BagError(str(self.path), f"{where} cannot be converted: {error}") from error
+            message_label = f"message on {connection.topic} at {stored.time / 1e9:.6f} ({connection.type})"
+            raise BagError(str(self.path), f"{message_label} cannot be converted: {error}") from error
         except sqlite3.Error as error:  # SQLite's errors for a full disk and similar problems
             raise OSError(errno.EIO, str(error), str(self.path)) from error
 

@@ -35,7 +35,7 @@ def parse_types(type_name: str, definition: str) -> Typesdict:
 
     Args:
         type_name: ``package/Type``.
-        definition: its definition, with those of all types used.
+        definition: the definition of the type, followed by those of all types that it uses.
 
     Raises:
         TypesysError: rosbags cannot read it.

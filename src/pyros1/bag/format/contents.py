@@ -75,7 +75,7 @@ class Messages:
         return self if all(mask) else self._transform(lambda column: compress(column, mask))
 
     def by_time(self, ranks: Mapping[int, int] | None = None) -> Messages:
-        """Return the messages in order of time; those of the same time keep their order.
+        """Return the messages in order of time; messages of the same time keep their order.
 
         Args:
             ranks: connection id -> rank; if given, messages of the same time are sorted by rank first.
@@ -192,5 +192,5 @@ def _add_connection(connections: dict[int, Connection], fields: Fields, data: by
 
 def _find_next_message(data: bytes, position: int) -> int:
     """Return the offset of the next message header from `position` on, or the end of the content."""
-    found = _MESSAGE_HEADER.search(data, position)
-    return len(data) if found is None else found.start()
+    match = _MESSAGE_HEADER.search(data, position)
+    return len(data) if match is None else match.start()

@@ -302,7 +302,7 @@ class BagFile:
             yield connection, position
 
     def _read_block(self, position: int) -> tuple[bytes, int]:
-        """Return bytes that are preceded by their length, decrypted, and the offset after them."""
+        """Return the decrypted bytes of a block that is preceded by its length, and the offset after the block."""
         head = self.read(position, U32.size)
         size = U32.unpack(head)[0] if len(head) == U32.size else 0
         start = position + U32.size

@@ -83,7 +83,7 @@ class BagReader:
             always are.
         progress: called with the offset in bytes while the file is scanned.
         chunk_limit: maximum size in bytes of the content of a chunk. None means the value of the environment variable
-            ``PYROS1_BAG_CHUNK_LIMIT``, in MiB, or else 256 MiB. For the memory needed, see `pyros1.bag.limits`.
+            ``PYROS1_BAG_CHUNK_LIMIT``, in MiB; without it, 256 MiB. For the memory needed, see `pyros1.bag.limits`.
         written: the writer of the bag, if it is not closed yet; replaces the file's index.
 
     Attributes:
@@ -152,16 +152,16 @@ class BagReader:
         return max((chunk.end for chunk in self.chunks if chunk.counts), default=0)
 
     def count(self, connections: Collection[int] | None = None) -> int:
-        """Return the number of messages, from the index.
+        """Return the number of messages.
 
         Args:
             connections: ids of the connections to count; None means all.
         """
         counts = (item for chunk in self.chunks for item in chunk.counts.items())
-        return sum(number for conn, number in counts if connections is None or conn in connections)
+        return sum(message_count for conn, message_count in counts if connections is None or conn in connections)
 
     def ids(self, topics: Collection[str]) -> set[int]:
-        """Return the ids of the connections of some topics; a leading ``/`` matters only if the bag has both names."""
+        """Return the ids of the connections on these topics; a leading ``/`` matters only if the bag has both names."""
         recorded_names = {connection.topic for connection in self.connections.values()}
         exact_names = recorded_names.intersection(topics)
         other_names = {topic.lstrip("/") for topic in topics if topic not in exact_names}
@@ -179,7 +179,7 @@ class BagReader:
         *,
         ranks: Mapping[int, int] | None = None,
     ) -> Iterator[RawMessage]:
-        """Yield messages in order of time; those of the same time in the order of the file.
+        """Yield messages in order of time; messages of the same time are in the order of the file.
 
         Args:
             connections: ids of the wanted connections; None means all.
@@ -278,25 +278,23 @@ class BagReader:
         pos, offset = location
         for chunk in self.chunks:
             if chunk.pos == pos:
-                content, found = self.content(chunk)
-                index = bisect_left(found.offsets, offset)
-                if index < len(found) and found.offsets[index] == offset:
+                content, messages = self.content(chunk)
+                index = bisect_left(messages.offsets, offset)
+                if index < len(messages) and messages.offsets[index] == offset:
                     return RawMessage(
-                        self.connections[found.conns[index]],
-                        found.times[index],
-                        content[found.starts[index] : found.ends[index]],
+                        self.connections[messages.conns[index]],
+                        messages.times[index],
+                        content[messages.starts[index] : messages.ends[index]],
                     )
         raise BagError(self.path, f"there is no message at {offset} in a chunk at {pos}")
 
     def entries(self) -> Iterator[Entry]:
-        """Yield an entry for each message, in no particular order; read from the same data, with the same errors, as
-        :meth:`times`.
-        """
+        """Yield an index entry for each message, in no particular order; raises the same errors as :meth:`times`."""
         for chunk in self.chunks:
             ranges = None if self.scanned else entry_ranges(self.file, chunk, self.header(chunk))
             if ranges is None:
-                found = self.content(chunk)[1]
-                for conn, time, offset in zip(found.conns, found.times, found.offsets, strict=True):
+                messages = self.content(chunk)[1]
+                for conn, time, offset in zip(messages.conns, messages.times, messages.offsets, strict=True):
                     yield Entry(conn, time, (chunk.pos, offset))
                 continue
             for conn, start, size in ranges:
@@ -362,12 +360,12 @@ class BagReader:
             partial = not chunk.is_complete
             stored = file.decrypt(stored, partial=partial)
             content = decompress(header.compression, stored, header.size or file.limit, file.limit, partial=partial)
-            found, _ = read_content(content, partial=partial)
+            messages, _ = read_content(content, partial=partial)
         except RecordError as error:
             if isinstance(error, LimitError):
                 raise BagError(self.path, str(error), chunk.pos) from None
             raise self._damage_error(chunk, str(error)) from None
-        return content, found
+        return content, messages
 
     def close(self) -> None:
         """Close the file."""
@@ -402,9 +400,9 @@ class BagReader:
     def _scan(self, progress: Callable[[int], object] | None) -> None:
         self.chunks, self.connections, self._positions = [], {}, []
         scanner = Scanner(self.file, progress)
-        for found in scanner.chunks():
-            if found.messages:
-                self.chunks.append(found.chunk)
+        for scanned_chunk in scanner.chunks():
+            if scanned_chunk.messages:
+                self.chunks.append(scanned_chunk.chunk)
         self.connections = scanner.connections
         self.damages = scanner.damages
         self.scanned = True
@@ -433,8 +431,8 @@ class _ChunkCache:
             if self._memory_size > MAX_OPEN_BYTES // 2:
                 self._cache[chunk.pos] = self._cache.pop(chunk.pos)  # now the most recently used one
             return cached
-        content, found = self._reader.content(chunk)
-        cached = self._cache[chunk.pos] = content, self._select(found)
+        content, messages = self._reader.content(chunk)
+        cached = self._cache[chunk.pos] = content, self._select(messages)
         self._memory_size += _memory_size(cached)
         while self._memory_size > MAX_OPEN_BYTES and len(self._cache) > 1:
             self._memory_size -= _memory_size(self._cache.pop(next(iter(self._cache))))

@@ -115,7 +115,7 @@ class Connection:
 
     @property
     def definition(self) -> str:
-        """The type's definition, with those of the types it uses."""
+        """The type's definition, followed by those of the types that it uses."""
         return self.text("message_definition")
 
     @property

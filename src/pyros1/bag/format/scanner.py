@@ -116,12 +116,12 @@ class Scanner:
                 return
             if self._progress is not None:
                 self._progress(position)
-            found, next_position = self._next_record(position)
-            if found is not None and (found.messages or found.defined):
-                for connection in found.defined.values():
+            scanned_chunk, next_position = self._next_record(position)
+            if scanned_chunk is not None and (scanned_chunk.messages or scanned_chunk.defined):
+                for connection in scanned_chunk.defined.values():
                     self._add_connection(connection)
-                yield found
-            del found  # so that only one chunk is in memory
+                yield scanned_chunk
+            del scanned_chunk  # so that only one chunk is in memory
             position = next_position
 
     def _has_exhausted_budget(self) -> bool:

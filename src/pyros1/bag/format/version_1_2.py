@@ -102,7 +102,7 @@ def read_old_messages(content: bytes, connections: OldConnections) -> tuple[Mess
 
 def find_record_starts(data: bytes, position: int) -> Iterator[int]:
     """Yield the positions from `position` on at which a record may begin, for resuming after damage."""
-    found = _RECORD_START.search(data, position)
-    while found is not None:
-        yield found.start()
-        found = _RECORD_START.search(data, found.start() + 1)
+    match = _RECORD_START.search(data, position)
+    while match is not None:
+        yield match.start()
+        match = _RECORD_START.search(data, match.start() + 1)

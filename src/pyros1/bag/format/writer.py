@@ -106,7 +106,7 @@ class BagWriter:
         self.compression = compression
         self.chunk_threshold = chunk_threshold
         self.connections: dict[int, Connection] = {} if existing is None else dict(existing.connections)
-        self._message_heads = {number: message_head(number) for number in self.connections}
+        self._message_heads = {conn_id: message_head(conn_id) for conn_id in self.connections}
         self._next_id = max(self.connections, default=-1) + 1
         self._chunks: list[Chunk] = [] if existing is None else list(existing.chunks)
         self.messages = sum(sum(info.counts.values()) for info in self._chunks)

@@ -26,7 +26,7 @@ _STATUS_PERIOD = 0.1
 _POLL_PERIOD = 0.05
 _DRAIN_TIMEOUT = 5.0
 _NODE_TOPIC_TYPES = ("rosgraph_msgs/Log", "rosgraph_msgs/Clock")
-"""Types of the topics that the node publishes itself; their publishers accept encoded messages as well."""
+"""Types of the topics that the node publishes itself; its publishers on these topics accept encoded messages, too."""
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ class Player:
         """Wait until slow subscribers have received all their messages; give up when none receives anything for 5 s.
 
         Returns:
-            Whether they have received all messages; False also if the user ends the wait.
+            Whether all subscribers have received all messages; False if the user has ended the wait.
         """
         fewest_waiting, deadline = inf, perf_counter() + _DRAIN_TIMEOUT
         while True:

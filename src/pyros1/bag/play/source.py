@@ -38,7 +38,7 @@ class PlayItem(NamedTuple):
 
 
 class Bags:
-    """A set of open bags. Also a context manager that closes them.
+    """A set of open bags. A context manager, which closes the bags on exit.
 
     Args:
         paths: paths of the files; or readers, which stay open when this is closed.
@@ -82,7 +82,7 @@ class Bags:
                     yield bag_index, connection
 
     def messages(self, start: int, end: int) -> Iterator[PlayItem]:
-        """Yield messages in order of time; those of the same time in the order of the bags.
+        """Yield messages in order of time; messages of the same time are in the order of the bags.
 
         Args:
             start: earliest time in nanoseconds.

@@ -24,18 +24,18 @@ class FileNames:
     has_date: bool = True
     has_number: bool = False
 
-    def name(self, number: int, start_time: float) -> str:
+    def name(self, file_number: int, start_time: float) -> str:
         """Return a file's name.
 
         Args:
-            number: number of the file.
+            file_number: number of the file.
             start_time: time at which the file begins, in seconds since the epoch.
         """
         parts = [self.prefix.removesuffix(".bag")] if self.prefix else []
         if self.has_date:
             parts.append(time.strftime("%Y-%m-%d-%H-%M-%S", time.localtime(start_time)))
         if self.has_number:
-            parts.append(str(number))
+            parts.append(str(file_number))
         return "_".join(parts) + ".bag"
 
 
@@ -47,7 +47,7 @@ class Selection:
         topics: full names, or regular expressions.
         regex: whether `topics` are regular expressions, which must match the whole name.
         all_topics: whether to record all topics.
-        exclude: regular expression for topics to leave out of those found by `all_topics`, `regex` or `node`.
+        exclude: regular expression of topics to leave out, among those that `all_topics`, `regex` or `node` selects.
         node: name of a node; the topics to which it subscribes are recorded.
 
     Raises:

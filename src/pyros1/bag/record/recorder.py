@@ -52,8 +52,8 @@ class Report:
 
     Attributes:
         files: paths of the finished files, in order.
-        messages: number of messages in them.
-        bytes: their total size.
+        messages: number of messages in these files.
+        bytes: total size of these files in bytes.
     """
 
     files: list[str] = field(default_factory=list)
@@ -282,9 +282,9 @@ class Recorder:
                     next_file.write(source, source.topic.name, source.header, now, source.latched)
         return True
 
-    def _open(self, number: int) -> RecordFile[Source]:
+    def _open(self, file_number: int) -> RecordFile[Source]:
         options = self._options
-        path = options.names.name(number, time.time())
+        path = options.names.name(file_number, time.time())
         file = RecordFile[Source](path, options.compression, options.chunk_size)
         if file.moved_to:
             self._events.warning(
