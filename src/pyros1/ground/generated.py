@@ -75,7 +75,7 @@ class SearchPath(_Strings):
     """The ``__path__`` of `pyros1.msgs`, and of the packages in it.
 
     Args:
-        folders: folders to search as well.
+        folders: other folders to search.
         modules: the finder of generated modules.
     """
 
@@ -108,7 +108,7 @@ class GeneratedModules:
         `pyros1.finding.importing` is loaded, any package is assumed to exist; it is loaded when the module is created.
 
         Raises:
-            ImportError: there is no such package or type; the text has a hint at what may have been meant.
+            ImportError: there is no such package or type; the message suggests what may have been meant.
         """
         package, *submodule = name[len(MSGS_PACKAGE) + 1 :].split(".")
         if package in OWN_MODULES:

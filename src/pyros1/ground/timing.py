@@ -45,7 +45,7 @@ class TVal:
         nsecs: nanoseconds, any integer; whole seconds are carried over into ``secs``.
 
     Raises:
-        ValueError: ``secs`` is a float and ``nsecs`` is not 0, or one of them is a string that is not a number.
+        ValueError: ``secs`` is a float and ``nsecs`` is not 0, or one of the two is a string that is not a number.
         TypeError: ``secs`` or ``nsecs`` is not a number.
     """
 
@@ -111,7 +111,7 @@ class TVal:
         return not self.secs and not self.nsecs
 
     def set(self, secs: int, nsecs: int) -> None:
-        """Set both parts and normalise them."""
+        """Set seconds and nanoseconds, and normalise them."""
         TVal.__init__(self, secs, nsecs)
 
     def canon(self) -> None:

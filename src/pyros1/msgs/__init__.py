@@ -1,4 +1,4 @@
-"""Messages and services: turns definitions into Python classes with the same interface as those of genpy.
+"""Messages and services: turns definitions into Python classes with the same interface as genpy's classes.
 
 ::
 
@@ -7,8 +7,8 @@
     cls = load_message("sensor_msgs/Image")               # the same class, by name
     cls = from_definition(header["type"], header["message_definition"])  # no definition files needed
 
-Definitions are taken from packages on ROS_PACKAGE_PATH, from stock ROS installations, and from those shipped with
-pyros1.
+Definitions are taken from packages on ROS_PACKAGE_PATH, from stock ROS installations, and from the definitions shipped
+with pyros1.
 """
 
 from __future__ import annotations

@@ -96,7 +96,7 @@ class MessageType(type):
 class _FullText:
     """The class attribute ``_full_text``, which is composed when it is first accessed.
 
-    For most nested types it is never accessed, and each text contains those of all types used.
+    For most nested types it is never accessed, and each text contains the definitions of all types used.
     """
 
     def __get__(self, message: object, owner: type[Any]) -> str:

@@ -47,7 +47,8 @@ class Decoder(FunctionBuilder):
     Args:
         cls: the message class.
         views: whether numeric arrays are created by the function ``view``, a fourth argument of the decoder.
-        outer: the decoder for which this one emits a loop over messages of ``cls``; None for a function of its own.
+        outer: the decoder for whose function this decoder emits a loop over messages of ``cls``; None for a function of
+            its own.
         is_top_level: whether ``cls`` is the class of the top-level message, not of a nested one.
 
     Attributes:
@@ -393,8 +394,8 @@ def _emit_message(decoder: Decoder, *, last: bool = False) -> None:
 
 
 def _make_part(outer: Decoder, fields: Fields) -> Callable[..., int]:
-    """Generate a function that decodes some fields into a message, its last argument, and returns the position after
-    them.
+    """Generate and return a function that decodes some fields into a message, which is its last argument, and returns
+    the position after these fields.
     """
     decoder = Decoder(outer.cls, views=outer.views, is_top_level=outer.is_top_level)
     decoder.add_message(outer.cls, decoder.root, fields)

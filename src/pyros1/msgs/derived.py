@@ -15,7 +15,9 @@ from pyros1.msgs.base import Message, message_class
 
 
 def derive(cls: Any) -> None:
-    """Set the codec functions of a class that a program has just derived, except for those that it defines itself."""
+    """Set the codec functions of a class that a program has just derived, except for functions that the class defines
+    itself.
+    """
     members = vars(cls)
     if members.get("_slot_types") == super(cls, cls)._slot_types and "_slot_types" in members:
         del cls._slot_types  # repeated by rospy's numpy_msg; the base is the class made from the definition

@@ -56,7 +56,9 @@ class Digests:
         return list(names)
 
     def full_text(self, spec: MessageSpec | ServiceSpec) -> str:
-        """Return the definition followed by those of all types used, as in connection headers."""
+        """Return the definition followed by the definitions of all types used, as in connection headers; raises as
+        `md5`.
+        """
         parts = [spec.text + "\n"]
         for name in self.dependencies(spec):
             parts.append(f"{SEPARATOR}\nMSG: {name}\n{self._resolve(name).text}\n")
@@ -91,11 +93,11 @@ class Digests:
             lines.append(f"{field.type if field.is_builtin else self._sums[field.base]} {field.name}")
         return "\n".join(lines).strip()
 
-    def _collect(self, spec: MessageSpec, found: dict[str, None]) -> None:
+    def _collect(self, spec: MessageSpec, names: dict[str, None]) -> None:
         for name in _used_types(spec):
-            if name not in found:
-                found[name] = None
-                self._collect(self._resolve(name), found)
+            if name not in names:
+                names[name] = None
+                self._collect(self._resolve(name), names)
 
 
 def _message_specs(spec: MessageSpec | ServiceSpec) -> tuple[MessageSpec, ...]:

@@ -27,7 +27,8 @@ def from_definition(type_name: str, full_text: str) -> type[Message]:
 
     Args:
         type_name: full type name of the message, ``package/Type``.
-        full_text: its definition and those of all types used (``message_definition`` of a connection header).
+        full_text: the definitions of the message and of all types used, as in the field ``message_definition`` of a
+            connection header.
 
     Returns:
         A new class; its md5 sum is computed from the text.

@@ -20,8 +20,7 @@ from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
 
 MAX_INLINE = 200
-"""Maximum number of values that one function handles inline; beyond that, nested messages are handled by their own
-functions.
+"""Maximum number of values that one function handles inline; beyond that, nested messages have functions of their own.
 """
 
 MAX_FIELDS = 500

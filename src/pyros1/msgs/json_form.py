@@ -62,7 +62,7 @@ def emit_json(
     value: Any,
     type_name: str | None = None,
     *,
-    includes: Callable[[str], bool] = lambda kind: True,
+    includes: Callable[[str], bool] = lambda field_type: True,
 ) -> None:
     """Emit the JSON of a value in pieces, so that the whole text is never in memory.
 

@@ -64,7 +64,8 @@ def layout(cls: type[Any]) -> Layout | None:
     """Return the layout of a message class with a large byte array.
 
     Returns:
-        The layout; None if it has no top-level uint8[] field, several of them, or fields of variable size after it.
+        The layout; None if the class has no top-level uint8[] field, several such fields, or fields of variable size
+        after that field.
     """
     if issubclass(cls, AnyMsg):
         return Layout("_buff", 0, has_length_field=False)

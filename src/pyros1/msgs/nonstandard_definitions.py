@@ -118,8 +118,8 @@ def _is_prefix(cls: type[Message], other: type[Message]) -> bool:
 def _interpretations(type_name: str, full_text: str) -> Iterator[type[Message]]:
     """Yield the classes that a text with unusual separators, titles, blanks or line endings may stand for.
 
-    First, only missing nested types are taken from the installed ones; then also those in the text, since it may be
-    truncated.
+    First, only nested types that are missing are replaced with installed types; then also those in the text, since the
+    text may be truncated.
     """
     if len(full_text) > MAX_TEXT_LENGTH:
         return

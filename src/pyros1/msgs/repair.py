@@ -2,8 +2,8 @@
 
 A message is not lost because of one character in a string. What is not UTF-8 becomes U+FFFD, as in stock (G20), and
 this is reported once per type: by the error handler ``rosmsg`` of `codecs.register_error`, if the program has one (our
-genpy registers that of stock), or else as a UnicodeWarning. Programs that turn warnings into errors reject such
-messages.
+genpy module registers stock's handler), otherwise as a UnicodeWarning. Programs that turn warnings into errors reject
+such messages.
 
 Bytes after a message are ignored. If bytes are missing at the end of the last string or byte array, it becomes shorter,
 even if it is an array of fixed length, as in stock.
@@ -149,7 +149,7 @@ class _TruncationWalker(MessageWalker):
             super().visit_element(cls, base, name)
 
     def visit_elements(self, cls: type[Message], base: str, element_count: int, description: str) -> None:
-        """Visit each element of a truncated array of messages of fixed size as well."""
+        """Visit each element of a truncated array, even if its messages have a fixed size."""
         for _ in range(element_count):
             self.visit_element(cls, base, description)
 

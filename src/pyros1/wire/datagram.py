@@ -1,8 +1,8 @@
 """UDPROS: frames split into datagrams (https://wiki.ros.org/ROS/UDPROS; T57-T62). Pure.
 
 A datagram contains the connection's number, an operation, the message's number (which wraps around), a block number and
-a part of the frame. The first datagram of a frame has the operation DATA0 and the number of blocks; the others have
-DATAN and their index. Nothing is resent: if a block is lost or out of order, its message is lost.
+a part of the frame. The first datagram of a frame has the operation DATA0 and the number of blocks; the other datagrams
+have DATAN and their index. Nothing is resent: if a block is lost or out of order, its message is lost.
 """
 
 from __future__ import annotations

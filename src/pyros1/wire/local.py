@@ -77,9 +77,9 @@ def decode_reference(token: bytes, body: bytes) -> Reference | None:
     return reference
 
 
-def encode_block(number: int, size: int) -> bytes:
+def encode_block(block_number: int, size: int) -> bytes:
     """Return the record sent with a block's descriptor or, with size 0, when the block is no longer used."""
-    return _BLOCK.pack(number, size)
+    return _BLOCK.pack(block_number, size)
 
 
 def decode_block(record: bytes) -> tuple[int, int]:
@@ -90,18 +90,21 @@ def decode_block(record: bytes) -> tuple[int, int]:
     """
     if len(record) != _BLOCK.size:
         raise ProtocolError(f"an invalid record of {len(record)} bytes about shared memory")
-    number, size = _BLOCK.unpack(record)
-    return number, size
+    block_number, size = _BLOCK.unpack(record)
+    return block_number, size
 
 
-def encode_release(number: int) -> bytes:
+def encode_release(reference_number: int) -> bytes:
     """Return the record that releases a reference."""
-    return _RELEASE.pack(number)
+    return _RELEASE.pack(reference_number)
 
 
 def decode_releases(record: bytes) -> Iterable[int]:
     """Return the numbers of the released references; an incomplete number at the end is ignored."""
-    return (number for (number,) in _RELEASE.iter_unpack(record[: len(record) // _RELEASE.size * _RELEASE.size]))
+    return (
+        reference_number
+        for (reference_number,) in _RELEASE.iter_unpack(record[: len(record) // _RELEASE.size * _RELEASE.size])
+    )
 
 
 def offer(key: str) -> list[Any]:
