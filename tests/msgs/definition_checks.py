@@ -33,7 +33,7 @@ from pyros1.ground.timing import TVal
 from pyros1.msgs import Message, from_definition
 from pyros1.msgs.array_views import memoryview_view, numpy_view
 from pyros1.msgs.base import nested_classes
-from pyros1.msgs.factory import MAX_EMPTY_FIXED
+from pyros1.msgs.factory import MAX_EMPTY_MESSAGES
 from pyros1.msgs.generator import split_type
 from pyros1.msgs.json_form import from_json, to_json
 from pyros1.msgs.large_arrays import SplitBody, decode_split, layout, split_frame
@@ -54,7 +54,7 @@ def check(seed: int, cuts: int = 8) -> None:
     """
     rng = random.Random(seed)
     definition = random_definition(rng)
-    if most_empty(definition) > MAX_EMPTY_FIXED:
+    if most_empty(definition) > MAX_EMPTY_MESSAGES:
         with pytest.raises(DefinitionError, match="messages without content; the limit is"):
             from_definition(definition.name, definition.full_text())
         return

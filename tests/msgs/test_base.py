@@ -16,7 +16,7 @@ from pyros1.ground.errors import DefinitionError, DeserializationError
 from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import AnyMsg, Message, from_definition, load_message, load_service
 from pyros1.msgs.base import message_class
-from pyros1.msgs.generator import MAX_FIELDS
+from pyros1.msgs.generator import MAX_FIELDS_PER_FUNCTION
 
 from ..bodies import decode, encode, encode_frame
 
@@ -109,7 +109,15 @@ def test_the_constructor_of_a_message_with_many_fields() -> None:
         cls(*range(1199))
 
 
-@pytest.mark.parametrize("count", [MAX_FIELDS, MAX_FIELDS + 1, 2 * MAX_FIELDS, 2 * MAX_FIELDS + 1])
+@pytest.mark.parametrize(
+    "count",
+    [
+        MAX_FIELDS_PER_FUNCTION,
+        MAX_FIELDS_PER_FUNCTION + 1,
+        2 * MAX_FIELDS_PER_FUNCTION,
+        2 * MAX_FIELDS_PER_FUNCTION + 1,
+    ],
+)
 def test_no_field_is_lost_where_one_function_ends_and_the_next_begins(count: int) -> None:
     cls = make("\n".join(f"int16[] f{i}" for i in range(count)))
     assert cls() == cls(*[[]] * count)

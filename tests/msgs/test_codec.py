@@ -19,7 +19,7 @@ from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import Message, from_definition
 from pyros1.msgs.array_views import memoryview_view
 from pyros1.msgs.base import nested_classes
-from pyros1.msgs.generator import MAX_INLINE
+from pyros1.msgs.generator import MAX_INLINE_VALUES
 
 SEPARATOR = "=" * 80
 ALL = f"""bool b
@@ -329,7 +329,7 @@ def test_an_array_of_messages_that_hold_arrays(kind: str) -> None:
 
 
 def test_messages_with_more_fields_than_one_function_inlines() -> None:
-    inner = "\n".join(f"int8 f{i}\nstring s{i}" for i in range(MAX_INLINE // 4))
+    inner = "\n".join(f"int8 f{i}\nstring s{i}" for i in range(MAX_INLINE_VALUES // 4))
     text = f"A a\nA b\nA c\nint8 last\n{SEPARATOR}\nMSG: p/A\n{inner}\n"
     cls = make(text)
     message = cls()

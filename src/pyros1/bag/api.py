@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator
 from types import TracebackType
 from typing import IO, TYPE_CHECKING, Any, Literal, NamedTuple, overload
 
-from pyros1.bag.columns import column
+from pyros1.bag.columns import to_array
 from pyros1.bag.errors import BagError
 from pyros1.bag.format.reader import BagReader, RawMessage
 from pyros1.bag.format.records import Connection
@@ -251,7 +251,7 @@ class Bag:
         cls = self._topic_class(topic)
         types = {name: _field_type(cls, "time" if name == _TIME_FIELD_COLUMN else name) for name in columns}
         types["time"] = "float64"
-        return {name: column(values, types.get(name, "")) for name, values in columns.items()}
+        return {name: to_array(values, types.get(name, "")) for name, values in columns.items()}
 
     def decode(self, stored: RawMessage) -> Message:
         """Decode a stored message with the definition in the bag.

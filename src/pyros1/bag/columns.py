@@ -12,7 +12,7 @@ _DTYPES = {"bool": "?", "byte": "int8", "char": "uint8", "time": "float64", "dur
 _NUMBER_TYPES = {"int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64"}
 
 
-def column(values: Sequence[Any], type_name: str) -> NDArray[Any]:
+def to_array(values: Sequence[Any], type_name: str) -> NDArray[Any]:
     """Return a field's values as one array.
 
     Args:

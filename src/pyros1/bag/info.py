@@ -151,7 +151,7 @@ def summarize_topics(bag: BagReader, groups: Mapping[str, list[int]], *, frequen
     for chunk in bag.chunks:
         for conn, count in chunk.counts.items():
             counts[conn] = counts.get(conn, 0) + count
-    frequency_by_topic = _frequencies(bag, groups) if frequencies else {}
+    frequency_by_topic = _compute_frequencies(bag, groups) if frequencies else {}
     return [
         Topic(
             name,
@@ -174,7 +174,7 @@ def _storage_by_compression(bag: BagReader) -> dict[str, Storage]:
     return storage
 
 
-def _frequencies(bag: BagReader, groups: Mapping[str, list[int]]) -> dict[str, float]:
+def _compute_frequencies(bag: BagReader, groups: Mapping[str, list[int]]) -> dict[str, float]:
     from statistics import median  # noqa: PLC0415 - slow to import, and rarely needed
 
     times: dict[int, array[float]] = {conn_id: array("d") for conn_ids in groups.values() for conn_id in conn_ids}

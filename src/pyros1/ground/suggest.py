@@ -12,7 +12,7 @@ _DASHED_OPTION = rf"([-{_DASHES}]{{1,2}})([A-Za-z][\w-]*)((?:=.*)?)"
 _ASSIGNMENT = r"([~/]?\w[\w/]*)(=:|:(?![:/\\=\s])|=(?![=:\s]))(.+)"
 _MIN_PORT = 1024
 _MIN_SIMILARITY = 0.6
-_MIN_PREFIX = 2
+_MIN_PREFIX_LENGTH = 2
 SYNONYMS = {"ls": "list", "rm": "delete", "cat": "echo", "show": "info", "stack": "pkg"}
 """Words that other tools use -> the words used here."""
 
@@ -31,15 +31,17 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     candidates = candidates or [candidate for candidate in known_words if candidate.casefold() == word.casefold()]
     candidates = candidates or get_close_matches(word, known_words, 5, 0.7)
     suggestion = next((candidate for candidate in candidates if word in SYNONYMS or _is_similar(word, candidate)), "")
-    suggestion = suggestion or _completion(word, known_words) or word
+    suggestion = suggestion or _find_completion(word, known_words) or word
     return f" (did you mean '{one_line(suggestion)}'?)" if suggestion != word else ""
 
 
-def _completion(word: str, words: list[str]) -> str:
+def _find_completion(word: str, words: list[str]) -> str:
     """Return the only one of `words` that begins with `word`, or an empty string if there is none or more than one."""
     completions = {candidate for candidate in words if candidate.casefold().startswith(word.casefold())}
     return (
-        completions.pop() if len(completions) == 1 and len(word.strip("/")) >= _MIN_PREFIX and word[-1:] != "/" else ""
+        completions.pop()
+        if len(completions) == 1 and len(word.strip("/")) >= _MIN_PREFIX_LENGTH and word[-1:] != "/"
+        else ""
     )
 
 

@@ -14,7 +14,7 @@ from pyros1.ground.errors import SerializationError
 from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
 from pyros1.msgs.generator import TIME_CODES, Fields, FunctionBuilder, field_groups, fields_of, split_type
-from pyros1.msgs.numpy_compat import with_plain_numbers
+from pyros1.msgs.numpy_compat import retry_with_plain_numbers
 from pyros1.msgs.spec import STRUCT_CODES
 
 LARGE_BODY_SIZE = 16384
@@ -177,7 +177,7 @@ def _make_encoder(cls: type[Message], *, frame: bool) -> Callable[[Any], Any]:
 def retry_expression(source: FunctionBuilder, cls: type[Message], codec: str, message: str) -> Callable[[str], str]:
     """Return a function that, given the name of a codec's error, returns the expression for its second attempt."""
     return lambda error: (
-        f"{source.ref(with_plain_numbers, 'again')}({source.ref(cls, 'cls')}, {codec!r}, {message}, {error})"
+        f"{source.ref(retry_with_plain_numbers, 'again')}({source.ref(cls, 'cls')}, {codec!r}, {message}, {error})"
     )
 
 

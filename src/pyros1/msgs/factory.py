@@ -18,7 +18,7 @@ MAX_WEIGHT = 1 << 28
 MAX_EMPTY_ELEMENTS = 16
 """Maximum number of elements of an array whose elements have no content, since the received bytes do not limit it."""
 
-MAX_EMPTY_FIXED = 32
+MAX_EMPTY_MESSAGES = 32
 """Maximum number of messages, including nested ones, in a field without content, since each received byte can create
 that many.
 """
@@ -61,8 +61,8 @@ def make_message_class(
         min_size, weight, is_fixed = min_size + size, weight + field_weight, is_fixed and is_field_fixed
         if weight > MAX_WEIGHT:
             raise DefinitionError(f"field [{field.name}] makes the type too large", spec.name)
-        if size == 0 and field_weight > MESSAGE_WEIGHT * MAX_EMPTY_FIXED:
-            amount = f"{field_weight // MESSAGE_WEIGHT} messages without content; the limit is {MAX_EMPTY_FIXED}"
+        if size == 0 and field_weight > MESSAGE_WEIGHT * MAX_EMPTY_MESSAGES:
+            amount = f"{field_weight // MESSAGE_WEIGHT} messages without content; the limit is {MAX_EMPTY_MESSAGES}"
             raise DefinitionError(f"field [{field.name}] contains {amount}", spec.name)
     short_name = spec.name.partition("/")[2]
     members: dict[str, Any] = {

@@ -19,11 +19,11 @@ from pyros1.ground.timing import Duration, Time
 from pyros1.msgs import arrays
 from pyros1.msgs.base import Message
 
-MAX_INLINE = 200
+MAX_INLINE_VALUES = 200
 """Maximum number of values that one function handles inline; beyond that, nested messages have functions of their own.
 """
 
-MAX_FIELDS = 500
+MAX_FIELDS_PER_FUNCTION = 500
 """Maximum number of fields that one function handles; more fields are split among several functions, since Python's
 compiler needs several kilobytes for each line of a function.
 """
@@ -54,7 +54,7 @@ def fields_of(cls: type[Message]) -> Fields:
 def field_groups(cls: type[Message]) -> list[Fields]:
     """Split a message class's fields into one list per function; most classes need only one."""
     fields = fields_of(cls)
-    return [fields[first : first + MAX_FIELDS] for first in range(0, len(fields), MAX_FIELDS)]
+    return [fields[first : first + MAX_FIELDS_PER_FUNCTION] for first in range(0, len(fields), MAX_FIELDS_PER_FUNCTION)]
 
 
 def inline_size(cls: type[Message]) -> int:
@@ -65,7 +65,7 @@ def inline_size(cls: type[Message]) -> int:
         total += 1  # a message counts as well, since it may be empty
         if length is None and base in cls._classes:
             total += inline_size(cls._classes[base])
-        if total > MAX_INLINE:
+        if total > MAX_INLINE_VALUES:
             break
     return total
 
@@ -80,7 +80,7 @@ class Scope:
 
     def __init__(self) -> None:
         self.objects: dict[str, Any] = {}
-        self.budget = MAX_INLINE
+        self.budget = MAX_INLINE_VALUES
         self._names: dict[Any, str] = {}
         self._numbers = itertools.count(1)
 

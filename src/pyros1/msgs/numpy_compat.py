@@ -2,8 +2,8 @@
 and numpy booleans in integer fields.
 
 Newer versions of numpy no longer convert such values (arrays since NumPy 2.4), but programs written for stock rely on
-the conversion. The generated codecs do not check for such values: `with_plain_numbers` is called after a codec has
-failed.
+the conversion. The generated codecs do not check for such values: `retry_with_plain_numbers` is called after a codec
+has failed.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from pyros1.msgs.generator import fields_of, split_type
 from pyros1.msgs.spec import STRUCT_CODES
 
 
-def with_plain_numbers(cls: type[Message], codec: str, message: Any, error: Exception) -> Any:
+def retry_with_plain_numbers(cls: type[Message], codec: str, message: Any, error: Exception) -> Any:
     """Retry a codec that failed on a wrong value, with plain numbers in the message, and return its result.
 
     Args:

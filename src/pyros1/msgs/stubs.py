@@ -80,7 +80,7 @@ def _module_stub(
 
 
 def _class_stub(spec: MessageSpec, short_name: str, base: str = "_Base") -> str:
-    fields = [(python_name(field.name), *_types(field)) for field in spec.fields]
+    fields = [(python_name(field.name), *_value_types(field)) for field in spec.fields]
     lines = [f"\nclass {short_name}({base}):"]
     for constant in spec.constants:
         lines.append(f"    {python_name(constant.name)}: _ClassVar[_b.{type(constant.value).__name__}]")
@@ -95,7 +95,7 @@ def _class_stub(spec: MessageSpec, short_name: str, base: str = "_Base") -> str:
     return "\n".join(lines) + "\n"
 
 
-def _types(field: Field) -> tuple[str, str]:
+def _value_types(field: Field) -> tuple[str, str]:
     """Return the type of a field's value, and the type of the values that can be assigned to it."""
     package, _, short_name = field.base.partition("/")
     element_type, accepted_type = {

@@ -53,7 +53,7 @@ def format_message(
     """
     pieces: list[str] = []
     style = _Style(width, no_string, no_array, time_offset, field_filter)
-    _emit_all(pieces.append, value, style, type_name, indent)
+    _emit_top_level(pieces.append, value, style, type_name, indent)
     return "".join(pieces)
 
 
@@ -72,16 +72,16 @@ def emit_message(
     Args:
         emit: called with each piece.
     """
-    _emit_all(emit, value, _Style(width, no_string, no_array, time_offset, None), type_name, "")
+    _emit_top_level(emit, value, _Style(width, no_string, no_array, time_offset, None), type_name, "")
 
 
-def _emit_all(emit: Emit, value: Any, style: _Style, type_name: str | None, indent: str) -> None:
+def _emit_top_level(emit: Emit, value: Any, style: _Style, type_name: str | None, indent: str) -> None:
     if type_name is not None:
         value = _field_value(value, type_name, style)
-    _format(emit, value, indent, style)
+    _emit_value(emit, value, indent, style)
 
 
-def _format(emit: Emit, value: Any, indent: str, style: _Style) -> None:
+def _emit_value(emit: Emit, value: Any, indent: str, style: _Style) -> None:
     value_type = type(value)
     if (value_type is int or value_type is float) and style.width is not None:
         emit(_number_text(value, style.width))
@@ -94,9 +94,9 @@ def _format(emit: Emit, value: Any, indent: str, style: _Style) -> None:
     elif isinstance(value, TVal):
         emit(_format_time(value, indent, style))
     elif value_type is list or value_type is tuple or value_type is memoryview:
-        _format_array(emit, value, indent, style)
+        _emit_array(emit, value, indent, style)
     elif isinstance(value, Message):
-        _format_message(emit, value, indent, style)
+        _emit_fields(emit, value, indent, style)
     else:
         emit(str(value))
 
@@ -118,7 +118,7 @@ def _format_time(value: TVal, indent: str, style: _Style) -> str:
     return f"\n{indent}secs: {value.secs:{width}d}\n{indent}nsecs: {value.nsecs:{width}d}"
 
 
-def _format_array(emit: Emit, values: Any, indent: str, style: _Style) -> None:
+def _emit_array(emit: Emit, values: Any, indent: str, style: _Style) -> None:
     if not values:
         emit("[]")
         return
@@ -130,15 +130,15 @@ def _format_array(emit: Emit, values: Any, indent: str, style: _Style) -> None:
             for piece in item_pieces(value) if isinstance(value, str) else (str(value),):
                 emit(piece.replace("\n", line))
     elif type(first) in (int, float, bool):
-        _format_numbers(emit, values, style)
+        _emit_numbers(emit, values, style)
     else:
         inner_indent = indent + "  "
         for value in values:
             emit(f"\n{indent}- ")
-            _format(emit, value, inner_indent, style)
+            _emit_value(emit, value, inner_indent, style)
 
 
-def _format_numbers(emit: Emit, values: Any, style: _Style) -> None:
+def _emit_numbers(emit: Emit, values: Any, style: _Style) -> None:
     width = None if type(values[0]) is bool else style.width
     separator = "["
     for start in range(0, len(values), _SLICE_LENGTH):
@@ -154,7 +154,7 @@ def _format_numbers(emit: Emit, values: Any, style: _Style) -> None:
     emit("]")
 
 
-def _format_message(emit: Emit, message: Message, indent: str, style: _Style) -> None:
+def _emit_fields(emit: Emit, message: Message, indent: str, style: _Style) -> None:
     cls = message_class(type(message))
     selected = None if style.field_filter is None else set(style.field_filter(message))
     if indent:
@@ -166,7 +166,7 @@ def _format_message(emit: Emit, message: Message, indent: str, style: _Style) ->
             # Stock does not hide strings inside arrays of messages.
             inner_style = style if slot_type[-1] != "]" else style._replace(no_string=False, no_array=False)
             emit(f"{prefix}{name}: ")
-            _format(emit, value, "  " + indent, inner_style)
+            _emit_value(emit, value, "  " + indent, inner_style)
             prefix = "\n" + indent
 
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 
-WIDTH = 80
+_FOLD_COLUMN = 80
 _MAX_PIECE_LENGTH = 9999
 """Maximum length of a piece without a space, in characters."""
 _INDENT = "\n  "
@@ -77,7 +77,7 @@ def quoted_pieces(text: str, column: int = 0) -> Iterator[str]:
             yield text[start : end - 1]  # not up to `end`, where a line might be folded
             column += end - 1 - start
             start = end - 1
-        if 0 < end < last and (character == " " or start >= end) and column + end - start > WIDTH:
+        if 0 < end < last and (character == " " or start >= end) and column + end - start > _FOLD_COLUMN:
             yield text[start:end] + "\\" + _INDENT
             column = 2
             start = max(start, end)
@@ -115,7 +115,7 @@ def _folded(text: str, column: int, *, quoted: bool = False) -> Iterator[str]:
     for match in _RUN.finditer(text):
         run = match[0]
         position = match.end()
-        if run == " " and column > WIDTH and not (quoted and position == len(text)):
+        if run == " " and column > _FOLD_COLUMN and not (quoted and position == len(text)):
             yield _INDENT
             column = 2
         elif run[0] == "\n":

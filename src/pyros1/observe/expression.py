@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Any
 
 from pyros1.ground.expressions import ExpressionError, Interpreter, UnknownNameError
-from pyros1.ground.expressions.functions import MATH, extra_functions, functions
+from pyros1.ground.expressions.functions import MATH, builtin_functions, extra_functions
 from pyros1.ground.timing import TVal
 from pyros1.msgs import Message
 from pyros1.observe.modules import Module
@@ -22,7 +22,7 @@ __all__ = ["FUNCTIONS", "MAX_ITEMS", "TIME_METHODS", "Expression", "ExpressionEr
 MAX_ITEMS = 1_000_000
 """Maximum number of items or characters in a value, since the string representation of a message may be long."""
 FUNCTIONS: dict[str, Callable[..., Any]] = {
-    **functions(MAX_ITEMS),
+    **builtin_functions(MAX_ITEMS),
     **extra_functions(MAX_ITEMS),
     **{name: MATH[name] for name in ("sqrt", "sin", "cos", "atan2", "hypot", "isnan", "isinf")},
 }

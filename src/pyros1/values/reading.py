@@ -59,7 +59,7 @@ class YamlError(Error, ValueError):
         super().__init__(location + message)
 
 
-def simple_value(text: str) -> str | int | float | None:
+def parse_simple_value(text: str) -> str | int | float | None:
     """Return the value of a single word or number that does not need PyYAML, or None for any other text."""
     if _SIMPLE_WORD.fullmatch(text) and text.lower() not in _SPECIAL_WORDS:
         return text
@@ -85,7 +85,7 @@ def load_yaml(text: str, where: str | None = None) -> Any:
             nested too deeply; or its aliases represent too many values. (These share memory, but would take forever to
             traverse.)
     """
-    value = simple_value(text.strip(" "))
+    value = parse_simple_value(text.strip(" "))
     if value is not None:
         return value
     documents = load_all_yaml(text, where)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any
 
-from pyros1.values.reading import ANGLES, YamlError, simple_value
+from pyros1.values.reading import ANGLES, YamlError, parse_simple_value
 
 
 def dump(value: Any, *, inline: Callable[[Any], bool], ordered: bool = False) -> str:
@@ -26,7 +26,7 @@ def dump(value: Any, *, inline: Callable[[Any], bool], ordered: bool = False) ->
     """
     if value.__class__ in (str, int, float):
         text = str(value)
-        if simple_value(text) == value:
+        if parse_simple_value(text) == value:
             return f"{text}\n...\n"
     import yaml  # noqa: PLC0415 - slow to import, and most parameters are single words or numbers
 

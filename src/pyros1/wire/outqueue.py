@@ -40,7 +40,7 @@ def _copy_mutable(frame: list[Buffer]) -> list[Buffer]:
     ]
 
 
-def frame_copy(frame: Frame) -> Frame:
+def copy_frame(frame: Frame) -> Frame:
     """Return a frame that can wait in a queue: memory that its owner might change is copied."""
     return frame if frame.__class__ is bytes else _copy_mutable(_remainder(frame, 0))
 

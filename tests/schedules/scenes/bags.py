@@ -70,7 +70,7 @@ class Recording(Scenario):
     modules = tuple(f"pyros1.bag.record.{name}" for name in ("recorder", "queue", "file", "model"))
     limits: tuple[tuple[str, str, Any], ...] = (
         ("pyros1.bag.record.recorder", "_POLL_PERIOD", 100e-6),
-        ("pyros1.bag.record.file", "FLUSH_TIME", 150e-6),
+        ("pyros1.bag.record.file", "FLUSH_INTERVAL", 150e-6),
     )
     settings: dict[str, Any] = {}
     enough = len(TOPICS) * MESSAGES

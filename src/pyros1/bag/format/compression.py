@@ -42,17 +42,17 @@ def compress(compression: str, parts: Sequence[Buffer]) -> Sequence[Buffer]:
         import bz2  # noqa: PLC0415 - most bags do not need it
 
         compressor = bz2.BZ2Compressor(_BZ2_MAX_LEVEL)
-        return [*map(compressor.compress, _pieces(parts)), compressor.flush()]
+        return [*map(compressor.compress, _split_into_pieces(parts)), compressor.flush()]
     if compression == "lz4":
         # Stock's readers reject frames with a size, without a checksum, or with blocks that depend on earlier ones.
         frame = _import_lz4().LZ4FrameCompressor(
             block_size=_LZ4_BLOCK_SIZE_1_MB, block_linked=False, content_checksum=True
         )
-        return [frame.begin(), *map(frame.compress, _pieces(parts)), frame.flush()]
+        return [frame.begin(), *map(frame.compress, _split_into_pieces(parts)), frame.flush()]
     return parts
 
 
-def _pieces(parts: Sequence[Buffer]) -> Iterator[memoryview]:
+def _split_into_pieces(parts: Sequence[Buffer]) -> Iterator[memoryview]:
     for part in parts:
         view = memoryview(part)
         for start in range(0, len(view), _PIECE_SIZE):

@@ -60,7 +60,7 @@ class Cipher:
         encryptor = self._make_cipher(vector).encryptor()
         output, size = [vector], 0
         for part in parts:
-            output += map(encryptor.update, _pieces(memoryview(part)))
+            output += map(encryptor.update, _split_into_pieces(memoryview(part)))
             size += len(part)
         padding = _BLOCK_SIZE - size % _BLOCK_SIZE
         return [*output, encryptor.update(bytes([padding]) * padding)]
@@ -81,7 +81,7 @@ class Cipher:
         decryptor = self._make_cipher(data[:_BLOCK_SIZE]).decryptor()
         output = BytesIO()  # grows in place, and returns its bytes without a copy
         last_piece = b""
-        for piece in _pieces(memoryview(data)[_BLOCK_SIZE:]):
+        for piece in _split_into_pieces(memoryview(data)[_BLOCK_SIZE:]):
             last_piece = decryptor.update(piece)
             output.write(last_piece)
         padding = last_piece[-1] if last_piece else 0
@@ -92,7 +92,7 @@ class Cipher:
         return output.getvalue()
 
 
-def _pieces(data: memoryview) -> Iterator[memoryview]:
+def _split_into_pieces(data: memoryview) -> Iterator[memoryview]:
     return (data[start : start + _PIECE_SIZE] for start in range(0, len(data), _PIECE_SIZE))
 
 
@@ -108,7 +108,7 @@ def new_cipher(user: str = _DEFAULT_USER) -> Cipher:
     _import_ciphers()
     recipient, user_name = _first_secret_key() if user == _DEFAULT_USER else (user, user)
     key = os.urandom(_BLOCK_SIZE)
-    encrypted_key = gpg("--batch", "--trust-model", "always", "--recipient", recipient, "--encrypt", data=key)
+    encrypted_key = run_gpg("--batch", "--trust-model", "always", "--recipient", recipient, "--encrypt", data=key)
     return Cipher(
         {"encryptor": AES_ENCRYPTOR.encode(), "gpg_user": user_name.encode(), "encrypted_key": encrypted_key}, key
     )
@@ -117,7 +117,7 @@ def new_cipher(user: str = _DEFAULT_USER) -> Cipher:
 def _first_secret_key() -> tuple[str, str]:
     """Return the fingerprint and user name of the user's first secret key."""
     fingerprint = ""
-    for line in gpg("--batch", "--with-colons", "--list-secret-keys").decode(errors="replace").splitlines():
+    for line in run_gpg("--batch", "--with-colons", "--list-secret-keys").decode(errors="replace").splitlines():
         fields = line.split(":")
         if fields[0] == "fpr" and not fingerprint:
             fingerprint = fields[9]
@@ -141,7 +141,7 @@ def open_cipher(header: Mapping[str, bytes]) -> Cipher:
         raise KeyUnavailableError(f"the bag is encrypted by {encryptor}, which is not supported")
     fields = {name: header[name] for name in ("encryptor", "gpg_user", "encrypted_key") if name in header}
     _import_ciphers()  # before the user is asked for a passphrase
-    return Cipher(fields, gpg("--max-output", "4096", "--decrypt", data=header.get("encrypted_key", b"")))
+    return Cipher(fields, run_gpg("--max-output", "4096", "--decrypt", data=header.get("encrypted_key", b"")))
 
 
 def _import_ciphers() -> Any:
@@ -151,7 +151,7 @@ def _import_ciphers() -> Any:
         raise KeyUnavailableError("encrypted bags need a package: pip install 'pyros1[encryption]'") from None
 
 
-def gpg(*args: str, data: bytes = b"") -> bytes:
+def run_gpg(*args: str, data: bytes = b"") -> bytes:
     """Run gpg with `data` as its input and return its output; raises KeyUnavailableError if that fails."""
     import subprocess  # noqa: PLC0415 - most bags are not encrypted
 

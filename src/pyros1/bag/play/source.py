@@ -21,7 +21,7 @@ _MESSAGE_OVERHEAD = 1500
 """Bytes counted for a message in addition to its data. This is more than it takes, to limit the number of messages: the
 garbage collector visits them all.
 """
-_STATIC_CHUNKS = 20
+_MAX_STATIC_CHUNKS = 20
 """Number of chunks at the beginning of a bag that are read for static transforms."""
 
 
@@ -139,7 +139,7 @@ class Bags:
 def _first_messages(reader: BagReader, conn_ids: set[int], time: int) -> Iterator[RawMessage]:
     """Yield the messages of the given connections before a time, from the first chunks that contain any of them."""
     chunks = [chunk for chunk in reader.chunks if chunk.start < time and not conn_ids.isdisjoint(chunk.counts)]
-    for chunk in sorted(chunks, key=lambda chunk: chunk.start)[:_STATIC_CHUNKS]:
+    for chunk in sorted(chunks, key=lambda chunk: chunk.start)[:_MAX_STATIC_CHUNKS]:
         content, messages = reader.content(chunk)
         for message in messages:
             if message.conn in conn_ids and message.time < time:

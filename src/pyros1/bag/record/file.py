@@ -22,7 +22,7 @@ from pyros1.bag.format.writer import EMPTY_BAG_SIZE, BagWriter, Entries, entry_c
 _K = TypeVar("_K")
 
 ACTIVE_SUFFIX = ".active"
-FLUSH_TIME = 0.9
+FLUSH_INTERVAL = 0.9
 """Time in seconds after which a chunk is closed even if it is not full."""
 
 _LOCKED_MESSAGE = "another recording is writing this file"
@@ -139,7 +139,7 @@ class RecordFile(Generic[_K]):
         self._writer = RecordWriter(path + ACTIVE_SUFFIX, compression, chunk_threshold)
         self._keys: dict[int, _K] = {}
         self._conn_ids: dict[_K, int] = {}
-        self._flush_at = time.monotonic() + FLUSH_TIME
+        self._flush_at = time.monotonic() + FLUSH_INTERVAL
         try:
             self._disk_sync = _DiskSync(self._writer.descriptor())
         except OSError:
@@ -189,7 +189,7 @@ class RecordFile(Generic[_K]):
         """
         now = time.monotonic()
         if now >= self._flush_at:
-            self._flush_at = now + FLUSH_TIME
+            self._flush_at = now + FLUSH_INTERVAL
             if self._writer.pending:
                 self._writer.flush()
             self._disk_sync.request()

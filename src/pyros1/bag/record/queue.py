@@ -11,7 +11,7 @@ _S = TypeVar("_S")
 
 MESSAGE_OVERHEAD = 250
 """Bytes of memory that a waiting message takes in addition to its own size."""
-_BATCH_BYTES = 4 << 20
+_MAX_BATCH_BYTES = 4 << 20
 """Number of bytes that `take` removes at a time; they are in memory in addition to the limit."""
 _WAKE_BYTES = 1 << 20
 """Number of waiting bytes at which the writer is woken early."""
@@ -77,7 +77,7 @@ class RecordQueue(Generic[_S]):
         size = 0
         with self._lock:
             entries = self._entries
-            while entries and size < _BATCH_BYTES:
+            while entries and size < _MAX_BATCH_BYTES:
                 entry = entries.popleft()
                 size += len(entry[2]) + MESSAGE_OVERHEAD
                 batch.append(entry)

@@ -24,9 +24,9 @@ from pyros1.ground.expressions.limits import (
 _FIXED_COST_TYPES = SCALAR_TYPES - {int}
 _PAIRS_PER_STEP = 64
 """Number of pairs of characters that count as one item."""
-_CONSTANT_TIME = frozenset({"get", "has", "isinstance", "len"})
+_CONSTANT_TIME_FUNCTIONS = frozenset({"get", "has", "isinstance", "len"})
 """Functions that do not visit the items of their arguments."""
-_LINEAR_TIME = frozenset(
+_LINEAR_TIME_FUNCTIONS = frozenset(
     {"all", "any", "bool", "enumerate", "filter", "list", "map", "reversed", "sum", "tuple", "zip"}
 )
 """Functions that visit the items of a value, but not nested items."""
@@ -102,9 +102,9 @@ def call_cost(function: Callable[..., Any], arguments: Sequence[Any], keywords: 
         limit: number at which counting stops.
     """
     owner, name = method_owner(function), function_name(function)
-    if owner is None and name in _CONSTANT_TIME:
+    if owner is None and name in _CONSTANT_TIME_FUNCTIONS:
         return 0
-    if owner is None and name in _LINEAR_TIME:
+    if owner is None and name in _LINEAR_TIME_FUNCTIONS:
         return sum(map(shallow_size, arguments))
     if owner is None and not keywords and all(type(value) in _FIXED_COST_TYPES for value in arguments):
         return 0

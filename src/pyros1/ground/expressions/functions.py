@@ -19,7 +19,7 @@ from typing import Any
 from pyros1.ground.expressions.limits import ExpressionError, checked, require, size
 from pyros1.ground.expressions.operators import require_small
 
-_MAX_DIGITS = 400
+_MAX_ROUNDING_DIGITS = 400
 _ENCODINGS = ("ascii", "latin-1", "utf-8", "utf8", "utf-16")
 
 MATH: Mapping[str, Any] = {
@@ -92,7 +92,7 @@ def calls_first_argument(function: Callable[..., Any]) -> bool:
     return getattr(function, "func", function) in (_map, _filter)
 
 
-def takes_key(function: Callable[..., Any]) -> bool:
+def calls_key(function: Callable[..., Any]) -> bool:
     """Return whether a function calls its keyword argument ``key``."""
     return function in (max, min, sorted)
 
@@ -222,7 +222,7 @@ def _zip(*iterables: Iterable[Any]) -> list[Any]:
 
 def _round(number: Any, ndigits: int | None = None) -> Any:
     """Round like round(), but limit the digits, since round() would compute any power of ten for an integer."""
-    if ndigits is not None and abs(ndigits) > _MAX_DIGITS:
+    if ndigits is not None and abs(ndigits) > _MAX_ROUNDING_DIGITS:
         raise ValueError("cannot round to that many digits")
     return round(number, ndigits)
 
@@ -263,12 +263,12 @@ def _bytearray(limit: int, value: Any = b"") -> bytearray:
 
 
 def extra_functions(limit: int) -> dict[str, Any]:
-    """Return builtins that are not available in launch files, by name; see `functions`."""
+    """Return builtins that are not available in launch files, by name; see `builtin_functions`."""
     limited: dict[str, Callable[..., Any]] = {"bytearray": _bytearray, "bytes": _bytes, "pow": _pow}
     return {"next": _next, **{name: functools.partial(function, limit) for name, function in limited.items()}}
 
 
-def functions(limit: int) -> dict[str, Any]:
+def builtin_functions(limit: int) -> dict[str, Any]:
     """Return the builtins that expressions can call, by name.
 
     Args:

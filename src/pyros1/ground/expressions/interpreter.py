@@ -18,10 +18,10 @@ from pyros1.ground.expressions import costs
 from pyros1.ground.expressions.functions import (
     MATH,
     calls_first_argument,
+    calls_key,
     find_method,
     format_field,
     method_owner,
-    takes_key,
 )
 from pyros1.ground.expressions.lambdas import Lambda, is_plain
 from pyros1.ground.expressions.limits import (
@@ -408,7 +408,7 @@ class Interpreter:
         self._charge(CALL_COST + costs.call_cost(function, arguments, keywords, self.max_work))
         if calls_first_argument(function) and arguments and arguments[0] is not None:
             arguments = (functools.partial(self._call_function, arguments[0]), *arguments[1:])
-        if takes_key(function) and keywords.get("key") is not None:
+        if calls_key(function) and keywords.get("key") is not None:
             keywords["key"] = self._limited_key(keywords["key"])
         owner = method_owner(function)
         if function is set or isinstance(owner, set):

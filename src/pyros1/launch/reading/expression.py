@@ -10,9 +10,9 @@ from typing import Any
 
 from pyros1.ground.errors import LaunchError
 from pyros1.ground.expressions import MAX_ITEMS, ExpressionError, Interpreter, checked
-from pyros1.ground.expressions.functions import MATH, functions
+from pyros1.ground.expressions.functions import MATH, builtin_functions
 
-_BUILTINS: dict[str, Any] = functions(MAX_ITEMS)
+_BUILTINS: dict[str, Any] = builtin_functions(MAX_ITEMS)
 _CONSTANTS: dict[str, Any] = {"true": True, "false": False, **MATH}
 
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 from pyros1.ground.errors import SerializationError
 from pyros1.node.publishing.publisher_links import Link, PublisherLinks
 from pyros1.wire.handshake import TopicType
-from pyros1.wire.outqueue import Buffer, Frame, frame_copy, frame_size
+from pyros1.wire.outqueue import Buffer, Frame, copy_frame, frame_size
 
 if TYPE_CHECKING:
     from pyros1.node.context import Context
@@ -209,7 +209,7 @@ class Publication(PublisherLinks):
             frame = message.__class__._encode_frame(message)
         except SerializationError as error:
             raise self._with_topic(error) from None
-        self.strand.do(link.send, frame_copy(frame))
+        self.strand.do(link.send, copy_frame(frame))
 
     def forget(self, source: object) -> None:
         """Discard a source's latched message."""
@@ -251,7 +251,7 @@ def _sequence_numbers() -> Iterator[int]:
 
 def _snapshot(frame: Frame | None, copy: Any) -> tuple[Frame | None, Any]:
     """Return a message that can be queued: one that does not refer to memory that may change meanwhile."""
-    return None if frame is None else frame_copy(frame), copy
+    return None if frame is None else copy_frame(frame), copy
 
 
 def _with_sequence_number(frame: Frame, number: int) -> Frame:
