@@ -16,7 +16,7 @@ from pyros1.wire.service import RESPONSE_HEAD_SIZE, decode_response_head
 from pyros1.wire.xmlrpc import (
     MAX_DEPTH,
     MAX_VALUES,
-    SCALARS,
+    SCALAR_CONVERTERS,
     Reader,
     dumps_call,
     dumps_fault,
@@ -141,7 +141,7 @@ def _same(one: Any, other: Any) -> bool:
 
 def xmlrpc_call(data: bytes) -> None:
     """Read a call; the short cut reads what the parser reads."""
-    short = scan_call(data, SCALARS, MAX_DEPTH, MAX_VALUES)
+    short = scan_call(data, SCALAR_CONVERTERS, MAX_DEPTH, MAX_VALUES)
     if short is not None:
         reader = Reader()
         reader.read(data)
@@ -153,7 +153,7 @@ def xmlrpc_call(data: bytes) -> None:
 
 def xmlrpc_response(data: bytes) -> None:
     """Read an answer; the short cut reads what the parser reads."""
-    short = scan_response(data, SCALARS, MAX_DEPTH, MAX_VALUES)
+    short = scan_response(data, SCALAR_CONVERTERS, MAX_DEPTH, MAX_VALUES)
     if short is not None:
         reader = Reader()
         reader.read(data)

@@ -92,17 +92,17 @@ def test_what_is_no_message_is_ignored_and_costs_no_other(data: bytes) -> None:
 def test_messages_that_are_too_large_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(ValueError, match="too large for datagrams of 64"):
         list(split(bytes(datagram.MAX_BLOCKS * 56 + 1), 7, 0, 64))
-    monkeypatch.setattr(datagram, "MAX_BYTES", 1000)
+    monkeypatch.setattr(datagram, "MAX_ASSEMBLED_SIZE", 1000)
     assert assembled(list(split(frame(bytes(2000)), 7, 0, 300))) == ([], 0)
     # Ten datagrams, of which the last one is shorter; the length of the first counts for all.
     whole = list(split(frame(bytes(9 * 92)), 7, 0, 100))
     for limit, found in ((1000, [bytes(9 * 92)]), (999, [])):
-        monkeypatch.setattr(datagram, "MAX_BYTES", limit)
+        monkeypatch.setattr(datagram, "MAX_ASSEMBLED_SIZE", limit)
         assert assembled(whole)[0] == found
 
 
 def test_limits() -> None:
-    assert (MIN_DATAGRAM_SIZE, MAX_DATAGRAM_SIZE, datagram.MAX_BLOCKS, datagram.MAX_BYTES) == (
+    assert (MIN_DATAGRAM_SIZE, MAX_DATAGRAM_SIZE, datagram.MAX_BLOCKS, datagram.MAX_ASSEMBLED_SIZE) == (
         64,
         65507,
         65535,
