@@ -41,7 +41,7 @@ def is_global(name: str) -> bool:
 
 
 def is_private(name: str) -> bool:
-    """Return whether ``name`` is private, that is below the node's own name: ``~a``."""
+    """Return whether ``name`` is private, that is, below the node's own name: ``~a``."""
     return name.startswith("~")
 
 

@@ -99,7 +99,7 @@ def as_bytes(value: Any, length: int) -> bytes:
 
 
 def to_bool(value: Any) -> Any:
-    """Convert a numpy boolean, which struct does not accept, to a Python one; return other values unchanged."""
+    """Convert a numpy boolean, which struct does not accept, to a bool; return other values unchanged."""
     return bool(value) if getattr(getattr(value, "dtype", None), "kind", "") == "b" else value
 
 

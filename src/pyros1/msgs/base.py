@@ -109,7 +109,8 @@ class _FullText:
 
 
 class Message(metaclass=MessageType):
-    """Base of all message classes. Instances of this class and of classes without a definition are empty.
+    """Base of all message classes. Instances of this class, and of derived classes without a definition, have no
+    fields.
 
     Class attributes:
         _type, _md5sum, _full_text: type name, md5 sum and full definition, as in connection headers.

@@ -78,7 +78,7 @@ class OutQueue:
             self.dropped += 1
 
     def push_partial(self, frame: Frame, sent: int) -> None:
-        """Add a frame of which ``sent`` bytes have already been sent. Only for an empty queue."""
+        """Add a frame of which ``sent`` bytes have already been sent. The queue must be empty."""
         self._partial = _copy_mutable(_remainder(frame, sent))
 
     def buffers(self, max_buffers: int = 256) -> list[Buffer]:

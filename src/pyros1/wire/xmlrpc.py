@@ -181,7 +181,7 @@ def _encode_uncommon(value: Any, depth: int) -> str:  # noqa: PLR0911, PLR0912 -
 
 
 def dumps_call(method: str, params: Sequence[Any]) -> bytes:
-    """Return the body of a call.
+    """Return the XML body of a call.
 
     Raises:
         SerializationError: a parameter is not of one of the types above, or an int is beyond 32 bits.
@@ -192,7 +192,7 @@ def dumps_call(method: str, params: Sequence[Any]) -> bytes:
 
 
 def dumps_response(value: Any) -> bytes:
-    """Return the body of a successful response.
+    """Return the XML body of a successful response.
 
     Raises:
         SerializationError: the value is not of one of the types above, or an int is beyond 32 bits.
@@ -203,7 +203,7 @@ def dumps_response(value: Any) -> bytes:
 
 
 def dumps_fault(code: int, text: str) -> bytes:
-    """Return the body of a fault; characters that XML cannot represent are replaced, so this never fails."""
+    """Return the XML body of a fault; characters that XML cannot represent are replaced, so this never fails."""
     fault = _encode_value({"faultCode": code, "faultString": re.sub(_NOT_XML_CHARACTER, "?", text)}, 0)
     return f"{_XML_DECLARATION}<methodResponse><fault>{fault}</fault></methodResponse>".encode()
 

@@ -47,7 +47,7 @@ def find_migrations(bag: Bag, migrator: Migrator) -> list[Migration]:
 
 
 def migration_lines(migrations: Iterable[Migration]) -> Iterator[str]:
-    """Yield lines that describe the migrations."""
+    """Yield lines that describe migrations, for the terminal."""
     for old_class, new_class, missing in migrations:
         yield from _step_lines(old_class, new_class, "")
         if missing:

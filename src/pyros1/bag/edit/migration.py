@@ -120,7 +120,9 @@ class Migrator:
             raise BagError(path, f"the rules cannot be used: {type(error).__name__}: {error}") from error
 
     def current_class(self, old: MessageClass) -> MessageClass | None:
-        """Return the current class for an old one, by rules if the type was renamed; None if there is none."""
+        """Return the current class that replaces an old one, found by rules if the type was renamed; None if there is
+        none.
+        """
         cls, steps = old, 0
         while (rule := self.rules.get(_type_key(cls))) is not None and steps < _MAX_STEPS:
             cls, steps = rule.new_class, steps + 1

@@ -187,7 +187,7 @@ def make_chunk_index(content: Buffer, offset: int, size: int) -> ChunkIndex:
 
 
 def check_index(index: Sequence[ChunkIndex], chunks: Mapping[int, ChunkIndex], limit: int) -> None:
-    """Raise RecordError if an index is wrong.
+    """Raise RecordError if an index does not match the chunks, or too many chunks overlap in time.
 
     Args:
         index: the entries of the index.

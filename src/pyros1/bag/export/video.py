@@ -25,7 +25,7 @@ class VideoWriter:
     """Writes the images of each topic to a separate video.
 
     Args:
-        path: returns the path of a topic's file, whose extension determines its format: ``.mp4``, ``.mkv``, ...
+        topic_path: returns the path of a topic's file, whose extension determines its format: ``.mp4``, ``.mkv``, ...
 
     Raises:
         Error: PyAV or Pillow is not installed.

@@ -238,7 +238,9 @@ class BagWriter:
             raise
 
     def _rollback_state(self) -> tuple[bytearray, int, int, dict[int, list[tuple[int, int]]], int, int]:
-        """Return the open chunk, its size, the file's size, the index, and the numbers of chunks and messages."""
+        """Return, for `_roll_back`: the open chunk, its size, the file's size, the index, the numbers of chunks and
+        messages.
+        """
         content = self._content
         return content, len(content), self._size, self._index, len(self._chunks), self.messages
 

@@ -42,7 +42,7 @@ class Timeline:
         return self._wall_origin + (bag_time - self._bag_origin) / (self._rate * NS)
 
     def set_paused(self, wall_time: float, is_paused: bool) -> None:
-        """Pause bag time, or let it continue, from a wall time in seconds on."""
+        """Pause bag time, or let it continue, as of `wall_time` in seconds."""
         if is_paused != self.is_paused:
             bag_time = self.bag_at(wall_time)
             self.is_paused = is_paused

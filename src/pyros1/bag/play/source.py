@@ -41,7 +41,7 @@ class Bags:
     """A set of open bags. A context manager, which closes the bags on exit.
 
     Args:
-        paths: paths of the files; or readers, which stay open when this is closed.
+        sources: paths of the files, or readers, which stay open when this is closed.
         topics: the topics to play; None for all.
 
     Raises:

@@ -75,7 +75,7 @@ def follow(
 
 
 def wait_for_time(node: Node, stop_signal: StopSignal) -> bool:
-    """Wait until simulated time has begun; return False if the command is to end before that."""
+    """Wait until simulated time has begun; return False if the end of the command is requested first."""
     started_at, warned = time.monotonic(), False
     while node.now().is_zero():
         if not warned and time.monotonic() - started_at > _CLOCK_WARN_DELAY:

@@ -109,7 +109,9 @@ def _replace(limit: int, text: str, old: str, new: str, count: int = -1) -> str:
 
 
 def _format(limit: int, template: str, *arguments: Any, **keywords: Any) -> str:
-    """Format like str.format(), but only with numbers or names as fields, so that attributes are not accessible."""
+    """Return a string formatted as by str.format(). Fields can only be numbers or names, so attributes are not
+    accessible.
+    """
     parts: list[str] = []
     next_number = total_length = 0
     for literal, field_name, spec, conversion in string.Formatter().parse(template):

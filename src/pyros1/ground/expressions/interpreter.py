@@ -151,7 +151,7 @@ class Interpreter:
     # ------------------------------------------------------------------------------------
 
     def check(self, node: ast.AST) -> None:
-        """Check a node of the tree before the evaluation.
+        """Check that a node is allowed; called for each node before the evaluation.
 
         Raises:
             ExpressionError: the node is not allowed in an expression.
