@@ -44,4 +44,4 @@ def test_waits_for_links_end_with_the_node(make_node: Any, in_thread: Any) -> No
     waits = [in_thread(publisher.wait_for_subscribers), in_thread(subscriber.wait_for_publishers)]
     node.shutdown()
     assert [wait.join() for wait in waits] == [False, False]
-    assert not publication.on_change and not subscription.on_change
+    assert not publication.change_listeners and not subscription.change_listeners

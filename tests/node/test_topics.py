@@ -345,7 +345,7 @@ def test_what_waits_is_sent_before_a_publisher_closes(pair: Any, collect: Any) -
 def test_links_are_gone_when_the_subscriber_is(pair: Any) -> None:
     publisher, subscriber = connect(*pair, Float64, print)
     gone = threading.Event()
-    publication_of(pair[0]).on_change.append(gone.set)
+    publication_of(pair[0]).change_listeners.append(gone.set)
     subscriber.unregister()
     assert gone.wait(5)
     assert publisher.num_connections == 0 and subscriber.num_connections == 0

@@ -109,7 +109,7 @@ def test_a_lazy_relay_leaves_and_comes_back(node: Node, user: Node, start: Start
     publisher: Any = user.advertise("/in", "std_msgs/String")
     assert publisher.wait_for_subscribers(1, PATIENCE)
     left = threading.Event()
-    publication_of(user, "/in").on_change.append(lambda: publisher.num_connections or left.set())
+    publication_of(user, "/in").change_listeners.append(lambda: publisher.num_connections or left.set())
     publisher.publish("unheard")
     assert left.wait(PATIENCE)
     ear = Ear(user, "/out")

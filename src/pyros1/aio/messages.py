@@ -60,9 +60,9 @@ class Messages(Generic[_M]):
         inbox.put(item, self._limit)
         if not inbox.is_ready:
             self._inbox_set.mark_ready(inbox)
-        if self._limit is None and inbox.full(MAX_PENDING):
+        if self._limit is None and inbox.is_full(MAX_PENDING):
             self._full_inboxes.add(inbox)
-            if not inbox.full(MAX_PENDING // 2):  # the loop has emptied it, perhaps before it was added to the set
+            if not inbox.is_full(MAX_PENDING // 2):  # the loop has emptied it, perhaps before it was added to the set
                 self._full_inboxes.discard(inbox)
         if not self._wake_scheduled:
             self._wake_scheduled = True
@@ -162,7 +162,7 @@ class Messages(Generic[_M]):
             self._inbox_set.ready.append(inbox)
         else:
             self._inbox_set.mark_empty(inbox)
-        if inbox in self._full_inboxes and not inbox.full(MAX_PENDING // 2):
+        if inbox in self._full_inboxes and not inbox.is_full(MAX_PENDING // 2):
             self._full_inboxes.discard(inbox)
             if not self._full_inboxes and self._subscriber is not None:
                 self._subscriber.resume_publishers()

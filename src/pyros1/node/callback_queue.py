@@ -15,13 +15,13 @@ class CallbackQueue:
     def __init__(self) -> None:
         self._ready: deque[Callable[[], object]] = deque()
         self._changed = Condition()
-        self._runner: int | None = None  # id of the thread that spins
+        self._spinning_thread_id: int | None = None  # of the last thread that spun
 
     def __len__(self) -> int:
         return len(self._ready)
 
     def push(self, callback: Callable[[], object]) -> None:
-        """Add a callback. May be called from any thread."""
+        """Add a callback. Thread-safe."""
         self._ready.append(callback)
         self._changed.notify_all()
 
@@ -29,11 +29,11 @@ class CallbackQueue:
         """Wake all waiting threads, whether or not callbacks are queued."""
         self._changed.notify_all()
 
-    def runs_here(self) -> bool:
-        """Return whether the calling thread is the one that runs the callbacks: the last that spun, or the main one."""
-        if self._runner is None:
+    def is_callback_thread(self) -> bool:
+        """Return whether the calling thread runs the callbacks: the last that spun, or the main one if none has."""
+        if self._spinning_thread_id is None:
             return threading.current_thread() is threading.main_thread()
-        return self._runner == threading.get_ident()
+        return self._spinning_thread_id == threading.get_ident()
 
     def wait(self, timeout: float) -> bool:
         """Wait for a callback, at most ``timeout`` seconds; return whether one is queued."""
@@ -41,7 +41,7 @@ class CallbackQueue:
 
     def run_available(self) -> int:
         """Run the callbacks that are currently queued, but not those added meanwhile; return the number of calls."""
-        self._runner = threading.get_ident()
+        self._spinning_thread_id = threading.get_ident()
         count = len(self._ready)
         for num_run in range(count):
             try:

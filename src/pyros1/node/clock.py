@@ -22,7 +22,8 @@ if TYPE_CHECKING:
 MAX_PERIOD = 1e9
 """Maximum period of a timer, in seconds."""
 POLL_INTERVAL = 0.3
-"""Maximum number of seconds to wait for a tick of simulated time before checking whether the node is shutting down."""
+"""Maximum number of seconds to wait for a tick of simulated time before checking again whether the node is shutting
+down."""
 TICK_TIMEOUT = 1.0
 """Seconds without a tick of simulated time after which sleeps are interrupted while the node shuts down: the simulation
 may have exited first."""
@@ -37,13 +38,13 @@ class Clock:
     Attributes:
         simulated: whether the time comes from /clock.
         ending: whether the node has started to shut down; its early hooks may still sleep.
-        on_tick: functions to call after each change of simulated time, in the thread that receives it.
+        tick_listeners: functions to call after each change of simulated time, in the thread that receives it.
     """
 
     def __init__(self, stopping: threading.Event) -> None:
         self.simulated = False
         self.ending = False
-        self.on_tick: list[Callable[[], object]] = []
+        self.tick_listeners: list[Callable[[], object]] = []
         self._stopping = stopping
         self._now = Time()
         self._ticked = Condition()
@@ -53,10 +54,10 @@ class Clock:
         self.simulated = True
 
     def tick(self, now: Time) -> None:
-        """Set the simulated time to the one that was published."""
+        """Set the simulated time to ``now``, which was published, and call the functions in ``tick_listeners``."""
         self._now = now
         self._ticked.notify_all()
-        for callback in tuple(self.on_tick):
+        for callback in tuple(self.tick_listeners):
             callback()
 
     def wake(self) -> None:
@@ -94,7 +95,7 @@ class Clock:
             return not (self._stopping.wait(seconds) if seconds > 0 else self._stopping.is_set())
         if seconds <= 0:
             return not self._stopping.is_set()
-        self._await_tick(lambda: self._now.is_zero())  # noqa: PLW0108 - _now is replaced at each tick
+        self._wait_while(lambda: self._now.is_zero())  # noqa: PLW0108 - _now is replaced at each tick
         start = previous = self._now
         deadline = start + Duration.from_sec(seconds)
 
@@ -106,7 +107,7 @@ class Clock:
             previous = now
             return now < deadline
 
-        return self._await_tick(must_wait)
+        return self._wait_while(must_wait)
 
     def await_tick(self) -> bool:
         """Wait a short time for a change of simulated time; return False if the node is shutting down."""
@@ -116,7 +117,7 @@ class Clock:
     def _wait_for_change(self, now: Time) -> None:
         self._ticked.wait_for(lambda: self._now is not now or self._stopping.is_set(), POLL_INTERVAL)
 
-    def _await_tick(self, must_wait: Callable[[], bool]) -> bool:
+    def _wait_while(self, must_wait: Callable[[], bool]) -> bool:
         last_tick = time.monotonic()
         while True:
             now = self._now
@@ -226,8 +227,8 @@ class Timer:
         self._callbacks = callbacks
         self._log = log
         self._stopped = Event()
-        self._pending = False
-        self._last: tuple[Time, Time, float] | None = None
+        self._is_queued = False
+        self._last_call: tuple[Time, Time, float] | None = None
         self._thread = threading.Thread(target=self._run, name="timer", daemon=True)
         self._thread.start()
 
@@ -240,21 +241,23 @@ class Timer:
                 return
             if self._callbacks is None:
                 self._fire(expected)
-            elif not self._pending:  # a program that spins too rarely receives one call instead of many
-                self._pending = True
+            elif not self._is_queued:  # a program that spins too rarely receives one call instead of many
+                self._is_queued = True
                 self._callbacks.push(lambda expected=expected: self._fire(expected))  # type: ignore[misc]
             if self._oneshot:
                 return
 
     def _sleep_simulated(self, rate: Rate) -> bool:
-        """Sleep in simulated time; `shutdown` is noticed at the next tick, or soon if there are no ticks."""
+        """Sleep in simulated time; `shutdown` interrupts it at the next tick, or within `POLL_INTERVAL` if there are
+        none.
+        """
         while 0 < rate.remaining() <= 2 * self._period:  # if more remains, time has jumped back: `Rate` handles that
             if self._stopped.is_set() or not self._clock.await_tick():
                 return False
         return rate.sleep()
 
     def _sleep(self, rate: Rate) -> bool:
-        """Sleep in wall time, so that `shutdown` of this timer also interrupts the sleep."""
+        """Sleep in wall time; `shutdown` of this timer interrupts the sleep as well."""
         while (remaining := rate.remaining()) > 0.2:
             if self._stopped.wait(0.2 if remaining > 0.4 else remaining - 0.2):
                 return False
@@ -263,12 +266,14 @@ class Timer:
         return rate.sleep()
 
     def _fire(self, expected: Time) -> None:
-        self._pending = False
+        self._is_queued = False
         if self._stopped.is_set():
             return
         real = self._clock.now()
-        last = self._last
-        event = TimerEvent(last and last[0], last and last[1], expected, real, last and last[2])
+        last_call = self._last_call
+        event = TimerEvent(
+            last_call and last_call[0], last_call and last_call[1], expected, real, last_call and last_call[2]
+        )
         start = time.perf_counter()
         try:
             self._callback(event)
@@ -276,7 +281,7 @@ class Timer:
             return
         except Exception as error:  # noqa: BLE001 - raised by user code: the timer continues
             self._log.exception(f"bad timer callback {self._callback!r}", error=error)
-        self._last = (expected, real, time.perf_counter() - start)
+        self._last_call = (expected, real, time.perf_counter() - start)
 
     @property
     def alive(self) -> bool:
@@ -340,22 +345,33 @@ class TimeMethods:
         return self._clock.simulated
 
     def sleep(self, seconds: float) -> bool:
-        """Sleep for ``seconds`` of the node's time; return False immediately when the node shuts down.
+        """Sleep for ``seconds`` of the node's time; return True, or False as soon as the node shuts down.
 
         Raises:
             TimeMovedBackwardsError: simulated time jumped back during the sleep.
+            TypeError, ValueError: ``seconds`` is not a number.
         """
         check_seconds(seconds, "sleep: seconds")
         return self._clock.sleep(seconds)
 
     def rate(self, frequency: float) -> Rate:
-        """Return a Rate whose `sleep` keeps a loop at ``frequency`` Hz."""
+        """Return a Rate whose `sleep` keeps a loop at ``frequency`` Hz.
+
+        Raises:
+            TypeError, ValueError: ``frequency`` is not a number above 0.
+        """
         return Rate(self._clock, frequency)
 
     def timer(self, period: float, callback: Callable[[TimerEvent], object], oneshot: bool = False) -> Timer:
-        """Call a function every ``period`` seconds, or only once, with a TimerEvent; return the Timer.
+        """Start a timer and return it.
+
+        Args:
+            period: seconds of the node's time between calls.
+            callback: called with a TimerEvent.
+            oneshot: whether to call only once, after one period.
 
         Raises:
+            TypeError, ValueError: an argument is invalid.
             NodeShutdownError: the node is shutting down.
         """
         check_callback(callback, "timer(period, callback)", "callback")

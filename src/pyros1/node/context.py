@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.queues import Source
     from pyros1.wire.handshake import TopicType
 
-_MAX_HOSTS = 1000
+_MAX_UNKNOWN_HOSTS = 1000
 
 
 class PublicationInterface(Protocol):
@@ -41,7 +41,7 @@ class PublicationInterface(Protocol):
     @property
     def links(self) -> tuple[Any, ...]: ...
     def accept(self, sock: socket.socket, header: dict[str, str]) -> None: ...
-    def accept_datagrams(self, header: dict[str, str], peer_address: tuple[str, int], size: int) -> Any: ...
+    def accept_datagrams(self, header: dict[str, str], peer_address: tuple[str, int], max_size: int) -> Any: ...
     def connect_in_process(
         self, receiver: DeliveryLoop, uri: str, header: dict[str, str], on_closed: Callable[[Any], None]
     ) -> Source: ...
@@ -52,7 +52,7 @@ class SubscriptionInterface(Protocol):
 
     type: TopicType
     delivery: DeliveryLoop
-    on_change: list[Callable[[], None]]
+    change_listeners: list[Callable[[], None]]
 
     @property
     def links(self) -> tuple[Any, ...]: ...
@@ -82,8 +82,8 @@ class Context:
         uri: URI of the node's slave API; empty until it is listening.
         address: the addresses to listen on and to advertise; None until they are known.
         allowlist: decides which hosts may connect; None admits all.
-        local_key: key of the programs that can share memory with the node; empty if it does not share memory.
-        local_name: returns the name of the socket for these programs; empty if there is none.
+        local_key: common key of the programs that can share memory with the node; empty if none can.
+        local_socket_name: function that returns the name of the Unix socket for these programs; empty if there is none.
         local_room: maximum bytes of messages queued within the process beyond the publisher's ``queue_size``.
         stopping: set when the node starts to shut down, which ends every wait.
         warn_publish_after_shutdown: whether to log the next `publish` after the node has shut down.
@@ -113,7 +113,7 @@ class Context:
         self.allowlist: Allowlist | None = None
         self.local_key = ""
         self.local_room = 0
-        self.local_name: Callable[[], str] = str
+        self.local_socket_name: Callable[[], str] = str
         self.stopping = stopping
         self.warn_publish_after_shutdown = True
         self.publications: dict[str, PublicationInterface] = {}
@@ -141,10 +141,10 @@ class Context:
         return self.address.advertised if self.address is not None else ""
 
     def warn_unknown_host(self, topic: str, uri: str, error: UnknownHostError) -> None:
-        """Log that a publisher's host name cannot be resolved, once for each host. Called on the loop."""
+        """Warn that a publisher's host name cannot be resolved, once for each host. Called on the loop."""
         if error.host in self._unknown_hosts:
             return
-        if len(self._unknown_hosts) >= _MAX_HOSTS:
+        if len(self._unknown_hosts) >= _MAX_UNKNOWN_HOSTS:
             self._unknown_hosts.clear()
         self._unknown_hosts.add(error.host)
         self.log.warn(
@@ -155,8 +155,8 @@ class Context:
             connectivity_hint(error.host, error),
         )
 
-    def warn_once(self, text: str) -> None:
-        """Log that the system has refused an operation. Repeated messages are counted."""
+    def log_system_error(self, text: str) -> None:
+        """Log an error that the system has reported. The log counts repetitions instead of showing them."""
         self.log.peer(ERROR, "%s", text)
 
     def pause(self, seconds: float) -> None:
@@ -204,37 +204,40 @@ class HasLinks(Protocol):
     """An object whose links change: a publication or a subscription."""
 
     context: Context
-    on_change: list[Callable[[], None]]
+    change_listeners: list[Callable[[], None]]
 
     @property
     def links(self) -> tuple[Any, ...]: ...
 
 
-def wait_for_links(topic: HasLinks, count: int, timeout: float | None) -> bool:
+def wait_for_links(endpoint: HasLinks, count: int, timeout: float | None) -> bool:
     """Wait until a publication or subscription has a number of links.
 
     Args:
-        topic: the publication or subscription.
+        endpoint: the publication or subscription.
         count: the minimum number of links.
         timeout: maximum number of seconds to wait; None waits until the node shuts down.
 
     Returns:
         Whether it has that many links.
+
+    Raises:
+        TypeError, ValueError: ``count`` is not a whole number, or ``timeout`` is not a number.
     """
     if not hasattr(type(count), "__index__"):
         raise TypeError(f"count must be a whole number, not {count!r:.80}")
     check_timeout(timeout)
     changed = Event()
-    stopping = topic.context.stopping
+    stopping = endpoint.context.stopping
     deadline = None if timeout is None else monotonic() + timeout
-    topic.on_change.append(changed.set)
+    endpoint.change_listeners.append(changed.set)
     try:
-        while len(topic.links) < count and not stopping.is_set():
+        while len(endpoint.links) < count and not stopping.is_set():
             remaining = 0.2 if deadline is None else min(0.2, deadline - monotonic())  # so that a shutdown is noticed
             if remaining <= 0:
                 break
             changed.wait(remaining)
             changed.clear()
     finally:
-        topic.on_change.remove(changed.set)
-    return len(topic.links) >= count
+        endpoint.change_listeners.remove(changed.set)
+    return len(endpoint.links) >= count

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
     from pyros1.node.watching.watch import Watch
 
 _Ports = tuple[int, int]
-_INTERRUPTED = 130
+_INTERRUPTED_EXIT_CODE = 130
 
 
 class Node(TopicMethods, ServiceMethods, TimeMethods):
@@ -145,15 +145,15 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         except BaseException as error:
             self.shutdown("the node could not start")
             if isinstance(error, Error) and self._shutdown.signalled:
-                raise SystemExit(_INTERRUPTED) from None  # Ctrl-C while waiting for the master
+                raise SystemExit(_INTERRUPTED_EXIT_CODE) from None  # Ctrl-C while waiting for the master
             raise
 
     # Starting ---------------------------------------------------------------------------------------------------------
 
-    def _open(self, timeout: float | None, rosout: bool, signals: bool, wall_time: bool, ports: _Ports) -> None:
+    def _open(self, timeout: float | None, rosout: bool, handle_signals: bool, wall_time: bool, ports: _Ports) -> None:
         self._context.address = address = host_from_environment(self.environ, self.arguments.special)
         self._host = address.advertised
-        self._shutdown.watch(signals)
+        self._shutdown.watch(handle_signals)
         for warning in (*address.warnings, *argument_warnings(self.arguments)):
             self.log.warn("%s", warning)
         slave = SlaveApi(
@@ -167,17 +167,17 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
             self._context, address, lambda: self._services.servers, slave.dispatch, ports
         )
         self._context.uri = self._slave.uri
-        sim_time, private = await_master(
+        use_sim_time, private_params = await_master(
             self._context,
             self.master,
             timeout,
             lambda limit: set_private(self.master, self.resolve, self.arguments.parameters, limit),
         )
         if self._strict and "__log" not in self.arguments.special:  # launchers pass __log and set parameters themselves
-            for line in leftover_warning(self.name, private, self.arguments.parameters):
+            for line in leftover_warning(self.name, private_params, self.arguments.parameters):
                 self.log.info("%s", terminal_text.one_line(line, 10_000))
         self._registrar.start()
-        if sim_time is True and not wall_time:
+        if use_sim_time is True and not wall_time:
             self._use_simulated_time()
         offer_log(self.log, self._sink, self.name, self._topics, self._services, self.resolve, rosout, self._strict)
 
@@ -201,7 +201,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
 
         Libraries that have several topics below a common name should first resolve that name with this method and then
         append to it: a remapping of the common name then affects all topics, and a remapping of the full name of a
-        topic only that one.
+        topic affects only that topic.
 
         Args:
             name: relative, global or private (``~x``).
@@ -226,18 +226,18 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
     ) -> Watch:
         """Watch another node, of any client library: be notified when it dies, hangs, is replaced, or comes back.
 
-        If its process exits, that is noticed immediately as long as its machine is running, because the connection is
+        An exit of its process is noticed immediately as long as its machine is running, because the connection is
         closed. A stopped process (SIGSTOP, a debugger) and a machine that is down or disconnected are noticed within
         ``period + limit`` seconds. A node whose callbacks hang while its process runs still responds; to notice that,
-        use ``deadline`` of `subscribe`. As long as the node responds, it does not matter if the master does not, or was
-        restarted.
+        use ``deadline`` of `subscribe`. As long as the node responds, it does not matter whether the master responds or
+        was restarted.
 
         Args:
             name: the node's name.
-            on_lost: called with a Sighting when a node that was found is lost, where all callbacks run.
-            on_found: called with a Sighting when the node is found for the first time, or again.
+            on_lost: called like any callback, with a Sighting, when the node is lost after it was found.
+            on_found: called like any callback, with a Sighting, when the node is found for the first time, or again.
             period: seconds of wall time between requests to the node (getPid) and to the master.
-            limit: maximum response time, in seconds of wall time. A busy machine needs more than an idle one.
+            limit: maximum response time, in seconds of wall time. A busy machine needs a longer limit than an idle one.
 
         Returns:
             The watch, with ``state``, ``alive``, ``last`` and ``close()``.
@@ -280,15 +280,15 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         return self._callbacks.run_available()
 
     def on_shutdown(self, hook: Callable[[], object], early: bool = False) -> None:
-        """Call ``hook`` when the node starts to shut down. Publishing still works then, and in an early hook everything
-        else as well: `ok` returns True, sleeps are not interrupted, and services respond.
+        """Call ``hook`` when the node starts to shut down. Hooks can still publish. Early hooks run first, while
+        everything else still works as well: `ok` returns True, sleeps are not interrupted, and services respond.
         """
         checks.check_callback(hook, "on_shutdown(hook)", "hook")
         self._shutdown.on_shutdown(hook, early)
 
     def shutdown(self, reason: str = "") -> None:
-        """Shut down the node: run the hooks, unregister and close everything. May be called in any thread or signal
-        handler.
+        """Shut down the node: run the hooks, unregister and close everything. Thread-safe, and
+        allowed in signal handlers.
 
         Args:
             reason: the reason to log.
@@ -310,9 +310,9 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
             self._slave.close()
         if self._tcpros is not None:
             loop.call_soon(self._tcpros.close)
-        done = threading.Event()
-        loop.call_soon(done.set)
-        done.wait(2.0)  # by then, the calls queued before have been made, especially those that close sockets
+        loop_drained = threading.Event()
+        loop.call_soon(loop_drained.set)
+        loop_drained.wait(2.0)  # by then, the calls queued before have been made, especially those that close sockets
         loop.stop()
         self._sink.close()
 
@@ -324,8 +324,8 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
     def __enter__(self) -> Node:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> bool:
+    def __exit__(self, error_class: type[BaseException] | None, *_: object) -> bool:
         self.shutdown()
-        return kind is not None and issubclass(
-            kind, NodeShutdownError
+        return error_class is not None and issubclass(
+            error_class, NodeShutdownError
         )  # raised by a wait that the shutdown has interrupted

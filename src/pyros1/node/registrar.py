@@ -29,12 +29,13 @@ if TYPE_CHECKING:
     from pyros1.node.context import Context
 
 RETRY_DELAY = 0.2
+"""Seconds before the next call to a master that does not respond."""
 CHECK_INTERVAL = 3.0
 """Seconds between checks whether the node is still registered with the master."""
 UNREGISTER_TIMEOUT = 2.0
 PING_TIMEOUT = 3.0
 
-Entry = tuple[str, ...]  # (method of registration, *arguments)
+Call = tuple[str, ...]  # (method of the master, *arguments)
 _T = TypeVar("_T")
 
 
@@ -42,12 +43,12 @@ class _Job:
     """A call to the master for which a thread waits.
 
     Args:
-        entry: the call.
+        call: the call.
         registration: the registration that the call undoes; None if the call is a registration.
     """
 
-    def __init__(self, entry: Entry, registration: Entry | None = None) -> None:
-        self.entry = entry
+    def __init__(self, call: Call, registration: Call | None = None) -> None:
+        self.call = call
         self.registration = registration
         self.done = Event()
         self.value: Any = None
@@ -77,14 +78,14 @@ class Registrar:
         self._on_publishers = on_publishers
         self._on_restart = on_restart
         self._can_be_looked_up = not set(": ") & set(context.name)  # masters refuse to look up other names
-        self._entries: dict[Entry, None] = {}
+        self._registrations: dict[Call, None] = {}
         # Unregistrations that the master has not received, as it did not respond; it may come back with its old state.
-        self._pending_unregistrations: dict[Entry, None] = {}
+        self._pending_unregistrations: dict[Call, None] = {}
         self._jobs: deque[_Job] = deque()
         self._changed = Condition()
         self._closed = False
         self._is_master_unreachable = False
-        self._is_reported = False  # that the master is unreachable has been logged
+        self._is_outage_logged = False  # it has been logged that the master is unreachable
         self._is_incomplete = False  # a restarted master does not have all registrations yet
         self._thread = threading.Thread(target=self._run, name=f"{context.name}:registrar", daemon=True)
 
@@ -93,7 +94,7 @@ class Registrar:
         self._thread.start()
 
     def register(self, method: str, *args: str) -> Any:
-        """Register, and wait for the master's response. As long as it does not respond, try again and log that once.
+        """Register, and wait for the master's response. As long as it does not respond, retry, and log this once.
 
         Args:
             method: ``registerPublisher``, ``registerSubscriber`` or ``registerService``.
@@ -109,7 +110,9 @@ class Registrar:
         return self.begin_register(method, *args)()
 
     def begin_register(self, method: str, *args: str) -> Callable[[], Any]:
-        """Start to `register`; return a function that waits for the result. Calls to the master keep their order."""
+        """Begin to `register`; return a function that waits for the result. Calls are made in the order in which they
+        began.
+        """
         return self._enqueue(_Job((method, *args)))
 
     def unregister(self, method: str, *args: str) -> None:
@@ -121,9 +124,9 @@ class Registrar:
         self.begin_unregister(method, *args)()
 
     def begin_unregister(self, method: str, *args: str) -> Callable[[], Any]:
-        """Start to `unregister`; return a function that waits until it is done."""
-        entry = (method, *args)
-        return self._enqueue(_Job(_inverse(entry), registration=entry))
+        """Begin to `unregister`; return a function that waits until it is done."""
+        call = (method, *args)
+        return self._enqueue(_Job(_unregistration(call), registration=call))
 
     def _enqueue(self, job: _Job) -> Callable[[], Any]:
         if self._closed and job.registration is None:
@@ -136,7 +139,7 @@ class Registrar:
         while not job.done.wait(0.5):
             if self._closed and not self._thread.is_alive():
                 if job.registration is not None:
-                    return 0  # `close` does it
+                    return 0  # `close` unregisters it
                 raise NodeShutdownError(f"{self._context.name} is shutting down")
         if job.error is not None:
             raise job.error
@@ -151,11 +154,14 @@ class Registrar:
             if self._thread.is_alive():  # the master does not respond: abort the current call
                 self._master.close()
                 self._thread.join(UNREGISTER_TIMEOUT)
-        if (self._entries or self._pending_unregistrations) and not self._is_master_unreachable:
+        if (self._registrations or self._pending_unregistrations) and not self._is_master_unreachable:
             client = MasterClient(self._context.name, self._uri, timeout=UNREGISTER_TIMEOUT)
             try:
                 client.multicall(
-                    [(call[0], call[1:]) for call in (*self._pending_unregistrations, *map(_inverse, self._entries))]
+                    [
+                        (call[0], call[1:])
+                        for call in (*self._pending_unregistrations, *map(_unregistration, self._registrations))
+                    ]
                 )
             except Error:
                 pass  # the master is gone: nothing to unregister from
@@ -179,97 +185,92 @@ class Registrar:
                     self._context.log.internal(error)
                 continue
             if job.registration is not None:
-                self._entries.pop(job.registration, None)
+                self._registrations.pop(job.registration, None)
             try:
-                job.value = self._call(job.entry)
-                if job.entry[0] in _INVERSE:
-                    self._entries[job.entry] = None
-                    self._pending_unregistrations.pop(_inverse(job.entry), None)
+                job.value = self._call(job.call)
+                if job.call[0] in _UNREGISTER_METHODS:
+                    self._registrations[job.call] = None
+                    self._pending_unregistrations.pop(_unregistration(job.call), None)
             except Exception as error:  # noqa: BLE001 - raised in the waiting thread; this one must continue
                 job.error = error
             job.done.set()
 
-    def _call(self, entry: Entry) -> Any:
+    def _call(self, call: Call) -> Any:
         """Call the master repeatedly until it responds."""
         while True:
             try:
-                value = self._call_once(entry)
-                self._is_master_unreachable = self._is_reported = False
+                value = self._call_once(call)
+                self._is_master_unreachable = self._is_outage_logged = False
                 return value
             except MasterUnreachableError:
                 self._is_master_unreachable = True
-                if entry[0] not in _INVERSE:
-                    self._pending_unregistrations[entry] = None
+                if call[0] not in _UNREGISTER_METHODS:
+                    self._pending_unregistrations[call] = None
                     return 0
-                if not self._is_reported:  # `_check` may have noticed it before, but does not log
-                    self._is_reported = True
+                if not self._is_outage_logged:  # `_check` may have noticed it before, but does not log
+                    self._is_outage_logged = True
                     self._context.log.warn("the master at %s does not answer; waiting for it to come back", self._uri)
                 if self._closed or self._context.stopping.wait(RETRY_DELAY):
                     raise NodeShutdownError(f"{self._context.name} is shutting down") from None
             except Error as error:
-                if entry[0] in _INVERSE:
+                if call[0] in _UNREGISTER_METHODS:
                     raise
-                self._context.log.debug("%s remains registered: %s", entry[1], error)
+                self._context.log.debug("%s remains registered: %s", call[1], error)
                 return 0
 
-    def _call_once(self, entry: Entry) -> Any:
+    def _call_once(self, call: Call) -> Any:
         """Call the master; if it turns out that it was restarted, register everything else again as well.
 
-        As soon as a restarted master knows this one entry, it knows the node, and `_check` could not detect any more
-        that other entries are missing.
+        As soon as a restarted master has this one registration, it knows the node, and `_check` could no longer
+        detect that others are missing.
         """
-        if not self._entries or entry[0] not in _INVERSE or not self._can_be_looked_up:
-            return self._register_once(entry)
-        node, value = self._master.multicall([("lookupNode", (self._context.name,)), (entry[0], entry[1:])])
+        if not self._registrations or call[0] not in _UNREGISTER_METHODS or not self._can_be_looked_up:
+            return self._register_once(call)
+        node, value = self._master.multicall([("lookupNode", (self._context.name,)), (call[0], call[1:])])
         if isinstance(value, Error):
-            value = self._register_with_type(entry, value)
+            value = self._register_with_type(call, value)
         if isinstance(node, MasterError) and not isinstance(node, MasterMethodError):
             self._reregister_all()
         return value
 
-    def _register_once(self, entry: Entry) -> Any:
+    def _register_once(self, call: Call) -> Any:
         try:
-            return self._master.call(entry[0], *entry[1:])
+            return self._master.call(call[0], *call[1:])
         except MasterError as error:
-            return self._register_with_type(entry, error)
+            return self._register_with_type(call, error)
 
-    def _register_with_type(self, entry: Entry, refusal: Error) -> Any:
-        """Subscribe with the topic's type if the master has refused ``*``, which means any type.
+    def _register_with_type(self, call: Call, refusal: Error) -> Any:
+        """Subscribe with the topic's type if the master has refused ``*``, which means any type; return its response.
 
         Raises:
-            Error: the refusal is raised again if it has another reason.
+            Error: ``refusal``, if it has another reason.
         """
-        if (
-            entry[0] == "registerSubscriber"
-            and entry[2] == "*"
-            and isinstance(refusal, MasterError)
-            and not refusal.code
-        ):
-            topic_type = dict(cast("Iterable[tuple[str, str]]", self._master.get_topic_types())).get(entry[1])
+        if call[0] == "registerSubscriber" and call[2] == "*" and isinstance(refusal, MasterError) and not refusal.code:
+            topic_type = dict(cast("Iterable[tuple[str, str]]", self._master.get_topic_types())).get(call[1])
             if topic_type not in (None, "*"):
-                return self._master.call(entry[0], entry[1], topic_type, *entry[3:])
+                return self._master.call(call[0], call[1], topic_type, *call[3:])
         raise refusal
 
     def _check(self) -> None:
         """Check whether the node is still registered with the master; if not, register everything again."""
-        if not (self._entries or self._pending_unregistrations) or not self._can_be_looked_up:
+        if not (self._registrations or self._pending_unregistrations) or not self._can_be_looked_up:
             return
         if self._is_incomplete:
             self._reregister_all()
             return
         try:
             self._master.lookup_node(self._context.name)
-            self._is_master_unreachable = self._is_reported = False
-            for entry in list(self._pending_unregistrations):
-                self._master.multicall([(entry[0], entry[1:])])
-                self._pending_unregistrations.pop(entry, None)
+            self._is_master_unreachable = self._is_outage_logged = False
+            for call in list(self._pending_unregistrations):
+                self._master.multicall([(call[0], call[1:])])
+                self._pending_unregistrations.pop(call, None)
         except MasterUnreachableError:
             self._is_master_unreachable = True
         except MasterMethodError:
             pass  # the master does not have lookupNode: a restart cannot be detected
         except MasterError:  # the master responds, but does not know the node: it was restarted
             self._pending_unregistrations.clear()
-            if self._entries:
+            if self._registrations:
                 self._reregister_all()
         except Error:
             pass  # an invalid response: try again later
@@ -279,16 +280,16 @@ class Registrar:
             self._context.log.info("the master was restarted: registering again")
         self._is_incomplete = True
         try:
-            for entry in list(self._entries):
+            for call in list(self._registrations):
                 try:
-                    value = self._register_once(entry)
+                    value = self._register_once(call)
                 except MasterUnreachableError:
                     raise
                 except MasterError as error:
-                    self._context.log.peer(WARN, "%s of %s failed: %s", entry[0], entry[1], error)
+                    self._context.log.peer(WARN, "%s of %s failed: %s", call[0], call[1], error)
                     continue
-                if entry[0] == "registerSubscriber":
-                    self._on_publishers(entry[1], value)
+                if call[0] == "registerSubscriber":
+                    self._on_publishers(call[1], value)
             self._on_restart()
             self._is_master_unreachable = self._is_incomplete = False
         except Error as error:  # the next check tries again
@@ -296,32 +297,32 @@ class Registrar:
             self._context.log.peer(WARN, "registering again failed, will try again: %s", error)
 
 
-_INVERSE = {
+_UNREGISTER_METHODS = {
     "registerPublisher": "unregisterPublisher",
     "registerSubscriber": "unregisterSubscriber",
     "registerService": "unregisterService",
 }
 
 
-def _inverse(entry: Entry) -> Entry:
+def _unregistration(call: Call) -> Call:
     """Return the call that undoes a registration."""
-    method, name, *rest = entry
+    method, name, *rest = call
     if method == "registerService":  # (service, service_api, caller_api) -> (service, service_api)
         return ("unregisterService", name, rest[0])
-    return (_INVERSE[method], name, rest[-1])  # (topic, type, caller_api) -> (topic, caller_api)
+    return (_UNREGISTER_METHODS[method], name, rest[-1])  # (topic, type, caller_api) -> (topic, caller_api)
 
 
-def await_master(context: Context, master: MasterClient, timeout: float | None, ask: Callable[[float], _T]) -> _T:
-    """Wait until the master responds to a request; log once that the node is waiting.
+def await_master(context: Context, master: MasterClient, timeout: float | None, request: Callable[[float], _T]) -> _T:
+    """Repeat a request until the master responds; log once that the node is waiting.
 
     Args:
         context: the node's context.
         master: the client of the master.
         timeout: maximum number of seconds to wait; None for no limit.
-        ask: calls the master, with a timeout in seconds; called again if the master does not respond.
+        request: calls the master with the given timeout in seconds; repeated until the master responds.
 
     Returns:
-        The result of ``ask``.
+        The result of ``request``.
 
     Raises:
         MasterUnreachableError: the master did not respond in time.
@@ -331,7 +332,7 @@ def await_master(context: Context, master: MasterClient, timeout: float | None, 
     has_warned = False
     while True:
         try:
-            return ask(PING_TIMEOUT)
+            return request(PING_TIMEOUT)
         except MasterUnreachableError as error:
             context.check_running()  # Ctrl-C closes the connection to the master
             if deadline is not None and monotonic() >= deadline:

@@ -1,5 +1,5 @@
 """Unix sockets between programs of the same user on the same machine, in Linux's abstract namespace: they need no
-files, so a killed program leaves nothing behind. On other systems they do not exist, and nodes use TCP.
+files, so a killed program leaves nothing behind. Other systems lack this namespace; nodes use TCP there.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ def host_key() -> str:
         return ""
     try:
         with open("/proc/sys/kernel/random/boot_id", encoding="ascii") as file:
-            boot = file.read()
-        network = os.readlink("/proc/self/ns/net")
+            boot_id = file.read()
+        network_namespace = os.readlink("/proc/self/ns/net")
     except (OSError, ValueError):
         return ""
-    text = f"{boot} {network} {os.geteuid()}"
+    text = f"{boot_id} {network_namespace} {os.geteuid()}"
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
@@ -47,7 +47,7 @@ def local_key(environ: Mapping[str, str]) -> str:
 
 
 def socket_name_for(uri: str, key: str) -> str:
-    """Return the name of the Unix socket that can be used in place of the port for services.
+    """Return the name of the Unix socket that local programs can use instead of the TCP port for services.
 
     Args:
         uri: URI of the port, as registered with the master: ``rosrpc://host:port``.
@@ -60,14 +60,14 @@ def listen(preferred_name: str = "") -> tuple[socket.socket, str]:
     """Return a listening socket and its name.
 
     Args:
-        preferred_name: the socket gets another name if this one is in use or not valid.
+        preferred_name: the name to use unless it is in use or not valid.
 
     Raises:
         OSError: the socket cannot be created.
     """
     sock = socket.socket(socket.AF_UNIX)
     try:
-        if _is_socket_name(preferred_name) and _bind(sock, preferred_name):
+        if _is_socket_name(preferred_name) and _try_bind(sock, preferred_name):
             name = preferred_name
         else:
             name = _PREFIX + os.urandom(16).hex()
@@ -103,7 +103,7 @@ def _is_socket_name(name: str) -> bool:
     return name.startswith(_PREFIX) and len(name) <= 100 and name.isascii()
 
 
-def _bind(sock: socket.socket, name: str) -> bool:
+def _try_bind(sock: socket.socket, name: str) -> bool:
     try:
         sock.bind("\0" + name)
     except OSError:

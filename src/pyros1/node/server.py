@@ -1,4 +1,5 @@
-"""The TCPROS server: one port per node for topics and services; the header says which one is requested (T04, T05, O15).
+"""The TCPROS server: one port per node for topics and services; the connection header says which of them a peer
+wants (T04, T05, O15).
 
 Runs on the loop. If a peer sends nothing, or its header too slowly, its connection is closed at a deadline, and other
 connections are not delayed.
@@ -35,7 +36,7 @@ MAX_HANDSHAKES = 256
 
 
 class _Handshake:
-    """A connection with an incomplete header."""
+    """A connection whose header has not been received completely."""
 
     def __init__(self, sock: socket.socket) -> None:
         self.sock = sock
@@ -73,35 +74,37 @@ class TcprosServer:
         listener = listening_socket(address.bind, port, address.ports)
         self.port: int = listener.getsockname()[1]
         self.uri = make_uri(address.advertised, self.port, "rosrpc").rstrip("/")
-        warn, allowlist = context.warn_once, context.allowlist
-        self._acceptor = Acceptor(context.loop, listener, self._accepted, warn, allowlist=allowlist)
+        warn, allowlist = context.log_system_error, context.allowlist
+        self._acceptor = Acceptor(context.loop, listener, self._on_accepted, warn, allowlist=allowlist)
         self._local_acceptor: Acceptor | None = None
-        self._local_name = ""
-        context.local_name = self.local_name
+        self._local_socket_name = ""
+        context.local_socket_name = self.local_socket_name
 
-    def local_name(self) -> str:
+    def local_socket_name(self) -> str:
         """Return the name of the socket for programs that share memory, or "" if there is none. Called on the loop."""
         if self._local_acceptor is None and self._context.local_key:
             try:
-                listener, self._local_name = listen(socket_name_for(self.uri, self._context.local_key))
+                listener, self._local_socket_name = listen(socket_name_for(self.uri, self._context.local_key))
             except OSError as error:
-                self._context.warn_once(f"cannot open a socket for programs on this machine: {error.strerror or error}")
+                self._context.log_system_error(
+                    f"cannot open a socket for programs on this machine: {error.strerror or error}"
+                )
                 return ""
             context = self._context
-            self._local_acceptor = Acceptor(context.loop, listener, self._accepted_local, context.warn_once)
-        return self._local_name
+            self._local_acceptor = Acceptor(context.loop, listener, self._on_accepted_local, context.log_system_error)
+        return self._local_socket_name
 
-    def _accepted_local(self, sock: socket.socket) -> None:
+    def _on_accepted_local(self, sock: socket.socket) -> None:
         try:
-            is_ours = is_same_user(sock)
+            is_own_user = is_same_user(sock)
         except OSError:
-            is_ours = False
-        if is_ours:
-            self._accepted(sock)
+            is_own_user = False
+        if is_own_user:
+            self._on_accepted(sock)
         else:
             sock.close()
 
-    def _accepted(self, sock: socket.socket) -> None:
+    def _on_accepted(self, sock: socket.socket) -> None:
         if len(self._handshakes) >= MAX_HANDSHAKES:
             self._discard(next(iter(self._handshakes.values())))
         handshake = _Handshake(sock)
@@ -193,7 +196,7 @@ class TcprosServer:
 
 
 def _peer_host(sock: socket.socket) -> str:
-    """Return the address of the peer's machine, as a string for messages."""
+    """Return the address of the peer's machine, or a description for messages."""
     try:
         address = sock.getpeername()
         return str(address[0]) if isinstance(address, tuple) else "this machine"
@@ -208,7 +211,8 @@ def open_ports(
     dispatch: Dispatch,
     ports: tuple[int, int],
 ) -> tuple[TcprosServer, XmlRpcServer]:
-    """Listen for other nodes; return the server for topics and services, and the server of the slave API.
+    """Listen for other nodes and set the context's allowlist; return the server for topics and services, and the server
+    of the slave API.
 
     Args:
         context: the node's context.
@@ -218,7 +222,7 @@ def open_ports(
         ports: the port of the slave API, and that of topics and services; 0 for any.
 
     Raises:
-        NodeError: it is not possible to listen there.
+        NodeError: the node cannot listen on the address, or a port is in use.
     """
     if address.allowed is not None:
         from pyros1.net.allowlist import Allowlist  # noqa: PLC0415 - slow to import, and most nodes accept all hosts
@@ -235,7 +239,7 @@ def open_ports(
             port=ports[0],
             ports=address.ports,
             allowlist=context.allowlist,
-            warn=context.warn_once,
+            warn=context.log_system_error,
         )
     except OSError as error:
         if tcpros is not None:

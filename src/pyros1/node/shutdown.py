@@ -1,4 +1,5 @@
-"""Shuts down a node once and in order, whether caused by the program, a signal, the master or the interpreter."""
+"""Shuts down a node once and in order, whether the program, a signal, the master or the interpreter's exit causes
+it."""
 
 from __future__ import annotations
 
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     from pyros1.node.context import Context
 
 MAX_CLOSE_TIME = 15.0
+"""Maximum number of seconds that `Shutdown.end` waits for another thread to shut down the node."""
 
 
 class Shutdown:
@@ -27,8 +29,8 @@ class Shutdown:
     The order is: the early hooks run, while everything works as before; every wait in the node is interrupted; the
     other hooks run, while publishing still works; and everything is closed.
 
-    In a forked process, only hooks are run and waits interrupted. The sockets, their epoll and the registrations belong
-    to the node, which continues in the parent process.
+    In a forked process, the hooks run and waits are interrupted, but nothing is closed. The sockets, their epoll and
+    the registrations belong to the node, which continues in the parent process.
 
     Args:
         context: the node's context.
@@ -42,8 +44,8 @@ class Shutdown:
         self._close = close
         self._hooks: deque[Callable[[], object]] = deque()
         self._early_hooks: deque[Callable[[], object]] = deque()
-        self._have_hooks_run = False
-        self._unclaimed = [True]  # the item is removed by the thread that shuts down the node
+        self._hooks_have_run = False
+        self._not_started = [True]  # the item is removed by the thread that shuts down the node
         self._closing_thread: int | None = None
         self._done = Event()
         self._signals = SignalHandlers(self._on_signal)
@@ -54,10 +56,10 @@ class Shutdown:
         """Whether a signal has requested the shutdown."""
         return self._signals.count > 0
 
-    def watch(self, signals: bool) -> None:
+    def watch(self, handle_signals: bool) -> None:
         """Shut down the node at the interpreter's exit and, if requested, on SIGINT and SIGTERM."""
         atexit.register(self._end_at_exit)
-        if signals:
+        if handle_signals:
             self._signals.install()
 
     def _end_at_exit(self) -> None:
@@ -74,12 +76,12 @@ class Shutdown:
 
     def on_shutdown(self, hook: Callable[[], object], early: bool = False) -> None:
         """Call ``hook`` when the node shuts down, or now if that has started; early hooks run before the others."""
-        if self._unclaimed and early:
+        if self._not_started and early:
             self._early_hooks.append(hook)
             return
-        if self._unclaimed:
+        if self._not_started:
             self._hooks.append(hook)
-            if not self._have_hooks_run:
+            if not self._hooks_have_run:
                 return
             try:
                 self._hooks.remove(hook)
@@ -88,10 +90,10 @@ class Shutdown:
         hook()
 
     def end(self, reason: str = "") -> None:
-        """Shut down the node, or wait until another thread has done so. May be called in a signal handler."""
+        """Shut down the node, or wait until another thread has done so. Allowed in signal handlers."""
         thread_id = threading.get_ident()
         try:
-            del self._unclaimed[0]
+            del self._not_started[0]
         except IndexError:
             is_first = False
         else:
@@ -124,7 +126,7 @@ class Shutdown:
             context.log.debug("shutting down: %s", reason)
         try:
             self._run_hooks(self._hooks)
-            self._have_hooks_run = True
+            self._hooks_have_run = True
             self._run_hooks(self._hooks)  # those added at the last moment
         finally:  # even if a hook exits the program
             if os.getpid() == self._pid:
@@ -140,12 +142,12 @@ class Shutdown:
                 self._context.log.exception(f"bad shutdown hook {hook!r}", error=error)
 
     def request(self, reason: str) -> None:
-        """Shut down the node in another thread; for the loop, which must not wait for it."""
+        """Shut down the node in another thread, and return immediately; for calls on the loop, which must not wait."""
         threading.Thread(target=self.end, args=(reason,), name=f"{self._context.name}:shutdown").start()
 
     def _on_signal(self, number: int) -> None:
         if os.getpid() != self._pid:
-            if number == signal.SIGINT and not self._unclaimed:
+            if number == signal.SIGINT and not self._not_started:
                 return  # the program's own handler has just been called, and will stop its loops
             signal.signal(number, signal.SIG_DFL)
             os.kill(os.getpid(), number)

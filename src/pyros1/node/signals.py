@@ -16,7 +16,7 @@ from pyros1.ground.interrupts import InterruptCounter, install_handler, is_defau
 
 
 class SignalHandlers:
-    """Handlers that are installed for a node's lifetime.
+    """Handlers that are installed while a node exists.
 
     Args:
         on_signal: called with the number of the first signal, in the handler, after the previous handler. It must not
@@ -27,7 +27,7 @@ class SignalHandlers:
         self._on_signal = on_signal
         self._previous: dict[int, Any] = {}
         self._interrupts = InterruptCounter()
-        self._restored = False
+        self._restores_on_next = False
 
     @property
     def count(self) -> int:
@@ -35,7 +35,7 @@ class SignalHandlers:
         return self._interrupts.count
 
     def install(self) -> None:
-        """Install the handlers; do nothing in other threads than the main one, since Python does not allow it there."""
+        """Install the handlers; do nothing in threads other than the main one, where Python does not allow it."""
         if threading.current_thread() is not threading.main_thread():
             return
         numbers = (signal.SIGINT, signal.SIGTERM)
@@ -43,12 +43,15 @@ class SignalHandlers:
         install_handler(self._handle, numbers)
 
     def restore(self) -> None:
-        """Restore the previous handlers, unless others have been installed meanwhile."""
+        """Restore the previous handlers; after a signal, only once the next signal arrives.
+
+        Handlers that were installed after these ones remain.
+        """
         if threading.current_thread() is not threading.main_thread():
             return
         if self.count:
             # The handlers remain: another signal may follow the first immediately, and would abort the shutdown.
-            self._restored = True
+            self._restores_on_next = True
             return
         for number, previous in self._previous.items():
             if signal.getsignal(number) == self._handle:
@@ -56,14 +59,14 @@ class SignalHandlers:
         self._previous.clear()
 
     def _handle(self, number: int, frame: FrameType | None) -> None:
-        counts = self._interrupts.count_signal()
+        is_counted = self._interrupts.count_signal()
         previous = self._previous.get(number)
-        if self._restored:
-            if counts:
+        if self._restores_on_next:
+            if is_counted:
                 signal.signal(number, signal.SIG_DFL if previous is None else previous)
                 os.kill(os.getpid(), number)
             return
-        is_first = counts and self.count == 1
+        is_first = is_counted and self.count == 1
         if callable(previous) and not self._is_default(previous):
             try:
                 previous(number, frame)  # before the shutdown, since it may publish
@@ -72,11 +75,11 @@ class SignalHandlers:
                     self._on_signal(number)
         elif is_first:
             self._on_signal(number)
-        elif counts:
+        elif is_counted:
             self._interrupt(number)
 
     def _is_default(self, handler: Any) -> bool:
-        """Return whether a handler is a default one, which ours replaces."""
+        """Return whether a previous handler is one of Python's default handlers, which is not called."""
         return is_default_handler(handler)
 
     def _interrupt(self, number: int) -> None:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pyros1.node.context import Context
     from pyros1.node.parameters.parameters import Parameters
 
-Triple = list[Any]
+_Response = list[Any]
 
 _NAMESAKE_REASON = r"\[(/[^\]]*)\] Reason: new node registered with same name"
 """The master's message to a node that was replaced by another one of the same name (M34)."""
@@ -38,8 +38,8 @@ class SlaveApi:
     Args:
         context: the node's context.
         master_uri: the URI that ``getMasterUri`` returns.
-        tcpros: returns (host, port) of the node's TCPROS server.
-        parameters: returns the node's parameters, which process updates.
+        tcpros_address: returns (host, port) of the node's TCPROS server.
+        parameters: returns the node's `Parameters`, which processes updates of cached values.
         on_shutdown: called with the reason when a caller asks the node to shut down.
     """
 
@@ -47,16 +47,16 @@ class SlaveApi:
         self,
         context: Context,
         master_uri: str,
-        tcpros: Callable[[], tuple[str, int]],
+        tcpros_address: Callable[[], tuple[str, int]],
         parameters: Callable[[], Parameters],
         on_shutdown: Callable[[str], None],
     ) -> None:
         self._context = context
         self._master_uri = master_uri
-        self._tcpros = tcpros
+        self._tcpros_address = tcpros_address
         self._parameters = parameters
         self._on_shutdown = on_shutdown
-        self._methods: dict[str, tuple[Callable[..., Triple], int, int]] = {
+        self._methods: dict[str, tuple[Callable[..., _Response], int, int]] = {
             # name: (method, minimum and maximum number of arguments after the caller id)
             "getBusStats": (self._get_bus_stats, 0, 0),
             "getBusInfo": (self._get_bus_info, 0, 0),
@@ -72,7 +72,7 @@ class SlaveApi:
             "shutdown": (self._shutdown, 0, 1),
         }
 
-    def dispatch(self, method: str, params: Sequence[Any]) -> Triple:
+    def dispatch(self, method: str, params: Sequence[Any]) -> _Response:
         """Execute a call and return its response.
 
         Raises:
@@ -93,7 +93,7 @@ class SlaveApi:
         except _BadArgumentError as error:
             return [-1, f"ERROR: {error}", 0]
 
-    def _get_bus_stats(self) -> Triple:
+    def _get_bus_stats(self) -> _Response:
         publications = [
             [topic, _to_xmlrpc_number(sum(link.bytes_sent for link in links)), [
                 [index, _to_xmlrpc_number(link.bytes_sent), _to_xmlrpc_number(link.messages), link.connected]
@@ -114,8 +114,8 @@ class SlaveApi:
         ]
         return [1, "", [publications, subscriptions, []]]
 
-    def _get_bus_info(self) -> Triple:
-        info: list[Triple] = []
+    def _get_bus_info(self) -> _Response:
+        info: list[list[Any]] = []
         for topic, publication in self._context.publications.items():
             for link in publication.links:
                 info.append([len(info), link.peer, "o", link.transport, topic, link.connected, link.address])
@@ -124,30 +124,30 @@ class SlaveApi:
                 info.append([len(info), source.uri, "i", source.transport, topic, True, source.address])
         return [1, "", info]
 
-    def _get_master_uri(self) -> Triple:
+    def _get_master_uri(self) -> _Response:
         return [1, self._master_uri, self._master_uri]
 
-    def _get_name(self) -> Triple:
+    def _get_name(self) -> _Response:
         return [1, "ROS node name", self._context.name]
 
-    def _get_uri(self) -> Triple:
+    def _get_uri(self) -> _Response:
         return [1, self._context.uri, self._context.uri]
 
-    def _get_pid(self) -> Triple:
+    def _get_pid(self) -> _Response:
         return [1, "", os.getpid()]
 
-    def _get_subscriptions(self) -> Triple:
+    def _get_subscriptions(self) -> _Response:
         return [1, "subscriptions", [[topic, sub.type.name] for topic, sub in self._context.subscriptions.items()]]
 
-    def _get_publications(self) -> Triple:
+    def _get_publications(self) -> _Response:
         return [1, "publications", [[topic, pub.type.name] for topic, pub in self._context.publications.items()]]
 
-    def _param_update(self, key: Any, value: Any) -> Triple:
+    def _param_update(self, key: Any, value: Any) -> _Response:
         if not isinstance(key, str) or not key.startswith("/"):
             raise _BadArgumentError("parameter [parameter_key] must be a global name")
         return [1, "", 0] if self._parameters().update(key, value) else [-1, "not subscribed", 0]
 
-    def _publisher_update(self, topic: Any, publishers: Any) -> Triple:
+    def _publisher_update(self, topic: Any, publishers: Any) -> _Response:
         if not isinstance(topic, str):
             raise _BadArgumentError("parameter [topic] must be a string")
         if not isinstance(publishers, list):
@@ -173,19 +173,19 @@ class SlaveApi:
             raise _BadArgumentError(invalid)
         return [1, "", 0]
 
-    def _request_topic(self, topic: Any, protocols: Any) -> Triple:
+    def _request_topic(self, topic: Any, protocols: Any) -> _Response:
         if not isinstance(topic, str):
             raise _BadArgumentError("parameter [topic] must be a string")
         if not isinstance(protocols, list) or not protocols:
             return [-1, "ERROR: parameter [protocols] must be a list of protocols", []]
         if topic not in self._context.publications:
             return [-1, f"Not a publisher of [{topic}]", []]
-        name = self._context.local_name() if is_offered(protocols, self._context.local_key) else ""
+        name = self._context.local_socket_name() if is_offered(protocols, self._context.local_key) else ""
         if name:
             return [1, f"ready on {name}", [LOCAL, name]]
         for protocol in protocols:
             if isinstance(protocol, list) and protocol and protocol[0] == "TCPROS":
-                host, port = self._tcpros()
+                host, port = self._tcpros_address()
                 return [1, f"ready on {host}:{port}", ["TCPROS", host, port]]
             if isinstance(protocol, list) and protocol and protocol[0] == "UDPROS":
                 response = self._accept_udpros(topic, protocol)
@@ -193,7 +193,7 @@ class SlaveApi:
                     return response
         return [0, "no supported protocol implementations", []]
 
-    def _accept_udpros(self, topic: str, offer: Triple) -> Triple | None:
+    def _accept_udpros(self, topic: str, offer: list[Any]) -> _Response | None:
         """Add a link to a subscriber that has offered a socket for datagrams (T58, T59)."""
         from pyros1.wire.datagram import parse_udpros_offer  # noqa: PLC0415 - few nodes need it
 
@@ -206,9 +206,9 @@ class SlaveApi:
         except (Refusal, Error) as refusal:
             self._context.log.peer(WARN, "refused datagrams for %s: %s", topic, refusal)
             return [0, str(refusal), 0]
-        return [1, "", link.answer(self._tcpros()[0])]
+        return [1, "", link.topic_response(self._tcpros_address()[0])]
 
-    def _shutdown(self, reason: Any = "") -> Triple:
+    def _shutdown(self, reason: Any = "") -> _Response:
         if not isinstance(reason, str):
             raise _BadArgumentError("parameter [msg] must be a string")
         match = re.fullmatch(_NAMESAKE_REASON, reason)

@@ -1,4 +1,4 @@
-"""A strand: runs jobs one at a time, in the order in which they came, without making any thread wait.
+"""A strand: runs jobs one at a time, in the order in which they were added, without making any thread wait.
 
 A thread that brings a job to a free strand does the job. If the strand is busy, the thread leaves the job there and
 continues; the thread that works in the strand does it before it stops. So all links of a topic see one order, whichever
@@ -23,10 +23,11 @@ from threading import get_ident
 from typing import Any
 
 MAX_JOBS_PER_TURN = 64
-"""Maximum number of other threads' jobs done in one turn; `schedule` continues with the rest."""
+"""Maximum number of jobs done in one turn; ``schedule`` is asked to continue with the rest."""
 JOBS_BEFORE_DELAY = 1000
-"""Number of waiting jobs from which each thread that adds another one is delayed for a moment."""
+"""Number of waiting jobs above which `Strand.post` delays each thread that adds another one."""
 POLL_DELAY = 0.001
+"""Seconds of that delay."""
 
 Job = tuple[Callable[..., object], tuple[Any, ...]]
 
@@ -39,8 +40,8 @@ class Strand:
         recover: called when a job raises, as it does if a signal handler raises in the middle of it.
 
     Attributes:
-        free: holds an item while no thread works here; see above.
-        worker: the thread that works here, or worked here last.
+        free: holds an item while no thread works here; see the module's docstring.
+        worker: id of the thread that works here, or worked here last.
         jobs: the jobs that were left.
     """
 
@@ -57,7 +58,7 @@ class Strand:
 
     @property
     def is_mine(self) -> bool:
-        """Whether the calling thread works here: it is then in a signal handler, or in a job."""
+        """Whether the calling thread works here already: the call is then made by a job, or by a signal handler."""
         return not self.free and self.worker == get_ident()
 
     def do(self, job: Callable[..., object], *args: Any) -> None:
@@ -72,14 +73,14 @@ class Strand:
             time.sleep(POLL_DELAY)
 
     def spin_wait(self) -> None:
-        """Wait a millisecond or two for the thread that works here to stop: then the caller need not leave its job."""
+        """Wait up to about two milliseconds until no thread works here: then the caller can do its job itself."""
         for attempt in range(40):
             if self.free or self.is_mine:
                 return
             time.sleep(0 if attempt < 20 else POLL_DELAY / 20)
 
     def work(self) -> None:
-        """Do the jobs that were left, at most a turn of them, unless another thread works here."""
+        """Do the jobs that were left, at most `MAX_JOBS_PER_TURN`, unless another thread works here."""
         thread_id = get_ident()
         while self.jobs:
             try:
@@ -87,21 +88,21 @@ class Strand:
             except IndexError:
                 return
             self.worker = thread_id
-            done = False
+            all_done = False
             try:
-                done = self.run_pending()
+                all_done = self.run_pending()
             except BaseException:
                 self._recover()
                 raise
             finally:
                 self.free.append(True)
-                if not done:  # too many: other links would wait too long for this thread; or a job raised
+                if not all_done:  # too many: other links would wait too long for this thread; or a job raised
                     self._schedule(self.work)  # once the strand is free, or it would find it busy and drop the rest
-            if not done:
+            if not all_done:
                 return
 
     def run_pending(self) -> bool:
-        """Do the jobs that were left, at most a turn of them; return whether none remain. Called by the worker."""
+        """Do the jobs that were left, at most `MAX_JOBS_PER_TURN`; return whether none remain. Called by the worker."""
         jobs = self.jobs
         for _ in range(MAX_JOBS_PER_TURN):
             if not jobs:

@@ -78,33 +78,35 @@ class Topics:
                     raise NodeError(
                         f"this node already publishes {name} as {publication.type.name}, not as {wire_type.name}"
                     )
-                publication.handles += 1
+                publication.num_publishers += 1
                 publication.latch = publication.latch or latch
                 publication.headers.update(headers)  # this and the next affect only later subscribers
                 if queue_size is not None and publication.queue_size is not None:  # queued messages remain
                     publication.queue_size = queue_size
                 return Publisher(publication, message_class, lambda: self._unadvertise(publication))
-            created = Publication(context, name, message_class, wire_type, queue_size, latch, headers)
-            created.handles = 1
-            self._set_publications({**self.publications, name: created})
+            new_publication = Publication(context, name, message_class, wire_type, queue_size, latch, headers)
+            new_publication.num_publishers = 1
+            self._set_publications({**self.publications, name: new_publication})
             try:
                 # With the lock held, here and below, so that the master receives these calls in the right order.
-                wait_registered = self._registrar().begin_register(
+                wait_for_registration = self._registrar().begin_register(
                     "registerPublisher", name, wire_type.name, context.uri
                 )
             except BaseException:
-                self._drop_publication(created)
+                self._drop_publication(new_publication)
                 raise
         try:
-            wait_registered()
+            wait_for_registration()
         except BaseException as error:
-            self._drop_publication(created)
+            self._drop_publication(new_publication)
             self._undo_registration(error, "registerPublisher", name, wire_type.name, context.uri)
             raise
-        return Publisher(created, message_class, lambda: self._unadvertise(created))
+        return Publisher(new_publication, message_class, lambda: self._unadvertise(new_publication))
 
     def _undo_registration(self, error: BaseException, *registration: str) -> None:
-        """Undo a registration after an exception of a signal handler has interrupted the wait for its result."""
+        """Undo a registration if an exception other than a pyros1 error, such as one raised by a signal handler, has
+        interrupted the wait for its result.
+        """
         if not isinstance(error, Error):
             with contextlib.suppress(NodeError):
                 self._registrar().begin_unregister(*registration)
@@ -113,20 +115,20 @@ class Topics:
         if self._context.is_forked:
             return
         with self._lock:
-            publication.handles -= 1
-            if publication.handles or self._context.stopping.is_set():
+            publication.num_publishers -= 1
+            if publication.num_publishers or self._context.stopping.is_set():
                 return
             # Removed immediately: a call that advertises the topic meanwhile must create a new publication.
             self._set_publications({k: v for k, v in self.publications.items() if v is not publication})
             try:
-                wait_unregistered = self._registrar().begin_unregister(
+                wait_for_unregistration = self._registrar().begin_unregister(
                     "registerPublisher", publication.topic, publication.type.name, self._context.uri
                 )
             except BaseException:
                 publication.close()
                 raise
         try:
-            wait_unregistered()
+            wait_for_unregistration()
         finally:
             publication.close()
 
@@ -180,7 +182,7 @@ class Topics:
             if subscription is None:
                 subscription = Subscription(context, name, message_class, hints, driver)
                 self._set_subscriptions({**self.subscriptions, name: subscription})
-            receive = callback if deadline is None else deadline.take
+            receive = callback if deadline is None else deadline.on_message
             unsubscribe = self._unsubscribe
             subscriber = Subscriber(
                 subscription,
@@ -204,7 +206,7 @@ class Topics:
                 raise
             if is_new:
                 try:
-                    wait_registered = self._registrar().begin_register(
+                    wait_for_registration = self._registrar().begin_register(
                         "registerSubscriber", name, subscription.type.name, context.uri
                     )
                 except BaseException:
@@ -212,7 +214,7 @@ class Topics:
                     raise
         if is_new:
             try:
-                uris = wait_registered()
+                uris = wait_for_registration()
             except BaseException as error:
                 self._drop_subscription(subscription)
                 self._undo_registration(error, "registerSubscriber", name, subscription.type.name, context.uri)
@@ -245,14 +247,14 @@ class Topics:
                 return
             self._set_subscriptions({k: v for k, v in self.subscriptions.items() if v is not subscription})
             try:
-                wait_unregistered = self._registrar().begin_unregister(
+                wait_for_unregistration = self._registrar().begin_unregister(
                     "registerSubscriber", subscription.topic, subscription.type.name, self._context.uri
                 )
             except BaseException:
                 subscription.close()
                 raise
         try:
-            wait_unregistered()
+            wait_for_unregistration()
         finally:
             subscription.close(wait=False)  # the caller may hold a lock for which the callback is waiting
 
@@ -357,7 +359,7 @@ class TopicMethods:
 
         Args:
             topic: name of the topic.
-            type: message class, a type's name, or AnyMsg for whatever type the topic has.
+            type: message class, a type's name, or AnyMsg to receive any type.
             callback: called with each message. Calls for one topic never overlap.
             queue_size: maximum number of messages of each publisher queued for a slow callback; older ones are dropped
                 undecoded. None drops nothing: publishers are slowed down (in a node that spins, it means 1000).
@@ -368,22 +370,22 @@ class TopicMethods:
             transports: one or several transports in order of preference: "tcp" (TCPROS), "local" (shared memory and
                 Unix sockets, for pyros1 publishers of the same user on this machine; used by default), "udp" (UDPROS:
                 lost messages are not sent again, and nothing waits for them; see https://wiki.ros.org/ROS/UDPROS).
-                rospy publishers only support "tcp". The first subscriber to a topic in a node decides.
+                rospy publishers only support "tcp". The first subscriber to a topic in a node decides for all of them.
             max_datagram_size: maximum size of a datagram in bytes, for "udp".
             low_latency: whether to poll for the next message for 2 ms before sleeping: messages arrive 25 to 50 us
                 sooner, but the node uses up to one processor. Only effective while the topic has one publisher, over
-                TCP or local. The first subscriber to a topic in a node decides.
+                TCP or local. The first subscriber to a topic in a node decides for all of them.
             deadline: maximum time between two messages, in seconds of the node's time, starting at the first connection
-                to a publisher. The time of a message is when the callback receives it. None for no limit.
-            on_missed: called with a Missed, where all callbacks run, if no message has arrived within ``deadline``:
-                once for each gap, whether a publisher is connected or not.
+                to a publisher. A message counts when the callback receives it. None for no limit.
+            on_missed: called like any callback, with a Missed, if no message has arrived within ``deadline``: once for
+                each gap, whether a publisher is connected or not.
             in_publisher: whether to call the callback in the thread of a publisher in this process, before its
-                `publish` returns, so that no thread must wake up for that. This applies only if all subscribers to the
+                `publish` returns, so that no other thread has to wake up. This applies only if all subscribers to the
                 topic in this node whose callbacks run immediately request it, and not to a message that arrives while a
-                callback of the topic runs.
+                callback of the topic is running.
 
         Raises:
-            ValueError: an unknown transport, an impossible size, or only one of ``deadline`` and ``on_missed``.
+            ValueError: an unknown transport, a size out of range, or only one of ``deadline`` and ``on_missed``.
             NodeError: this node already subscribes to the topic with another type.
             TypeError: an argument has a wrong type.
         """
@@ -391,16 +393,20 @@ class TopicMethods:
         checks.check_callback(callback, _SUBSCRIBE, "callback", type)
         checks.check_queue_size(queue_size, 1)
         cls = checks.message_class(type, "subscribe")
-        wanted = (transports,) if isinstance(transports, str) or not isinstance(transports, Iterable) else transports
-        hints = Hints(tcp_nodelay, tuple(wanted), max_datagram_size, bool(low_latency))
+        transport_names = (
+            (transports,) if isinstance(transports, str) or not isinstance(transports, Iterable) else transports
+        )
+        hints = Hints(tcp_nodelay, tuple(transport_names), max_datagram_size, bool(low_latency))
         hints.check()
-        name, limit = self.resolve(topic), self._deadline(callback, deadline, on_missed)
+        name, monitor = self.resolve(topic), self._make_deadline(callback, deadline, on_missed)
         topics = self._topics
         return topics.subscribe(
-            name, cls, callback, queue_size, hints, arrays=arrays, deadline=limit, in_publisher=bool(in_publisher)
+            name, cls, callback, queue_size, hints, arrays=arrays, deadline=monitor, in_publisher=bool(in_publisher)
         )
 
-    def _deadline(self, callback: _Callback, seconds: float | None, on_missed: _Callback | None) -> Deadline | None:
+    def _make_deadline(
+        self, callback: _Callback, seconds: float | None, on_missed: _Callback | None
+    ) -> Deadline | None:
         if seconds is None and on_missed is None:
             return None
         if seconds is None or on_missed is None:
@@ -412,7 +418,7 @@ class TopicMethods:
         return Deadline(seconds, callback, on_missed, self._context, self._clock, self._notifiers)
 
     def wait_for_message(self, topic: str, type: type[_M] | str, timeout: float | None = None) -> _M:
-        """Wait for one message of a topic and return it.
+        """Wait for one message on a topic and return it.
 
         Args:
             topic: name of the topic.

@@ -233,7 +233,7 @@ def test_a_message_for_the_process_goes_to_who_has_taken_its_place_meanwhile(
     assert publisher.wait_for_subscribers(timeout=5)
     publication = publication_of(talker)
     local, changed = publication.links[0], threading.Event()
-    publication.on_change.append(lambda: local not in publication.links and publication.links and changed.set())
+    publication.change_listeners.append(lambda: local not in publication.links and publication.links and changed.set())
     peers: list[Any] = []
 
     class Number:
@@ -252,7 +252,7 @@ def test_a_message_for_the_process_goes_to_who_has_taken_its_place_meanwhile(
 
 
 def test_sequence_numbers_begin_again(make_node: Any, collect: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("pyros1.node.publishing.publication.SEQUENCE", 3)
+    monkeypatch.setattr("pyros1.node.publishing.publication.NUM_SEQUENCE_NUMBERS", 3)
     got = collect()
     make_node("listener").subscribe("t", Image, lambda message: got(message.header.seq))
     publisher = make_node("talker").advertise("t", Image)

@@ -232,7 +232,7 @@ def test_a_publisher_that_left_is_not_tried_again(make_node: Any, fake_node: Any
     sock.sendall(frame(5))  # what it still has to say is heard (T46)
     got.wait()
     gone = threading.Event()
-    subscription.on_change.append(gone.set)
+    subscription.change_listeners.append(gone.set)
     sock.close()
     assert gone.wait(5)
     fake.listener.settimeout(0.05)

@@ -203,7 +203,7 @@ def test_a_subscriber_that_has_gone_is_noticed(make_node: Any, collect: Any) -> 
         publisher.publish(1)
         got.wait(1)
     gone = collect()
-    publication_of(talker).on_change.append(lambda: gone(None))
+    publication_of(talker).change_listeners.append(lambda: gone(None))
     while publisher.num_connections:  # the system says so after the first one in vain
         publisher.publish(2)
     assert gone.wait(1) and got.data == [1]
@@ -217,10 +217,10 @@ def test_a_publisher_that_has_gone_is_noticed_and_the_next_one_heard(make_node: 
         assert publisher.wait_for_subscribers(timeout=5) and subscriber.wait_for_publishers(timeout=5)
         publisher.publish(number)
         got.wait(number + 1)
-        subscription_of(listener).on_change.append(lambda: gone(subscriber.num_connections))
+        subscription_of(listener).change_listeners.append(lambda: gone(subscriber.num_connections))
         publisher.unregister()
         assert gone.until(lambda counts: 0 in counts)
-        subscription_of(listener).on_change.clear()
+        subscription_of(listener).change_listeners.clear()
         gone.items.clear()
     assert got.data == [0, 1, 2]
 

@@ -80,7 +80,7 @@ def test_with_unregister_all_ends(make_node: Any, collect: Any) -> None:
     assert subscriber.wait_for_publishers(timeout=10)
     subscriber.unregister()
     on_loop(node)
-    assert len(subscription_of(node).on_change) == 0
+    assert len(subscription_of(node).change_listeners) == 0
     assert not missed.until(bool, timeout=0.3)
 
 

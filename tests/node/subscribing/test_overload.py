@@ -103,7 +103,7 @@ def test_a_publisher_that_went_leaves_no_latched_message(make_node: Any, transpo
     listener, got, late = make_node("listener"), collect(), collect()
     listener.subscribe("t", Float64, got)
     subscription, changed = subscription_of(listener), threading.Event()
-    subscription.on_change.append(changed.set)
+    subscription.change_listeners.append(changed.set)
     for number in range(3):
         talker = make_node(f"talker{number}")
         talker.advertise("t", Float64, latch=True).publish(number)

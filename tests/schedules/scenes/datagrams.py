@@ -110,7 +110,7 @@ class Datagrams(Scenario):
         offer = parse_udpros_offer(source.offer())
         assert offer is not None
         link: UdpLink = talker.loop.run(publication.accept_datagrams, *offer)
-        answer = parse_udpros_response(link.answer("localhost"))
+        answer = parse_udpros_response(link.topic_response("localhost"))
         assert answer is not None
 
         def begin() -> None:

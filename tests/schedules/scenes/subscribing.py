@@ -98,7 +98,7 @@ class Subscribing(Scenario):
 
         def visit() -> None:
             subscriber = subscribe(subscription, visitor, self.queue_size)
-            subscription.limit_changed()
+            subscription.update_limit()
             subscriber.unregister()
 
         spinning = self.spin_on(stage, context)

@@ -1,9 +1,9 @@
 """Links within one process: the publisher passes a copy of its message to the subscription; nothing is encoded.
 
 `publish` copies the message once for all subscribers in the process; the copy shares immutable values, which are
-strings and the bytes of uint8 arrays. So a publisher may change its message immediately afterwards, and copying images
-is cheap. The subscribers in a process share the copy, like callbacks of one node in rospy and roscpp, so they should
-not change it.
+strings and the bytes of uint8 arrays. So a publisher may change its message immediately after `publish`, and copying
+images is cheap. The subscribers in a process share the copy, like callbacks of one node in rospy and roscpp, so they
+should not change it.
 """
 
 from __future__ import annotations
@@ -34,12 +34,13 @@ class LocalLink:
         receiver: the delivery loop of the subscription.
         uri: URI of the publisher's slave API.
         header: the subscriber's connection header.
-        answer: the publisher's connection header.
+        response_header: the publisher's connection header.
         queue_size: the publisher's maximum number of queued messages; 0 for no limit. None: publishers `wait` while the
             subscriber is behind.
         inbox_bytes: maximum bytes of messages queued even beyond ``queue_size``, like in the sockets of other links,
             for a subscriber without a limit.
-        on_closed: two functions, of the publication and the subscription, each called once when the link is closed.
+        on_closed: functions of the publication and the subscription; each is called once, with the link, when it is
+            closed.
     """
 
     transport = "INTRAPROCESS"
@@ -50,14 +51,14 @@ class LocalLink:
         receiver: DeliveryLoop,
         uri: str,
         header: dict[str, str],
-        answer: dict[str, str],
+        response_header: dict[str, str],
         queue_size: int | None,
         inbox_bytes: int,
         *on_closed: Callable[[LocalLink], None],
     ) -> None:
         self.peer = header.get("callerid", "")
         self.uri = uri
-        self.header = answer
+        self.header = response_header
         self.messages = 0
         self.bytes_sent = 0
         self.address = "INTRAPROCESS connection on port 0 to [127.0.0.1:0 on socket 0]"
@@ -68,7 +69,7 @@ class LocalLink:
         self._limit = max(queue_size, inbox_bytes // _MIN_MESSAGE_SIZE) if queue_size else queue_size
         self._is_limit_raised = self._limit != queue_size
         self._on_closed = on_closed
-        self._open = [True]
+        self._open_token = [True]  # emptied by the thread that closes the link
         self._inbox = Inbox(self)
         receiver.inboxes.open(self._inbox)
 
@@ -77,7 +78,7 @@ class LocalLink:
 
     @property
     def dropped(self) -> int:
-        """Always 0: messages dropped because the subscriber is too slow are counted by the subscription."""
+        """Always 0: the subscription counts the messages that are dropped because the subscriber is too slow."""
         return 0
 
     @property
@@ -88,32 +89,33 @@ class LocalLink:
     @property
     def connected(self) -> bool:
         """Whether the link is open."""
-        return bool(self._open)
+        return bool(self._open_token)
 
-    def send_copy(self, message: Message, direct: bool = True) -> None:
+    def send_copy(self, message: Message, in_publisher_thread: bool = True) -> None:
         """Deliver a copy of a message.
 
         Args:
             message: the copy.
-            direct: whether the caller is the publisher's thread, not another one that runs the strand's jobs for it.
+            in_publisher_thread: whether the caller is the publisher's thread, not another thread that runs the strand's
+                jobs for it.
         """
-        if self._open:
+        if self._open_token:
             self.messages += 1
-            if self._is_limit_raised and self._receiver.limit is None and self._inbox.full(self._min_limit):
+            if self._is_limit_raised and self._receiver.limit is None and self._inbox.is_full(self._min_limit):
                 message_class: Any = message.__class__
                 self._adapt_limit(frame_size(message_class._encode_frame(message)))
             receiver, inbox = self._receiver, self._inbox
             if not (
                 receiver.in_publisher
                 and not inbox.is_ready
-                and (direct or not on_loop())
+                and (in_publisher_thread or not on_loop())
                 and receiver.deliver_now(self, message)
             ):
                 receiver.push(inbox, message, self._limit)
 
     def send(self, frame: Frame) -> None:
         """Deliver an encoded message."""
-        if not self._open:
+        if not self._open_token:
             return
         data = frame if isinstance(frame, bytes) else b"".join(frame)
         self.messages += 1
@@ -131,19 +133,19 @@ class LocalLink:
             self._is_limit_raised = self._limit > self._min_limit
 
     def recover(self) -> None:
-        """Notify the subscriber of queued messages, in case that was interrupted."""
+        """Notify the subscriber of queued messages, in case an exception has interrupted the notification."""
         if len(self._inbox):
             self._receiver.recover(self._inbox)
 
     def wait(self) -> None:
         """Wait while the subscriber is too far behind, if neither side has set a limit."""
-        if self._limit is None and self._inbox.full(UNBOUNDED_LIMIT):
+        if self._limit is None and self._inbox.is_full(UNBOUNDED_LIMIT):
             self._receiver.wait_for_room(self._inbox)
 
     def close(self) -> None:
         """Close the link; messages that are already queued are still delivered."""
         try:
-            self._open.pop()
+            self._open_token.pop()
         except IndexError:
             return  # it has been closed already
         for closed in self._on_closed:

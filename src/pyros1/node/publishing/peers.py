@@ -56,16 +56,16 @@ class Watch:
         self._on_left = left
         self._known_links: tuple[Link, ...] = ()
         self._notifier = Notifier(f"subscribers of {publication.topic}", log, max_pending=None)
-        publication.on_change.append(self._update)
+        publication.change_listeners.append(self._update)
         publication.context.loop.call_soon(self._update)  # for those already connected
 
     def close(self) -> None:
-        """Stop the calls."""
-        self._publication.on_change.remove(self._update)
+        """Make no further calls."""
+        self._publication.change_listeners.remove(self._update)
         self._notifier.close()
 
     def _update(self) -> None:
-        """Compare the links with those known so far. Called on the loop."""
+        """Report links that were added or removed since the last call. Called on the loop."""
         links, known = self._publication.links, self._known_links
         self._known_links = links
         new = [(self._on_joined, link) for link in links if link not in known]

@@ -21,9 +21,9 @@ MAX_BYTES = 512 << 20
 """Maximum total size of all blocks of a topic, in bytes."""
 MAX_FREE_BLOCKS = 4
 """Maximum number of free blocks to keep."""
-_ALIGNMENT = 64  # of a message's large array, for fast computations
+_ALIGNMENT = 64  # of a message's large array, in bytes, for fast computations
 _LENGTH_SIZE = 4
-_read_count = struct.Struct("<I").unpack_from
+_unpack_u32 = struct.Struct("<I").unpack_from
 
 
 class Block:
@@ -62,7 +62,7 @@ class Block:
             os.close(fd)
 
     def close(self) -> None:
-        """Stop using the block. Subscribers keep their mappings of it."""
+        """Close the descriptor and the mapping. Subscribers keep their own mappings."""
         descriptor, self.fd = self.fd, -1
         if descriptor >= 0:
             os.close(descriptor)
@@ -92,7 +92,7 @@ class Pool:
         self._pid = os.getpid()
 
     @property
-    def is_ours(self) -> bool:
+    def is_own(self) -> bool:
         """Whether the pool was created by this process. A forked process would use the same blocks and numbers."""
         return os.getpid() == self._pid
 
@@ -110,19 +110,19 @@ class Pool:
         begin = array = 0
         if not isinstance(frame, bytes) and 2 <= len(frame) <= 3:
             first, array = frame[0], memoryview(frame[1]).nbytes
-            if len(first) >= 2 * _LENGTH_SIZE and _read_count(first, len(first) - _LENGTH_SIZE)[0] == array:
+            if len(first) >= 2 * _LENGTH_SIZE and _unpack_u32(first, len(first) - _LENGTH_SIZE)[0] == array:
                 begin = len(first) - _LENGTH_SIZE  # an array of bytes, preceded by its length
             else:
                 array = 0
         offset = -begin % _ALIGNMENT
-        block = self._find_free(size + offset, in_use)
+        block = self._find_or_allocate(size + offset, in_use)
         if block is None:
             return None
         _write(block.memory, offset, frame)
         return Placement(block, offset, size, begin, array)
 
     def retire(self, numbers: Set[int]) -> None:
-        """Remove some blocks for good, since a subscriber has disconnected while using messages in them."""
+        """Close blocks and never use them again, since a subscriber has disconnected while using messages in them."""
         for number in numbers:
             block = self.blocks.pop(number, None)
             if block is not None:
@@ -132,7 +132,7 @@ class Pool:
         """Free all blocks."""
         self.retire(set(self.blocks))
 
-    def _find_free(self, size: int, in_use: Set[int]) -> Block | None:
+    def _find_or_allocate(self, size: int, in_use: Set[int]) -> Block | None:
         free = [block for number, block in self.blocks.items() if number not in in_use]
         fitting = [block for block in free if block.size >= size]
         smallest = min(fitting, key=lambda block: block.size, default=None)
@@ -146,8 +146,10 @@ class Pool:
         return smallest or self._allocate(size)
 
     def _allocate(self, size: int) -> Block | None:
-        step = 1 << max(16, size.bit_length() - 3)  # so that messages of slightly different sizes fit into the block
-        size = -(-size // step) * step
+        size_step = 1 << max(
+            16, size.bit_length() - 3
+        )  # so that messages of slightly different sizes fit into the block
+        size = -(-size // size_step) * size_step
         if len(self.blocks) >= MAX_BLOCKS or size + sum(b.size for b in self.blocks.values()) > MAX_BYTES:
             return None
         with contextlib.suppress(OSError, MemoryError, ValueError):

@@ -23,13 +23,14 @@ if TYPE_CHECKING:
 
 _LENGTH_SIZE = 4
 _U32 = struct.Struct("<I")
-SEQUENCE = 1 << 32
+NUM_SEQUENCE_NUMBERS = 1 << 32
 """Number of different sequence numbers; at 1 kHz they wrap around after 50 days."""
 MIN_SHARED_SIZE = 1 << 16
-"""Minimum size in bytes of messages to share through memory; for smaller ones a socket is just as fast."""
+"""Minimum size in bytes of a message that is sent through shared memory; for smaller ones a socket is just as fast."""
 CLOSE_TIMEOUT = 1.0
 """Maximum number of seconds to wait until subscribers have received the last messages of a closing publisher."""
 POLL_DELAY = 0.0001
+"""Seconds between checks while waiting for another thread."""
 MAX_STRAND_WAIT = 1.0
 """Maximum number of seconds that a publisher without a queue waits for the strand, whose worker may be delayed by a
 signal handler."""
@@ -52,7 +53,7 @@ class Publication(PublisherLinks):
         # Codecs are created on first use: here, not in a signal handler that interrupts an import.
         message_class()
         self._encode = message_class._encode_frame
-        self.handles = 0
+        self.num_publishers = 0
         self._seq = _sequence_numbers() if message_class._has_header else None
         self.publish: Callable[[Any], None] = self._publish
         """Send a message to all links; see Publisher.publish."""
@@ -84,8 +85,8 @@ class Publication(PublisherLinks):
                         copy = message.__class__._copy(message)
                     except SerializationError as error:
                         raise self._with_topic(error) from None
-                    for receiver in self._local:
-                        receiver.send_copy(copy)
+                    for local_link in self._local:
+                        local_link.send_copy(copy)
                 elif self._local or self.latch or message.__class__ is not self.message_class:
                     self._send(*self._prepare(message))
                 else:
@@ -133,20 +134,20 @@ class Publication(PublisherLinks):
             if self.latch:
                 self._latched[source] = frame if isinstance(frame, bytes) else b"".join(frame)
             self._send_frame(frame)
-        for receiver in self._local:
+        for local_link in self._local:
             if copy is not None:
-                receiver.send_copy(copy, direct=False)
+                local_link.send_copy(copy, in_publisher_thread=False)
             elif frame is not None:
-                receiver.send(frame)
+                local_link.send(frame)
 
     def _send_frame(self, frame: Frame) -> None:
         """Send an encoded message to all links; a large one is written only once for links that share memory."""
         placement = None
-        if self._shared and self._pool is not None and frame_size(frame) > MIN_SHARED_SIZE and self._pool.is_ours:
-            for shared in self._shared:
-                shared.receive_releases()
+        if self._shared and self._pool is not None and frame_size(frame) > MIN_SHARED_SIZE and self._pool.is_own:
+            for shared_link in self._shared:
+                shared_link.receive_releases()
             placement = self._pool.place(
-                frame, {block for shared in self._shared for block in shared.outstanding.values()}
+                frame, {block for shared_link in self._shared for block in shared_link.outstanding.values()}
             )
         if placement is None:
             for link in self._remote:
@@ -167,7 +168,7 @@ class Publication(PublisherLinks):
         self._send(frame, copy)
 
     def _wait_for_links(self) -> None:
-        """Wait until all links have sent the published messages, like in rospy without a queue size."""
+        """Wait until all links have sent the published messages, like a rospy publisher without a queue size."""
         strand, deadline = self.strand, perf_counter() + MAX_STRAND_WAIT
         while strand.jobs and perf_counter() < deadline:  # this thread's message may be among them
             if strand.is_mine:
@@ -180,7 +181,7 @@ class Publication(PublisherLinks):
                 link.wait()
 
     def _warn_after_shutdown(self, message: Any) -> None:
-        """Log that the node has shut down. Like in rospy, this is no exception: a loop may have just called `ok`.
+        """Warn that the node has shut down. Like rospy, raise no exception: a loop may have called `ok` just before.
 
         It is logged only once, and not at all if the node was shut down by a signal.
         """
@@ -194,7 +195,8 @@ class Publication(PublisherLinks):
 
         Args:
             body: the encoded message.
-            source: for a latched topic, the source of the message. New subscribers receive the last one of each source.
+            source: for a latched topic, the source of the message. New subscribers receive the last message of each
+            source.
         """
         if self.links or self.latch:
             self.strand.do(self._send, len(body).to_bytes(_LENGTH_SIZE, "little") + body, None, source)
@@ -233,7 +235,9 @@ class Publication(PublisherLinks):
             self.strand.do(self._finish, deadline)
 
     def _refuse_links(self) -> None:
-        """Accept no more links. Called in the strand, so that links being added are completed first."""
+        """Accept no more links, and discard the latched messages. Called in the strand, so that links being added are
+        completed first.
+        """
         self._closed = True
         self._latched.clear()
 
@@ -246,11 +250,13 @@ class Publication(PublisherLinks):
 
 def _sequence_numbers() -> Iterator[int]:
     """Return the sequence numbers of headers, starting at 1 like rospy (T22), and wrapping to 0 like roscpp."""
-    return itertools.chain(range(1, SEQUENCE), itertools.chain.from_iterable(itertools.repeat(range(SEQUENCE))))
+    return itertools.chain(
+        range(1, NUM_SEQUENCE_NUMBERS), itertools.chain.from_iterable(itertools.repeat(range(NUM_SEQUENCE_NUMBERS)))
+    )
 
 
 def _snapshot(frame: Frame | None, copy: Any) -> tuple[Frame | None, Any]:
-    """Return a message that can be queued: one that does not refer to memory that may change meanwhile."""
+    """Return a message that can be queued because it does not refer to memory that may change meanwhile."""
     return None if frame is None else copy_frame(frame), copy
 
 

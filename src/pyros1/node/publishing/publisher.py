@@ -25,7 +25,8 @@ _Value = SupportsFloat | SupportsIndex | str | Time | Duration | Array
 
 
 class Publisher(Generic[_M]):
-    """The user's handle of a published topic; created by ``Node.advertise``. A context manager that unregisters it.
+    """The user's handle of a published topic; created by ``Node.advertise``. Also a context manager that unregisters
+    it.
 
     Attributes:
         name: the topic's full name.
@@ -37,7 +38,7 @@ class Publisher(Generic[_M]):
         self.type = message_class
         self._publication = publication
         self._unregister: Callable[[], None] | None = unregister
-        self._raw = message_class is AnyMsg
+        self._is_raw = message_class is AnyMsg
 
     # For type checkers: a message must be of the topic's type; the type of a single value depends on the definition.
     @overload
@@ -51,8 +52,8 @@ class Publisher(Generic[_M]):
     def publish(self, *args: Any, **fields: Any) -> None:
         """Publish a message. Returns immediately; a slow subscriber loses the oldest messages beyond ``queue_size``.
 
-        May be called in any thread or signal handler. If a handler interrupts `publish` on the same topic, its message
-        is sent after the other one; or before it, if `publish` had only just been called.
+        Thread-safe, and allowed in signal handlers. If a handler interrupts `publish` on the same topic, the handler's
+        message is sent after the interrupted one; or before it, if that `publish` had only just begun.
 
         Args:
             args: one message, or the values of all its fields in order.
@@ -60,7 +61,7 @@ class Publisher(Generic[_M]):
 
         Raises:
             SerializationError: the message is of another type; or a value does not fit its field, which is noticed only
-                if there are subscribers, or the topic is latched.
+                if there are subscribers or the topic is latched.
             NodeError: the publisher has been unregistered.
             TypeError: wrong number of values, or positional and named values mixed, or a class instead of a message.
             AttributeError: the type has no field of that name.
@@ -70,7 +71,7 @@ class Publisher(Generic[_M]):
         if len(args) == 1 and not fields:
             message = args[0]
             if isinstance(message, self.type):
-                if self._raw and (self._publication.latch or self._publication.message_class is not AnyMsg):
+                if self._is_raw and (self._publication.latch or self._publication.message_class is not AnyMsg):
                     self._publication.publish_body(message._buff, self)  # type: ignore[attr-defined]
                 else:
                     self._publication.publish(message)
@@ -81,7 +82,7 @@ class Publisher(Generic[_M]):
             if hasattr(message, "_md5sum"):
                 self._publish_other(message)
                 return
-            if self._raw:
+            if self._is_raw:
                 self._check_bytes(message)
         self._publication.publish(self.type(*args, **fields))
 
@@ -106,15 +107,15 @@ class Publisher(Generic[_M]):
             publication.publish_body(message._buff)
         elif isinstance(message, Message) and md5sum == publication.type.md5sum:
             publication.publish(message)
-        elif not self._raw and md5sum == publication.type.md5sum:
+        elif not self._is_raw and md5sum == publication.type.md5sum:
             # Messages from other generators have the same fields, but different encoding methods.
             publication.publish(self.type._copy(message))  # type: ignore[attr-defined]
-        elif not self._raw and self._is_only_field(md5sum):
+        elif not self._is_raw and self._is_only_field(md5sum):
             publication.publish(self.type(message))  # type: ignore[call-arg]
         else:
-            requested = publication.type
-            reason = f"not {name}" if name != requested.name else f"with md5sum {requested.md5sum}, not {md5sum}"
-            raise SerializationError(f"{self.name} carries {requested.name}, {reason}")
+            topic_type = publication.type
+            reason = f"not {name}" if name != topic_type.name else f"with md5sum {topic_type.md5sum}, not {md5sum}"
+            raise SerializationError(f"{self.name} carries {topic_type.name}, {reason}")
 
     def _is_only_field(self, md5sum: str) -> bool:
         """Return whether the type has only one field, and that is a message with the given md5 sum."""
@@ -139,8 +140,8 @@ class Publisher(Generic[_M]):
 
     @property
     def links(self) -> tuple[Link, ...]:
-        """The links to the topic's subscribers, with ``peer`` (the node's name), ``transport``, ``address``, and the
-        numbers ``messages`` and ``bytes_sent`` so far.
+        """The links to the topic's subscribers, each with ``peer`` (the node's name), ``transport``, ``address``, and
+        the numbers of ``messages`` and ``bytes_sent`` so far.
         """
         return self._publication.links
 

@@ -51,7 +51,7 @@ class Link(Protocol):
 
 
 class PublisherLinks:
-    """The part of a publication that manages links.
+    """The part of a publication that manages its links.
 
     Args:
         context: the node's context.
@@ -86,8 +86,8 @@ class PublisherLinks:
         self._local: tuple[LocalLink, ...] = ()  # links that accept message objects
         self._shared: tuple[SharedLink, ...] = ()  # those of `_remote` that share memory
         self._pool: Pool | None = None
-        self.on_change: list[Callable[[], None]] = []
-        self._connections = itertools.count(1)  # connection numbers, for UDP
+        self.change_listeners: list[Callable[[], None]] = []
+        self._connection_numbers = itertools.count(1)  # for UDP
         self._latched: dict[object, Frame] = {}  # the last message of each source, like in roscpp
         # Guards sequence numbers, latched messages and links, so that all links receive messages in the same order.
         self.strand = Strand(context.loop.call_soon, self._recover)
@@ -102,22 +102,22 @@ class PublisherLinks:
         """Respond to a subscriber's header and add a link. Called on the loop.
 
         Raises:
-            Refusal: the subscriber expects another type.
+            Refusal: the subscriber expects another type, there are too many subscribers, or the publication is closed.
         """
-        answer = self._answer(header)
+        response = self._make_response(header)
         self._check_num_links()
         if sock.family == getattr(socket, "AF_UNIX", None):
-            self._link_shared(sock, header, answer)
+            self._add_shared_link(sock, header, response)
             return
         keep_alive(sock)
         if is_true(header.get("tcp_nodelay")):
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        greeting = encode_header(answer)
+        greeting = encode_header(response)
         link_class: Any = WaitingLink if self.queue_size is None else TcpLink
         link = link_class(self.context.loop, self.strand, sock, header, greeting, self.queue_size, self._remove)
         self.strand.do(self._add, link)
 
-    def _link_shared(self, sock: socket.socket, header: dict[str, str], answer: dict[str, str]) -> None:
+    def _add_shared_link(self, sock: socket.socket, header: dict[str, str], response: dict[str, str]) -> None:
         """Add a link to a subscriber on this machine that shares memory with this process. Called on the loop."""
         from pyros1.node.publishing import shared_link  # noqa: PLC0415 - needs modules that only Linux has
         from pyros1.node.publishing.pool import Pool  # noqa: PLC0415
@@ -126,26 +126,29 @@ class PublisherLinks:
             self._pool = Pool()
         link_class = shared_link.WaitingSharedLink if self.queue_size is None else shared_link.SharedLink
         loop, token = self.context.loop, os.urandom(TOKEN_SIZE)
-        link = link_class(loop, self.strand, sock, header, answer, self.queue_size, self._remove, self._pool, token)
+        link = link_class(loop, self.strand, sock, header, response, self.queue_size, self._remove, self._pool, token)
         self.strand.do(self._add, link)
 
-    def accept_datagrams(self, header: dict[str, str], peer_address: tuple[str, int], size: int) -> UdpLink:
+    def accept_datagrams(self, header: dict[str, str], peer_address: tuple[str, int], max_size: int) -> UdpLink:
         """Add a link to a subscriber that requests datagrams. Called on the loop.
 
         Args:
             header: the subscriber's connection header.
             peer_address: the subscriber's host and port.
-            size: maximum size of a datagram in bytes.
+            max_size: maximum size of a datagram in bytes.
 
         Raises:
-            Refusal: the subscriber expects another type, or cannot be reached.
+            Refusal: the subscriber expects another type or cannot be reached, there are too many subscribers, or the
+                publication is closed.
         """
         from pyros1.node.publishing.udp_link import UdpLink  # noqa: PLC0415 - few nodes need it
 
-        answer = self._answer(header)
+        response = self._make_response(header)
         self._check_num_links()
-        number = next(self._connections)
-        link = UdpLink(self.context.loop, self.strand, header, answer, peer_address, size, number, self._remove)
+        connection_number = next(self._connection_numbers)
+        link = UdpLink(
+            self.context.loop, self.strand, header, response, peer_address, max_size, connection_number, self._remove
+        )
         if not link.connected:
             raise Refusal(f"cannot send datagrams to {peer_address[0]}:{peer_address[1]}")
         self.strand.do(self._add, link)
@@ -163,17 +166,17 @@ class PublisherLinks:
             on_closed: called when the link is closed.
 
         Raises:
-            Refusal: the subscription expects another type.
+            Refusal: the subscription expects another type, or the publication is closed.
         """
         try:
-            answer = self._answer(header)
+            response = self._make_response(header)
         except Refusal as refusal:  # logged here, as `TcprosServer` does for TCP
             self.context.log.warn("refused a connection from %s for %s: %s", header["callerid"], self.topic, refusal)
             raise
         _ = self.message_class._copy  # creates the codec, as in `Publication.__init__`
         inbox_bytes = self.context.local_room
         link = LocalLink(
-            self.strand, receiver, uri, header, answer, self.queue_size, inbox_bytes, self._remove, on_closed
+            self.strand, receiver, uri, header, response, self.queue_size, inbox_bytes, self._remove, on_closed
         )
         self.strand.do(self._add, link)
         return link
@@ -182,7 +185,7 @@ class PublisherLinks:
         if len(self.links) >= MAX_LINKS:
             raise Refusal(f"[{self.topic}] has {MAX_LINKS} subscribers already")
 
-    def _answer(self, header: dict[str, str]) -> dict[str, str]:
+    def _make_response(self, header: dict[str, str]) -> dict[str, str]:
         if self._closed:
             raise self._closed_refusal()
         return make_publisher_response(header, self.context.name, self.topic, self.type, self.latch, self.headers)
@@ -212,9 +215,9 @@ class PublisherLinks:
         self._local = tuple(link for link in links if isinstance(link, LocalLink))
         self._remote = tuple(link for link in links if not isinstance(link, LocalLink))
         self._shared = tuple(link for link in self._remote if link.transport == "LOCAL")  # type: ignore[misc]  # SharedLinks
-        if self.on_change:
+        if self.change_listeners:
             self.context.loop.call_soon(self._on_links_changed)  # callbacks must not run in the strand
 
     def _on_links_changed(self) -> None:
-        for callback in tuple(self.on_change):
+        for callback in tuple(self.change_listeners):
             callback()

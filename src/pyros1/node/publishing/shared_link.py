@@ -1,6 +1,6 @@
 """A publisher's link to a subscriber on the same machine; see `pyros1.wire.local`.
 
-Small messages are sent through a Unix socket like over TCP. For a large one, a reference is sent. At most
+Small messages are sent through a Unix socket, as they would be over TCP. For a large one, a reference is sent. At most
 `MAX_REFERENCES` are outstanding at a time, so a slow subscriber occupies few blocks. Further references wait in the
 link's queue, which drops the oldest as usual.
 """
@@ -32,7 +32,7 @@ from pyros1.wire.outqueue import Buffer, Frame, OutQueue
 
 MAX_REFERENCES = 8
 """Maximum number of references that a subscriber may hold at a time."""
-_MAX_PER_TURN = 64
+_MAX_RECORDS_PER_TURN = 64
 """Maximum number of records to read before other work continues."""
 
 
@@ -51,7 +51,7 @@ class _ReferenceQueue(OutQueue):
 
     Args:
         limit: as for OutQueue.
-        outstanding: number of each reference that was sent or is queued here -> number of its block.
+        outstanding: the block number of each reference that was sent or is queued here, by the reference's number.
     """
 
     __slots__ = ("_outstanding",)
@@ -61,8 +61,8 @@ class _ReferenceQueue(OutQueue):
         self._outstanding = outstanding
 
     @property
-    def available(self) -> int:
-        """The number of references that may currently be sent."""
+    def num_available(self) -> int:
+        """The number of references that may be sent now."""
         waiting = sum(frame.__class__ is _ReferenceFrame for frame in self._waiting)
         return MAX_REFERENCES - len(self._outstanding) + waiting
 
@@ -82,12 +82,12 @@ class _ReferenceQueue(OutQueue):
         """Return the frames that may be sent next."""
         if not self._outstanding:
             return super().buffers(max_buffers)
-        available, parts = self.available, list(self._partial)
+        num_available, parts = self.num_available, list(self._partial)
         for frame in islice(self._waiting, max(0, max_buffers - len(parts))):
             if isinstance(frame, bytes):
                 if frame.__class__ is _ReferenceFrame:
-                    available -= 1
-                    if available < 0:
+                    num_available -= 1
+                    if num_available < 0:
                         break
                 parts.append(frame)
             else:
@@ -102,7 +102,7 @@ class SharedLink(TcpLink):
 
     Args:
         loop, strand, sock, header, queue_size, on_closed: as for TcpLink; the socket is a Unix socket.
-        answer: the publisher's connection header, not encoded.
+        response: the publisher's connection header, not encoded.
         pool: the topic's blocks.
         token: the first bytes of each reference.
 
@@ -118,7 +118,7 @@ class SharedLink(TcpLink):
         strand: Strand,
         sock: socket.socket,
         header: dict[str, str],
-        answer: dict[str, str],
+        response: dict[str, str],
         queue_size: int | None,
         on_closed: Callable[[TcpLink], None],
         pool: Pool,
@@ -127,7 +127,7 @@ class SharedLink(TcpLink):
         assert len(token) == TOKEN_SIZE
         self._control_socket, self._peer_control_socket = socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET)
         self._control_socket.setblocking(False)
-        greeting = encode_header({**answer, "token": token.hex()})
+        greeting = encode_header({**response, "token": token.hex()})
         super().__init__(loop, strand, sock, header, greeting, queue_size, on_closed)
         self.outstanding: dict[int, int] = {}  # reference that was sent or is queued -> its block
         self._references = _ReferenceQueue(queue_size, self.outstanding)
@@ -138,7 +138,9 @@ class SharedLink(TcpLink):
         self._known_blocks: set[int] = set()  # numbers of the blocks that the subscriber has received
         self._watches_control_socket = False
         self._has_waiting_references = False  # queued until the subscriber releases others
-        self._sending: tuple[int, int] | None = None  # the reference being sent, and `bytes_sent` before that
+        self._reference_in_progress: tuple[int, int] | None = (
+            None  # the reference being sent, and `bytes_sent` before that
+        )
 
     def start(self) -> None:
         """Send the connection header and the subscriber's end of the control socket."""
@@ -159,7 +161,7 @@ class SharedLink(TcpLink):
         """Send a reference to a large message. Called in the strand.
 
         Returns:
-            False if that was not possible, so that the message itself must be sent.
+            False if this was not possible, so that the message itself must be sent; True if nothing more is to be sent.
         """
         if self._closed:
             return True
@@ -171,31 +173,31 @@ class SharedLink(TcpLink):
             encode_reference(self._token, Reference(number, placement.block.number, *placement[1:]))
         )
         frame.number = number
-        if self._references.available <= 0:
+        if self._references.num_available <= 0:
             self._is_idle = False
-        self._sending = number, self.bytes_sent
+        self._reference_in_progress = number, self.bytes_sent
         self.outstanding[number] = placement.block.number
         self.send(frame)
-        self._sending = None
+        self._reference_in_progress = None
         self.bytes_sent += placement.size
         self._watch_if_references_wait()
         return True
 
     def recover(self) -> None:
         """Recover like other links; a reference that has not been sent is considered released."""
-        if self._sending is not None:
-            number, bytes_before = self._sending
+        if self._reference_in_progress is not None:
+            number, bytes_before = self._reference_in_progress
             is_partly_sent = self.bytes_sent > bytes_before or (self._in_flight is not None and self._sent > 0)
             if not is_partly_sent and not self._references.has_reference(number):
                 self.outstanding.pop(number, None)
-            self._sending = None
+            self._reference_in_progress = None
         super().recover()
 
     def receive_releases(self) -> None:
         """Process the references that the subscriber has released. Called in the strand."""
         if self._closed:
             return
-        for _ in range(_MAX_PER_TURN):
+        for _ in range(_MAX_RECORDS_PER_TURN):
             try:
                 record = self._control_socket.recv(MAX_RECORD)
             except BlockingIOError:
@@ -232,7 +234,7 @@ class SharedLink(TcpLink):
         self._watch_if_references_wait()
 
     def _watch_if_references_wait(self) -> None:
-        """Wait until the subscriber releases references if others are queued."""
+        """If references are queued, let the loop wait until the subscriber releases others."""
         self._has_waiting_references = bool(self._queue) and not self._is_blocked and not self._closed
         if self._has_waiting_references:
             self._is_idle = False
@@ -245,9 +247,11 @@ class SharedLink(TcpLink):
     def _watch_control_socket(self) -> None:
         """Wait for records; the system also reports those that have already arrived."""
         if not self._closed:
-            self._loop.register(self._control_socket, selectors.EVENT_READ, lambda _: self._control_socket_readable())
+            self._loop.register(
+                self._control_socket, selectors.EVENT_READ, lambda _: self._on_control_socket_readable()
+            )
 
-    def _control_socket_readable(self) -> None:
+    def _on_control_socket_readable(self) -> None:
         self._unwatch_control_socket()
         self._strand.do(self._resume)
 

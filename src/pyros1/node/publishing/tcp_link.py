@@ -4,8 +4,8 @@ A link is used only in the strand of its topic (``strand.py``), so it needs no l
 
 * *idle*: the queue is empty. A message is sent immediately, by the thread that runs the strand's jobs.
 * *coalescing*: more than MIN_STREAK messages in a row were published less than HOT_GAP seconds apart. They are
-  collected in the queue and sent together: by the publishing thread after BATCH messages or BATCH_TIME seconds, or by
-  the loop's timer if the publisher pauses. A single message is never delayed.
+  collected in the queue and sent together: by the publishing thread after MAX_BATCH messages or BATCH_TIME seconds, or
+  by the loop's timer if the publisher pauses. A single message is never delayed.
 * *blocked*: the socket is full. Messages are collected in the queue (the oldest are dropped as a whole). The loop sends
   when the socket accepts more; so does a publisher in a tight loop, because it rarely lets the loop thread run.
 * *closed*.
@@ -32,6 +32,7 @@ from pyros1.node.strand import Strand
 from pyros1.wire.outqueue import Frame, OutQueue, frame_size
 
 HOT_GAP = 30e-6
+"""Maximum seconds between messages of a streak; see the module's docstring."""
 MIN_STREAK = 100
 MAX_BATCH = 128
 BATCH_TIME = 100e-6
@@ -43,6 +44,7 @@ FLUSH_DELAY = 0.0005
 PEER_CHECK_INTERVAL = 15.0
 """Seconds between checks whether the subscriber's machine is gone."""
 SMALL_FRAME_BYTES = 4096
+"""Size in bytes below which frames are joined or collected."""
 POLL_DELAY = 0.0001
 
 
@@ -51,7 +53,7 @@ class TcpLink:
 
     Args:
         loop: the node's loop.
-        strand: the topic's strand. `start`, `send` and `recover` are called in it, the other methods from any thread.
+        strand: the topic's strand. `start`, `send` and `recover` are called in it; the other methods are thread-safe.
         sock: connected socket, after the handshake; the link takes it over and closes it.
         header: the subscriber's connection header.
         greeting: the publisher's connection header, encoded; it is sent first, see `start`.
@@ -84,7 +86,9 @@ class TcpLink:
         self._send_bytes = sock.send
         self._on_closed = on_closed
         self._queue = OutQueue(queue_size)
-        self._batch = 0 if queue_size is None else MAX_BATCH if queue_size == 0 else min(MAX_BATCH, queue_size // 2)
+        self._batch_size = (
+            0 if queue_size is None else MAX_BATCH if queue_size == 0 else min(MAX_BATCH, queue_size // 2)
+        )
         self._is_idle = True
         self._is_blocked = False
         self._closed = False
@@ -132,7 +136,7 @@ class TcpLink:
         self.messages += 1
         now = perf_counter()
         if self._is_idle:
-            if self._batch > 1 and now - self._last_send < HOT_GAP:
+            if self._batch_size > 1 and now - self._last_send < HOT_GAP:
                 self._streak += 1
                 if self._streak > MIN_STREAK and frame.__class__ is bytes and len(frame) < SMALL_FRAME_BYTES:
                     self._is_idle = False
@@ -146,7 +150,7 @@ class TcpLink:
             self._send_now(frame)
             return
         self._queue.push(frame)
-        if now - self._last_send > BATCH_TIME or (len(self._queue) >= self._batch and not self._is_blocked):
+        if now - self._last_send > BATCH_TIME or (len(self._queue) >= self._batch_size and not self._is_blocked):
             self._last_send = now
             self._flush()
 
@@ -245,7 +249,7 @@ class TcpLink:
     def _block(self) -> None:
         if not self._is_blocked:
             self._is_blocked = True
-            self._loop.call_soon(self._want_writable)
+            self._loop.call_soon(self._await_writable)
 
     # On the loop ------------------------------------------------------------------------------------------------------
 
@@ -255,13 +259,13 @@ class TcpLink:
             self._peer_check_timer = self._loop.call_later(PEER_CHECK_INTERVAL, self._check_peer)
 
     def _check_peer(self) -> None:
-        """Close the link if the subscriber's machine is gone, as queues would fill up, or publishers would wait."""
+        """Close the link if the subscriber's machine is gone: otherwise queues would fill up, or publishers wait."""
         if is_peer_dead(self._sock):
             self.close()
         elif not self._closed:
             self._peer_check_timer = self._loop.call_later(PEER_CHECK_INTERVAL, self._check_peer)
 
-    def _want_writable(self) -> None:
+    def _await_writable(self) -> None:
         if not self._closed:
             self._loop.modify(self._sock, selectors.EVENT_READ | selectors.EVENT_WRITE, self._on_event)
 
@@ -287,7 +291,7 @@ class TcpLink:
         if not self._closed:
             self._flush()
             if self._is_blocked and not (self._in_event and self._loop.in_loop()):
-                self._loop.call_soon(self._want_writable)  # the loop no longer waits for the socket
+                self._loop.call_soon(self._await_writable)  # the loop no longer waits for the socket
 
     def _fail(self) -> None:
         """Close a link whose socket is broken or closed. Called in the strand."""
@@ -300,14 +304,14 @@ class TcpLink:
                 self._dispose()
 
     def close(self) -> None:
-        """Close the link; queued messages are lost. May be called from any thread."""
+        """Close the link; queued messages are lost. Thread-safe."""
         if not self._strand.is_mine:
             with contextlib.suppress(OSError):  # so that nothing more is sent
                 self._sock.shutdown(socket.SHUT_RDWR)
         self._strand.do(self._fail)
 
     def finish(self, deadline: float) -> None:
-        """Send the queued messages, then close the link, when the publisher is closed.
+        """Send the queued messages, then close the link. Called when the publisher is closed.
 
         Args:
             deadline: the deadline in `perf_counter` time; after that, the remaining messages are dropped.
@@ -358,11 +362,11 @@ class WaitingLink(TcpLink):
 
     def wait(self) -> None:
         """Wait until the messages passed to `send` so far are sent, or the link is closed. Not called in the strand."""
-        number = self.messages
-        if self._num_sent >= number:
+        num_messages = self.messages
+        if self._num_sent >= num_messages:
             return
         try:
-            while not self._closed and self._num_sent < number:
+            while not self._closed and self._num_sent < num_messages:
                 self._wait_and_send()
         finally:
             if self._queue:  # the loop sends messages of other threads, and all if this thread was interrupted
@@ -406,7 +410,7 @@ def _address_text(sock: socket.socket) -> str:
     if sock.family == getattr(socket, "AF_UNIX", None):
         return f"LOCAL connection on port 0 to [127.0.0.1:0 on socket {sock.fileno()}]"
     try:
-        port, peer = sock.getsockname()[1], sock.getpeername()
+        port, peer_address = sock.getsockname()[1], sock.getpeername()
     except OSError:
         return "TCPROS connection on port 0 to [unknown]"
-    return f"TCPROS connection on port {port} to [{peer[0]}:{peer[1]} on socket {sock.fileno()}]"
+    return f"TCPROS connection on port {port} to [{peer_address[0]}:{peer_address[1]} on socket {sock.fileno()}]"

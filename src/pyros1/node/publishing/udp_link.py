@@ -1,7 +1,7 @@
 """A publisher's link over UDP (UDPROS, as in roscpp), which loses messages instead of waiting.
 
 A subscriber offers a socket in `requestTopic`; the publisher responds with a connection number and starts to send.
-There is no connection that could break: a publisher learns only from system errors that nobody is listening (T57-T62).
+There is no connection that could break: only system errors tell a publisher that nobody is listening (T57-T62).
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ class UdpLink:
         loop: the node's loop, which looks up the subscriber's host.
         strand: the topic's strand, in which `send` is called and the socket is used.
         header: the subscriber's connection header.
-        answer: the publisher's connection header.
+        response_header: the publisher's connection header.
         peer_address: the subscriber's host and port.
-        size: maximum size of a datagram in bytes.
-        connection: the connection number of this link.
+        max_size: maximum size of a datagram in bytes.
+        connection_number: the connection number of this link.
         on_closed: called once when the link is closed.
     """
 
@@ -44,10 +44,10 @@ class UdpLink:
         loop: Loop,
         strand: Strand,
         header: dict[str, str],
-        answer: dict[str, str],
+        response_header: dict[str, str],
         peer_address: tuple[str, int],
-        size: int,
-        connection: int,
+        max_size: int,
+        connection_number: int,
         on_closed: Callable[[UdpLink], None],
     ) -> None:
         self.header = header
@@ -57,19 +57,19 @@ class UdpLink:
         self.bytes_sent = 0
         self.dropped = 0
         self.waiting = 0
-        self._answer = answer
+        self._response_header = response_header
         self._peer_address = peer_address
-        self._max_size = size
-        self._connection = connection
+        self._max_size = max_size
+        self._connection_number = connection_number
         self._on_closed = on_closed
         self._message_numbers = itertools.count()
         self._strand = strand
         self._sock: socket.socket | None = None
         self._early_frame: bytes | None = None  # the last message before the host's address was known
         self._is_open = True
-        loop.resolver.resolve(peer_address[0], self._resolved)
+        loop.resolver.resolve(peer_address[0], self._on_resolved)
 
-    def answer(self, host: str) -> list[Any]:
+    def topic_response(self, host: str) -> list[Any]:
         """Return the response to `requestTopic` (T59).
 
         Args:
@@ -77,7 +77,14 @@ class UdpLink:
         """
         sock = self._sock
         port = sock.getsockname()[1] if sock is not None else 0
-        return [PROTOCOL, host, port, self._connection, self._max_size, encode_header(self._answer)[_LENGTH_SIZE:]]
+        return [
+            PROTOCOL,
+            host,
+            port,
+            self._connection_number,
+            self._max_size,
+            encode_header(self._response_header)[_LENGTH_SIZE:],
+        ]
 
     def start(self) -> None:
         """Do nothing: the connection header is part of the response to `requestTopic`."""
@@ -93,7 +100,7 @@ class UdpLink:
         """Whether the link is open."""
         return self._is_open
 
-    def _resolved(self, addresses: list[str], error: OSError | None) -> None:
+    def _on_resolved(self, addresses: list[str], error: OSError | None) -> None:
         if error is not None or not addresses:
             self.close()
             return
@@ -112,8 +119,8 @@ class UdpLink:
         if not self._is_open:
             sock.close()
             return
-        port, number = sock.getsockname()[1], sock.fileno()
-        self.address = f"UDPROS connection on port {port} to [{address}:{self._peer_address[1]} on socket {number}]"
+        port, fd = sock.getsockname()[1], sock.fileno()
+        self.address = f"UDPROS connection on port {port} to [{address}:{self._peer_address[1]} on socket {fd}]"
         self._sock, early_frame, self._early_frame = sock, self._early_frame, None
         if early_frame is not None and not self._send_datagrams(early_frame):
             self._close_now()
@@ -136,7 +143,7 @@ class UdpLink:
         if sock is None:
             return False
         try:
-            for datagram in split(data, self._connection, next(self._message_numbers), self._max_size):
+            for datagram in split(data, self._connection_number, next(self._message_numbers), self._max_size):
                 sock.send(datagram)
         except (BlockingIOError, ValueError):
             self.dropped += 1
@@ -147,7 +154,7 @@ class UdpLink:
         return True
 
     def close(self) -> None:
-        """Close the link. May be called from any thread."""
+        """Close the link. Thread-safe."""
         self._strand.do(self._close_now)
 
     def _close_now(self) -> None:

@@ -157,7 +157,9 @@ class ServiceClient:
         """
         context = self._context
         server = (
-            context.services.get(self.name) if context.callbacks is not None and context.callbacks.runs_here() else None
+            context.services.get(self.name)
+            if context.callbacks is not None and context.callbacks.is_callback_thread()
+            else None
         )
         if server is None or server.type._md5sum != self.type._md5sum or uri not in (None, server.uri):
             return None

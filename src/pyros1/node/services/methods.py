@@ -65,7 +65,7 @@ class Services:
             )
             self._set_servers({**self.servers, name: server})
         if not direct:  # opens the socket that clients on this machine derive from the service's URI
-            self._context.loop.call_soon(self._context.local_name)
+            self._context.loop.call_soon(self._context.local_socket_name)
         try:
             self._registrar().register("registerService", name, server.uri, self._context.uri)
         except BaseException:

@@ -1,1 +1,1 @@
-"""Topics that a node subscribes to: handles, subscriptions, their connections and delivery."""
+"""The topics that a node subscribes to: subscribers, subscriptions, their links and delivery."""

@@ -1,4 +1,4 @@
-"""The connector, which drives the dialogue with one publisher (`dialogue`): sockets, timers, calls."""
+"""The connector: drives the `dialogue` with one publisher, using sockets, timers and calls."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from pyros1.net.keepalive import set_nodelay_and_keepalive
 from pyros1.node import same_host
 from pyros1.node.context import find_local_context
 from pyros1.node.log.levels import ERROR, WARN
-from pyros1.node.subscribing import dialogue as do
+from pyros1.node.subscribing import dialogue as dialogue_actions
 from pyros1.node.subscribing.dialogue import Action, Dialogue, State
 from pyros1.node.subscribing.tcp_source import TcpSource
 from pyros1.wire.handshake import Refusal
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.udp_source import UdpSource
 
 STEP_TIMEOUT = 10.0
-"""Maximum seconds for each step. A publisher that cannot be reached delays no other."""
+"""Maximum number of seconds for each step. A publisher that cannot be reached does not delay others."""
 SILENCE_TIMEOUT = 4.0
-"""Seconds after which a publisher that does not answer is named in the log."""
+"""Seconds after which the log reports a publisher that does not respond."""
 MAX_REPORTS = 3
-"""Maximum number of different warnings about publishers in a period; further ones are counted."""
+"""Maximum number of different warnings about publishers in one period of the log; the log only counts further ones."""
 _RECEIVE_SIZE = 65536
 
 
@@ -43,7 +43,7 @@ class Connector:
 
     Args:
         subscription: the subscription that receives the messages.
-        uri: the publisher's slave API.
+        uri: URI of the publisher's slave API.
     """
 
     def __init__(self, subscription: Subscription, uri: str) -> None:
@@ -61,8 +61,8 @@ class Connector:
         self._timer: TimerHandle | None = None  # of the pause, or of the current step
         self._silence_timer: TimerHandle | None = None
         self._sock: socket.socket | None = None
-        self._offered: UdpSource | None = None  # or of the link
-        self._unsent = b""  # of our header
+        self._offered_source: UdpSource | None = None  # offered to the publisher, or linked
+        self._unsent_header = b""  # the part of our header that has not been sent
         self._control_socket: socket.socket | None = None  # came with the publisher's header, see `pyros1.wire.local`
 
     @property
@@ -72,79 +72,83 @@ class Connector:
 
     def publisher_listed(self) -> None:
         """Note that the master lists the publisher, again or for the first time."""
-        self._do(self.dialogue.publisher_listed())
+        self._execute(self.dialogue.publisher_listed())
 
     def publisher_unlisted(self) -> None:
         """Note that the master no longer lists the publisher."""
-        self._do(self.dialogue.publisher_unlisted())
+        self._execute(self.dialogue.publisher_unlisted())
 
     def stop(self) -> None:
         """Give up the current attempt."""
-        self._do(self.dialogue.stop())
+        self._execute(self.dialogue.stop())
 
     def link_lost(self, reason: str | None) -> None:
-        """Note that the link has ended: try again soon, if the master still lists the publisher."""
-        self._do(self.dialogue.link_lost(reason))
+        """Note that the link has ended, with the reason, or None for an orderly end: reconnect soon if the publisher is
+        still listed.
+        """
+        self._execute(self.dialogue.link_lost(reason))
 
     # Actions ----------------------------------------------------------------------------------------------------------
 
-    def _do(self, actions: Sequence[Action]) -> None:  # noqa: PLR0912 - one line or two for each
+    def _execute(self, actions: Sequence[Action]) -> None:  # noqa: PLR0912 - one line or two for each
         for action in actions:
             match action:
-                case do.Drop():
+                case dialogue_actions.Drop():
                     self._drop()
-                case do.RequestTopic(report_silence):
+                case dialogue_actions.RequestTopic(report_silence):
                     self._request_topic(report_silence)
-                case do.Connect(host, port):
-                    self._close_offered()
-                    connect(self._context.loop, host, port, STEP_TIMEOUT, self._if_current(self._connected))
-                case do.ConnectLocal(name):
-                    self._close_offered()
+                case dialogue_actions.Connect(host, port):
+                    self._close_offered_source()
+                    connect(self._context.loop, host, port, STEP_TIMEOUT, self._if_current(self._on_connected))
+                case dialogue_actions.ConnectLocal(name):
+                    self._close_offered_source()
                     self._connect_local(name)
-                case do.SendHeader(header):
+                case dialogue_actions.SendHeader(header):
                     self._send_header(header)
-                case do.Link(header, rest):
+                case dialogue_actions.Link(header, rest):
                     self._link(header, rest)
-                case do.LinkDatagrams(header, peer_address, number):
+                case dialogue_actions.LinkDatagrams(header, peer_address, number):
                     self._link_datagrams(header, peer_address, number)
-                case do.EndDatagrams():
-                    self._close_offered()
-                case do.Backoff(seconds):
+                case dialogue_actions.EndDatagrams():
+                    self._close_offered_source()
+                case dialogue_actions.Backoff(seconds):
                     if not self._context.stopping.is_set():
-                        self._timer = self._context.loop.call_later(seconds, self._backoff_over)
-                case do.LogMessage(is_error, text, args):
+                        self._timer = self._context.loop.call_later(seconds, self._on_backoff_over)
+                case dialogue_actions.LogMessage(is_error, text, args):
                     if is_error:
                         self._context.log.peer(ERROR, text, *args)
                     else:  # many often have one cause, such as a killed launch
                         self._context.log.peer(WARN, text, *args, max_texts=MAX_REPORTS)
-                case do.LogHostMessage(error):
+                case dialogue_actions.LogHostMessage(error):
                     self._context.warn_unknown_host(self._subscription.topic, self.uri, error)
-                case do.Forget():
+                case dialogue_actions.Forget():
                     self._subscription.forget(self.uri)
 
     def _if_current(self, function: Callable[..., object]) -> Callable[..., None]:
-        """Return a callback that does nothing once another attempt has begun."""
+        """Return a callback that calls ``function`` only during the current attempt; later, it closes the socket it
+        gets.
+        """
         attempt = self._attempt
 
-        def call(*args: Any) -> None:
+        def call_if_current(*args: Any) -> None:
             if attempt == self._attempt:
                 function(*args)
             elif args and isinstance(args[0], socket.socket):
                 args[0].close()
 
-        return call
+        return call_if_current
 
     def _drop(self) -> None:
         self._attempt += 1
         self._stop_timers()
-        self._unsent = b""
+        self._unsent_header = b""
         sock, self._sock = self._sock, None
         if sock is not None:
             with contextlib.suppress(KeyError, ValueError):
                 self._context.loop.unregister(sock)
             sock.close()
         self._close_control_socket()
-        self._close_offered()
+        self._close_offered_source()
 
     def _stop_timers(self) -> None:
         for timer in (self._timer, self._silence_timer):
@@ -152,28 +156,28 @@ class Connector:
                 timer.cancel()
         self._timer = self._silence_timer = None
 
-    def _close_offered(self) -> None:
-        offered, self._offered = self._offered, None
-        if offered is not None:
-            offered.close()
+    def _close_offered_source(self) -> None:
+        offered_source, self._offered_source = self._offered_source, None
+        if offered_source is not None:
+            offered_source.close()
 
-    def _backoff_over(self) -> None:
+    def _on_backoff_over(self) -> None:
         self._timer = None
-        self._do(self.dialogue.backoff_over())
+        self._execute(self.dialogue.backoff_over())
 
     # Asking -----------------------------------------------------------------------------------------------------------
 
     def _request_topic(self, report_silence: bool) -> None:
         context, topic = self._context, self._subscription.topic
-        local = find_local_context(self.uri)
-        if local is not None:
-            self._do(self._link_in_process(local.publications.get(topic)))
+        local_context = find_local_context(self.uri)
+        if local_context is not None:
+            self._execute(self._link_in_process(local_context.publications.get(topic)))
             return
         if report_silence:
             self._silence_timer = context.loop.call_later(SILENCE_TIMEOUT, self._on_silence)
-        topic_answered = self._if_current(self._answered)
+        on_response = self._if_current(self._on_topic_response)
         context.rpc.call(
-            self.uri, "requestTopic", (context.name, topic, self._protocols()), topic_answered, timeout=STEP_TIMEOUT
+            self.uri, "requestTopic", (context.name, topic, self._protocols()), on_response, timeout=STEP_TIMEOUT
         )
 
     def _link_in_process(self, publication: Any) -> list[Action]:
@@ -188,7 +192,7 @@ class Connector:
         return self.dialogue.linked()
 
     def _protocols(self) -> list[list[Any]]:
-        """Return the requested protocols, in the order of preference (T62)."""
+        """Return the protocols to request, in order of preference (T62)."""
         protocols: list[list[Any]] = []
         for transport in self._subscription.hints.transports:
             if transport == "local":
@@ -197,82 +201,82 @@ class Connector:
                 protocols.append(["TCPROS"])
             elif self._context.address is not None:
                 try:
-                    self._offered = self._subscription.offer_datagrams(self.uri)
+                    self._offered_source = self._subscription.offer_datagrams(self.uri)
                 except OSError as error:
                     self._context.log.error(
                         "no socket for datagrams of %s: %s", self._subscription.topic, error.strerror or error
                     )
                 else:
-                    protocols.append(self._offered.offer())
-        # Last, so that a publisher that only looks at the first protocol finds one it knows.
-        if self._context.local_key and self.dialogue.local and "local" in self._subscription.hints.transports:
+                    protocols.append(self._offered_source.offer())
+        # Last, so that a publisher that only looks at the first protocol finds one that it supports.
+        if self._context.local_key and self.dialogue.offers_local and "local" in self._subscription.hints.transports:
             protocols.append(offer(self._context.local_key))
         return protocols
 
-    def _answered(self, value: Any, error: Exception | None) -> None:
+    def _on_topic_response(self, value: Any, error: Exception | None) -> None:
         if error is not None:
-            self._failed(error)
+            self._on_failure(error)
         else:
-            self._do(self.dialogue.topic_answered(value, offered=self._offered is not None))
+            self._execute(self.dialogue.topic_answered(value, offered=self._offered_source is not None))
 
-    def _failed(self, error: Exception | None) -> None:
+    def _on_failure(self, error: Exception | None) -> None:
         if is_out_of_files(error):
-            self._context.warn_once(f"no messages of {self._subscription.topic} from {self.uri}: {error}")
-        self._do(self.dialogue.attempt_failed(error))
+            self._context.log_system_error(f"no messages of {self._subscription.topic} from {self.uri}: {error}")
+        self._execute(self.dialogue.attempt_failed(error))
 
     def _on_silence(self) -> None:
         self._silence_timer = None
-        self._do(self.dialogue.publisher_silent())
+        self._execute(self.dialogue.publisher_silent())
 
     # Connecting and greeting ------------------------------------------------------------------------------------------
 
     def _connect_local(self, name: str) -> None:
-        if not self._context.local_key:  # nobody has requested it
-            self._do(self.dialogue.local_connect_failed())
+        if not self._context.local_key:  # this node has not offered it
+            self._execute(self.dialogue.local_connect_failed())
             return
         try:
             self._sock = same_host.connect(name)
         except OSError:
-            self._do(self.dialogue.local_connect_failed())
+            self._execute(self.dialogue.local_connect_failed())
         else:
-            self._do(self.dialogue.connected(self._subscription.request_header()))
+            self._execute(self.dialogue.connected(self._subscription.request_header()))
 
-    def _connected(self, sock: socket.socket | None, error: Exception | None) -> None:
+    def _on_connected(self, sock: socket.socket | None, error: Exception | None) -> None:
         if sock is None:
-            self._failed(error)
+            self._on_failure(error)
             return
         self._sock = sock
         set_nodelay_and_keepalive(sock)
-        self._do(self.dialogue.connected(self._subscription.request_header()))
+        self._execute(self.dialogue.connected(self._subscription.request_header()))
 
     def _send_header(self, header: Mapping[str, str]) -> None:
         assert self._sock is not None
-        self._unsent = encode_header(header)
+        self._unsent_header = encode_header(header)
         self._context.loop.register(
             self._sock,
             selectors.EVENT_READ | selectors.EVENT_WRITE,
-            self._if_current(partial(self._ready, self._sock)),
+            self._if_current(partial(self._on_ready, self._sock)),
         )
-        self._timer = self._context.loop.call_later(STEP_TIMEOUT, lambda: self._do(self.dialogue.attempt_failed()))
+        self._timer = self._context.loop.call_later(STEP_TIMEOUT, lambda: self._execute(self.dialogue.attempt_failed()))
 
-    def _ready(self, sock: socket.socket, mask: int) -> None:
+    def _on_ready(self, sock: socket.socket, mask: int) -> None:
         """Send our header, in pieces if it is long, and read the publisher's."""
         try:
-            if mask & selectors.EVENT_WRITE and self._unsent:
+            if mask & selectors.EVENT_WRITE and self._unsent_header:
                 with contextlib.suppress(BlockingIOError):
-                    self._unsent = self._unsent[sock.send(self._unsent) :]
-                if not self._unsent:
-                    ready = self._if_current(partial(self._ready, sock))
-                    self._context.loop.modify(sock, selectors.EVENT_READ, ready)
+                    self._unsent_header = self._unsent_header[sock.send(self._unsent_header) :]
+                if not self._unsent_header:
+                    on_ready = self._if_current(partial(self._on_ready, sock))
+                    self._context.loop.modify(sock, selectors.EVENT_READ, on_ready)
             if mask & selectors.EVENT_READ:
-                self._do(self.dialogue.received(self._receive(sock)))
+                self._execute(self.dialogue.received(self._receive(sock)))
         except BlockingIOError:
             pass
         except OSError:
-            self._do(self.dialogue.attempt_failed())
+            self._execute(self.dialogue.attempt_failed())
 
     def _receive(self, sock: socket.socket) -> bytes:
-        """Receive bytes; and, over a Unix socket, the descriptor that comes with a header."""
+        """Receive bytes; over a Unix socket, also keep the control socket whose descriptor comes with a header."""
         if sock.family in (socket.AF_INET, socket.AF_INET6):
             return sock.recv(_RECEIVE_SIZE)
         data, descriptors, _, _ = socket.recv_fds(sock, _RECEIVE_SIZE, 2)
@@ -280,7 +284,9 @@ class Connector:
             self._close_control_socket()
             try:
                 self._control_socket = socket.socket(fileno=descriptor)
-                self._control_socket.set_inheritable(False)  # like sockets created by Python; received ones are not
+                self._control_socket.set_inheritable(
+                    False
+                )  # like sockets created by Python; received ones are inheritable
             except OSError:
                 os.close(descriptor)  # it is not a socket
         return data
@@ -297,10 +303,10 @@ class Connector:
         self._stop_timers()
         self._context.loop.unregister(sock)
         if control_socket is None:
-            if sock.family not in (socket.AF_INET, socket.AF_INET6):  # references could not be followed
+            if sock.family not in (socket.AF_INET, socket.AF_INET6):  # references to shared memory would be useless
                 sock.close()
                 reason = "no descriptor came with the publisher's header: are too many files open?"
-                self._do(self.dialogue.link_lost(reason))
+                self._execute(self.dialogue.link_lost(reason))
                 return
             self._subscription.link(TcpSource(sock, self.uri, header, rest))
             return
@@ -311,12 +317,12 @@ class Connector:
         except ProtocolError as error:
             sock.close()
             control_socket.close()
-            self._do(self.dialogue.link_lost(str(error)))
+            self._execute(self.dialogue.link_lost(str(error)))
         else:
             self._subscription.link(source)
 
     def _link_datagrams(self, header: dict[str, str], peer_address: tuple[str, int], number: int) -> None:
-        assert self._offered is not None
+        assert self._offered_source is not None
         self._stop_timers()
-        self._offered.begin(header, peer_address, number)
-        self._subscription.add_inbox_link(self._offered)
+        self._offered_source.begin(header, peer_address, number)
+        self._subscription.add_inbox_link(self._offered_source)

@@ -1,4 +1,4 @@
-"""Deadlines of subscriptions: notification of messages that do not come."""
+"""Deadlines of subscriptions: notify the program if no message arrives in time."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 
 
 class Missed(NamedTuple):
-    """Notification that no message came in time.
+    """Notification that no message arrived in time.
 
     Attributes:
-        topic: full name.
+        topic: the topic's full name.
         silent: seconds of the node's time since the last message, or since the first publisher was connected.
-        publishers: names of the nodes that are connected as publishers now.
+        publishers: names of the publishing nodes that are connected now.
     """
 
     topic: str
@@ -30,24 +30,24 @@ class Missed(NamedTuple):
     publishers: tuple[str, ...]
 
     def __str__(self) -> str:
-        whose = (
+        publishers_text = (
             f", from {', '.join(map(terminal_text.one_line, self.publishers))}" if self.publishers else ", no publisher"
         )
-        return f"no message on {self.topic} for {self.silent:.3g} s{whose}"
+        return f"no message on {self.topic} for {self.silent:.3g} s{publishers_text}"
 
 
 class Deadline:
-    """Calls a function when no message has come for a while: once per gap.
+    """Calls a function, once for each gap, when no message has arrived for a while.
 
-    It replaces the callback and records when a message comes; nothing else is done for each message. It uses the node's
-    time, so nothing is missed while a simulation is paused.
+    It replaces the callback and only records when each message arrives. It uses the node's time, so nothing is missed
+    while a simulation is paused.
 
     Args:
-        seconds: maximum time without a message.
+        seconds: maximum time without a message, in seconds.
         callback: receives the messages.
         on_missed: called with a `Missed`.
-        context: the node.
-        clock: its clock.
+        context: the node's context.
+        clock: the node's clock.
         notifiers: call ``on_missed``.
     """
 
@@ -69,13 +69,13 @@ class Deadline:
         self._notifier: Notifier | None = None
         self._subscription: Subscription | None = None
         self._now = clock.seconds if clock.simulated else monotonic
-        self._last: float | None = None  # None before the first message and publisher
-        self._reported: float | None = None  # when the last reported gap began
+        self._last_time: float | None = None  # of a message; None before the first message and publisher
+        self._reported_gap_start: float | None = None  # when the last reported gap began
         self._is_watching = self._closed = False
 
-    def take(self, message: Any) -> None:
-        """Receive a message: the callback of the subscriber."""
-        self._last = self._now()
+    def on_message(self, message: Any) -> None:
+        """Record the time and call the callback. This is the callback of the subscriber."""
+        self._last_time = self._now()
         self._callback(message)
 
     def __repr__(self) -> str:
@@ -85,70 +85,74 @@ class Deadline:
         """Start checking as soon as a publisher is connected."""
         self._subscription = subscription
         self._notifier = self._notifiers.make(f"deadline of {subscription.topic}")
-        subscription.on_change.append(self._links_changed)
-        self._links_changed()
+        subscription.change_listeners.append(self._on_links_changed)
+        self._on_links_changed()
 
     def close(self) -> None:
-        """Stop checking. Threads and signal handlers may call it."""
+        """Stop checking. Thread-safe, and allowed in signal handlers."""
         self._closed = True
         if self._notifier is not None:
             self._notifiers.end(self._notifier)
             self._context.loop.call_soon(self._stop_watching)
 
-    def _links_changed(self) -> None:
+    def _on_links_changed(self) -> None:
         self._context.loop.call_soon(self._begin)
 
     # On the loop ------------------------------------------------------------------------------------------------------
 
     def _begin(self) -> None:
         subscription = self._subscription
-        has_source = subscription is not None and (subscription.links or self._last is not None)
+        has_source = subscription is not None and (subscription.links or self._last_time is not None)
         if self._closed or self._is_watching or not has_source:
             return
         self._is_watching = True
         self._unwatch_links()
-        if self._last is None:
-            self._last = self._now()
+        if self._last_time is None:
+            self._last_time = self._now()
         if self._clock.simulated:
-            self._clock.on_tick.append(self._check)
+            self._clock.tick_listeners.append(self._check)
         else:
             self._check_and_reschedule()
 
     def _unwatch_links(self) -> None:
         subscription = self._subscription
-        if subscription is not None and self._links_changed in subscription.on_change:
-            subscription.on_change.remove(self._links_changed)
+        if subscription is not None and self._on_links_changed in subscription.change_listeners:
+            subscription.change_listeners.remove(self._on_links_changed)
 
     def _stop_watching(self) -> None:
         self._unwatch_links()
-        if self._check in self._clock.on_tick:
-            self._clock.on_tick.remove(self._check)
+        if self._check in self._clock.tick_listeners:
+            self._clock.tick_listeners.remove(self._check)
 
     def _check_and_reschedule(self) -> None:
-        """Check now, and again when the deadline ends if no message comes meanwhile."""
+        """Check now, and again when the deadline ends if no message arrives meanwhile."""
         if not self._closed:
             self._context.loop.call_later(self._check(), self._check_and_reschedule)
 
     def _check(self) -> float:
-        """Report a missed message; return the seconds until the next check. On the loop, or in the thread of /clock."""
-        now, last = self._now(), self._last
+        """Report a missed message; return the seconds until the next check. Called on the loop, or in the thread that
+        receives /clock.
+        """
+        now, last = self._now(), self._last_time
         if not last or now < last:  # simulated time has only begun, or jumped back
-            self._last = now
+            self._last_time = now
             return self._seconds
         silent = now - last
         if silent < self._seconds:
             return max(0.001, self._seconds - silent)
-        if last != self._reported and not self._closed and self._notifier is not None:
-            self._reported = last
+        if last != self._reported_gap_start and not self._closed and self._notifier is not None:
+            self._reported_gap_start = last
             self._notifier.notify(partial(self._call_on_missed, last), silent)
         return self._seconds
 
     # Where callbacks run ----------------------------------------------------------------------------------------------
 
     def _call_on_missed(self, last: float, silent: float) -> None:
-        came_meanwhile = self._context.callbacks is not None and self._last != last  # it had come, but waited for spin
+        came_meanwhile = (
+            self._context.callbacks is not None and self._last_time != last
+        )  # it had arrived, but waited for `spin`
         if self._closed or came_meanwhile or self._subscription is None:
             return
         links = self._subscription.links
-        names = tuple(sorted(str(link.header.get("callerid", "?")) for link in links))
-        self._on_missed(Missed(self._subscription.topic, silent, names))
+        publishers = tuple(sorted(str(link.header.get("callerid", "?")) for link in links))
+        self._on_missed(Missed(self._subscription.topic, silent, publishers))

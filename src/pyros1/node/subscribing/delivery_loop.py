@@ -1,19 +1,19 @@
-"""The delivery loop of a subscription: it receives from all links, and delivers the messages to callbacks.
+"""The delivery loop of a subscription: it receives from all links and delivers the messages to callbacks.
 
 The subscriptions of a node share a set of threads. At any time at most one of them, the *owner*, runs this loop. A
-thread with new work appends it to a queue, and becomes the owner unless there is one, which checks the queues before it
-stops. The threads belong to a driver: the node's threads, or an asyncio loop, which regains control after each round of
-turns.
+thread with new work appends it to a queue and becomes the owner; if there is an owner already, that one checks the
+queues before it stops. The threads belong to a driver: the node's threads, or an asyncio loop, which regains control
+after each round of turns.
 
 * Sources take turns: a turn is one receive, or MAX_TURN_TIME seconds of callbacks if other sources wait. New links and
   other jobs are handled between turns, so a source that never pauses does not starve the others.
 * With a limit, callbacks that fall more than MAX_CALLBACK_TIME seconds behind get fresh data: the sockets are drained,
   and only the newest `limit` messages of each publisher are decoded and delivered.
-* Without a limit nothing is dropped here: TCP holds the publisher back, whose queue size then decides.
+* Without a limit nothing is dropped here: TCP holds the publisher back, so the publisher's queue size decides.
 * While messages flow on a subscription's only link, the owner waits in its receive, which delays other work.
 * While a subscriber with its own queue (`Stream`) has too many messages, nothing is received: TCP holds all publishers
   back.
-* If all subscribers ask for it (`in_publisher`), a message of this process is delivered in its publisher's thread,
+* If all subscribers request it (`in_publisher`), a message of this process is delivered in its publisher's thread,
   which becomes the owner meanwhile, unless there is an owner or earlier messages are waiting.
 """
 
@@ -34,14 +34,15 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.threads import Driver
 
 MAX_FLOW_GAP = 0.02
-"""Messages less than this many seconds apart flow: a separate thread then delivers them sooner."""
+"""Seconds between messages below which they are said to flow: a thread of their own then delivers them sooner."""
 MAX_CALLBACK_TIME = 0.001
-"""Seconds that callbacks may take for the messages of one receive: beyond that they are too slow."""
+"""Seconds that callbacks may take for the messages of one receive; if they take longer, they are too slow."""
 MAX_TURN_TIME = 0.002
 """Seconds of callbacks after which it is another source's turn."""
 MAX_BATCH = 128
+"""Maximum number of messages between two clock readings."""
 BATCH_GROWTH_TIME = MAX_TURN_TIME / 8
-"""Maximum number of messages between two clock readings; up to BATCH_GROWTH_TIME in a turn it doubles after each."""
+"""Seconds from the start of a turn during which the number of messages between clock readings doubles each time."""
 _NONBLOCKING = (False,)
 
 
@@ -50,15 +51,15 @@ class DeliveryLoop:
 
     Args:
         dispatcher: passes the messages to the subscribers.
-        driver: runs this, until the links are moved to another one.
+        driver: runs this loop until the links are moved to another driver.
         spin_queues: receives messages in place of the dispatcher, in a node that spins; else None.
-        on_lost: called by the owner with (link, reason) when a link has ended; reason is None for an orderly end.
+        on_lost: called by the owner with (link, reason) when a link has ended; the reason is None for an orderly end.
 
     Attributes:
         limit: maximum number of messages of each publisher that may wait for slow callbacks; None for no limit.
         in_publisher: whether callbacks run in the threads of publishers of this process.
-        links: its TCP links, with their driver.
-        inboxes: the inboxes of its other links.
+        links: the TCP links of the subscription.
+        inboxes: the inboxes of the other links.
     """
 
     def __init__(
@@ -82,15 +83,15 @@ class DeliveryLoop:
         self._jobs: list[Callable[[], None]] = []
         self._unfinished: list[Batch] = []
         self._ready_inboxes = self.inboxes.ready
-        lines = (
+        work_queues = (
             (self._unfinished, self._resume),
             (self._readable, self._receive_from),
             (self._ready_inboxes, self._deliver_from_inbox),
         )
-        self._lines: tuple[tuple[list[Any], Callable[[Any], None]], ...] = lines
-        self._dropped = 0  # but for inboxes and queues for `spin`
+        self._work_queues: tuple[tuple[list[Any], Callable[[Any], None]], ...] = work_queues
+        self._dropped = 0  # not counting inboxes and spin queues
         self._owner_lock = threading.Lock()
-        self._owner = 0  # the owner's thread
+        self._owner_thread_id = 0  # 0 if there is no owner
         self._is_woken = False  # a thread has been woken and will become the owner
         self._closed = False
         self._is_disposed = False
@@ -106,20 +107,22 @@ class DeliveryLoop:
             self.close()
 
     def submit(self, job: Callable[[], None], by_callback: bool = False) -> None:
-        """Run a job between messages; or at once, if that is allowed, for a callback, which may wait for it."""
-        if by_callback and self._owner == threading.get_ident():
+        """Run a job between messages; or immediately if ``by_callback`` is True and a callback of this loop calls this,
+        since the callback may wait for the job.
+        """
+        if by_callback and self._owner_thread_id == threading.get_ident():
             job()
             return
         self._jobs.append(job)
         self.wake()
 
     def wake(self) -> None:
-        """Wake a thread to do the pending work, unless one is doing it."""
+        """Wake a thread to do the pending work, unless a thread is doing it."""
         if not self._is_woken and not self._owner_lock.locked():
             self._is_woken = True
             try:
                 self.driver.wake(self)
-            except BaseException:  # of a signal handler
+            except BaseException:  # raised by a signal handler
                 self._is_woken = False
                 raise
 
@@ -135,38 +138,41 @@ class DeliveryLoop:
         return len(self.inboxes) + (0 if self._spin_queues is None else self._spin_queues.waiting)
 
     def push(self, inbox: Inbox, item: Item, limit: int | None) -> None:
-        """Put a message into an inbox. Never waits; one thread at a time for each inbox.
+        """Put a message into an inbox. Never waits. Called by one thread at a time for each inbox.
 
         Args:
+            inbox: the inbox.
+            item: the message.
             limit: maximum number of waiting messages, if the subscribers have set no limit; 0 or None for no limit.
         """
-        own = self.limit
-        maximum = own if own is not None else limit
-        if maximum and inbox.full(maximum) and self._owner != threading.get_ident():
+        own_limit = self.limit
+        effective_limit = own_limit if own_limit is not None else limit
+        if effective_limit and inbox.is_full(effective_limit) and self._owner_thread_id != threading.get_ident():
             self._drain_inboxes()
-        inbox.put(item, maximum)
+        inbox.put(item, effective_limit)
         if not inbox.is_ready:
             self.inboxes.mark_ready(inbox)
         if not self._is_woken and not self._owner_lock.locked():
             self.wake()
 
     def deliver_now(self, source: Source, item: Item) -> bool:
-        """Deliver a message in the calling thread, its publisher's; return False if another thread must do it."""
-        acquired = False
+        """Deliver a message in the calling thread, which is its publisher's; return False if another thread must do it.
+        """
+        is_acquired = False
         try:
-            # No signal handler can run between this and the next.
-            (acquired,) = map(self._owner_lock.acquire, _NONBLOCKING)
-            if not acquired or self._closed or not self.in_publisher:
+            # No signal handler can run between `acquire` and the assignment.
+            (is_acquired,) = map(self._owner_lock.acquire, _NONBLOCKING)
+            if not is_acquired or self._closed or not self.in_publisher:
                 return False
-            self._owner = threading.get_ident()
+            self._owner_thread_id = threading.get_ident()
             if self._jobs:
-                if self.driver.cooperative:  # they may remove sockets, which only the driver's thread can
+                if self.driver.cooperative:  # these may remove sockets, which only the driver's thread can do
                     return False
-                self._run_jobs()  # a callback that subscribed before the message was sent gets it
+                self._run_jobs()  # so that a callback that subscribed before the message was sent receives it
             self._receiver.deliver_item(source, item)
             return True
         finally:
-            if acquired:
+            if is_acquired:
                 self._release_ownership()
                 # Nobody was woken for it meanwhile. `_has_work` would take as long as the rest.
                 if self._closed:
@@ -176,14 +182,14 @@ class DeliveryLoop:
                     self.driver.wake(self)
 
     def _drain_inboxes(self) -> None:
-        """Pass messages in inboxes to the streams, in place of the driver's loop, which may be busy for long."""
+        """Pass messages in inboxes to the streams, instead of the driver's loop, which may be busy for a long time."""
         if not self.driver.cooperative or self._jobs or not self._owner_lock.acquire(blocking=False):
             time.sleep(0)  # let the owner do it, in case it only waits for the interpreter's lock
             return
-        self._owner = threading.get_ident()
+        self._owner_thread_id = threading.get_ident()
         try:
             for _ in range(len(self._ready_inboxes)):
-                # Otherwise a callback has been added: not on this thread.
+                # Otherwise a callback has been added, which must not run on this thread.
                 if self.driver.cooperative and not self._dispatcher.is_held_back:
                     self._deliver_from_inbox(self._ready_inboxes.pop(0))
         finally:
@@ -192,14 +198,14 @@ class DeliveryLoop:
                 self.driver.wake(self)
 
     def recover(self, inbox: Inbox) -> None:
-        """Look for messages in an inbox, in case its sender was interrupted before it announced them."""
+        """Look for messages in an inbox, in case the sender was interrupted before it announced them."""
         self.inboxes.mark_ready(inbox)
         self.wake()
 
     def wait_for_room(self, inbox: Inbox) -> None:
-        """Wait until fewer than UNBOUNDED_LIMIT messages wait, if no limit is set."""
+        """Wait until fewer than UNBOUNDED_LIMIT messages are in an inbox, if no limit is set."""
         # A callback that publishes to its own topic would wait for itself.
-        if self.limit is None and self._owner != threading.get_ident():
+        if self.limit is None and self._owner_thread_id != threading.get_ident():
             self.inboxes.wait_for_room(inbox, UNBOUNDED_LIMIT, lambda: self._closed)
 
     def stop(self) -> None:
@@ -209,7 +215,7 @@ class DeliveryLoop:
     def close(self, timeout: float = 5.0, wait: bool = True) -> None:
         """Close all links; wait at most ``timeout`` seconds for a running callback, or leave the rest to its thread."""
         self._closed = True
-        if self._owner == threading.get_ident():
+        if self._owner_thread_id == threading.get_ident():
             return  # a callback ends its own subscription: the owner does the rest
         if self._owner_lock.acquire(timeout=timeout if wait else 0):
             self.driver.call(self._dispose, timeout)
@@ -221,7 +227,7 @@ class DeliveryLoop:
         """Become the owner, unless there is one, and do all pending work.
 
         Args:
-            fd: descriptor of a link's socket that can be read.
+            fd: descriptor of a link's socket that is readable; None to do other work only.
         """
         if fd is not None:
             self._readable.append(fd)
@@ -229,13 +235,13 @@ class DeliveryLoop:
         cooperative = self.driver.cooperative
         while not self._is_disposed if self._closed else self._has_work:
             if not self._owner_lock.acquire(blocking=False):
-                return  # the owner checks for it when it has ended
-            self._owner = threading.get_ident()
+                return  # the owner checks for work again before it stops
+            self._owner_thread_id = threading.get_ident()
             try:
                 self._work()
             except BaseException:
                 self._release_ownership()
-                self.driver.wake(self)  # for what was left
+                self.driver.wake(self)  # for the remaining work
                 raise
             self._release_ownership()
             if cooperative and not self._closed:
@@ -244,7 +250,7 @@ class DeliveryLoop:
                 return
 
     def _release_ownership(self) -> None:
-        self._owner = 0
+        self._owner_thread_id = 0
         self._owner_lock.release()
 
     def _work(self) -> None:
@@ -256,11 +262,11 @@ class DeliveryLoop:
                 # If callbacks fall behind, `_catch_up` drains the other sources as well.
                 if self._new_links and (batch := self.links.open(self._new_links.pop(0))):
                     self._deliver(batch)
-            for line, take_turn in self._lines:
-                for _ in range(len(line)):
+            for queue, take_turn in self._work_queues:
+                for _ in range(len(queue)):
                     if self._dispatcher.is_held_back:
                         break
-                    take_turn(line.pop(0))
+                    take_turn(queue.pop(0))
             self.inboxes.notify_all()
             if cooperative:
                 break
@@ -281,11 +287,11 @@ class DeliveryLoop:
             self._jobs.pop(0)()
 
     def forget(self, source: Source) -> None:
-        """Forget a source that has ended; but first its inbox must be empty. Called by the owner."""
+        """Forget a source that has ended, unless its inbox still has messages. Called by the owner."""
         self._dispatcher.forget(source)
-        for inbox in [each for each in list(self.inboxes.inboxes) if each.source is source]:
+        for inbox in [other for other in list(self.inboxes.inboxes) if other.source is source]:
             if len(inbox):
-                return  # `_mark_empty` continues
+                return  # `_mark_empty` calls this again
             self.inboxes.forget(inbox)
         if self._spin_queues is not None:
             self._spin_queues.forget(source)
@@ -307,17 +313,17 @@ class DeliveryLoop:
         if link is None or self._is_unfinished(link):
             return
         now = perf_counter()
-        flowing = now - link.last_time < MAX_FLOW_GAP
+        is_flowing = now - link.last_time < MAX_FLOW_GAP
         link.last_time = now
         try:
             self._receive(link)
-            if (flowing or link.spins) and link.can_wait and len(self.links) == 1 and not self.inboxes.inboxes:
+            if (is_flowing or link.spins) and link.can_wait and len(self.links) == 1 and not self.inboxes.inboxes:
                 self._receive_while_flowing(link)
         finally:
             self._rearm(link)
 
     def _receive_while_flowing(self, link: TcpSource) -> None:
-        """While messages flow on the only link, wait in its receive: one system call less for each."""
+        """While messages flow on the only link, wait in its receive, which saves a system call for each message."""
         flood = FloodDetector(link)
         while not (self._closed or self._has_work or self._unfinished) and self.driver.has_waiting_thread:
             if not self._receive(link, wait=True):
@@ -341,7 +347,9 @@ class DeliveryLoop:
             self._rearm(batch.link)
 
     def _rearm(self, link: TcpSource) -> None:
-        """Wait for a link's socket again; a link without a wait, or a turn ahead, would never receive again."""
+        """Wait for a link's socket again, unless the link has unfinished messages. Every link needs the one or the
+        other, or it would never receive again.
+        """
         if not self._is_unfinished(link):
             self.links.rearm(link)
 
@@ -360,7 +368,7 @@ class DeliveryLoop:
             self._catch_up(batch, limit)
 
     def _deliver_in_turn(self, batch: Batch) -> None:
-        """Deliver messages; not all, if other sources wait and the link's turn is over."""
+        """Deliver messages until the link's turn is over and other sources are waiting."""
         count, start = 1, perf_counter()
         while not self._closed and batch.deliver(self._receiver, count):
             now = perf_counter()
@@ -374,7 +382,8 @@ class DeliveryLoop:
     # Slow callbacks ---------------------------------------------------------------------------------------------------
 
     def _catch_up(self, batch: Batch, limit: int) -> None:
-        """Deliver the newest messages of each publisher in turn, while callbacks are slower than messages."""
+        """Deliver the newest messages of each publisher in turn, as long as messages arrive faster than callbacks run.
+        """
         backlog = Backlog(limit)
         backlog.put_batch(batch)
         while self._unfinished:  # from before there was a limit
@@ -385,10 +394,10 @@ class DeliveryLoop:
             self._run_jobs()  # after taking messages: a callback that subscribed before they were sent gets them
             if not backlog:
                 return
-            slow_after = perf_counter() + MAX_CALLBACK_TIME
-            while backlog and perf_counter() < slow_after:
+            deadline = perf_counter() + MAX_CALLBACK_TIME
+            while backlog and perf_counter() < deadline:
                 self._receiver.deliver_item(*backlog.take())
-            if not backlog and perf_counter() < slow_after:
+            if not backlog and perf_counter() < deadline:
                 return  # callbacks keep up again
 
     def _drain_all(self, backlog: Backlog) -> None:
@@ -410,11 +419,11 @@ class DeliveryLoop:
     # Turns of inboxes -------------------------------------------------------------------------------------------------
 
     def _deliver_from_inbox(self, inbox: Inbox) -> None:
-        """Give an inbox its turn. It keeps its place even if a callback raises an exception that is not caught."""
+        """Give an inbox its turn. It remains in the queue even if a callback raises an exception that is not caught."""
         deliver_item = self._receiver.deliver_item
-        batch, start, now = 1, perf_counter(), 0.0
+        batch_size, start, now = 1, perf_counter(), 0.0
         while now < start + MAX_TURN_TIME and not self._dispatcher.is_held_back:
-            for _ in range(batch):
+            for _ in range(batch_size):
                 item = inbox.take()
                 if self._jobs:
                     self._run_jobs()  # as in `_receive`
@@ -428,10 +437,12 @@ class DeliveryLoop:
                     raise
             now = perf_counter()
             if now < start + BATCH_GROWTH_TIME:
-                batch = min(2 * batch, MAX_BATCH)
+                batch_size = min(2 * batch_size, MAX_BATCH)
         self._ready_inboxes.append(inbox)
 
     def _mark_empty(self, inbox: Inbox) -> None:
-        ended = not inbox.source.connected  # first: a source may just be adding its last messages and ending
-        if self.inboxes.mark_empty(inbox) and ended:
+        has_ended = (
+            not inbox.source.connected
+        )  # read first: the source may be adding its last messages and ending right now
+        if self.inboxes.mark_empty(inbox) and has_ended:
             self.forget(inbox.source)

@@ -5,19 +5,19 @@ States::
                 announced
                     v
     BACKING_OFF ───> ASKING ───────> CONNECTING ───────> GREETING ───────> LINKED
-       ^    rested  │ requestTopic     │ TCP connect     │ headers         │
+       ^ pause over │ requestTopic     │ TCP connect     │ headers         │
        └────────────┴──────────────────┴─────────────────┴─────────────────┘
-          failed, silent too long, or lost: rest, longer after each failure
+          failed, silent too long, or lost: pause, longer after each failure
 
-* REFUSED: the publisher answered with an error, or its type differs. Another attempt would get the same answer, so
+* REFUSED: the publisher responded with an error, or its type differs. Another attempt would get the same response, so
   nothing is done until the master announces the publishers again.
 * A publisher in the same process, and one that sends datagrams (UDPROS), are LINKED right after ASKING.
-* A publisher that the master no longer lists is not tried again. An attempt under way continues: the node may have
-  accepted the connection already, for a publisher that is not announced yet. An open link stays until the publisher
+* A publisher that the master no longer lists is not tried again. An attempt in progress continues: the node may have
+  accepted the connection already, for a new publisher that is not announced yet. An open link stays until the publisher
   closes it, so that its last messages are not lost. GONE: the publisher is not listed, there is no link and no attempt.
 
 Each event is a method that returns the actions to take, in order. The driver (`connector`) executes them, and
-passes on no events of an attempt that `Drop` has ended.
+ignores events of an attempt that `Drop` has ended.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ MIN_BACKOFF = 0.1
 """Seconds before the second attempt."""
 MAX_BACKOFF = 20.0
 REPORTED_BACKOFF = 3.0
-"""Pause in seconds from which the failures before it are logged; a publisher that has just ended is not logged."""
+"""Minimum pause in seconds after which failures are logged, so that a publisher that has just exited is not."""
 
 
 class State(Enum):
@@ -73,7 +73,7 @@ class Connect(NamedTuple):
 
 
 class ConnectLocal(NamedTuple):
-    """Open the Unix socket of that name."""
+    """Connect to the Unix socket called ``name``."""
 
     name: str
 
@@ -85,11 +85,11 @@ class SendHeader(NamedTuple):
 
 
 class Link(NamedTuple):
-    """Make the connection a link.
+    """Turn the connection into a link.
 
     Attributes:
         header: the publisher's connection header.
-        rest: bytes that came after the header.
+        rest: bytes received after the header.
     """
 
     header: dict[str, str]
@@ -97,12 +97,12 @@ class Link(NamedTuple):
 
 
 class LinkDatagrams(NamedTuple):
-    """Make the socket that was offered for datagrams a link.
+    """Turn the socket that was offered for datagrams into a link.
 
     Attributes:
         header: the publisher's connection header.
         peer_address: the publisher's host and port.
-        number: the connection number that the publisher gave.
+        number: the connection number assigned by the publisher.
     """
 
     header: dict[str, str]
@@ -117,7 +117,7 @@ class Backoff(NamedTuple):
 
 
 class Drop(NamedTuple):
-    """End the attempt: close its sockets, stop its timers, ignore its answers."""
+    """End the attempt: close its sockets, stop its timers, and ignore responses to it."""
 
 
 class EndDatagrams(NamedTuple):
@@ -129,11 +129,11 @@ class Forget(NamedTuple):
 
 
 class LogMessage(NamedTuple):
-    """Log something about the publisher.
+    """Log a message about the publisher.
 
     Attributes:
         is_error: whether it is an error, not a warning.
-        text, args: the message, as for the log.
+        text, args: the format string of the message, and its arguments.
     """
 
     is_error: bool
@@ -171,16 +171,16 @@ class Dialogue:
     """The dialogue with one publisher.
 
     Args:
-        topic: full name.
-        uri: the publisher's slave API.
-        requested_type: returns the type that the subscription wants; ``*`` may become a certain type.
-        own_host: the host name or address that the subscriber's node announces as its own.
+        topic: the topic's full name.
+        uri: URI of the publisher's slave API.
+        requested_type: returns the type that the subscription wants; ``*`` may later be replaced by a specific type.
+        own_host: the host name or address that the subscriber's node advertises.
         takes_tcp: whether the subscription accepts messages over TCP.
 
     Attributes:
         state: the current state.
         listed: whether the master lists the publisher.
-        local: whether to offer the local transport; false once it has failed.
+        offers_local: whether to offer the local transport; false once it has failed.
     """
 
     def __init__(
@@ -194,49 +194,49 @@ class Dialogue:
     ) -> None:
         self.state = State.GONE
         self.listed = False
-        self.local = True
-        self._via_local = False
+        self.offers_local = True
+        self._uses_local = False
         self._topic = topic
         self._uri = uri
         self._requested_type = requested_type
         self._own_host = own_host
         self._takes_tcp = takes_tcp
-        self._datagrams = False  # the link is over UDP
+        self._is_udp_link = False
         self._announced_again = False  # announced again during an attempt, whose answer may come from the old publisher
-        self._reported = ""  # why it refused
-        self._connecting: tuple[str, int] | None = None
+        self._reported_refusal = ""  # the reason for which it refused
+        self._peer_address: tuple[str, int] | None = None
         self._silence_reported = False  # whether it was logged as not answering
         self._backoff = MIN_BACKOFF
-        self._sent: Mapping[str, str] = {}
-        self._header = HeaderReader()
+        self._sent_header: Mapping[str, str] = {}
+        self._header_reader = HeaderReader()
 
     # From the master --------------------------------------------------------------------------------------------------
 
     def publisher_listed(self) -> list[Action]:
-        """Handle the event that the master lists the publisher, again or for the first time."""
-        # The notices of a publisher that left and of one that came may have been merged.
+        """Return the actions to take when the master lists the publisher, again or for the first time."""
+        # The updates for a publisher that left and for a new one may have been merged.
         self._announced_again = self.state in IN_PROGRESS
         self.listed = True
         if self.state in IN_PROGRESS or self.state is State.LINKED:
             return []
-        self._reported = ""
+        self._reported_refusal = ""
         self._silence_reported = False
-        self.local = True
+        self.offers_local = True
         self._backoff = MIN_BACKOFF
         return self._request_topic()
 
     def publisher_unlisted(self) -> list[Action]:
-        """Handle the event that the master no longer lists the publisher."""
+        """Return the actions to take when the master no longer lists the publisher."""
         self.listed = False
         if self.state in IN_PROGRESS:
             return []
         if self.state is State.LINKED:  # no datagram signals that the publisher is gone
-            return [EndDatagrams()] if self._datagrams else []
+            return [EndDatagrams()] if self._is_udp_link else []
         self.state = State.GONE
         return [Drop(), Forget()]
 
     def stop(self) -> list[Action]:
-        """Handle the event that the subscription has ended. An open link is left alone."""
+        """Return the actions to take when the subscription has ended. An open link remains."""
         self.listed = False
         self.state = State.GONE
         return [Drop()]
@@ -244,19 +244,19 @@ class Dialogue:
     # From the driver --------------------------------------------------------------------------------------------------
 
     def backoff_over(self) -> list[Action]:
-        """Handle the event that the pause is over."""
+        """Return the actions to take when the pause is over."""
         return self._request_topic()
 
     def linked(self) -> list[Action]:
-        """Handle the event that the publisher is in this process, and linked."""
+        """Return the actions to take when a publisher in this process has been linked."""
         self._succeed()
         return []
 
     def topic_answered(self, value: Any, *, offered: bool = False) -> list[Action]:
-        """Handle the event that the publisher's node has answered ``requestTopic``.
+        """Return the actions to take when the publisher's node has responded to ``requestTopic``.
 
         Args:
-            value: the answer.
+            value: the response.
             offered: whether a socket for datagrams was offered.
         """
         match value:
@@ -264,54 +264,56 @@ class Dialogue:
                 return self._link_datagrams(answer)
             case [0, str(reason), _] if not self._takes_tcp:
                 return self.publisher_refused(f"{self._uri} does not send {self._topic} over UDP: {reason}")
-            case [1, str(), [local_wire.PROTOCOL, str(name), *_]] if self.local:
+            case [1, str(), [local_wire.PROTOCOL, str(name), *_]] if self.offers_local:
                 self.state = State.CONNECTING
-                self._via_local = True
+                self._uses_local = True
                 return [ConnectLocal(name)]
             case [1, str(), ["TCPROS", str(host), int(port), *_]] if 0 < port < 65536:
                 self.state = State.CONNECTING
-                self._connecting = (host, port)
+                self._peer_address = (host, port)
                 return [Connect(host, port)]
-            case [int(), str(reason), *_]:  # it is not a publisher, not yet or no longer
+            case [int(), str(reason), *_]:  # it is not a publisher yet, or no longer
                 return self._no_publisher(f"it answers: {reason}")
         return self._no_publisher("it does not answer like a node")
 
     def local_connect_failed(self) -> list[Action]:
-        """Handle the event that the Unix socket cannot be opened, or leads to a wrong place: TCP remains."""
-        self.local = False
+        """Return the actions to take when the Unix socket cannot be used: try again, with TCP."""
+        self.offers_local = False
         return self._request_topic()
 
     def connected(self, header: Mapping[str, str]) -> list[Action]:
-        """Handle the event that the connection is open.
+        """Return the actions to take when the connection is open.
 
         Args:
             header: the subscription's connection header.
         """
         self.state = State.GREETING
-        self._sent = header
-        self._header = HeaderReader()
+        self._sent_header = header
+        self._header_reader = HeaderReader()
         return [SendHeader(header)]
 
     def received(self, data: bytes) -> list[Action]:
-        """Handle bytes from the connection; no bytes mean its end."""
+        """Return the actions to take for bytes from the connection; if empty, the publisher has closed it."""
         if not data:
-            self.local = self.local and not self._via_local
+            self.offers_local = self.offers_local and not self._uses_local
             return self._retry()
         try:
-            header = self._header.feed(data)
+            header = self._header_reader.feed(data)
         except ProtocolError as error:
             return self.publisher_refused(f"publisher {self._uri} of {self._topic}: {error}")
         if header is None:
             return []
         try:
-            warning = check_publisher_response(header, self._topic, self._requested_type(), self._uri, self._sent)
+            warning = check_publisher_response(
+                header, self._topic, self._requested_type(), self._uri, self._sent_header
+            )
         except (ConnectionRefusedByPeerError, ProtocolError) as refusal:
             return self.publisher_refused(str(refusal))
         self._succeed()
-        return [*_warning(warning), Link(header, self._header.rest)]
+        return [*_warning(warning), Link(header, self._header_reader.rest)]
 
     def attempt_failed(self, error: Exception | None = None) -> list[Action]:
-        """Handle the event that the publisher could not be reached, or did not answer in time: that may change."""
+        """Return the actions to take when the publisher was not reached or did not respond in time: try again later."""
         if isinstance(error, UnknownHostError) and self.listed:
             return [LogHostMessage(error), *self._retry()]
         if isinstance(error, (ProtocolError, XmlRpcFault)):
@@ -321,10 +323,10 @@ class Dialogue:
         return self._retry()
 
     def publisher_refused(self, reason: str) -> list[Action]:
-        """Handle the event that the publisher refused, or does not match the subscription."""
+        """Return the actions to take when the publisher has refused, or does not match the subscription."""
         report: list[Action] = []
-        if self.listed and reason != self._reported:
-            self._reported = reason
+        if self.listed and reason != self._reported_refusal:
+            self._reported_refusal = reason
             report = [LogMessage(True, "%s", (reason,))]
         if self._announced_again or not self.listed:
             return report + self._retry()
@@ -332,7 +334,7 @@ class Dialogue:
         return [*report, Drop()]
 
     def publisher_silent(self) -> list[Action]:
-        """Log that there is still no link after a while, once per outage.
+        """Return the actions to take when there is still no link after a while: log it, once per outage.
 
         A subscriber would otherwise wait silently for a stopped process or an unreachable host.
         """
@@ -342,54 +344,54 @@ class Dialogue:
         return [LogMessage(False, _SILENT, (self._topic, self._uri, f"{host}:{port}", hint))]
 
     def _current_address(self) -> tuple[str, int | str]:
-        """Return host and port of the dialogue's other side: the node's API, or the port of its topics."""
-        if self.state is not State.ASKING and self._connecting is not None:
-            return self._connecting
+        """Return the publisher's host and port that the attempt uses: those of its slave API, or of its topics."""
+        if self.state is not State.ASKING and self._peer_address is not None:
+            return self._peer_address
         try:
             return parse_uri(self._uri)
         except ProtocolError:
             return (self._uri, "?")
 
     def link_lost(self, reason: str | None) -> list[Action]:
-        """Handle the event that the link has ended; without a reason if the publisher closed it."""
+        """Return the actions to take when the link has ended; the reason is None if the publisher has closed it."""
         self._backoff = MIN_BACKOFF
         if reason is None:
             return self._retry()
-        self.local = self.local and not self._via_local
+        self.offers_local = self.offers_local and not self._uses_local
         return [LogMessage(False, "lost %s from %s: %s", (self._topic, self._uri, reason)), *self._retry()]
 
     # ------------------------------------------------------------------------------------------------------------------
 
     def _request_topic(self) -> list[Action]:
-        self._announced_again = self._via_local = False
+        self._announced_again = self._uses_local = False
         self.state = State.ASKING
         return [Drop(), RequestTopic(report_silence=not self._silence_reported)]
 
-    def _link_datagrams(self, answer: list[Any]) -> list[Action]:
+    def _link_datagrams(self, udpros_response: list[Any]) -> list[Action]:
         from pyros1.wire.datagram import parse_udpros_response  # noqa: PLC0415 - few nodes need it
 
         try:
-            found = parse_udpros_response(answer)
-            if found is None:
+            response = parse_udpros_response(udpros_response)
+            if response is None:
                 return self._retry()
-            warning = check_publisher_response(found[0], self._topic, self._requested_type(), self._uri)
+            warning = check_publisher_response(response[0], self._topic, self._requested_type(), self._uri)
         except (ConnectionRefusedByPeerError, ProtocolError) as refusal:
             return self.publisher_refused(str(refusal))
         self._succeed(datagrams=True)
-        return [*_warning(warning), LinkDatagrams(*found)]
+        return [*_warning(warning), LinkDatagrams(*response)]
 
     def _succeed(self, *, datagrams: bool = False) -> None:
         self.state = State.LINKED
-        self._datagrams = datagrams
+        self._is_udp_link = datagrams
         self._silence_reported = False
         self._backoff = MIN_BACKOFF
 
     def _no_publisher(self, answer: str) -> list[Action]:
-        """Pause, and log the answer if it persists."""
+        """Pause; log the response if attempts keep failing."""
         return self._fail(answer, _PORT_TAKEN) if self._backoff >= REPORTED_BACKOFF else self._retry()
 
     def _fail(self, reason: str, hint: str) -> list[Action]:
-        """Pause, and log the reason, once until there is a link or news."""
+        """Pause; log the reason, but only once until there is a link or the master lists the publisher again."""
         if not self.listed or self._silence_reported:
             return self._retry()
         self._silence_reported = True

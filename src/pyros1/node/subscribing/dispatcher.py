@@ -1,6 +1,6 @@
 """The dispatcher of a subscription: decodes each message for the topic's subscribers, and calls them.
 
-It also keeps the latched message of each publisher, for subscribers that come later (T18). In a node that spins, the
+It also keeps the latched message of each publisher, for later subscribers (T18). In a node that spins, the
 delivery loop gives messages to `SpinQueues` instead, where they wait for the dispatcher until the program spins.
 """
 
@@ -40,40 +40,40 @@ class Stream(Protocol):
         """Whether it waits for a message, so that full queues of other streams must not hold publishers back."""
 
     def put(self, source: Source, item: Item) -> None:
-        """Accept a message. One thread at a time."""
+        """Accept a message. Called by one thread at a time."""
 
 
 class Dispatcher:
     """Passes the messages of one topic to its subscribers.
 
     Args:
-        context: the node.
-        topic: full name.
+        context: the node's context.
+        topic: the topic's full name.
 
     Attributes:
         subscribers: those whose callbacks the delivery loop runs; in a node that spins, those that wait for `spin`.
-        direct: in a node that spins, those that do not wait for it; in other nodes there are none.
-        streams: the queues of subscribers that have their own.
+        direct_subscribers: in a node that spins, those that do not wait for `spin`; in other nodes there are none.
+        streams: the queues of subscribers that have their own queue.
     """
 
     def __init__(self, context: Context, topic: str) -> None:
         self.subscribers: tuple[Subscriber[Any], ...] = ()
-        self.direct: tuple[Subscriber[Any], ...] = ()
+        self.direct_subscribers: tuple[Subscriber[Any], ...] = ()
         self.streams: tuple[Stream, ...] = ()
         self._context = context
         self._topic = topic
-        # Those of both that have received the latched messages, and now receive all further messages.
+        # The subscribers of both kinds that have received the latched messages, and now receive all further messages.
         self._active: tuple[Subscriber[Any], ...] = ()
         self._active_direct: tuple[Subscriber[Any], ...] = ()
-        self._latched: dict[Source, Item] = {}  # as delivered
-        self._latched_on_arrival: dict[Source, Item] = {}  # in a node that spins
-        self._lock = threading.RLock()  # a signal handler may end the node on top of a method of this object
+        self._latched: dict[Source, Item] = {}  # from delivered messages
+        self._latched_on_arrival: dict[Source, Item] = {}  # from messages that may still wait for `spin`
+        self._lock = threading.RLock()  # a signal handler that interrupts a method of this object may end the node
 
     @property
     def is_held_back(self) -> bool:
-        """Whether publishers must be held back, as a stream is full and none is urgent."""
+        """Whether publishers must be held back: a stream is full, and none is urgent."""
         streams = self.streams
-        return bool(streams) and any(each.full for each in streams) and not any(each.urgent for each in streams)
+        return bool(streams) and any(stream.full for stream in streams) and not any(stream.urgent for stream in streams)
 
     # Subscribers ------------------------------------------------------------------------------------------------------
 
@@ -81,7 +81,7 @@ class Dispatcher:
         """Add a subscriber; it receives nothing before `activate`."""
         with self._lock:
             if subscriber.direct and self._context.callbacks is not None:
-                self.direct = (*self.direct, subscriber)
+                self.direct_subscribers = (*self.direct_subscribers, subscriber)
             else:
                 self.subscribers = (*self.subscribers, subscriber)
 
@@ -89,16 +89,18 @@ class Dispatcher:
         """Remove a subscriber."""
         with self._lock:
             self.subscribers = tuple(other for other in self.subscribers if other is not subscriber)
-            self.direct = tuple(other for other in self.direct if other is not subscriber)
+            self.direct_subscribers = tuple(other for other in self.direct_subscribers if other is not subscriber)
             self._active = tuple(other for other in self._active if other is not subscriber)
             self._active_direct = tuple(other for other in self._active_direct if other is not subscriber)
             self.streams = tuple(other for other in self.streams if other is not subscriber.stream)
 
     def activate(self, subscriber: Subscriber[Any]) -> None:
-        """Deliver the latched messages to a subscriber, and from now on all others. Called by the delivery's owner."""
+        """Deliver the latched messages to a subscriber, and from now on all messages. Called by the delivery loop's
+        owner.
+        """
         with self._lock:
             latched = self._latched
-            if subscriber in self.direct:
+            if subscriber in self.direct_subscribers:
                 self._active_direct = (*self._active_direct, subscriber)
                 latched = self._latched_on_arrival
             elif subscriber in self.subscribers and subscriber.stream is not None:
@@ -115,9 +117,9 @@ class Dispatcher:
             subscriber.stream.put(source, item)
             return
         try:
-            message = subscriber.take(item)
+            message = subscriber.decode_item(item)
         except MessageError:
-            return  # was logged when it came
+            return  # it was logged when it arrived
         message._connection_header = source.header
         if self._context.callbacks is not None and not subscriber.direct:
             self._context.callbacks.push(lambda: subscriber.call(message))
@@ -125,15 +127,15 @@ class Dispatcher:
             subscriber.call(message)
 
     def forget(self, source: Source) -> None:
-        """Forget the latched message of a source that has ended. Called by the delivery's owner."""
+        """Forget the latched message of a source that has ended. Called by the delivery loop's owner."""
         with self._lock:
             self._latched.pop(source, None)
             self._latched_on_arrival.pop(source, None)
 
     # Messages, on the reader thread or the one that spins -------------------------------------------------------------
 
-    def arrived(self, source: Source, item: Item) -> bool:
-        """Call the subscribers that do not wait for `spin`, in a node that spins; return whether others do."""
+    def deliver_direct(self, source: Source, item: Item) -> bool:
+        """Call the subscribers that do not wait for `spin`, in a node that spins; return whether others wait."""
         if source.header.get("latching") == "1":
             self._latched_on_arrival[source] = item
         if self._active_direct:
@@ -141,7 +143,7 @@ class Dispatcher:
         return bool(self.subscribers)
 
     def deliver_frame(self, source: Source, data: bytes, start: int, end: int) -> None:
-        """Deliver a message, a part of a buffer."""
+        """Deliver a message that is encoded in a part of a buffer."""
         active = self._active
         if source.header.get("latching") == "1":
             active = self._keep_latched(source, data[start:end])
@@ -156,7 +158,7 @@ class Dispatcher:
             active = self._keep_latched(source, item)
         for stream in self.streams:
             stream.put(source, item)
-        if len(active) == 1 and item.__class__ is active[0].made:  # most often, within a process
+        if len(active) == 1 and item.__class__ is active[0].native_class:  # the usual case within a process
             message: Any = item
             message._connection_header = header
             active[0].call(message)
@@ -173,38 +175,43 @@ class Dispatcher:
     def _call(
         self, subscribers: tuple[Subscriber[Any], ...], source: Source, data: Any, start: int = 0, end: int = -1
     ) -> None:
-        """Run the callbacks.
+        """Run the callbacks; log a message that cannot be decoded.
 
         Args:
+            subscribers: the subscribers to call.
+            source: the source of the message.
             data: a buffer with a frame's body from ``start`` to ``end``; or an item, if ``end`` is -1.
+            start, end: as above.
         """
         header = source.header
-        message = made_by = None
+        message = decoded_by = None
         for subscriber in subscribers:
-            if subscriber.decode is not made_by or message is None:
+            if subscriber.decode is not decoded_by or message is None:
                 try:
-                    message = subscriber.decode(data, start, end, True) if end >= 0 else subscriber.take(data, True)
+                    message = (
+                        subscriber.decode(data, start, end, True) if end >= 0 else subscriber.decode_item(data, True)
+                    )
                 except LengthError as error:
                     self._warn_wrong_length(source, error)
-                    message = subscriber.decode(data, start, end) if end >= 0 else subscriber.take(data)
+                    message = subscriber.decode(data, start, end) if end >= 0 else subscriber.decode_item(data)
                 except MessageError as error:
                     self._log_undecodable(source, error)
                     continue
                 message._connection_header = header
-                made_by = subscriber.decode
+                decoded_by = subscriber.decode
                 if end - start >= MIN_LARGE_FRAME:
                     _expect_array(source, message, end - start)
                 elif end < 0 and isinstance(data, bytes) and len(data) >= MIN_LARGE_FRAME:
                     _expect_array(source, message, len(data))
             subscriber.call(message)
 
-    def message(self, subscriber: Subscriber[Any], source: Source, item: Item) -> Any:
-        """Return the message that a stream received; None, after logging it, if it cannot be decoded."""
+    def decode_for_stream(self, subscriber: Subscriber[Any], source: Source, item: Item) -> Any:
+        """Decode an item that a stream has received; log it and return None if it cannot be decoded."""
         try:
-            message = subscriber.take(item, exact=True)
+            message = subscriber.decode_item(item, exact=True)
         except LengthError as error:
             self._warn_wrong_length(source, error)
-            message = subscriber.take(item)
+            message = subscriber.decode_item(item)
         except MessageError as error:
             self._log_undecodable(source, error)
             return None
@@ -214,23 +221,25 @@ class Dispatcher:
         return message
 
     def _log_undecodable(self, source: Source, error: MessageError) -> None:
-        who = source.header.get("callerid", "?")
-        self._context.log.peer(ERROR, "%s from %s: %s (message dropped)", self._topic, who, error)
+        publisher_name = source.header.get("callerid", "?")
+        self._context.log.peer(ERROR, "%s from %s: %s (message dropped)", self._topic, publisher_name, error)
 
     def _warn_wrong_length(self, source: Source, error: LengthError) -> None:
-        """Log that messages do not end where they should. They are received nevertheless, like in stock nodes."""
-        who = source.header.get("callerid", "?")
+        """Warn that messages do not end where they should. They are delivered nevertheless, as in stock nodes."""
+        publisher_name = source.header.get("callerid", "?")
         text = "%s from %s: received %s: is its definition different, or does it append a checksum?"
-        self._context.log.peer(WARN, text, self._topic, who, error, max_texts=1, link=(self._topic, who))
+        self._context.log.peer(
+            WARN, text, self._topic, publisher_name, error, max_texts=1, link=(self._topic, publisher_name)
+        )
 
 
 def _expect_array(source: Source, message: Any, size: int) -> None:
-    """Record for a link where the array of a large message was in its frame."""
-    where = layout(type(message))
-    if where is not None and isinstance(source, TcpSource):
-        array = getattr(message, where.field, None)
+    """Tell a TCP link where the array of a large message was in its frame."""
+    array_layout = layout(type(message))
+    if array_layout is not None and isinstance(source, TcpSource):
+        array = getattr(message, array_layout.field, None)
         if isinstance(array, Sized) and len(array) >= MIN_LARGE_FRAME:  # a program's own class may hold anything there
-            source.expect(size, len(array), where.tail, where.has_length_field)
+            source.expect(size, len(array), array_layout.tail, array_layout.has_length_field)
 
 
 class SpinQueue:
@@ -245,23 +254,23 @@ class SpinQueue:
         self._inbox = Inbox(source)
         self._dispatcher = dispatcher
         self._calls: deque[None] = deque()  # one for each call of `deliver_next` that has not begun
-        self._in_progress: deque[None] = deque()  # one for each call that takes its message now
+        self._in_progress: deque[None] = deque()  # one for each call that is taking its message
 
     def __len__(self) -> int:
         return len(self._inbox)
 
     @property
     def dropped(self) -> int:
-        """Number of messages lost so far; may be off by one while a message is taken."""
+        """Number of messages lost so far; may be off by one while a message is being taken."""
         return self._inbox.dropped
 
     @property
     def is_drained(self) -> bool:
-        """Whether all messages have been taken, so that `dropped` is right."""
+        """Whether all messages have been taken, so that `dropped` is exact."""
         return not (self._calls or self._in_progress)
 
     def put(self, item: Item, limit: int) -> bool:
-        """Add a message. One thread at a time.
+        """Add a message. Called by one thread at a time.
 
         Returns:
             Whether one more call of `deliver_next` must be queued.
@@ -283,14 +292,15 @@ class SpinQueue:
 
 
 class SpinQueues:
-    """Receives messages in place of the dispatcher, in a node that spins: they wait here for `spin`.
+    """Receives messages instead of the dispatcher, in a node that spins: they wait here for `spin`.
 
     Args:
         dispatcher: runs the callbacks.
         callbacks: the node's callback queue.
 
     Attributes:
-        limit: maximum number of waiting messages of each source; None: UNBOUNDED_LIMIT. The oldest are dropped.
+        limit: maximum number of waiting messages of each source; None for UNBOUNDED_LIMIT. Beyond that, the oldest
+            are dropped.
     """
 
     def __init__(self, dispatcher: Dispatcher, callbacks: CallbackQueue) -> None:
@@ -298,26 +308,26 @@ class SpinQueues:
         self._dispatcher = dispatcher
         self._callbacks = callbacks
         self._queues: dict[Source, SpinQueue] = {}
-        self._ended: list[SpinQueue] = []  # of removed sources: their last messages wait
+        self._ended_queues: list[SpinQueue] = []  # of removed sources whose last messages are still waiting
         self._dropped = 0  # in removed queues
 
     @property
     def waiting(self) -> int:
         """Number of waiting messages."""
-        return sum(map(len, [*self._queues.values(), *self._ended]))
+        return sum(map(len, [*self._queues.values(), *self._ended_queues]))
 
     @property
     def dropped(self) -> int:
         """Number of messages lost so far."""
-        return self._dropped + sum(queue.dropped for queue in [*self._queues.values(), *self._ended])
+        return self._dropped + sum(queue.dropped for queue in [*self._queues.values(), *self._ended_queues])
 
     def deliver_frame(self, source: Source, data: bytes, start: int, end: int) -> None:
-        """Queue a message, a part of a buffer. One thread at a time."""
+        """Queue a message that is encoded in a part of a buffer. Called by one thread at a time."""
         self.deliver_item(source, data[start:end])
 
     def deliver_item(self, source: Source, item: Item) -> None:
-        """Queue a message. One thread at a time."""
-        if not self._dispatcher.arrived(source, item):
+        """Queue a message. Called by one thread at a time."""
+        if not self._dispatcher.deliver_direct(source, item):
             return
         queue = self._queues.get(source)
         if queue is None:
@@ -329,7 +339,7 @@ class SpinQueues:
         """Remove a source that has ended. Its waiting messages are still delivered by the queued calls."""
         queue = self._queues.pop(source, None)
         if queue is not None:
-            self._ended.append(queue)
-        for queue in [each for each in self._ended if each.is_drained]:
-            self._ended.remove(queue)
+            self._ended_queues.append(queue)
+        for queue in [other for other in self._ended_queues if other.is_drained]:
+            self._ended_queues.remove(queue)
             self._dropped += queue.dropped

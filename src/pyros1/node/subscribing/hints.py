@@ -11,10 +11,10 @@ class Hints(NamedTuple):
     """Transport hints of a subscriber (roscpp's TransportHints, C11).
 
     Attributes:
-        tcp_nodelay: whether to ask publishers to send small messages at once.
-        transports: "local", "tcp" and "udp", in the order of preference; "local" only goes with "tcp".
-        max_datagram_size: in bytes, for "udp".
-        low_latency: whether to look for the next message for a while before sleeping, see `TcpSource.spins`.
+        tcp_nodelay: whether to ask publishers to send small messages without delay.
+        transports: "local", "tcp" and "udp", in order of preference; "local" requires "tcp".
+        max_datagram_size: maximum size of a datagram in bytes, for "udp".
+        low_latency: whether to poll for the next message for a while before sleeping; see `TcpSource.spins`.
     """
 
     tcp_nodelay: bool = True

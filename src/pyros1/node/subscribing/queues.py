@@ -1,10 +1,10 @@
 """Messages that wait to be delivered, still encoded, and the sources they come from.
 
-* `Batch`: what one receive from a TCP link brings.
+* `Batch`: the messages of one receive from a TCP link.
 * `Inbox`: between the thread that puts messages and the thread that delivers them, which may work at the same time,
   without a lock. Messages beyond the limit are dropped by the deque itself, within its `append`, so the newest message
-  can never be dropped for one that was taken meanwhile.
-* `Backlog`: while callbacks are slower than messages.
+  can never be dropped in place of one that was taken meanwhile.
+* `Backlog`: the newest messages, while callbacks are too slow.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ T = TypeVar("T")
 UNBOUNDED_LIMIT = 1000
 """Maximum number of waiting messages if neither side set a queue size; beyond that the publisher waits, as with TCP."""
 Item = bytes | SplitBody | Message | AnyMsg
-"""A message that waits: encoded, or handed over by a publisher in this process."""
+"""A message that waits to be delivered: encoded, or an object from a publisher in this process."""
 
 
 class Source(Protocol):
@@ -35,7 +35,7 @@ class Source(Protocol):
 
     Attributes:
         header: the publisher's connection header.
-        uri: the publisher's slave API.
+        uri: URI of the publisher's slave API.
         transport, address: as for `getBusInfo`.
         messages: number of messages so far.
     """
@@ -48,14 +48,14 @@ class Source(Protocol):
 
     @property
     def connected(self) -> bool:
-        """Whether the link is up."""
+        """Whether the link is open."""
 
     def close(self) -> None:
-        """End the link."""
+        """Close the link."""
 
 
 class _Queue(deque[T]):
-    """A deque that is equal only to itself, so that `remove` does not find another empty one."""
+    """A deque that equals only itself, so that `remove` does not find another empty one."""
 
     __eq__ = object.__eq__
     __hash__ = object.__hash__  # type: ignore[assignment]  # deques have none, since they compare by content
@@ -68,11 +68,11 @@ class Inbox:
         source: the source of the messages.
 
     Attributes:
-        lost: number of messages that were lost on the way here; the source counts them.
-        is_ready: whether it is in the line of inboxes with messages.
+        lost: number of messages lost before they arrived here, as counted by the source.
+        is_ready: whether the inbox is in `InboxSet.ready`.
     """
 
-    __slots__ = ("_limit", "_newest", "_put", "_queues", "_taken", "is_ready", "lost", "source")
+    __slots__ = ("_limit", "_newest", "_num_put", "_num_taken", "_queues", "is_ready", "lost", "source")
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -80,23 +80,25 @@ class Inbox:
         self.is_ready = False
         self._limit: int | None = None
         self._newest: _Queue[Item] = _Queue()
-        self._queues: deque[_Queue[Item]] = deque([self._newest])  # a new limit begins a new queue
-        self._put = self._taken = 0
+        self._queues: deque[_Queue[Item]] = deque([self._newest])  # each change of the limit adds a queue
+        self._num_put = self._num_taken = 0
 
     def __len__(self) -> int:
         return sum(map(len, list(self._queues)))
 
     @property
     def dropped(self) -> int:
-        """Number of messages lost so far, here or before; may briefly be one too low, but never too high."""
-        return self.lost + max(0, self._put - len(self) - self._taken)  # in this order: other threads add and take
+        """Number of messages lost so far, here or on the way; may briefly be one too low, but never too high."""
+        return self.lost + max(
+            0, self._num_put - len(self) - self._num_taken
+        )  # in this order: other threads add and take
 
-    def full(self, limit: int) -> bool:
+    def is_full(self, limit: int) -> bool:
         """Return whether the next message will replace an older one."""
         return len(self._newest) >= limit
 
     def put(self, item: Item, limit: int | None) -> None:
-        """Add a message. One thread at a time.
+        """Add a message. Called by one thread at a time.
 
         Args:
             limit: maximum number of waiting messages, beyond which the oldest are dropped; 0 or None for no limit.
@@ -107,26 +109,26 @@ class Inbox:
             self._queues.append(newest)  # from now on nothing is put into the earlier queues
             self._newest = newest
         self._newest.append(item)
-        self._put += 1
+        self._num_put += 1
 
     def take(self) -> Item | None:
-        """Take the oldest message, None if there is none."""
+        """Remove the oldest message and return it; None if there is none."""
         while True:
             queue = self._queues[0]
-            last = queue is self._newest  # checked first: only queues before the last one stay empty once they are
-            self._taken += 1  # first: a message that is being taken does not count as lost
+            is_newest = queue is self._newest  # checked first: only queues before the last one stay empty once they are
+            self._num_taken += 1  # first: a message that is being taken does not count as lost
             try:
                 return queue.popleft()
             except IndexError:
-                self._taken -= 1
-                if last:
+                self._num_taken -= 1
+                if is_newest:
                     return None
                 with contextlib.suppress(ValueError):  # if another thread takes messages as well
                     self._queues.remove(queue)
 
 
 class InboxSet:
-    """All inboxes of one delivery loop, or of one asyncio iteration.
+    """The inboxes of a delivery loop, or of an asynchronous iteration.
 
     Attributes:
         ready: inboxes with messages, in the order of their turns.
@@ -152,18 +154,18 @@ class InboxSet:
         self.inboxes[inbox] = None
 
     def mark_ready(self, inbox: Inbox) -> None:
-        """Put an inbox with messages into the line, if it is not there."""
+        """Add an inbox with messages to ``ready``, unless it is there already."""
         if not inbox.is_ready:
             inbox.is_ready = True
             self.ready.append(inbox)
 
     def mark_empty(self, inbox: Inbox) -> bool:
-        """Note that an inbox was taken out of the line and emptied. Called by the thread that takes messages.
+        """Note that an inbox was removed from ``ready`` and emptied. Called by the thread that takes messages.
 
-        If a thread has just put a message into it without noticing this, the inbox goes back into the line.
+        If another thread has just put a message into the inbox without noticing this, it is added to ``ready`` again.
 
         Returns:
-            Whether it is empty.
+            Whether the inbox is still empty.
         """
         inbox.is_ready = False
         self._room.notify_all()
@@ -178,10 +180,10 @@ class InboxSet:
             del self.inboxes[inbox]  # first: its lost messages must not count twice
             self._dropped += inbox.dropped
 
-    def wait_for_room(self, inbox: Inbox, maximum: int, ended: Callable[[], bool]) -> None:
-        """Wait until fewer than ``maximum`` messages are in an inbox, or something has ended."""
-        while len(inbox) >= maximum and not ended():
-            self._room.wait_for(lambda: len(inbox) < maximum or ended(), 0.1)
+    def wait_for_room(self, inbox: Inbox, maximum: int, has_ended: Callable[[], bool]) -> None:
+        """Wait until fewer than ``maximum`` messages are in an inbox, or ``has_ended`` returns True."""
+        while len(inbox) >= maximum and not has_ended():
+            self._room.wait_for(lambda: len(inbox) < maximum or has_ended(), 0.1)
 
     def notify_all(self) -> None:
         """Wake the threads that wait for room."""
@@ -212,7 +214,7 @@ class Frames:
         """Deliver the next messages; return whether any are left.
 
         Args:
-            receiver: receives them.
+            receiver: receives the messages.
             count: maximum number of messages.
         """
         link, data, deliver_frame, begin = self.link, self.data, receiver.deliver_frame, self._position
@@ -222,7 +224,7 @@ class Frames:
         return stop < len(self.frames)
 
     def deliver_until(self, receiver: Dispatcher | SpinQueues, deadline: float) -> bool:
-        """Deliver messages until a time, in `perf_counter` seconds; return whether it has passed."""
+        """Deliver messages until a deadline in `perf_counter` seconds; return whether it has passed."""
         link, data, deliver_frame, begin = self.link, self.data, receiver.deliver_frame, self._position
         for stop, (start, end) in enumerate(self.frames[begin:], begin + 1):
             deliver_frame(link, data, start, end)
@@ -233,7 +235,7 @@ class Frames:
         return False
 
     def newest(self, count: int) -> list[bytes]:
-        """Return the newest of the messages that are left, in their order."""
+        """Return the newest ``count`` of the remaining messages, oldest first."""
         return [self.data[start:end] for start, end in self.frames[self._position :][-count:]]
 
 
@@ -258,11 +260,11 @@ class Items:
         """Deliver the next messages; see `Frames.deliver`."""
         items = self._items
         for _ in range(min(count, len(items))):
-            receiver.deliver_item(self.link, items.popleft())  # the memory of those delivered may be reused
+            receiver.deliver_item(self.link, items.popleft())  # so that the memory of delivered messages can be reused
         return bool(items)
 
     def deliver_until(self, receiver: Dispatcher | SpinQueues, deadline: float) -> bool:
-        """Deliver messages until a time; see `Frames.deliver_until`."""
+        """Deliver messages until a deadline; see `Frames.deliver_until`."""
         while self._items:
             receiver.deliver_item(self.link, self._items.popleft())
             if perf_counter() > deadline:
@@ -270,16 +272,16 @@ class Items:
         return False
 
     def newest(self, count: int) -> list[bytes | SplitBody]:
-        """Return the newest of the messages that are left, in their order."""
+        """Return the newest ``count`` of the remaining messages, oldest first."""
         return list(self._items)[-count:]
 
 
 Batch = Frames | Items
-"""What one receive brings."""
+"""The messages of one receive."""
 
 
 class Backlog:
-    """The newest messages of each source; sources take turns.
+    """The newest messages of each source; the sources take turns.
 
     Args:
         limit: maximum number of messages to keep of each source.
@@ -297,7 +299,7 @@ class Backlog:
         return bool(self._waiting)
 
     def put(self, source: Source, item: Item) -> None:
-        """Keep a message, in place of the oldest of its source if there are too many."""
+        """Add a message; if its source has too many, drop the oldest of them."""
         items = self._waiting.get(source)
         if items is None:
             items = self._waiting[source] = deque(maxlen=self._limit)
@@ -305,13 +307,13 @@ class Backlog:
         items.append(item)
 
     def put_batch(self, batch: Batch) -> None:
-        """Keep the newest messages of one receive."""
+        """Add the newest messages of one receive."""
         self.dropped += max(0, len(batch) - self._limit)
         for item in batch.newest(self._limit):
             self.put(batch.link, item)
 
     def take(self) -> tuple[Source, Item]:
-        """Take the oldest message of the source whose turn it is."""
+        """Remove the oldest message of the source whose turn it is; return the source and the message."""
         source = next(iter(self._waiting))
         items = self._waiting.pop(source)
         item = items.popleft()

@@ -27,20 +27,20 @@ from pyros1.wire.local import (
 )
 
 MAX_BLOCKS = 64
-"""Maximum number of blocks that one publisher may share."""
+"""Maximum number of memory blocks that one publisher may share."""
 MAX_IN_PLACE = 3
 """Maximum number of messages that a program may keep in the publisher's memory; further ones are copied."""
-_read_count = struct.Struct("<I").unpack_from
+_unpack_u32 = struct.Struct("<I").unpack_from
 MAX_UNSENT_RELEASES = 1000  # a publisher has only a few outstanding references at a time
 _SEALS = 0x2 | 0x4  # F_SEAL_SHRINK and F_SEAL_GROW
 
 
 class BorrowedBlock:
-    """The right to read a message in the publisher's memory; it is released when this object is destroyed.
+    """The right to read a message in the publisher's memory; given back when this object is destroyed.
 
     Args:
-        number: the reference's number.
-        release: called with it.
+        number: number of the reference to the message.
+        release: called with the number, to give the right back.
     """
 
     __slots__ = ("_number", "_release")
@@ -57,10 +57,10 @@ class SharedBody(SplitBody):
     """An encoded message in the publisher's memory.
 
     Args:
-        memory: the block.
-        reference: where the message is; it has an array.
-        borrowed: kept as long as the memory is needed.
-        in_use: numbers of the messages that the program reads in place.
+        memory: the block of memory.
+        reference: where the message, which has an array, is in the block.
+        borrowed: the right to read, kept as long as the memory is needed.
+        in_use: reference numbers of the messages that the program reads in place.
     """
 
     __slots__ = ("_borrowed", "_copy", "_in_use", "_memory", "_reference")
@@ -76,7 +76,7 @@ class SharedBody(SplitBody):
         self._copy = b""
 
     def array(self, *, in_place: bool) -> Any:
-        """Return the array, in place if requested and not too many are kept already."""
+        """Return the array: in place if requested and not too many are kept already, or else a copy."""
         if self._memory is None:
             return self._copy
         begin, size = self._reference.offset + self._reference.array_begin, self._reference.array_size
@@ -89,7 +89,7 @@ class SharedBody(SplitBody):
         return self._copy
 
     def join(self) -> bytes:
-        """Return the body in one piece."""
+        """Return the whole encoded message as bytes."""
         if self._memory is not None:
             begin = self._reference.offset
             return self._memory[begin : begin + self._reference.size]
@@ -98,7 +98,7 @@ class SharedBody(SplitBody):
 
 
 class _InPlaceView:
-    """Keeps a loan for an array that is read in place."""
+    """Keeps the memory borrowed while an array in it is read in place."""
 
     __slots__ = ("_borrowed", "_in_use", "_number")
 
@@ -113,7 +113,7 @@ class _InPlaceView:
 
 
 def _in_place(memory: mmap.mmap, begin: int, size: int, owner: _InPlaceView) -> memoryview:
-    """Return a read-only view of a part of the memory; it and all objects made from it keep ``owner`` alive."""
+    """Return a read-only view of a part of the memory; the view and all objects made from it keep ``owner`` alive."""
     import ctypes  # noqa: PLC0415 - few programs read in place
 
     array: Any = (ctypes.c_ubyte * size).from_buffer(memory, begin)
@@ -122,10 +122,10 @@ def _in_place(memory: mmap.mmap, begin: int, size: int, owner: _InPlaceView) -> 
 
 
 class SharedSource(TcpSource):
-    """A link from a publisher that shares memory with this process, past its handshake.
+    """A link, after the handshake, from a publisher that shares memory with this process.
 
     Args:
-        sock, uri, header, first: as for TcpSource.
+        sock, uri, header, initial_bytes: as for TcpSource.
         control_socket: the socket that came with the publisher's header.
 
     Raises:
@@ -135,7 +135,7 @@ class SharedSource(TcpSource):
     transport = "LOCAL"
 
     def __init__(
-        self, sock: socket.socket, uri: str, header: dict[str, str], first: bytes, control_socket: socket.socket
+        self, sock: socket.socket, uri: str, header: dict[str, str], initial_bytes: bytes, control_socket: socket.socket
     ) -> None:
         try:
             self._token = bytes.fromhex(header["token"])
@@ -143,25 +143,25 @@ class SharedSource(TcpSource):
             self._token = b""
         if len(self._token) != TOKEN_SIZE:
             raise ProtocolError(f"publisher {uri}: no token in its connection header")
-        super().__init__(sock, uri, {key: value for key, value in header.items() if key != "token"}, first)
+        super().__init__(sock, uri, {key: value for key, value in header.items() if key != "token"}, initial_bytes)
         self._is_latched = header.get("latching") == "1"
         self._control_socket = control_socket
         control_socket.setblocking(False)
         self._blocks: dict[int, mmap.mmap] = {}
         self._in_use: set[int] = set()
         self._unsent_releases: deque[bytes] = deque()  # references for which the control socket had no room
-        self._process = os.getpid()
+        self._pid = os.getpid()
 
     def close(self) -> None:
-        """Close the link's sockets. Messages that are read in place remain."""
+        """Close the link's sockets. Messages that are read in place remain valid."""
         self._control_socket.close()
         super().close()
 
     def batch(self, frames: list[tuple[int, int]]) -> Batch:
-        """Like TcpSource's; references become the messages that they refer to.
+        """Take complete frames out of the buffer, with the messages that they refer to in place of references.
 
         Raises:
-            ProtocolError: a reference cannot be followed.
+            ProtocolError: a reference is not valid.
         """
         if self.buffer.data.find(self._token, frames[0][0], frames[-1][1]) < 0:
             return super().batch(frames)
@@ -177,34 +177,34 @@ class SharedSource(TcpSource):
         if len(self._unsent_releases) > MAX_UNSENT_RELEASES:
             raise ProtocolError("the publisher does not take back what was read")
         borrowed = BorrowedBlock(reference.number, self._release)
-        memory = self._block(reference.block)
+        memory = self._receive_block(reference.block)
         if reference.offset + reference.size > len(memory):
             raise ProtocolError("a message in shared memory is not inside of its block")
         self.bytes_received += reference.size - REFERENCE_SIZE
-        has_length_field = reference.offset + reference.array_begin
-        if reference.array_begin == 0 or _read_count(memory, has_length_field - 4)[0] != reference.array_size:
+        array_start = reference.offset + reference.array_begin
+        if reference.array_begin == 0 or _unpack_u32(memory, array_start - 4)[0] != reference.array_size:
             return memory[reference.offset : reference.offset + reference.size]
         message = SharedBody(memory, reference, borrowed, self._in_use)
         if self._is_latched:  # it may be kept for later subscribers
             return message.join()
         return message
 
-    def _block(self, number: int) -> mmap.mmap:
+    def _receive_block(self, number: int) -> mmap.mmap:
         while number not in self._blocks:
             try:
                 record, descriptors, _, _ = socket.recv_fds(self._control_socket, MAX_RECORD, 4)
             except ConnectionResetError:
-                continue  # the publisher has ended; the data it wrote before is still available
+                continue  # the publisher has exited; what it wrote before can still be received
             except OSError as error:
                 raise ProtocolError(f"a block of shared memory was not received: {error.strerror or error}") from None
             try:
-                self._take_block(record, descriptors)
+                self._map_block(record, descriptors)
             finally:
                 for descriptor in descriptors:
                     os.close(descriptor)
         return self._blocks[number]
 
-    def _take_block(self, record: bytes, descriptors: list[int]) -> None:
+    def _map_block(self, record: bytes, descriptors: list[int]) -> None:
         number, size = decode_block(record)
         if not size:
             self._blocks.pop(number, None)
@@ -226,13 +226,13 @@ class SharedSource(TcpSource):
 
     def _release(self, number: int) -> None:
         """Release a reference. Thread-safe and reentrant, since it may run whenever an object is destroyed."""
-        if os.getpid() != self._process:
+        if os.getpid() != self._pid:
             return  # a forked process has a copy of the message; the original process still reads it
         unsent = self._unsent_releases
         unsent.append(encode_release(number))
-        with contextlib.suppress(IndexError, OSError):  # all are released, or the publisher is gone
+        with contextlib.suppress(IndexError, OSError):  # all have been sent, or the publisher is gone
             while True:
-                record = unsent.popleft()  # each has only one owner
+                record = unsent.popleft()  # only one thread gets each
                 try:
                     self._control_socket.send(record)
                 except BlockingIOError:

@@ -1,5 +1,5 @@
 """Statistics of the messages of one publisher, for rosgraph_msgs/TopicStatistics
-(https://wiki.ros.org/Topics#Topic_statistics). Pure.
+(https://wiki.ros.org/Topics#Topic_statistics), without clocks and messages.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 
 class Limits(NamedTuple):
-    """Limits for the number of messages and the seconds of a window."""
+    """Limits for a window's number of messages and its length in seconds."""
 
     min_messages: int = 10
     max_messages: int = 100
@@ -20,7 +20,7 @@ class Limits(NamedTuple):
 
 
 class Summary(NamedTuple):
-    """Mean, standard deviation and maximum of values; 0 without values."""
+    """Mean, standard deviation and maximum of values; all 0 if there are none."""
 
     mean: float
     deviation: float
@@ -31,9 +31,12 @@ class Report(NamedTuple):
     """The messages received in a window.
 
     Attributes:
-        start, stop: seconds.
-        messages, lost, size: numbers of messages, of messages missing between them, and of bytes.
-        period: between two messages, in seconds. age: of the stamps on arrival, in seconds.
+        start, stop: start and end of the window, in seconds.
+        messages: number of messages received.
+        lost: number of messages missing between them.
+        size: total size of the messages in bytes.
+        period: the seconds between two messages.
+        age: the seconds from a message's stamp to its arrival.
     """
 
     start: float
@@ -46,20 +49,20 @@ class Report(NamedTuple):
 
 
 def summarise(values: Sequence[float]) -> Summary:
-    """Return mean, standard deviation and maximum of values."""
+    """Return the mean, standard deviation and maximum of values."""
     if not values:
         return Summary(0.0, 0.0, 0.0)
     mean = math.fsum(values) / len(values)
-    squares = math.fsum((value - mean) ** 2 for value in values)
-    return Summary(mean, math.sqrt(squares / (len(values) - 1)) if len(values) > 1 else 0.0, max(values))
+    sum_of_squares = math.fsum((value - mean) ** 2 for value in values)
+    return Summary(mean, math.sqrt(sum_of_squares / (len(values) - 1)) if len(values) > 1 else 0.0, max(values))
 
 
 class Window:
     """The messages since the last report.
 
     Args:
-        now: seconds.
-        limits: the length of the window, initially a second, is doubled or halved to stay within them.
+        now: the current time in seconds.
+        limits: the window's length, initially one second, is doubled or halved to stay within these limits.
     """
 
     def __init__(self, now: float, limits: Limits = Limits()) -> None:  # noqa: B008 - immutable
@@ -79,9 +82,9 @@ class Window:
         """Record a message; return a report if the window is over.
 
         Args:
-            now: seconds.
-            size: bytes.
-            seq, stamp: of its header, if it has one.
+            now: the current time in seconds.
+            size: size of the message in bytes.
+            seq, stamp: from its header, if it has one; the stamp in seconds.
         """
         self._arrivals.append(now)
         self._size += size

@@ -29,7 +29,7 @@ def array_view(arrays: str | None) -> View | None:
         arrays: None for bytes, tuples and lists; "memoryview"; "numpy".
 
     Raises:
-        ValueError: it is something else.
+        ValueError: ``arrays`` is something else.
     """
     if arrays is None:
         return None
@@ -44,7 +44,7 @@ def array_view(arrays: str | None) -> View | None:
     raise ValueError(f'arrays must be None, "memoryview" or "numpy", not {arrays!r}')
 
 
-def _viewing(cls: Any, view: View) -> Decode:
+def _make_view_decoder(cls: Any, view: View) -> Decode:
     if cls is AnyMsg:
         return AnyMsg._decode
 
@@ -55,14 +55,14 @@ def _viewing(cls: Any, view: View) -> Decode:
 
 
 class Subscriber(Generic[_M]):
-    """A user's handle of a subscription; made by ``Node.subscribe``. Also a context manager that unregisters.
+    """A user's handle of a subscription; created by ``Node.subscribe``. Also a context manager that unregisters it.
 
     Attributes:
         name: the topic's full name.
         type: the message class.
         queue_size: maximum number of messages waiting for the callback; None for no limit.
-        decode: makes a message from a part of a buffer.
-        stream: receives the messages undecoded, in place of the callback.
+        decode: creates a message from a part of a buffer.
+        stream: receives the messages undecoded, instead of the callback; None if there is a callback.
     """
 
     def __init__(
@@ -83,9 +83,9 @@ class Subscriber(Generic[_M]):
         self.name = subscription.topic
         self.type = message_class
         self.queue_size = queue_size
-        self.decode: Decode = message_class._decode if view is None else _viewing(message_class, view)  # type: ignore[attr-defined]  # Message or AnyMsg
+        self.decode: Decode = message_class._decode if view is None else _make_view_decoder(message_class, view)  # type: ignore[attr-defined]  # Message or AnyMsg
         self.stream = stream
-        self.made = message_class if view is None else None
+        self.native_class = message_class if view is None else None
         self._view = view
         self._subscription = subscription
         self._callback = callback
@@ -94,10 +94,10 @@ class Subscriber(Generic[_M]):
 
     @cached_property
     def _layout(self) -> Layout | None:
-        whole = getattr(self.type, "_has_own_deserialize", False)  # AnyMsg has none
-        return None if whole else layout(self.type)
+        decodes_itself = getattr(self.type, "_has_own_deserialize", False)  # AnyMsg has none
+        return None if decodes_itself else layout(self.type)
 
-    def take(self, item: Item, exact: bool = False) -> Any:
+    def decode_item(self, item: Item, exact: bool = False) -> Any:
         """Return the message of an item.
 
         Args:
@@ -105,10 +105,10 @@ class Subscriber(Generic[_M]):
             exact: whether an encoded message must use all its bytes.
 
         Raises:
-            LengthError: it does not, and ``exact`` is true.
-            MessageError: it cannot be decoded.
+            LengthError: an encoded message does not use all its bytes, and ``exact`` is True.
+            MessageError: the item cannot be decoded.
         """
-        if item.__class__ is self.made:
+        if item.__class__ is self.native_class:
             return item
         if isinstance(item, SplitBody):
             return decode_split(self.type, self._layout, item, self._view, exact)
@@ -119,7 +119,7 @@ class Subscriber(Generic[_M]):
         return self.decode(body, 0, len(body), exact)
 
     def call(self, message: _M) -> None:
-        """Run the callback."""
+        """Run the callback, unless unregistered, and log exceptions that it raises."""
         if self._unregister is None:
             return
         try:
@@ -137,8 +137,8 @@ class Subscriber(Generic[_M]):
                 self._subscription.context.log.exception(text, error=error)
 
     def message(self, source: Source, item: Item) -> _M | None:
-        """Return the message that the stream received; None, after logging it, if it cannot be decoded."""
-        message: _M | None = self._subscription.dispatcher.message(self, source, item)
+        """Decode an item that the stream has received; log it and return None if it cannot be decoded."""
+        message: _M | None = self._subscription.dispatcher.decode_for_stream(self, source, item)
         return message
 
     def resume_publishers(self) -> None:
@@ -147,8 +147,8 @@ class Subscriber(Generic[_M]):
 
     @property
     def links(self) -> tuple[Source, ...]:
-        """The links to the topic's publishers: the ``uri`` of the node, its connection ``header``, ``transport`` and
-        ``address``, and the number of ``messages`` so far."""
+        """The links to the topic's publishers, each with ``uri`` (of the node), its connection ``header``,
+        ``transport``, ``address``, and the number of ``messages`` so far."""
         return self._subscription.links
 
     @property
@@ -158,19 +158,20 @@ class Subscriber(Generic[_M]):
 
     @property
     def dropped(self) -> int:
-        """Number of messages dropped on this side because the callbacks were too slow."""
+        """Number of messages dropped by this node because the callbacks were too slow."""
         return self._subscription.delivery.dropped
 
     def set_queue_size(self, size: int) -> None:
         """Change the number of messages that may wait for the callback; see ``queue_size``."""
         self.queue_size = size
-        self._subscription.limit_changed()
+        self._subscription.update_limit()
 
     def wait_for_publishers(self, count: int = 1, timeout: float | None = None) -> bool:
         """Wait until at least ``count`` publishers are connected.
 
         Args:
-            timeout: seconds; None waits until the node shuts down.
+            count: the minimum number of publishers.
+            timeout: maximum number of seconds to wait; None waits until the node shuts down.
 
         Returns:
             Whether that many are connected.

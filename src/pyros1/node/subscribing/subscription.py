@@ -31,15 +31,16 @@ class Subscription:
     """A topic that a node subscribes to, with its links to publishers.
 
     Args:
-        context: the node.
-        topic: full name.
-        message_class: of the first subscriber; AnyMsg accepts every type.
+        context: the node's context.
+        topic: the topic's full name.
+        message_class: class of the first subscriber's messages; AnyMsg accepts every type.
         hints: transports and options for links to publishers.
-        driver: runs the delivery loop while all subscribers are streams that drop nothing; None: the node's threads.
+        driver: runs the delivery loop while all subscribers are streams that drop nothing; None for the node's
+            threads.
 
     Attributes:
-        type: in the form of connection headers.
-        on_change: called, without arguments, when links come and go.
+        type: the topic's type, as used in connection headers.
+        change_listeners: functions called, without arguments, when links are added and removed.
         dispatcher: passes messages to the subscribers.
         delivery: receives from the links.
     """
@@ -50,23 +51,23 @@ class Subscription:
         self.context = context
         self.topic = topic
         self.type = topic_type(message_class)
-        self.on_change: list[Callable[[], None]] = []
+        self.change_listeners: list[Callable[[], None]] = []
         self.hints = hints
         self.dispatcher = Dispatcher(context, topic)
         self._spin_queues = None if context.callbacks is None else SpinQueues(self.dispatcher, context.callbacks)
         self.delivery = DeliveryLoop(
-            self.dispatcher, driver or context.delivery_threads, self._spin_queues, self._link_lost
+            self.dispatcher, driver or context.delivery_threads, self._spin_queues, self._on_link_lost
         )
-        self._connectors: dict[str, Connector] = {}  # loop only
+        self._connectors: dict[str, Connector] = {}  # used only on the loop
         self._tcp_links: tuple[TcpSource, ...] = ()
         self._inbox_links: tuple[Source, ...] = ()  # over UDP and within the process
-        self._lock = threading.RLock()  # a signal handler may end the node on top of a method of this object
+        self._lock = threading.RLock()  # a signal handler that interrupts a method of this object may end the node
         self._closed = False
 
     # Subscribers ------------------------------------------------------------------------------------------------------
 
     def add(self, subscriber: Subscriber[Any]) -> None:
-        """Add a subscriber and give it earlier latched messages (T18).
+        """Add a subscriber and deliver earlier latched messages to it (T18).
 
         Raises:
             NodeError: this node already subscribes to the topic with another type.
@@ -82,8 +83,8 @@ class Subscription:
             self.dispatcher.add(subscriber)
             self._set_limit()
         stream = subscriber.stream
-        busy = stream is None or stream.wants_newest  # a callback may wait
-        if busy and self.delivery.driver.cooperative:
+        may_block = stream is None or stream.wants_newest  # a callback may take long
+        if may_block and self.delivery.driver.cooperative:
             self.delivery.submit(lambda: self.delivery.links.move(self.context.delivery_threads))
         self.delivery.submit(lambda: self.dispatcher.activate(subscriber), by_callback=True)
 
@@ -92,28 +93,30 @@ class Subscription:
         with self._lock:
             self.dispatcher.remove(subscriber)
             self._set_limit()
-        self.delivery.wake()  # the subscriber that held publishers back may be gone
-        return bool(self.dispatcher.subscribers or self.dispatcher.direct)
+        self.delivery.wake()  # it may have been the one that held publishers back
+        return bool(self.dispatcher.subscribers or self.dispatcher.direct_subscribers)
 
-    def limit_changed(self) -> None:
-        """Apply the new limit of a subscriber."""
+    def update_limit(self) -> None:
+        """Apply a subscriber's changed queue size."""
         with self._lock:
             self._set_limit()
 
     def _set_limit(self) -> None:
         """Set how many messages may wait: the links are shared, so the largest limit of the subscribers applies.
 
-        Streams limit themselves. Messages are delivered in the publisher's thread if all callbacks to be run want that.
+        Streams limit themselves. Messages are delivered in the publisher's thread if all callbacks to run request that.
         """
         subscribers = self.dispatcher.subscribers
         sizes = [subscriber.queue_size for subscriber in subscribers]
-        no_limit = None in sizes or all(subscriber.stream is not None for subscriber in subscribers)
-        limit = None if no_limit else max(size for size in sizes if size is not None)
+        is_unlimited = None in sizes or all(subscriber.stream is not None for subscriber in subscribers)
+        limit = None if is_unlimited else max(size for size in sizes if size is not None)
         self.delivery.limit = limit
         if self._spin_queues is not None:
             self._spin_queues.limit = limit
-        run = self.dispatcher.direct if self.context.callbacks is not None else subscribers
-        self.delivery.in_publisher = bool(run) and all(subscriber.in_publisher for subscriber in run)
+        subscribers_to_run = self.dispatcher.direct_subscribers if self.context.callbacks is not None else subscribers
+        self.delivery.in_publisher = bool(subscribers_to_run) and all(
+            subscriber.in_publisher for subscriber in subscribers_to_run
+        )
 
     # Publishers -------------------------------------------------------------------------------------------------------
 
@@ -122,12 +125,12 @@ class Subscription:
         return subscriber_header(self.context.name, self.topic, self.type, self.hints.tcp_nodelay)
 
     def update_publishers(self, uris: list[str], complete: bool = True) -> None:
-        """Apply the master's list of publishers. On the loop.
+        """Apply the master's list of publishers. Called on the loop.
 
         Args:
-            uris: slave API URIs.
-            complete: whether publishers that are not in the list are gone. (The answer to a registration may be older
-                than an update that overtook it, so it only adds.)
+            uris: URIs of the publishers' slave APIs.
+            complete: whether publishers that are not in the list are gone. (The response to a registration may be older
+                than an update that overtook it, so it only adds publishers.)
         """
         if self._closed:
             return
@@ -141,17 +144,17 @@ class Subscription:
                 self._connectors[uri].publisher_unlisted()
 
     def has_publisher(self, uri: str) -> bool:
-        """Whether this is a publisher that the master has listed. On the loop."""
+        """Return whether the master has listed a publisher. Called on the loop."""
         return uri in self._connectors
 
     def forget(self, uri: str) -> None:
-        """Remove the connector of a publisher, as it has nothing left to do. On the loop."""
+        """Remove the connector of a publisher if it has nothing left to do. Called on the loop."""
         connector = self._connectors.get(uri)
         if connector is not None and connector.is_finished:
             del self._connectors[uri]
 
     def link(self, link: TcpSource) -> None:
-        """Add the link of a connector that has reached its publisher. On the loop."""
+        """Add the link of a connector that has reached its publisher. Called on the loop."""
         if self._closed:
             link.close()
             return
@@ -159,20 +162,20 @@ class Subscription:
         with self._lock:
             self._tcp_links = (*self._tcp_links, link)
         self.delivery.add(link)
-        self._changed()
+        self._notify_listeners()
 
     def link_in_process(self, uri: str, publication: PublicationInterface) -> None:
-        """Link to a publication of this process. On the loop.
+        """Link to a publication of this process. Called on the loop.
 
         Raises:
-            Refusal: it is of another type.
+            Refusal: the publication has another type, or is closed.
         """
         self.add_inbox_link(
-            publication.connect_in_process(self.delivery, uri, self.request_header(), self._inbox_link_closed)
+            publication.connect_in_process(self.delivery, uri, self.request_header(), self._on_inbox_link_closed)
         )
 
     def offer_datagrams(self, uri: str) -> UdpSource:
-        """Return a UDP socket to offer to a publisher; see `add_inbox_link`. On the loop.
+        """Return a UDP socket to offer to a publisher; see `add_inbox_link`. Called on the loop.
 
         Raises:
             OSError: no socket can be opened.
@@ -182,29 +185,36 @@ class Subscription:
         context, header, size = self.context, self.request_header(), self.hints.max_datagram_size
         assert context.address is not None
         return UdpSource(
-            context.loop, self.delivery, header, uri, context.address, context.allowlist, size, self._inbox_link_closed
+            context.loop,
+            self.delivery,
+            header,
+            uri,
+            context.address,
+            context.allowlist,
+            size,
+            self._on_inbox_link_closed,
         )
 
     def add_inbox_link(self, link: Source) -> None:
-        """Add a link that puts messages into an inbox. On the loop."""
+        """Add a link that puts messages into an inbox. Called on the loop."""
         with self._lock:
-            if link.connected:  # not if the publisher has ended meanwhile, on its own thread
+            if link.connected:  # the publisher may have closed it meanwhile, on its own thread
                 self._inbox_links = (*self._inbox_links, link)
-        self._changed()
+        self._notify_listeners()
 
-    def _inbox_link_closed(self, link: Source) -> None:
+    def _on_inbox_link_closed(self, link: Source) -> None:
         """Note that a link that puts messages into an inbox has closed. Thread-safe."""
         with self._lock:
             self._inbox_links = tuple(other for other in self._inbox_links if other is not link)
         self.delivery.submit(lambda: self.delivery.forget(link))
         self.context.loop.call_soon(self._reconnect, link.uri, None)
-        self._changed()
+        self._notify_listeners()
 
-    def _link_lost(self, link: TcpSource, reason: str | None) -> None:
+    def _on_link_lost(self, link: TcpSource, reason: str | None) -> None:
         with self._lock:
             self._tcp_links = tuple(other for other in self._tcp_links if other is not link)
         self.context.loop.call_soon(self._reconnect, link.uri, reason)
-        self._changed()
+        self._notify_listeners()
 
     def _reconnect(self, uri: str, reason: str | None) -> None:
         connector = self._connectors.get(uri)
@@ -212,8 +222,8 @@ class Subscription:
             return
         connector.link_lost(reason)
 
-    def _changed(self) -> None:
-        for callback in tuple(self.on_change):
+    def _notify_listeners(self) -> None:
+        for callback in tuple(self.change_listeners):
             callback()
 
     @property
@@ -222,7 +232,7 @@ class Subscription:
         return self._tcp_links + self._inbox_links
 
     def close(self, timeout: float = 5.0, wait: bool = True) -> None:
-        """End all links; wait for a running callback at most ``timeout`` seconds, or not at all."""
+        """Close all links; if ``wait`` is True, wait for a running callback at most ``timeout`` seconds."""
         self._closed = True
         self.context.loop.call_soon(self._stop_connectors)
         for link in self._inbox_links:
@@ -230,7 +240,7 @@ class Subscription:
         self.delivery.close(timeout, wait)
         with self._lock:
             self._tcp_links = ()
-        self._changed()
+        self._notify_listeners()
 
     def _stop_connectors(self) -> None:
         for connector in list(self._connectors.values()):

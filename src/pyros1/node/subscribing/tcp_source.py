@@ -24,18 +24,19 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.threads import Driver
 
 MIN_LARGE_FRAME = 1 << 17
-"""Size in bytes from which a frame is received in pieces, its array directly into the final object."""
+"""Minimum size in bytes of a frame that is received in pieces, with its array directly in the final object."""
 MAX_RESERVED = 16 << 20
-"""Maximum size, in bytes, of an array whose memory is reserved in advance, unless one half as large came before."""
+"""Maximum size in bytes of an array whose memory is reserved in advance, unless one at least half as large came
+before."""
 
 RECEIVE_TIMEOUT = 0.02
-"""Seconds that a patient `receive` waits."""
+"""Maximum number of seconds that `TcpSource.receive` waits, if asked to wait."""
 SPIN_TIME = 0.002
-"""Seconds that an eager link looks for the next message without sleeping."""
-_ALL = getattr(socket, "MSG_WAITALL", 0)
-_read_size = struct.Struct("<I").unpack_from
+"""Seconds for which a link that `spins` polls for the next message."""
+_MSG_WAITALL = getattr(socket, "MSG_WAITALL", 0)
+_unpack_u32 = struct.Struct("<I").unpack_from
 DRAIN_TIME = 0.02
-"""Maximum seconds spent on draining sockets before callbacks continue: a flood must not starve them."""
+"""Maximum number of seconds spent on draining sockets before callbacks continue: a flood must not starve them."""
 
 MAX_FLOOD_GAP = 30e-6
 MAX_FLOOD_MESSAGES = 16
@@ -45,16 +46,16 @@ less than MAX_FLOOD_GAP seconds apart.
 """
 MIN_FLOOD_STREAK = 100
 GATHER_TIME = 200e-6
-"""Seconds of a pause, in which messages gather."""
+"""Seconds of a pause during which messages accumulate."""
 
 
 class ArrayLayout(NamedTuple):
-    """Place of the array in the next large frame, if that is like the one before.
+    """Place of the array in the next large frame, if it is like the previous one.
 
     Attributes:
-        begin: bytes before the array, with the length fields of frame and array.
-        tail: bytes after it.
-        maximum: largest array that is accepted, in bytes.
+        begin: number of bytes before the array, including the length fields of frame and array.
+        tail: number of bytes after the array.
+        maximum: maximum size of the array in bytes.
         has_length_field: whether the array has a length field; otherwise it is the whole frame.
     """
 
@@ -65,30 +66,30 @@ class ArrayLayout(NamedTuple):
 
 
 class TcpSource:
-    """A TCP link from a publisher, past its handshake.
+    """A TCP link from a publisher, after the handshake.
 
     Attributes:
         header: the publisher's connection header.
-        uri: the publisher's slave API.
-        messages, bytes_received: numbers so far.
-        connected: whether the link is up.
+        uri: URI of the publisher's slave API.
+        messages, bytes_received: number of messages and bytes received so far.
+        connected: whether the link is open.
         can_wait: whether `receive` can wait for RECEIVE_TIMEOUT seconds; otherwise it never waits.
         last_time: time at which the socket was last readable, in `perf_counter` seconds.
-        expected: the shape of large frames, from the last one; None: all frames go through the buffer.
-        spins: whether a patient `receive` looks for bytes for SPIN_TIME seconds before it sleeps. The system needs
+        expected: the layout of large frames, taken from the last one; None if all frames go through the buffer.
+        spins: whether a `receive` that waits polls for SPIN_TIME seconds before it sleeps. The system needs
             25 to 50 us to wake a sleeping thread; a polling thread occupies a processor meanwhile.
     """
 
     transport = "TCPROS"
 
-    def __init__(self, sock: socket.socket, uri: str, header: dict[str, str], first: bytes) -> None:
+    def __init__(self, sock: socket.socket, uri: str, header: dict[str, str], initial_bytes: bytes) -> None:
         self.sock = sock
         self.fd = sock.fileno()
         self.uri = uri
         self.header = header
-        self.buffer = FrameBuffer(first=first)
+        self.buffer = FrameBuffer(first=initial_bytes)
         self.messages = 0
-        self.bytes_received = len(first)
+        self.bytes_received = len(initial_bytes)
         self.connected = True
         self.can_wait = _set_receive_timeout(sock)
         self.last_time = 0.0
@@ -98,8 +99,10 @@ class TcpSource:
             self.address = f"LOCAL connection on port 0 to [127.0.0.1:0 on socket {self.fd}]"
             return
         try:
-            peer, port = sock.getpeername(), sock.getsockname()[1]
-            self.address = f"TCPROS connection on port {port} to [{peer[0]}:{peer[1]} on socket {self.fd}]"
+            peer_address, port = sock.getpeername(), sock.getsockname()[1]
+            self.address = (
+                f"TCPROS connection on port {port} to [{peer_address[0]}:{peer_address[1]} on socket {self.fd}]"
+            )
         except OSError:
             self.address = "TCPROS connection on port 0 to [unknown]"
 
@@ -107,13 +110,13 @@ class TcpSource:
         """Receive once.
 
         Args:
-            wait: whether to wait up to RECEIVE_TIMEOUT seconds, if the link can.
+            wait: whether to wait up to RECEIVE_TIMEOUT seconds; only if `can_wait`.
 
         Returns:
             The messages that are complete now, if any; None at the end of the stream.
 
         Raises:
-            BlockingIOError: no bytes have come.
+            BlockingIOError: no bytes have arrived.
             OSError: the connection is broken.
             ProtocolError: a frame is too large.
         """
@@ -126,7 +129,9 @@ class TcpSource:
         return self.split(count) if count else None
 
     def _spin_receive(self) -> int | None:
-        """Poll for bytes, and return how many came, 0 at the end; None after SPIN_TIME seconds without any."""
+        """Poll for bytes; return how many arrived, 0 at the end of the stream, or None after SPIN_TIME seconds without
+        any.
+        """
         free_space, receive, deadline = self.buffer.writable(), self.sock.recv_into, perf_counter() + SPIN_TIME
         while perf_counter() < deadline:
             try:
@@ -140,10 +145,10 @@ class TcpSource:
         shutdown_and_close(self.sock)
 
     def split(self, count: int) -> Batch:
-        """Count the bytes that came into the buffer, and return the messages that are complete now.
+        """Account for bytes that were received into the buffer; return the messages that are complete now.
 
         Args:
-            count: number of bytes.
+            count: number of received bytes.
 
         Raises:
             ProtocolError: a frame is too large.
@@ -154,41 +159,41 @@ class TcpSource:
         return self.batch(frames) if frames else Frames(self, b"", frames)
 
     def batch(self, frames: list[tuple[int, int]]) -> Batch:
-        """Take complete frames out of the buffer."""
+        """Take complete frames out of the buffer and return them."""
         if frames[-1][1] > MIN_LARGE_FRAME and len(frames) == 1:  # a single body is not copied again
             return Items(self, self.buffer.take_bodies(frames))
         return Frames(self, self.buffer.take(frames), frames)
 
     def expect(self, size: int, array: int, tail: int, has_length_field: bool) -> None:
-        """Note where the array of a large frame is, for frames of the same shape.
+        """Note where the array of a large frame is, for further frames of the same layout.
 
         Args:
             size: size of the frame's body in bytes.
             array: size of its array in bytes.
-            tail: bytes after the array.
+            tail: number of bytes after the array.
             has_length_field: whether the array has a length field.
         """
         begin = size - tail - array + 4
-        if self.can_wait and _ALL and begin >= 4:
+        if self.can_wait and _MSG_WAITALL and begin >= 4:
             self.expected = ArrayLayout(begin, tail, max(MAX_RESERVED, 2 * array), has_length_field)
 
-    def _receive_large(self, expected: ArrayLayout, flags: int) -> Batch | None:
-        """Receive a frame of the expected shape; all other bytes go to the buffer.
+    def _receive_large(self, expected_layout: ArrayLayout, flags: int) -> Batch | None:
+        """Receive a frame of the expected layout; all other bytes go to the buffer.
 
         The wait for the array is short, like that of any receive: the rest of a slow frame also goes to the buffer.
         """
-        begin, tail, maximum, has_length_field = expected
+        begin, tail, maximum, has_length_field = expected_layout
         received = self.sock.recv(begin, flags)
         if len(received) == begin:
-            size, array = _read_size(received, 0)[0], _read_size(received, begin - 4)[0]
+            size, array = _unpack_u32(received, 0)[0], _unpack_u32(received, begin - 4)[0]
             if MIN_LARGE_FRAME <= array <= maximum and size + 4 == begin + array + tail:
                 data = self._receive_rest(array)
-                end = self._receive_rest(tail) if len(data) == array else b""
-                if len(data) == array and len(end) == tail:
+                tail_bytes = self._receive_rest(tail) if len(data) == array else b""
+                if len(data) == array and len(tail_bytes) == tail:
                     self.messages += 1
                     self.bytes_received += size + 4
-                    return Items(self, [SplitBody(received[4:-4], data, end, has_length_field)])
-                received = b"".join((received, data, end))
+                    return Items(self, [SplitBody(received[4:-4], data, tail_bytes, has_length_field)])
+                received = b"".join((received, data, tail_bytes))
         self.expected = None
         self.buffer.feed(received)
         return self.split(len(received)) if received else None
@@ -197,13 +202,15 @@ class TcpSource:
         if not size:
             return b""
         try:
-            return self.sock.recv(size, _ALL)
+            return self.sock.recv(size, _MSG_WAITALL)
         except BlockingIOError:
             return b""
 
 
 def _set_receive_timeout(sock: socket.socket) -> bool:
-    """Let a plain receive wait in the kernel for a short time, if the system supports calls with and without a wait."""
+    """Let a plain receive wait in the kernel for a short time, if the system also supports receives that do not wait;
+    return whether it does.
+    """
     if DONTWAIT and set_socket_timeouts(sock, RECEIVE_TIMEOUT):
         return True
     sock.setblocking(False)
@@ -211,10 +218,10 @@ def _set_receive_timeout(sock: socket.socket) -> bool:
 
 
 class FloodDetector:
-    """Watches a link for a flood of single messages, while its receiver stays with it.
+    """Detects a flood of single messages on a link while a thread keeps receiving from it.
 
     A publisher that sends each message separately wakes the receiver for each, which costs the publisher more than
-    sending. So the receiver lets them gather for a moment.
+    sending. So the receiver lets messages accumulate for a moment.
     """
 
     def __init__(self, link: TcpSource) -> None:
@@ -222,19 +229,19 @@ class FloodDetector:
         self._streak = 0
         self._messages = link.messages
         self._size = link.bytes_received
-        self._last = perf_counter()
+        self._last_time = perf_counter()
 
     def pause(self) -> None:
         """Pause after a receive if a flood of single messages is arriving."""
         link, now = self._link, perf_counter()
         count = link.messages - self._messages
-        if now - self._last > count * MAX_FLOOD_GAP or link.bytes_received - self._size > MAX_FLOOD_BYTES:
+        if now - self._last_time > count * MAX_FLOOD_GAP or link.bytes_received - self._size > MAX_FLOOD_BYTES:
             self._streak = 0
         elif count <= MAX_FLOOD_MESSAGES:
             self._streak += 1
             if self._streak > MIN_FLOOD_STREAK:
                 time.sleep(GATHER_TIME)
-        self._messages, self._size, self._last = link.messages, link.bytes_received, now
+        self._messages, self._size, self._last_time = link.messages, link.bytes_received, now
 
 
 class TcpLinks:
@@ -242,7 +249,7 @@ class TcpLinks:
 
     Args:
         delivery: the delivery loop, whose driver waits for the sockets.
-        on_lost: called with (link, reason) when a link has ended; reason is None for an orderly end.
+        on_lost: called with (link, reason) when a link has ended; the reason is None for an orderly end.
     """
 
     def __init__(self, delivery: DeliveryLoop, on_lost: Callable[[TcpSource, str | None], None]) -> None:
@@ -257,11 +264,12 @@ class TcpLinks:
         return iter(list(self._links.values()))
 
     def get(self, fd: int) -> TcpSource | None:
-        """Return the link with that descriptor, None if it is closed."""
+        """Return the link with a descriptor; None if it is closed."""
         return self._links.get(fd)
 
     def open(self, link: TcpSource) -> Batch | None:
-        """Start waiting for a new link; return what came together with its header, None if it is lost already."""
+        """Start waiting for a new link; return what arrived together with its header; None if the link is lost already.
+        """
         driver = self._delivery.driver
         if driver.cooperative:
             link.can_wait = False
@@ -274,7 +282,7 @@ class TcpLinks:
             return None
 
     def rearm(self, link: TcpSource) -> None:
-        """Wait for a link again, unless it is closed."""
+        """Wait for a link's socket again, unless the link is closed."""
         if self._links.get(link.fd) is link:
             self._delivery.driver.rearm(link.fd)
 
@@ -295,7 +303,7 @@ class TcpLinks:
             link.close()
 
     def receive(self, link: TcpSource, wait: bool = False) -> Batch | None:
-        """Receive once from a link; return None if nothing has come, or the link is lost. See `TcpSource.receive`."""
+        """Receive once from a link; return None if nothing has arrived or the link is lost. See `TcpSource.receive`."""
         try:
             batch = link.receive(wait)
         except BlockingIOError:

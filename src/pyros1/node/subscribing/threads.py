@@ -1,8 +1,8 @@
 """The threads that receive for a node's subscriptions.
 
-All quiet subscriptions share two threads, which wait for messages. A thread that gets one runs the callbacks, and stays
-with that subscription while more than 50 messages per second arrive; if no waiting thread is left, another one is
-started. So there are two threads more than busy subscriptions: a node with hundreds of idle links has two, and the
+All quiet subscriptions share two threads, which wait for messages. A thread that receives one runs the callbacks, and
+stays with that subscription while more than 50 messages per second arrive; if no waiting thread is left, another is
+started. So there are two more threads than busy subscriptions: a node with hundreds of idle links has two, and the
 callbacks of different topics never wait for each other.
 """
 
@@ -23,9 +23,9 @@ if TYPE_CHECKING:
     from pyros1.node.subscribing.delivery_loop import DeliveryLoop
 
 MIN_WAITING_THREADS = 2
-"""Number of threads that wait without a time limit."""
+"""Number of waiting threads up to which none of them exits when idle."""
 IDLE_TIMEOUT = 5.0
-"""Seconds after which a further thread ends if nothing wakes it."""
+"""Seconds after which any further thread exits if nothing wakes it."""
 
 
 class Driver(Protocol):
@@ -39,13 +39,13 @@ class Driver(Protocol):
 
     @property
     def has_waiting_thread(self) -> bool:
-        """Whether another thread waits for the next message, so that this one may wait for a link."""
+        """Whether a thread is waiting for the next message, so that the calling one may wait for a single link."""
 
     def register(self, fd: int, delivery: DeliveryLoop) -> None:
-        """Run a delivery loop when a socket can be read: once, and again after each `rearm`."""
+        """Run a delivery loop when a socket becomes readable: once, and again after each `rearm`."""
 
     def rearm(self, fd: int) -> None:
-        """Watch a socket again after its delivery loop was run."""
+        """Watch a socket again after its delivery loop has run."""
 
     def unregister(self, fd: int) -> None:
         """Unregister a socket; call this before closing it."""
@@ -62,7 +62,7 @@ class DeliveryThreads:
 
     Args:
         name: the node's name, for the names of the threads.
-        on_error: called with an exception that a delivery loop did not handle.
+        on_error: called with each exception that a delivery loop does not handle.
     """
 
     cooperative = False
@@ -73,21 +73,21 @@ class DeliveryThreads:
         self._poller = Poller()
         self._deliveries: dict[int, DeliveryLoop] = {}
         self._woken: deque[DeliveryLoop] = deque()
-        self._lock = threading.RLock()  # a signal handler may wake a delivery loop on top of a method of this object
-        self._waiting = 0
+        self._lock = threading.RLock()  # a signal handler that interrupts a method of this object may wake a loop
+        self._num_waiting = 0
         self._start_failed = False  # the system could not start another thread
         self._threads: set[threading.Thread] = set()
-        self._started = 0
+        self._num_started = 0
         self._closed = False
 
     def register(self, fd: int, delivery: DeliveryLoop) -> None:
-        """Run a delivery loop when a socket can be read: once, and again after each `rearm`."""
+        """Run a delivery loop when a socket becomes readable: once, and again after each `rearm`."""
         self._deliveries[fd] = delivery
         self._poller.register(fd)
-        self._begin()
+        self._ensure_started()
 
     def rearm(self, fd: int) -> None:
-        """Watch a socket again after its delivery loop was run."""
+        """Watch a socket again after its delivery loop has run."""
         self._poller.rearm(fd)
 
     def unregister(self, fd: int) -> None:
@@ -99,40 +99,41 @@ class DeliveryThreads:
         """Run a delivery loop soon, on one of the threads."""
         self._woken.append(delivery)
         self._poller.wake()
-        self._begin()
+        self._ensure_started()
 
     def call(self, function: Callable[[], None], timeout: float) -> None:
-        """Call a function: sockets may be unregistered by any thread."""
+        """Call a function in the calling thread: any thread may unregister sockets."""
         function()
 
     def close(self, timeout: float = 5.0) -> None:
-        """End the threads; wait for them at most ``timeout`` seconds."""
+        """Stop the threads; wait for them at most ``timeout`` seconds."""
         deadline = perf_counter() + timeout
         with self._lock:
             self._closed = True
             # A signal handler may end the node while a thread is being started; that thread ends on its own.
-            threads = [each for each in self._threads if each.ident and each is not threading.current_thread()]
+            threads = [other for other in self._threads if other.ident and other is not threading.current_thread()]
             if not self._threads:
-                self._poller.close()  # otherwise the last thread does it
+                self._poller.close()  # otherwise the last thread closes it
         for _ in threads:
             self._poller.wake()
         for thread in threads:
             thread.join(max(0.0, deadline - perf_counter()))
 
-    def _begin(self) -> None:
+    def _ensure_started(self) -> None:
         if not self._threads:
             self._keep_one_waiting()
 
     def _keep_one_waiting(self) -> None:
         with self._lock:
-            if self._waiting or self._closed:
+            if self._num_waiting or self._closed:
                 return
-            self._started += 1
-            thread = threading.Thread(target=self._work, name=f"{self._name}:reader{self._started}", daemon=True)
-            self._waiting += 1
+            self._num_started += 1
+            thread = threading.Thread(target=self._work, name=f"{self._name}:reader{self._num_started}", daemon=True)
+            self._num_waiting += 1
             self._threads.add(thread)
         try:
-            thread.start()  # without the lock: a signal handler on top may end the threads, which need it for that
+            # without the lock: a signal handler may stop the threads meanwhile, which need the lock for that
+            thread.start()
         except RuntimeError as error:  # the system has no more threads; a busy one will wait afterwards
             with self._lock:
                 self._remove_thread(thread)
@@ -144,17 +145,17 @@ class DeliveryThreads:
     def _work(self) -> None:
         wait = self._poller.wait
         while not self._closed:
-            fd = wait(-1 if self._waiting <= MIN_WAITING_THREADS else IDLE_TIMEOUT)
+            fd = wait(-1 if self._num_waiting <= MIN_WAITING_THREADS else IDLE_TIMEOUT)
             with self._lock:
-                if fd is None and self._waiting > MIN_WAITING_THREADS:
+                if fd is None and self._num_waiting > MIN_WAITING_THREADS:
                     self._remove_thread(threading.current_thread())  # under the same lock, or all would end at once
                     return
                 if fd is None or self._closed:
                     continue
-                self._waiting -= 1
-                no_other_waits = not self._waiting
+                self._num_waiting -= 1
+                is_last_waiting = not self._num_waiting
             try:
-                if no_other_waits:
+                if is_last_waiting:
                     self._keep_one_waiting()
             except RuntimeError as error:
                 # Since Python 3.12, a program whose main thread has ended starts no more threads: not an error.
@@ -167,25 +168,25 @@ class DeliveryThreads:
                 self._report(error)
             finally:
                 with self._lock:
-                    self._waiting += 1
+                    self._num_waiting += 1
         with self._lock:
             self._remove_thread(threading.current_thread())
 
     def _report(self, error: BaseException) -> None:
         try:
             self._on_error(error)
-        except Exception as other:  # noqa: BLE001  this thread must go on
+        except Exception as report_error:  # noqa: BLE001  this thread must go on
             with contextlib.suppress(Exception):
-                sys.stderr.write(f"{self._name}: {error!r}; reporting this also failed: {other!r}\n")
+                sys.stderr.write(f"{self._name}: {error!r}; reporting this also failed: {report_error!r}\n")
 
     @property
     def has_waiting_thread(self) -> bool:
-        """Whether a thread waits for the next message; a busy one then need not return at once."""
-        return self._waiting > 0
+        """Whether a thread is waiting for the next message; then a busy thread need not return immediately."""
+        return self._num_waiting > 0
 
     def _remove_thread(self, thread: threading.Thread) -> None:
-        """Note that the calling thread no longer waits. With the lock."""
-        self._waiting -= 1
+        """Note that a thread has exited or was not started. Called with the lock held."""
+        self._num_waiting -= 1
         self._threads.discard(thread)
         if self._closed and not self._threads:
             self._poller.close()
@@ -201,5 +202,5 @@ class DeliveryThreads:
         except IndexError:
             return  # another thread was quicker
         if self._woken:
-            self._poller.wake()  # too many at once for one wake-up each
+            self._poller.wake()  # several wake-ups may have been merged into one
         delivery.run(None)

@@ -23,30 +23,31 @@ if TYPE_CHECKING:
     from pyros1.net.loop import Loop
     from pyros1.node.subscribing.delivery_loop import DeliveryLoop
 
-_MAX_PER_TURN = 256
+_MAX_DATAGRAMS_PER_TURN = 256
 """Maximum number of datagrams received before the loop does other work."""
-_BUFFER = 4 << 20
+_BUFFER_SIZE = 4 << 20
 """Requested size of the receive buffer in bytes; the system may allow less."""
 _MAX_SENDERS = 1000
-_LENGTH = 4
+_LENGTH_SIZE = 4
 
 
 class UdpSource:
-    """The receiving end: a socket that is offered to a publisher, and a link once it has answered. On the loop.
+    """The receiving end: a socket that is offered to a publisher, and a link once the publisher has accepted. Used on
+    the loop.
 
     Args:
         loop: the node's loop.
         delivery: delivers the messages.
         header: the subscriber's connection header.
-        uri: the publisher's slave API.
-        address: address to listen on.
+        uri: URI of the publisher's slave API.
+        address: the address to listen on, and the host to advertise.
         allowlist: decides which hosts' datagrams are accepted; None accepts all.
-        size: bytes of the largest datagram.
-        on_closed: called once, when the link is gone.
+        max_size: maximum size of a datagram in bytes.
+        on_closed: called with this source, once, when the link is closed.
 
     Attributes:
         header: the publisher's connection header.
-        messages, bytes_received: numbers so far.
+        messages, bytes_received: number of messages and bytes received so far.
 
     Raises:
         OSError: the socket cannot be opened.
@@ -62,7 +63,7 @@ class UdpSource:
         uri: str,
         address: LocalAddress,
         allowlist: Allowlist | None,
-        size: int,
+        max_size: int,
         on_closed: Callable[[UdpSource], None],
     ) -> None:
         self.uri = uri
@@ -72,50 +73,50 @@ class UdpSource:
         self.address = ""
         self._delivery = delivery
         self._loop = loop
-        self._header = header
+        self._request_header = header
         self._on_closed = on_closed
         self._host = address.advertised
-        self._size = size
-        self._open = False
+        self._max_size = max_size
+        self._is_open = False
         self._inbox = Inbox(self)
         self._assembler = Assembler(0)
         self._allowlist = allowlist
-        self._known: dict[str, bool] = {}  # senders, and whether their datagrams are accepted
+        self._is_accepted_by_sender: dict[str, bool] = {}  # senders, and whether their datagrams are accepted
         self._sock = datagram_socket(address.bind, address.ports)
-        self._take = self._sock.recv if allowlist is None else self._receive_allowed
+        self._receive_datagram = self._sock.recv if allowlist is None else self._receive_allowed
         with contextlib.suppress(OSError):
-            self._sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER)
+            self._sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER_SIZE)
 
     @property
     def connected(self) -> bool:
-        """Whether the link is up."""
-        return self._open
+        """Whether the link is open."""
+        return self._is_open
 
     def offer(self) -> list[Any]:
-        """Return the offer for the call of `requestTopic` (T58)."""
-        header = encode_header(self._header)[_LENGTH:]
-        return ["UDPROS", header, self._host, self._sock.getsockname()[1], self._size]
+        """Return the offer to pass to `requestTopic` (T58)."""
+        header = encode_header(self._request_header)[_LENGTH_SIZE:]
+        return ["UDPROS", header, self._host, self._sock.getsockname()[1], self._max_size]
 
-    def begin(self, header: dict[str, str], peer_address: tuple[str, int], connection: int) -> None:
+    def begin(self, header: dict[str, str], peer_address: tuple[str, int], connection_number: int) -> None:
         """Start receiving, since the publisher has accepted.
 
         Args:
             header: the publisher's connection header.
             peer_address: the publisher's host and port.
-            connection: the number that the publisher gave the link.
+            connection_number: the connection number assigned by the publisher.
         """
         self.header = header
-        self._assembler = Assembler(connection)
-        port, number = self._sock.getsockname()[1], self._sock.fileno()
-        self.address = f"UDPROS connection on port {port} to [{peer_address[0]}:{peer_address[1]} on socket {number}]"
-        self._open = True
+        self._assembler = Assembler(connection_number)
+        port, fd = self._sock.getsockname()[1], self._sock.fileno()
+        self.address = f"UDPROS connection on port {port} to [{peer_address[0]}:{peer_address[1]} on socket {fd}]"
+        self._is_open = True
         self._delivery.inboxes.open(self._inbox)
         self._loop.register(self._sock, READ, self._receive)
 
     def _receive(self, _mask: int) -> None:
-        for _ in range(_MAX_PER_TURN):
+        for _ in range(_MAX_DATAGRAMS_PER_TURN):
             try:
-                datagram = self._take(MAX_DATAGRAM_SIZE)
+                datagram = self._receive_datagram(MAX_DATAGRAM_SIZE)
             except BlockingIOError:
                 return
             except OSError:
@@ -125,27 +126,29 @@ class UdpSource:
             self._inbox.lost = self._assembler.lost
             if body is not None:
                 self.messages += 1
-                self.bytes_received += len(body) + _LENGTH
+                self.bytes_received += len(body) + _LENGTH_SIZE
                 self._delivery.push(self._inbox, body, UNBOUNDED_LIMIT)  # the loop must not wait for callbacks
-            if not self._open:
+            if not self._is_open:
                 return
 
     def _receive_allowed(self, size: int) -> bytes:
-        """Return a datagram; an empty one in place of a rejected one."""
+        """Receive a datagram and return it; return an empty one if its sender is not allowed."""
         datagram, (sender, *_) = self._sock.recvfrom(size)
-        accepted = self._known.get(sender)
-        if accepted is None:
-            if len(self._known) >= _MAX_SENDERS:
-                self._known.clear()
+        is_accepted = self._is_accepted_by_sender.get(sender)
+        if is_accepted is None:
+            if len(self._is_accepted_by_sender) >= _MAX_SENDERS:
+                self._is_accepted_by_sender.clear()
             local_address = sender if is_own_address(sender) else ""
-            accepted = self._known[sender] = self._allowlist is None or self._allowlist.allows(sender, local_address)
-        return datagram if accepted else b""
+            is_accepted = self._is_accepted_by_sender[sender] = self._allowlist is None or self._allowlist.allows(
+                sender, local_address
+            )
+        return datagram if is_accepted else b""
 
     def close(self) -> None:
-        """End the link, or withdraw the offer. Thread-safe."""
-        was_begun, self._open = self._open, False
+        """Close the link, or withdraw the offer. Thread-safe."""
+        was_open, self._is_open = self._is_open, False
         self._loop.call_soon(self._close_socket)
-        if was_begun:
+        if was_open:
             self._on_closed(self)
 
     def _close_socket(self) -> None:
