@@ -58,19 +58,19 @@ def test_any_text_is_networks_or_an_error(text: str) -> None:
 def test_this_machine_always_may_come() -> None:
     told: list[str] = []
     allowlist = Allowlist(Networks("10.0.0.0/24"), told.append)
-    assert allowlist.allows("127.0.0.1", "127.0.0.1")
-    assert allowlist.allows("::ffff:127.0.0.1", "::")
-    assert allowlist.allows("192.168.1.5", "192.168.1.5")  # its own address, called by itself
-    assert allowlist.allows("::ffff:192.168.1.5", "::ffff:192.168.1.5")
-    assert allowlist.allows("10.0.0.9", "192.168.1.5")
+    assert allowlist.admit_address("127.0.0.1", "127.0.0.1")
+    assert allowlist.admit_address("::ffff:127.0.0.1", "::")
+    assert allowlist.admit_address("192.168.1.5", "192.168.1.5")  # its own address, called by itself
+    assert allowlist.admit_address("::ffff:192.168.1.5", "::ffff:192.168.1.5")
+    assert allowlist.admit_address("10.0.0.9", "192.168.1.5")
     assert told == []
 
 
 def test_a_peer_whose_address_is_not_of_ip_is_refused() -> None:
     reports: list[str] = []
     allowlist = Allowlist(Networks("0.0.0.0/0, ::/0"), reports.append)
-    assert not allowlist.allows("robot", "192.168.1.5")
-    assert not allowlist.allows("", "")
+    assert not allowlist.admit_address("robot", "192.168.1.5")
+    assert not allowlist.admit_address("", "")
     assert "refused a connection from robot" in reports[0]
 
 
@@ -78,14 +78,14 @@ def test_others_are_told_of_once_and_not_all_are_remembered() -> None:
     told: list[str] = []
     allowlist = Allowlist(Networks("10.0.0.0/24"), told.append)
     for _ in range(3):
-        assert not allowlist.allows("192.168.1.6", "192.168.1.5")
-        assert not allowlist.allows("::ffff:192.168.1.6", "::ffff:192.168.1.5")
+        assert not allowlist.admit_address("192.168.1.6", "192.168.1.5")
+        assert not allowlist.admit_address("::ffff:192.168.1.6", "::ffff:192.168.1.5")
     (text,) = told
     assert "192.168.1.6" in text and "PYROS1_ALLOW='10.0.0.0/24, 192.168.1.6'" in text
     for number in range(3000):
-        allowlist.allows(f"172.16.{number // 250}.{number % 250}", "192.168.1.5")
+        allowlist.admit_address(f"172.16.{number // 250}.{number % 250}", "192.168.1.5")
     assert len(told) == 3001
-    assert not allowlist.allows("192.168.1.6", "192.168.1.5")
+    assert not allowlist.admit_address("192.168.1.6", "192.168.1.5")
     assert len(told) == 3002  # forgotten meanwhile: the memory is bounded
 
 
@@ -96,8 +96,8 @@ def test_the_connection_of_one_who_may_not_come_is_reset() -> None:
     ):
         guest.sendall(b"POST / HTTP/1.1\r\n")
         accepted, address = listener.accept()
-        assert Allowlist(Networks("10.0.0.1"), print).admits(accepted, address)
-        assert not Allowlist(Networks("10.0.0.1"), lambda _: None).admits(accepted, ("10.0.0.2", 5))
+        assert Allowlist(Networks("10.0.0.1"), print).admit(accepted, address)
+        assert not Allowlist(Networks("10.0.0.1"), lambda _: None).admit(accepted, ("10.0.0.2", 5))
         assert accepted.fileno() == -1
         with pytest.raises(ConnectionResetError):
             guest.recv(1)

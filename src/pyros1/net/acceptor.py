@@ -1,4 +1,4 @@
-"""Accepts connections to a port on a loop, and recovers when the limit of open files was reached."""
+"""Accepts connections to a port on a loop, and recovers after the limit of open files was reached."""
 
 from __future__ import annotations
 
@@ -21,11 +21,12 @@ RETRY_DELAY: Final = 0.2
 """Seconds to wait after a failed attempt: the system would report the waiting peer again immediately."""
 REPORT_INTERVAL: Final = 60.0
 """Seconds without a failure after which the next failure is reported again."""
-_MAX_PER_TURN: Final = 64  # then the loop serves its other sockets
+_MAX_CONNECTIONS_PER_TURN: Final = 64  # then the loop serves its other sockets
 
 
 def is_out_of_files(error: BaseException | None) -> bool:
-    """Return whether an error, or its cause, is that this process or the whole system has too many open files."""
+    """Return whether an error or one of its causes means that this process or the whole system has too many open files.
+    """
     while error is not None:
         if isinstance(error, OSError) and error.errno in (errno.EMFILE, errno.ENFILE):
             return True
@@ -40,7 +41,8 @@ class Acceptor:
         loop: the loop on which everything runs.
         listener: a listening socket, which the acceptor takes over and closes.
         on_connection: called with each accepted socket, which is non-blocking.
-        warn: called with a message when connections cannot be accepted; again only after a minute without failures.
+        warn: called with a message when connections cannot be accepted; called again only after a minute without
+            failures.
         make_room: called when connections cannot be accepted, to close connections that are not needed.
         allowlist: decides which peers may connect; None admits all.
     """
@@ -77,7 +79,7 @@ class Acceptor:
             self._loop.register(self._listener, READ, self._on_readable)
 
     def _on_readable(self, _mask: int) -> None:
-        for _ in range(_MAX_PER_TURN):
+        for _ in range(_MAX_CONNECTIONS_PER_TURN):
             try:
                 sock, address = self._listener.accept()
             except (BlockingIOError, InterruptedError, ConnectionAbortedError):
@@ -85,7 +87,7 @@ class Acceptor:
             except OSError as error:
                 self._pause(error)
                 return
-            if self._allowlist is not None and not self._allowlist.admits(sock, address):
+            if self._allowlist is not None and not self._allowlist.admit(sock, address):
                 continue
             sock.setblocking(False)
             self._on_connection(sock)

@@ -17,7 +17,7 @@ from pyros1.net.background_writer import BackgroundWriter, write_to_terminal
 
 _MAX_REPORTED: Final = 1000
 """Maximum number of refused addresses to remember; each is reported only once."""
-_RESET: Final = struct.pack("ii", 1, 0)
+_LINGER_RESET: Final = struct.pack("ii", 1, 0)
 """Value of SO_LINGER: closing sends a reset, so no socket stays in TIME_WAIT here."""
 _KEYWORDS: Final = {"localhost": ("127.0.0.0/8", "::1/128")}
 
@@ -30,7 +30,7 @@ class Networks:
 
     Args:
         text: networks and addresses, separated by commas or blanks, such as ``192.168.1.0/24, 10.0.0.7, fd00::/8``;
-            ``localhost`` allows this machine only.
+            ``localhost`` is this machine.
 
     Raises:
         SettingError: the text is empty, or an entry is not a network or an address.
@@ -92,8 +92,8 @@ class Allowlist:
         self._warn = warn
         self._reported: set[str] = set()
 
-    def allows(self, peer: str, local_address: str) -> bool:
-        """Return whether a peer may connect; if not, report it.
+    def admit_address(self, peer: str, local_address: str) -> bool:
+        """Return whether a peer may connect; if not, report it the first time.
 
         Args:
             peer: the peer's address.
@@ -115,7 +115,7 @@ class Allowlist:
             )
         return False
 
-    def admits(self, sock: socket.socket, peer: Any) -> bool:
+    def admit(self, sock: socket.socket, peer: Any) -> bool:
         """Return whether a connection that was just accepted may stay open; if not, close it.
 
         Args:
@@ -123,9 +123,9 @@ class Allowlist:
             peer: the peer's address, as ``accept`` returned it.
         """
         try:
-            if self.allows(str(peer[0]), str(sock.getsockname()[0])):
+            if self.admit_address(str(peer[0]), str(sock.getsockname()[0])):
                 return True
-            sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _RESET)
+            sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, _LINGER_RESET)
         except OSError:
             pass  # it is closed already
         sock.close()

@@ -44,11 +44,11 @@ class BackgroundWriter:
         self._write_items = write_items
         self._items: deque[Item] = deque()
         self._size = 0  # approximate: several threads update it, and each write resets it to 0
-        self._dropped_lines = 0
-        self._flushes: deque[Event] = deque()  # events to set as soon as all earlier items are written
+        self._num_dropped_lines = 0
+        self._flush_events: deque[Event] = deque()  # events to set as soon as all earlier items are written
         self._is_stuck = False  # a flush timed out, and its lines are still not written
         self._idle_token = [True]  # holds an item while no thread runs, see node/strand.py
-        self._thread: threading.Thread | None = None  # the one started last
+        self._thread: threading.Thread | None = None  # the thread that was started last
         self._new_items = Condition()
         self._flush_requested = Condition()
         self._thread_finished = Condition()
@@ -56,9 +56,9 @@ class BackgroundWriter:
         self._deadline = 0.0
 
     def write(self, stream_name: str, text: str) -> None:
-        """Queue a text to be written soon. Never blocks; may be called from any thread."""
+        """Queue a text to be written soon. Never blocks. Thread-safe."""
         if self._size + len(text) > MAX_PENDING:
-            self._dropped_lines += 1
+            self._num_dropped_lines += 1
             return
         self._size += len(text)
         self._items.append((stream_name, text))
@@ -72,11 +72,11 @@ class BackgroundWriter:
         """
         if self._is_stuck or not (self._items or not self._idle_token):
             return
-        done = Event()
-        self._flushes.append(done)
+        flushed = Event()
+        self._flush_events.append(flushed)
         self._ensure_thread()
         self._flush_requested.notify_all()
-        if not done.wait(timeout):
+        if not flushed.wait(timeout):
             self._is_stuck = True
 
     def _ensure_thread(self) -> None:
@@ -100,7 +100,9 @@ class BackgroundWriter:
             raise
 
     def close(self, timeout: float = 1.0) -> None:
-        """Write the remaining texts, for at most ``timeout`` seconds. Later texts are tried once."""
+        """Write the remaining texts, taking at most ``timeout`` seconds. Texts that are queued later get a single
+        attempt.
+        """
         self._deadline = monotonic() + timeout
         self._closing.set()
         self._new_items.notify_all()
@@ -128,9 +130,11 @@ class BackgroundWriter:
             while True:
                 items.append(self._items.popleft())
         self._size = 0
-        if self._dropped_lines and items:
-            items.append((items[-1][0], f"... {self._dropped_lines} lines were lost here: the output was too slow\n"))
-            self._dropped_lines = 0
+        if self._num_dropped_lines and items:
+            items.append(
+                (items[-1][0], f"... {self._num_dropped_lines} lines were lost here: the output was too slow\n")
+            )
+            self._num_dropped_lines = 0
         return items
 
     def _run(self) -> None:
@@ -138,29 +142,31 @@ class BackgroundWriter:
             return  # a signal handler raised an exception while this thread was being started
         while True:
             if not self._items and not self._closing.is_set():
-                self._new_items.wait_for(lambda: self._items or self._flushes or self._closing.is_set(), IDLE_TIMEOUT)
+                self._new_items.wait_for(
+                    lambda: self._items or self._flush_events or self._closing.is_set(), IDLE_TIMEOUT
+                )
             # Before the items: then all items that precede these flushes are among those taken below.
-            flushes = [self._flushes.popleft() for _ in range(len(self._flushes))]
+            flush_events = [self._flush_events.popleft() for _ in range(len(self._flush_events))]
             items = self._take_items()
             if items:
                 with contextlib.suppress(Exception):  # nowhere left to report it
                     self._write_items(items, self._is_out_of_time)
                 self._is_stuck = False
-            for done in flushes:
-                done.set()
+            for flushed in flush_events:
+                flushed.set()
             if items:
-                self._flush_requested.wait_for(lambda: self._flushes or self._closing.is_set(), WRITE_INTERVAL)
-            elif not flushes and self._finish_thread():
+                self._flush_requested.wait_for(lambda: self._flush_events or self._closing.is_set(), WRITE_INTERVAL)
+            elif not flush_events and self._finish_thread():
                 return
 
     def _finish_thread(self) -> bool:
-        """Prepare to exit the thread; return False if it must continue, since new texts have been queued meanwhile."""
+        """Prepare to exit the thread; return False if it must continue because new texts have been queued meanwhile."""
         self._idle_token.append(True)
-        if self._items or self._flushes:
+        if self._items or self._flush_events:
             try:
                 del self._idle_token[0]
             except IndexError:
-                return True  # another thread was started for them
+                return True  # another thread was started for these texts
             return False
         self._thread_finished.notify_all()
         return True

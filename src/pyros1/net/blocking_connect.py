@@ -27,8 +27,9 @@ def blocking_connect(host: str, port: int, seconds: float, check: Callable[[], o
 
     Args:
         host: host name or address; all its addresses are tried.
-        seconds: maximum total time.
-        check: called at least every POLL_INTERVAL seconds; raises an exception to abort.
+        port: the TCP port.
+        seconds: maximum total time in seconds.
+        check: called at least every POLL_INTERVAL seconds; may raise an exception to abort.
 
     Raises:
         UnknownHostError: the name cannot be resolved in time.
@@ -56,7 +57,7 @@ def blocking_connect(host: str, port: int, seconds: float, check: Callable[[], o
             if not isinstance(error, OSError):
                 raise
             check()
-            if not isinstance(last_error, ConnectionRefusedError):  # more informative than that others have no route
+            if not isinstance(last_error, ConnectionRefusedError):  # more informative than a missing route
                 last_error = error
         else:
             return sock
@@ -83,14 +84,14 @@ def _resolve(host: str, next_wait: Callable[[], float]) -> list[str]:
 
 def _connect(sock: socket.socket, address: str, port: int, next_wait: Callable[[], float]) -> None:
     sock.setblocking(False)
-    code = sock.connect_ex((address, port))
-    while code in IN_PROGRESS:
+    error_code = sock.connect_ex((address, port))
+    while error_code in IN_PROGRESS:
         if _wait_writable(sock, next_wait()):
-            code = sock.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
-    if not code and sock.getsockname() == sock.getpeername():  # connected to itself, see net.connect
-        code = errno.ECONNREFUSED
-    if code:
-        raise OSError(code, os.strerror(code))
+            error_code = sock.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
+    if not error_code and sock.getsockname() == sock.getpeername():  # connected to itself, see net.connect
+        error_code = errno.ECONNREFUSED
+    if error_code:
+        raise OSError(error_code, os.strerror(error_code))
 
 
 def _wait_writable(sock: socket.socket, seconds: float) -> bool:

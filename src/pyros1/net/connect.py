@@ -41,17 +41,17 @@ class ConnectHandle:
         self._sock: socket.socket | None = None
         self._timeout_s = timeout_s
         self._timer: TimerHandle | None = None
-        self._address_timer: TimerHandle | None = None  # ends the time for the current address
+        self._address_timer: TimerHandle | None = None  # ends the attempt to connect to the current address
         self._deadline = 0.0
         self._was_refused = False
 
     @property
     def pending(self) -> bool:
-        """Whether ``on_done`` has not been called yet, and will be."""
+        """Whether ``on_done`` is still to be called."""
         return self._on_done is not None
 
     def cancel(self) -> None:
-        """Abandon the connection; ``on_done`` will not be called. May be called from any thread."""
+        """Abandon the connection; ``on_done`` will not be called. Thread-safe."""
         self._on_done = None
         if self._loop.in_loop() or not self._loop.running:
             self._clean_up()
@@ -74,25 +74,27 @@ class ConnectHandle:
         self._addresses = list(addresses)
         self._try_next(0)
 
-    def _try_next(self, last_error: int) -> None:
-        """Try the remaining addresses in order. If one refused, report that error: it is the most informative."""
-        self._was_refused = self._was_refused or last_error == errno.ECONNREFUSED
+    def _try_next(self, last_error_code: int) -> None:
+        """Try the remaining addresses in order. If any of them has refused, report that error, as the most informative
+        one.
+        """
+        self._was_refused = self._was_refused or last_error_code == errno.ECONNREFUSED
         while self._addresses:
             address = self._addresses.pop(0)
             family = socket.AF_INET6 if ":" in address else socket.AF_INET
             try:
                 sock = socket.socket(family, socket.SOCK_STREAM)
             except OSError as error:
-                last_error = error.errno or errno.EIO
+                last_error_code = error.errno or errno.EIO
                 continue
             sock.setblocking(False)
             try:
-                code = sock.connect_ex((address, self._port))
+                error_code = sock.connect_ex((address, self._port))
             except (OSError, OverflowError, UnicodeError) as error:
-                code = getattr(error, "errno", None) or errno.EINVAL
-            if code == 0 or code in IN_PROGRESS:
+                error_code = getattr(error, "errno", None) or errno.EINVAL
+            if error_code == 0 or error_code in IN_PROGRESS:
                 self._sock = sock
-                if code == 0:
+                if error_code == 0:
                     self._on_connected()
                 else:
                     self._loop.register(sock, WRITE, self._on_writable)
@@ -101,12 +103,12 @@ class ConnectHandle:
                         self._address_timer = self._loop.call_later(address_timeout_s, self._give_up_address)
                 return
             sock.close()
-            last_error = code
-            self._was_refused = self._was_refused or code == errno.ECONNREFUSED
+            last_error_code = error_code
+            self._was_refused = self._was_refused or error_code == errno.ECONNREFUSED
         if self._was_refused:
-            last_error = errno.ECONNREFUSED
-        failure = UnreachableError(f"cannot connect to {self._host}:{self._port}: {os.strerror(last_error)}")
-        failure.__cause__ = OSError(last_error, os.strerror(last_error))
+            last_error_code = errno.ECONNREFUSED
+        failure = UnreachableError(f"cannot connect to {self._host}:{self._port}: {os.strerror(last_error_code)}")
+        failure.__cause__ = OSError(last_error_code, os.strerror(last_error_code))
         self._fail(failure)
 
     def _give_up_address(self) -> None:
@@ -117,11 +119,11 @@ class ConnectHandle:
         sock = self._sock
         if sock is None:
             return
-        code = sock.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
+        error_code = sock.getsockopt(socket.SOL_SOCKET, socket.SO_ERROR)
         self._loop.unregister(sock)
-        if code:
+        if error_code:
             self._close_socket()
-            self._try_next(code)
+            self._try_next(error_code)
         else:
             self._on_connected()
 
@@ -174,7 +176,7 @@ class ConnectHandle:
 
 
 def connect(loop: Loop, host: str, port: int, timeout_s: float, on_done: OnConnected) -> ConnectHandle:
-    """Connect to a TCP port; may be called from any thread.
+    """Connect to a TCP port. Thread-safe.
 
     Args:
         loop: the loop on which everything runs.

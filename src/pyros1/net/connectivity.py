@@ -1,6 +1,6 @@
 """Hints for when a node cannot be reached at the address that it advertises (https://wiki.ros.org/ROS/NetworkSetup).
 
-Pure.
+Nothing is looked up or called here.
 """
 
 from __future__ import annotations
@@ -9,7 +9,7 @@ from pyros1.ground.errors import DeadlineError, UnknownHostError
 
 
 def is_loopback(host: str) -> bool:
-    """Return whether a host name or address is a loopback one, which every machine uses for itself."""
+    """Return whether a host name or address is a loopback one, with which every machine refers to itself."""
     return host in ("localhost", "::1") or host.startswith("127.")
 
 
@@ -18,9 +18,9 @@ def connectivity_hint(host: str, error: BaseException | None, own_host: str = ""
 
     Args:
         host: the name or address that the unreachable node advertises.
-        error: why it cannot be reached; its causes are considered as well.
-        own_host: the name or address that the calling node advertises; empty if unknown. If that is a loopback address
-            as well, the unreachable node is unlikely to be on another machine.
+        error: the reason why it cannot be reached, including its chain of causes; None if there is no error.
+        own_host: the name or address that the calling node advertises; empty if unknown. If both are
+            loopback addresses, the unreachable node is unlikely to be on another machine.
     """
     causes = []
     while error is not None:

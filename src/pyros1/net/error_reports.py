@@ -28,6 +28,6 @@ class ErrorReports:
         self._repeats.log("", terminal_text.lines(text), lambda line: self._writer.write("stderr", line + "\n"))
 
     def close(self) -> None:
-        """Write the remaining messages, for at most a second."""
+        """Write the remaining messages, taking at most a second."""
         self._repeats.close()
         self._writer.close()

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from pyros1.net.ports import PortRange
 
 DEFAULT_MASTER_URI: Final = "http://localhost:11311"
-WILDCARDS: Final = ("0.0.0.0", "::")
-"""The addresses to listen on all addresses of this machine."""
+WILDCARD_ADDRESSES: Final = ("0.0.0.0", "::")
+"""Addresses that mean: listen on all addresses of this machine."""
 
 _URI: Final = re.compile(
     r"([A-Za-z][A-Za-z0-9+.-]*)://(?:[^/@\s]*@)?(\[[0-9A-Fa-f:.%\w]+\]|[^/:@\s\[\]]+)(?::([0-9]*))?(?:[/?#]\S*)?\Z"
@@ -57,7 +57,8 @@ def host_from_environment(environ: Mapping[str, str], special_args: Mapping[str,
             ``__allow`` and ``__ports``.
 
     Raises:
-        SettingError: one of the last three is invalid. Ignoring it could admit peers that it was meant to exclude.
+        SettingError: the value for binding, allowing or ports is invalid. Ignoring it could admit peers that it was
+            meant to exclude.
     """
     warnings = _environment_warnings(environ)
     ipv6 = environ.get("ROS_IPV6") == "on"
@@ -68,10 +69,10 @@ def host_from_environment(environ: Mapping[str, str], special_args: Mapping[str,
         or environ.get("ROS_IP")
     )
     bind = "::" if ipv6 else "0.0.0.0"
-    requested = special_args.get("__bind") or environ.get("PYROS1_BIND")
-    if requested:
-        bind = _bind_address(requested)
-        if bind not in WILDCARDS:
+    requested_bind = special_args.get("__bind") or environ.get("PYROS1_BIND")
+    if requested_bind:
+        bind = _bind_address(requested_bind)
+        if bind not in WILDCARD_ADDRESSES:
             host = host or bind  # the only address at which this process can be reached
     elif host:
         if host == "localhost" or host.startswith("127."):
@@ -104,7 +105,7 @@ def _networks(text: str) -> Networks:
 
 def _bind_address(text: str) -> str:
     addresses = direct_addresses(text)
-    if addresses is None or not (addresses[0] in WILDCARDS or is_own_address(addresses[0])):
+    if addresses is None or not (addresses[0] in WILDCARD_ADDRESSES or is_own_address(addresses[0])):
         raise SettingError(
             f"PYROS1_BIND is {text[:60]!r}, which is not an address of this machine: its addresses are "
             f"{', '.join(interface_addresses())}; 0.0.0.0 means all"
@@ -140,28 +141,30 @@ def _own_host(ipv6: bool) -> str:
 
 
 def interface_addresses(ipv6: bool = False) -> list[str]:
-    """Return the addresses of this machine's network interfaces that the system reports."""
-    of_interfaces: list[str] = []
+    """Return the addresses of this machine's network interfaces, as far as the system reports them."""
+    from_interfaces: list[str] = []
     try:
         import fcntl  # noqa: PLC0415 - not on Windows
     except ImportError:
         fcntl = None  # type: ignore[assignment] # the usual way to mark a missing module
     if fcntl is not None:
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
             for _index, name in socket.if_nameindex():
                 try:
                     # SIOCGIFADDR of Linux; the address is at byte 20 of struct ifreq
-                    reply = fcntl.ioctl(probe.fileno(), 0x8915, struct.pack("256s", name.encode()[:15]))
+                    reply = fcntl.ioctl(sock.fileno(), 0x8915, struct.pack("256s", name.encode()[:15]))
                 except OSError:
                     continue
-                of_interfaces.append(socket.inet_ntoa(reply[20:24]))
+                from_interfaces.append(socket.inet_ntoa(reply[20:24]))
     try:
-        found = resolve_host(socket.gethostname())
+        resolved = resolve_host(socket.gethostname())
     except OSError:
-        found = []
-    of_host_name = [address for address in found if (":" in address) == ipv6]
+        resolved = []
+    from_host_name = [address for address in resolved if (":" in address) == ipv6]
     return (
-        of_host_name + [a for a in of_interfaces if a not in of_host_name] if not ipv6 else of_host_name + of_interfaces
+        from_host_name + [other for other in from_interfaces if other not in from_host_name]
+        if not ipv6
+        else from_host_name + from_interfaces
     )
 
 
@@ -209,8 +212,8 @@ def is_own_address(address: str) -> bool:
     if address in ("0.0.0.0", "::"):
         return False
     try:
-        with socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_DGRAM) as probe:
-            probe.bind((address, 0))
+        with socket.socket(socket.AF_INET6 if ":" in address else socket.AF_INET, socket.SOCK_DGRAM) as sock:
+            sock.bind((address, 0))
     except OSError:
         return False
     return True

@@ -1,8 +1,8 @@
 """An event loop: one thread that waits for many sockets and timers.
 
 All callbacks run on the loop's thread, one after the other, so objects that are only used on the loop need no locks.
-Callbacks must not block. ``call_soon``, ``call_later``, ``run``, ``start`` and ``stop`` may be called from any thread;
-``register``, ``modify`` and ``unregister`` only on the loop.
+Callbacks must not block. ``call_soon``, ``call_later``, ``run``, ``start`` and ``stop`` are thread-safe; ``register``,
+``modify`` and ``unregister`` may be called only on the loop.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ class TimerHandle:
         self._args = args
 
     def cancel(self) -> None:
-        """Cancel the call; no effect if it has already been made. May be called from any thread."""
+        """Cancel the call; no effect if it has already been made. Thread-safe."""
         self._fn = None
         self._args = ()
 
@@ -132,8 +132,8 @@ class Loop:
 
     Args:
         name: the thread's name.
-        on_error: called on the loop with each exception that a callback raises; the loop continues. None: the
-            traceback is written to stderr.
+        on_error: called on the loop with each exception that a callback raises; the loop continues. None to write
+            the traceback to stderr.
         spin_time: seconds after an event during which the loop polls for the next one instead of sleeping. Useful for
             a server whose clients send the next request right after a response, if waking up takes longer than the
             work.
@@ -202,7 +202,7 @@ class Loop:
             self._wake()
 
     def call_later(self, delay_s: float, fn: Callable[..., object], *args: Any) -> TimerHandle:
-        """Call ``fn(*args)`` on the loop after ``delay_s`` seconds."""
+        """Call ``fn(*args)`` on the loop after ``delay_s`` seconds; return a handle that can cancel the call."""
         handle = TimerHandle(monotonic() + delay_s, fn, args)
         if self.in_loop():
             self._add_timer(handle)
@@ -211,7 +211,8 @@ class Loop:
         return handle
 
     def run(self, fn: Callable[..., ResultT], *args: Any, timeout: float = 5.0) -> ResultT:
-        """Call ``fn(*args)`` on the loop, or directly if already on the loop or if it is not running.
+        """Call ``fn(*args)`` on the loop and return its result; if on the loop already, or if it is not running,
+        directly.
 
         Raises:
             DeadlineError: the loop did not make the call within ``timeout`` seconds.
@@ -245,9 +246,9 @@ class Loop:
         """Pass an unexpected error to ``on_error``; if that raises an exception, the loop still continues."""
         try:
             self._on_error(error)
-        except Exception as other:  # noqa: BLE001 - the loop must continue
+        except Exception as report_error:  # noqa: BLE001 - the loop must continue
             with contextlib.suppress(Exception):
-                self._reporter.log(f"{self.name}: {error!r}; reporting this also failed: {other!r}")
+                self._reporter.log(f"{self.name}: {error!r}; reporting this also failed: {report_error!r}")
 
     def warn(self, text: str) -> None:
         """Write a message to stderr without blocking, and count repetitions. Called on the loop."""

@@ -1,8 +1,8 @@
 """Client of the ROS Master and Parameter Server API
 (https://wiki.ros.org/ROS/Master_API, https://wiki.ros.org/ROS/Parameter%20Server%20API).
 
-Some masters have fewer methods than the stock master, and other error messages. Where possible, other methods are used
-in place of a missing one.
+Some masters have fewer methods than the stock master, and different error messages. Where possible, other methods are
+used instead of a missing one.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def unpack(reply: Any, responder: str) -> Any:
         responder: the program that sent it, for error messages.
 
     Raises:
-        MasterError: the code is not 1; the error has the same message.
+        MasterError: the code is not 1; the error contains the message of the triple.
         ProtocolError: the reply is not such a triple.
     """
     if not isinstance(reply, (list, tuple)) or len(reply) != 3 or not isinstance(reply[0], int):
@@ -81,7 +81,7 @@ def _is_registration_list(value: Any) -> bool:
 
 
 def _parameter_names(namespace: str, tree: Any) -> Iterator[str]:
-    """Yield the full names of the parameters of a tree."""
+    """Yield the full names of the parameters in a tree."""
     if not isinstance(tree, dict) or not tree:
         yield namespace or "/"
         return
@@ -90,7 +90,7 @@ def _parameter_names(namespace: str, tree: Any) -> Iterator[str]:
 
 
 class MasterClient:
-    """Client of a master; may be used from several threads.
+    """Client of a master. Thread-safe.
 
     Args:
         caller_id: full name of the calling node; the master resolves relative and private names against it.
@@ -115,7 +115,7 @@ class MasterClient:
         self._has_no_multicall = False  # the master has no system.multicall
 
     def close(self) -> None:
-        """Close the connection; a call pending in another thread fails at once."""
+        """Close the connection; a call pending in another thread fails immediately."""
         self._closed = True
         self._client.close()
 
@@ -124,7 +124,7 @@ class MasterClient:
         return unpack(self._request(method, self.caller_id, *args, timeout=timeout), self._describe_master(method))
 
     def _call_checked(self, is_valid: Callable[[Any], bool], method: str, *args: Any) -> Any:
-        """Call a method and check the form of the value.
+        """Call a method, check the form of the value and return it.
 
         Raises:
             MasterMethodError: the value is not valid.
@@ -146,7 +146,7 @@ class MasterClient:
             timeout: maximum number of seconds for a round trip; None for the client's timeout.
 
         Returns:
-            The value of each call, or its MasterError or ProtocolError, which is not raised.
+            The value of each call, or its MasterError or ProtocolError, which is returned instead of raised.
         """
         replies = None
         if not self._has_no_multicall and len(calls) > 1:
@@ -172,7 +172,7 @@ class MasterClient:
         return results
 
     def _attempt(self, method: str, args: Sequence[Any], timeout: float | None) -> Any:
-        """Return the value of one of many calls, or its error."""
+        """Make one of many calls; return its value, or its error unless the master does not respond."""
         try:
             return self.call(method, *args, timeout=timeout)
         except MasterUnreachableError:
@@ -241,15 +241,15 @@ class MasterClient:
         return cast("list[str]", self._call_checked(_is_string_list, "registerPublisher", topic, topic_type, api))
 
     def unregister_publisher(self, topic: str, api: str) -> int:
-        """Unregister it; return 1, or 0 if it was not registered with that API."""
+        """Unregister a publisher; return 1, or 0 if it was not registered with that API."""
         return int(self._call_checked(_is_integer, "unregisterPublisher", topic, api))
 
     def register_subscriber(self, topic: str, topic_type: str, api: str) -> list[str]:
-        """Register a subscriber (type ``*``: any); return the API URIs of the topic's publishers."""
+        """Register a subscriber, where type ``*`` means any; return the API URIs of the topic's publishers."""
         return cast("list[str]", self._call_checked(_is_string_list, "registerSubscriber", topic, topic_type, api))
 
     def unregister_subscriber(self, topic: str, api: str) -> int:
-        """Unregister it; return 1, or 0 if it was not registered with that API."""
+        """Unregister a subscriber; return 1, or 0 if it was not registered with that API."""
         return int(self._call_checked(_is_integer, "unregisterSubscriber", topic, api))
 
     def register_service(self, service: str, service_api: str, api: str) -> None:
@@ -269,7 +269,8 @@ class MasterClient:
         return cast(str, self._call_checked(_is_string, "lookupNode", name))
 
     def get_published_topics(self, subgraph: str = "") -> list[list[str]]:
-        """Return ``[[topic, type], ...]`` of the topics with a publisher, in a namespace or (if empty) everywhere."""
+        """Return ``[[topic, type], ...]`` for the topics with a publisher in a namespace; if empty, in all namespaces.
+        """
         try:
             return cast("list[list[str]]", self._call_checked(_is_pair_list, "getPublishedTopics", subgraph))
         except MasterMethodError:
@@ -278,7 +279,7 @@ class MasterClient:
             return [[name, types.get(name, "*")] for name, _ in self.get_system_state()[0] if name.startswith(prefix)]
 
     def get_topic_types(self) -> list[list[str]]:
-        """Return ``[[topic, type], ...]`` of all topics whose type has ever been known."""
+        """Return ``[[topic, type], ...]`` for all topics whose type has ever been known."""
         try:
             return cast("list[list[str]]", self._call_checked(_is_pair_list, "getTopicTypes"))
         except MasterMethodError:
@@ -306,11 +307,11 @@ class MasterClient:
             return self._get_tree(key, error)
 
     def _get_tree(self, key: str, refusal: MasterError) -> Any:
-        """Return a dict of the parameters below a key, from a master that does not support that itself.
+        """Return a dict of the parameters below a key, from a master that cannot return it in one call.
 
         Raises:
             ParameterNotSetError: neither the key nor anything below it is set.
-            MasterError: the parameter exists, so the refusal had another reason; it is raised again.
+            MasterError: ``refusal``, since the parameter exists, so that it must have had another reason.
         """
         if isinstance(refusal, MasterMethodError):
             raise refusal
@@ -368,7 +369,7 @@ class MasterClient:
     def search_param(self, key: str) -> str | None:
         """Search for a parameter from the caller's namespace upwards; return its full name, or None."""
         try:
-            found = self.call("searchParam", key)
+            full_name = self.call("searchParam", key)
         except MasterUnreachableError:
             raise
         except MasterError as error:
@@ -376,15 +377,15 @@ class MasterClient:
                 return None
             if (error.code == -1 or key.startswith("~")) and not isinstance(error, MasterMethodError):
                 raise
-            found = None
-        if isinstance(found, str) and found.endswith(key):
-            return found
+            full_name = None
+        if isinstance(full_name, str) and full_name.endswith(key):
+            return full_name
         # The master cannot search, or replied with something other than a name.
         if key.startswith("/"):
             return key if self.has_param(key) else None
-        first = key.partition("/")[0]
+        first_part = key.partition("/")[0]
         namespace = self.caller_id
-        while not self.has_param(f"{namespace}/{first}"):
+        while not self.has_param(f"{namespace}/{first_part}"):
             if not namespace:
                 return None
             namespace = namespace.rpartition("/")[0]
@@ -398,7 +399,9 @@ class MasterClient:
             return list(_parameter_names("", self.call("getParam", "/")))
 
     def subscribe_param(self, api: str, key: str) -> Any:
-        """Ask the master to send ``paramUpdate`` calls to ``api``; return the current value, ``{}`` if not set."""
+        """Ask the master to send ``paramUpdate`` calls to ``api``; return the current value, or ``{}`` if it is not
+        set.
+        """
         return self.call("subscribeParam", api, key)
 
     def unsubscribe_param(self, api: str, key: str) -> int:

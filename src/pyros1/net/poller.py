@@ -21,10 +21,10 @@ WAKE = -1
 
 
 class Poller:
-    """A set of sockets for which several threads wait. All methods may be called from any thread.
+    """A set of sockets for which several threads wait. All methods are thread-safe.
 
     Args:
-        portable: use a selector even where epoll is available.
+        portable: whether to use a selector even where epoll is available.
     """
 
     def __init__(self, portable: bool = False) -> None:
@@ -32,20 +32,22 @@ class Poller:
         self._wake_receiver.setblocking(False)
         self._wake_sender.setblocking(False)
         self._wake_fd = self._wake_receiver.fileno()
-        self._poll = _SelectorBackend() if portable or not hasattr(select, "EPOLLONESHOT") else _EpollBackend()
-        self._poll.add(self._wake_fd)
+        self._backend = _SelectorBackend() if portable or not hasattr(select, "EPOLLONESHOT") else _EpollBackend()
+        self._backend.add(self._wake_fd)
 
     def register(self, fd: int) -> None:
         """Start waiting for a descriptor."""
-        self._poll.add(fd)
+        self._backend.add(fd)
 
     def unregister(self, fd: int) -> None:
-        """Stop waiting for an open descriptor, even after `close`. A thread may have just received it from `wait`."""
-        self._poll.remove(fd)
+        """Stop waiting for an open descriptor. `wait` may just have returned it in another thread. Allowed after
+        `close`.
+        """
+        self._backend.remove(fd)
 
     def rearm(self, fd: int) -> None:
         """Wait again for a descriptor that `wait` has returned."""
-        self._poll.rearm(fd)
+        self._backend.rearm(fd)
 
     def wait(self, timeout: float = -1) -> int | None:
         """Wait for a descriptor.
@@ -54,14 +56,14 @@ class Poller:
             timeout: maximum number of seconds; -1 for no limit.
 
         Returns:
-            A descriptor that can be read, WAKE after a call to `wake`, or None after the timeout.
+            A readable descriptor, WAKE after a call to `wake`, or None after the timeout.
         """
-        fd = self._poll.wait(timeout)
+        fd = self._backend.wait(timeout)
         if fd != self._wake_fd:
             return fd
         with contextlib.suppress(BlockingIOError):
             self._wake_receiver.recv(1)
-        self._poll.rearm(self._wake_fd)
+        self._backend.rearm(self._wake_fd)
         return WAKE
 
     def wake(self) -> None:
@@ -70,8 +72,8 @@ class Poller:
             self._wake_sender.send(b"\0")
 
     def close(self) -> None:
-        """Release the descriptors. No thread may be waiting then, or wait later."""
-        self._poll.close()
+        """Release the descriptors. No thread may be waiting at that time, or wait later."""
+        self._backend.close()
         self._wake_receiver.close()
         self._wake_sender.close()
 
@@ -118,40 +120,41 @@ class _SelectorBackend:
         self._selector.register(self._wake_receiver, selectors.EVENT_READ)
 
     def add(self, fd: int) -> None:
-        self._change(fd, True)
+        self._request_change(fd, True)
 
     rearm = add
 
     def remove(self, fd: int) -> None:
         removed = Event()
-        self._change(fd, False, removed)
-        # After that, the owner may close it. If no thread is waiting in the selector, the next one removes it first.
+        self._request_change(fd, False, removed)
+        # Then its owner may close the descriptor. If no thread is waiting in the selector, the next one removes it
+        # first.
         while self._select_lock.locked() and not removed.wait(0.1):
             pass
 
-    def _change(self, fd: int, add: bool, done: Event | None = None) -> None:
-        self._changes.append((fd, add, done))
+    def _request_change(self, fd: int, is_added: bool, applied: Event | None = None) -> None:
+        self._changes.append((fd, is_added, applied))
         with contextlib.suppress(OSError):
             self._wake_sender.send(b"\0")
 
-    def _apply(self) -> None:
+    def _apply_changes(self) -> None:
         """Make the requested changes, in order. Called by the thread that holds the lock."""
         while self._changes:
-            fd, add, done = self._changes.popleft()
+            fd, is_added, applied = self._changes.popleft()
             with contextlib.suppress(KeyError, ValueError, OSError):
-                if add:
+                if is_added:
                     self._selector.register(fd, selectors.EVENT_READ)
                 else:
                     self._selector.unregister(fd)
-            if done is not None:
-                done.set()
+            if applied is not None:
+                applied.set()
 
     def wait(self, timeout: float) -> int | None:
         if not self._select_lock.acquire(timeout=timeout):
             return None
         try:
             while True:
-                self._apply()
+                self._apply_changes()
                 events = self._selector.select(None if timeout < 0 else timeout)
                 if not events:
                     return None

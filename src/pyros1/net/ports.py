@@ -26,8 +26,8 @@ class PortRange(NamedTuple):
         return f"{self.first}-{self.last}"
 
     def shuffled(self) -> Iterator[int]:
-        """Yield all ports in order, starting at a random one, so that a new node rarely gets the port of one that has
-        just exited and that other nodes may still call.
+        """Yield all ports in order, starting at a random one, so that a new node rarely gets the port of a node
+        that has just exited and that other nodes may still call.
         """
         import random  # noqa: PLC0415 - slow to import, and rarely needed
 
@@ -62,11 +62,11 @@ def listening_socket(bind: str, port: int = 0, ports: PortRange | None = None) -
         ports: the range to choose from if ``port`` is 0; None for no restriction.
 
     Raises:
-        OSError: it is not possible to listen on that address; ``errno.EADDRINUSE`` if the port, or every port of the
+        OSError: this machine cannot listen on that address; ``errno.EADDRINUSE`` if the port, or every port of the
             range, is in use.
     """
 
-    def attempt(candidate: int) -> socket.socket:
+    def open_socket(candidate: int) -> socket.socket:
         sock = socket.socket(_family(bind), socket.SOCK_STREAM)
         try:
             if os.name == "posix":  # elsewhere it would allow two programs to use the same port
@@ -81,13 +81,13 @@ def listening_socket(bind: str, port: int = 0, ports: PortRange | None = None) -
             raise
         return sock
 
-    return _bind_first_free(attempt, bind, port, ports)
+    return _bind_first_free(open_socket, bind, port, ports)
 
 
 def datagram_socket(bind: str, ports: PortRange | None = None) -> socket.socket:
     """Return a non-blocking socket that receives datagrams. For arguments and errors, see `listening_socket`."""
 
-    def attempt(candidate: int) -> socket.socket:
+    def open_socket(candidate: int) -> socket.socket:
         sock = socket.socket(_family(bind), socket.SOCK_DGRAM)
         try:
             sock.bind((bind, candidate))
@@ -97,7 +97,7 @@ def datagram_socket(bind: str, ports: PortRange | None = None) -> socket.socket:
             raise
         return sock
 
-    return _bind_first_free(attempt, bind, 0, ports)
+    return _bind_first_free(open_socket, bind, 0, ports)
 
 
 def _family(bind: str) -> int:
@@ -105,14 +105,14 @@ def _family(bind: str) -> int:
 
 
 def _bind_first_free(
-    attempt: Callable[[int], socket.socket], bind: str, port: int, ports: PortRange | None
+    open_socket: Callable[[int], socket.socket], bind: str, port: int, ports: PortRange | None
 ) -> socket.socket:
-    """Return a socket on the first free port."""
+    """Return a socket bound to ``port``, or to the first free port in ``ports``."""
     if port or ports is None:
-        return _bind_or_explain(attempt, bind, port)
+        return _bind_or_explain(open_socket, bind, port)
     for candidate in ports.shuffled():
         try:
-            return _bind_or_explain(attempt, bind, candidate)
+            return _bind_or_explain(open_socket, bind, candidate)
         except OSError as error:
             if error.errno != errno.EADDRINUSE:
                 raise
@@ -121,9 +121,9 @@ def _bind_first_free(
     )
 
 
-def _bind_or_explain(attempt: Callable[[int], socket.socket], bind: str, port: int) -> socket.socket:
+def _bind_or_explain(open_socket: Callable[[int], socket.socket], bind: str, port: int) -> socket.socket:
     try:
-        return attempt(port)
+        return open_socket(port)
     except OSError as error:
         if error.errno == errno.EADDRNOTAVAIL:
             raise OSError(error.errno, f"{bind} is not an address of this machine") from error

@@ -17,11 +17,11 @@ class _Period:
     def __init__(self, emit: Callable[[str], None]) -> None:
         self.emit = emit
         self.counts: dict[str, int] = {}
-        self.suppressed = 0
+        self.num_suppressed = 0
 
 
 class RepeatCounter:
-    """A filter that writes each message once per period, and at the end of the period how often it was repeated.
+    """A filter that writes each message once per period, and how often it was repeated at the end of the period.
 
     Args:
         schedule: ``schedule(seconds, function, argument)`` calls a function after some seconds, like a loop's
@@ -34,7 +34,7 @@ class RepeatCounter:
         self._lock = threading.RLock()  # a signal handler that interrupts `log` may call `log` or `close`
 
     def log(self, site: Hashable, text: str, emit: Callable[[str], None], max_texts: int = MAX_TEXTS) -> None:
-        """Write a message, or count it. May be called from any thread.
+        """Write a message, or count it as a repetition. Thread-safe.
 
         Args:
             site: the place in the program that logs the message; the limit applies to each place separately.
@@ -54,7 +54,7 @@ class RepeatCounter:
             elif has_room:
                 period.counts[text] = 0
             else:
-                period.suppressed += 1
+                period.num_suppressed += 1
         if is_new:
             self._schedule(PERIOD, self._end, site)
         if not is_known and has_room:
@@ -68,10 +68,10 @@ class RepeatCounter:
         for text, count in period.counts.items():
             if count:
                 period.emit(f"{text} (repeated {count} times)" if count > 1 else f"{text} (repeated once)")
-        if period.suppressed:
-            period.emit(f"{period.suppressed} similar messages were suppressed")
+        if period.num_suppressed:
+            period.emit(f"{period.num_suppressed} similar messages were suppressed")
 
     def close(self) -> None:
-        """Write the numbers of repetitions so far."""
+        """Write how often messages have been repeated so far."""
         for site in list(self._periods):
             self._end(site)

@@ -21,7 +21,9 @@ if TYPE_CHECKING:
 MAX_THREADS: Final = 8
 MAX_CACHED: Final = 1000
 POSITIVE_TTL_S: Final = 30.0
+"""Seconds for which addresses are cached."""
 NEGATIVE_TTL_S: Final = 2.0
+"""Seconds for which the error of a failed look-up is cached."""
 
 Address = tuple[int, tuple[str, int]]
 """Address family, and ``(host, port)``."""
@@ -42,20 +44,20 @@ def direct_addresses(host: str) -> list[str] | None:
 
 
 def resolve_host(host: str) -> list[str]:
-    """Look up the addresses of a host; may block.
+    """Look up the addresses of a host and return them; may block.
 
     Raises:
         OSError: there is no such host, or the look-up failed.
     """
     try:
-        found = socket.getaddrinfo(host.encode() if host.isascii() else host, None, type=socket.SOCK_STREAM)
+        entries = socket.getaddrinfo(host.encode() if host.isascii() else host, None, type=socket.SOCK_STREAM)
     except UnicodeError as error:
         raise OSError(f"{host[:60]!r} is not a host name") from error
-    return list(dict.fromkeys(str(entry[4][0]) for entry in found))
+    return list(dict.fromkeys(str(entry[4][0]) for entry in entries))
 
 
 class HostLookup:
-    """A look-up in a thread of its own, so that its caller may stop waiting: the system's call cannot be interrupted.
+    """A look-up in a separate thread, so that the caller can stop waiting: the system's call cannot be interrupted.
 
     Args:
         host: a host name, or an address.
@@ -97,7 +99,7 @@ class HostLookup:
         return self._addresses
 
     def cancel(self) -> None:
-        """End all waits with an OSError."""
+        """Make all calls of `wait` raise an OSError."""
         self._error = OSError("cancelled")
         self._done.set()
 
@@ -108,9 +110,9 @@ class Resolver:
     def __init__(self, loop: Loop) -> None:
         self._loop = loop
         self._cache: dict[str, tuple[float, list[str], OSError | None]] = {}
-        self._waiting: dict[str, list[OnResolved]] = {}
+        self._callbacks_by_host: dict[str, list[OnResolved]] = {}
         self._queue: deque[str] = deque()
-        self._threads = 0
+        self._num_threads = 0
         self._closed = False
 
     def resolve(self, host: str, on_done: OnResolved) -> None:
@@ -123,14 +125,14 @@ class Resolver:
         if cached is not None and cached[0] > monotonic():
             on_done(cached[1], cached[2])
             return
-        waiting = self._waiting.get(host)
-        if waiting is not None:
-            waiting.append(on_done)
+        callbacks = self._callbacks_by_host.get(host)
+        if callbacks is not None:
+            callbacks.append(on_done)
             return
-        self._waiting[host] = [on_done]
+        self._callbacks_by_host[host] = [on_done]
         self._queue.append(host)
-        if self._threads < MAX_THREADS:
-            self._threads += 1
+        if self._num_threads < MAX_THREADS:
+            self._num_threads += 1
             threading.Thread(target=self._resolve_queued, name=f"{self._loop.name} resolver", daemon=True).start()
 
     def close(self) -> None:
@@ -148,19 +150,19 @@ class Resolver:
                 addresses, error = resolve_host(host), None
             except OSError as failure:
                 addresses, error = [], failure
-            self._loop.call_soon(self._done, host, addresses, error)
-        self._loop.call_soon(self._thread_ended)
+            self._loop.call_soon(self._on_result, host, addresses, error)
+        self._loop.call_soon(self._on_thread_exit)
 
-    def _thread_ended(self) -> None:
-        self._threads -= 1
+    def _on_thread_exit(self) -> None:
+        self._num_threads -= 1
         if self._queue and not self._closed:
             # A name was queued after the thread's last check.
-            self._threads += 1
+            self._num_threads += 1
             threading.Thread(target=self._resolve_queued, name=f"{self._loop.name} resolver", daemon=True).start()
 
-    def _done(self, host: str, addresses: list[str], error: OSError | None) -> None:
+    def _on_result(self, host: str, addresses: list[str], error: OSError | None) -> None:
         if len(self._cache) >= MAX_CACHED:
             self._cache.clear()
         self._cache[host] = (monotonic() + (NEGATIVE_TTL_S if error else POSITIVE_TTL_S), addresses, error)
-        for on_done in self._waiting.pop(host, ()):
+        for on_done in self._callbacks_by_host.pop(host, ()):
             on_done(addresses, error)

@@ -1,4 +1,4 @@
-"""Makes many XML-RPC calls without blocking: one at a time per URI, in order, and in parallel for different URIs.
+"""Makes many XML-RPC calls without blocking: one at a time and in order for each URI, in parallel for different URIs.
 
 The states of a call are: queued -> connecting (unless an open connection exists) -> sent -> answered. If an open
 connection turns out to have been closed by the peer, it is replaced once.
@@ -37,7 +37,7 @@ class _Job(NamedTuple):
 
 
 class _Peer:
-    """The calls and the connection of one URI."""
+    """The queued calls to one URI, and the connection to it."""
 
     def __init__(self, caller: RpcCaller, uri: str, host: str, port: int) -> None:
         self.caller = caller
@@ -47,13 +47,13 @@ class _Peer:
         self.port = port
         self.path = "/" + uri.partition("://")[2].partition("/")[2]
         self.queue: deque[_Job] = deque()
-        self.job: _Job | None = None
+        self.current_job: _Job | None = None
         self.sock: socket.socket | None = None
-        self.out = b""
-        self.writing = False
+        self.unsent = b""
+        self.is_writing = False
         self.parser = ResponseParser(caller.limits)
         self.is_new_connection = True
-        self.connecting: ConnectHandle | TimerHandle | None = None  # a timer while there are too many open files
+        self.pending_connect: ConnectHandle | TimerHandle | None = None  # a timer while there are too many open files
         self.connect_error: Error | None = None  # the error while there are too many open files
         self.deadline_timer: TimerHandle | None = None
         self.transfer_deadline = TransferDeadline(0.0)  # of the current call
@@ -64,14 +64,14 @@ class _Peer:
             job.on_done(None, UnreachableError(f"{self.uri} does not answer: {_MAX_QUEUED} calls are queued"))
             return
         self.queue.append(job)
-        if self.job is None:
+        if self.current_job is None:
             self._start_next()
 
     def close(self) -> None:
-        self._drop()
-        jobs = [self.job] if self.job else []
+        self._disconnect()
+        jobs = [self.current_job] if self.current_job else []
         jobs += self.queue
-        self.job = None
+        self.current_job = None
         self.queue.clear()
         if self.deadline_timer is not None:
             self.deadline_timer.cancel()
@@ -88,7 +88,7 @@ class _Peer:
             else:
                 self.idle_timer = self.loop.call_later(_IDLE_TIMEOUT_S, self.drop_idle)
             return
-        job = self.job = self.queue.popleft()
+        job = self.current_job = self.queue.popleft()
         self.transfer_deadline = TransferDeadline(job.timeout_s)
         self.deadline_timer = self.loop.call_later(job.timeout_s, self._on_deadline, job)
         if self.sock is not None:
@@ -99,24 +99,24 @@ class _Peer:
 
     def _connect(self) -> None:
         self.is_new_connection = True
-        job = self.job
+        job = self.current_job
         if job is None:
             return
-        self.connecting = None
+        self.pending_connect = None
         handle = connect(self.loop, self.host, self.port, job.timeout_s + 1.0, self._on_connect_result)
         if handle.pending:
-            self.connecting = handle
+            self.pending_connect = handle
 
     def _on_connect_result(self, sock: socket.socket | None, error: Error | None) -> None:
-        is_immediate = self.connecting is None
-        self.connecting = None
+        is_immediate = self.pending_connect is None
+        self.pending_connect = None
         if sock is None and is_out_of_files(error):  # try again until the call's deadline
             self.connect_error = error
             self.caller.drop_idle()
-            self.connecting = self.loop.call_later(RETRY_DELAY, self._connect)
+            self.pending_connect = self.loop.call_later(RETRY_DELAY, self._connect)
             return
         if sock is None and is_immediate:  # called later to prevent recursion: the next call may fail immediately too
-            self.loop.call_soon(self._connect_failed, self.job, error)
+            self.loop.call_soon(self._on_connect_failed, self.current_job, error)
             return
         if sock is None:
             self._finish(None, error)
@@ -128,15 +128,15 @@ class _Peer:
         self.loop.register(sock, READ, self._on_ready)
         self._send()
 
-    def _connect_failed(self, job: _Job | None, error: Error | None) -> None:
-        if job is self.job:  # it has not timed out meanwhile
+    def _on_connect_failed(self, job: _Job | None, error: Error | None) -> None:
+        if job is self.current_job:  # it has not timed out meanwhile
             self._finish(None, error)
 
     def _send(self) -> None:
-        job = self.job
+        job = self.current_job
         if job is None:
             return
-        self.out = build_request(f"{self.host}:{self.port}", self.path, job.body)
+        self.unsent = build_request(f"{self.host}:{self.port}", self.path, job.body)
         self._write()
 
     def _write(self) -> None:
@@ -144,22 +144,22 @@ class _Peer:
         if sock is None:
             return
         try:
-            sent = sock.send(self.out)
+            sent = sock.send(self.unsent)
         except (BlockingIOError, InterruptedError):
             sent = 0
         except OSError as error:
-            self._connection_lost(error.strerror or str(error))
+            self._on_connection_lost(error.strerror or str(error))
             return
-        self.out = self.out[sent:]
+        self.unsent = self.unsent[sent:]
         self.transfer_deadline.add_bytes(sent)
-        if bool(self.out) is not self.writing:
-            self.writing = not self.writing
-            self.loop.modify(sock, READ | WRITE if self.writing else READ, self._on_ready)
+        if bool(self.unsent) is not self.is_writing:
+            self.is_writing = not self.is_writing
+            self.loop.modify(sock, READ | WRITE if self.is_writing else READ, self._on_ready)
 
     def _on_ready(self, mask: int) -> None:
         if mask & READ:
             self._read()
-        if mask & WRITE and self.out:
+        if mask & WRITE and self.unsent:
             self._write()
 
     def _read(self) -> None:
@@ -171,10 +171,10 @@ class _Peer:
         except (BlockingIOError, InterruptedError):
             return
         except OSError as error:
-            self._connection_lost(error.strerror or str(error))
+            self._on_connection_lost(error.strerror or str(error))
             return
-        if self.job is None:  # the idle connection was closed, or sent unexpected bytes
-            self._drop()
+        if self.current_job is None:  # the idle connection was closed, or sent unexpected bytes
+            self._disconnect()
             self.caller.forget(self)
             self.caller.on_disconnect(self.uri)
             return
@@ -186,18 +186,18 @@ class _Peer:
             else:
                 response = self.parser.eof()
                 if response is None:
-                    self._connection_lost("the connection was closed before a response arrived")
+                    self._on_connection_lost("the connection was closed before a response arrived")
                     return
         except ProtocolError as error:
-            self._drop()
+            self._disconnect()
             self._finish(None, ProtocolError(f"{self.uri}: {error}"))
             return
         if response is not None:
             self._on_response(response)
 
     def _on_response(self, response: Response) -> None:
-        if not response.keep_alive or self.parser.in_message or self.out:
-            self._drop()
+        if not response.keep_alive or self.parser.in_message or self.unsent:
+            self._disconnect()
         value: Any = None
         error: Error | None = None
         if response.status != 200:
@@ -209,31 +209,31 @@ class _Peer:
                 error = failure
         self._finish(value, error)
 
-    def _connection_lost(self, reason: str) -> None:
-        response_started = self.parser.in_message
-        self._drop()
-        if self.job is None:
+    def _on_connection_lost(self, reason: str) -> None:
+        has_response_started = self.parser.in_message
+        self._disconnect()
+        if self.current_job is None:
             self.caller.forget(self)
             self.caller.on_disconnect(self.uri)
-        elif self.is_new_connection or response_started:
+        elif self.is_new_connection or has_response_started:
             self._finish(None, UnreachableError(f"cannot reach {self.uri}: {reason}"))
         else:
             self._connect()
 
     def _on_deadline(self, job: _Job) -> None:
-        if job is not self.job:
+        if job is not self.current_job:
             return
         remaining = self.transfer_deadline.remaining()
         if remaining > 0:
             self.deadline_timer = self.loop.call_later(remaining, self._on_deadline, job)
         else:
-            self._drop()
+            self._disconnect()
             self._finish(
                 None, self.connect_error or DeadlineError(f"{self.uri} did not answer within {job.timeout_s:g} s")
             )
 
     def _finish(self, value: Any, error: Error | None) -> None:
-        job, self.job, self.connect_error = self.job, None, None
+        job, self.current_job, self.connect_error = self.current_job, None, None
         if self.deadline_timer is not None:
             self.deadline_timer.cancel()
             self.deadline_timer = None
@@ -242,24 +242,24 @@ class _Peer:
                 job.on_done(value, error)
         finally:
             # The callback may have added a job, which has then been started already.
-            if self.job is None:
+            if self.current_job is None:
                 self._start_next()
 
     def drop_idle(self) -> None:
         """Close the connection, unless a call is in progress."""
-        if self.job is None:
-            self._drop()
+        if self.current_job is None:
+            self._disconnect()
             self.caller.forget(self)
 
-    def _drop(self) -> None:
-        self.out = b""
-        self.writing = False
+    def _disconnect(self) -> None:
+        self.unsent = b""
+        self.is_writing = False
         if self.idle_timer is not None:
             self.idle_timer.cancel()
             self.idle_timer = None
-        if self.connecting is not None:
-            self.connecting.cancel()
-            self.connecting = None
+        if self.pending_connect is not None:
+            self.pending_connect.cancel()
+            self.pending_connect = None
         if self.sock is not None:
             self.loop.unregister(self.sock)
             self.sock.close()
@@ -271,13 +271,13 @@ class RpcCaller:
 
     Args:
         loop: the loop on which everything runs.
-        timeout: maximum number of seconds for a call, including connecting but not the time in the queue; longer while
-            a large amount of data is transferred (`TransferDeadline`).
+        timeout: maximum number of seconds for a call, including connecting but not the time in the queue; extended
+            while a large amount of data is transferred (`TransferDeadline`).
         limits: maximum sizes of a response.
         on_disconnect: called on the loop with the URI when the peer closes an idle connection.
 
     Attributes:
-        make_room: called when there are too many open files, to close files of other users of the loop.
+        make_room: called when there are too many open files, to close files that other users of the loop have open.
     """
 
     def __init__(
@@ -297,7 +297,7 @@ class RpcCaller:
         self.make_room: Callable[[], object] = lambda: None
 
     def call(self, uri: str, method: str, params: Sequence[Any], on_done: OnDone, timeout: float | None = None) -> None:
-        """Queue a call; may be called from any thread.
+        """Queue a call. Thread-safe.
 
         Args:
             uri: ``http://host:port/``.
@@ -317,7 +317,7 @@ class RpcCaller:
             self.loop.call_soon(self._call, uri, job)
 
     def close(self) -> None:
-        """Cancel all calls (with an UnreachableError) and close all connections. May be called from any thread."""
+        """Cancel all calls (with an UnreachableError) and close all connections. Thread-safe."""
         self.loop.run(self._close)
 
     def drop_idle(self) -> None:

@@ -1,5 +1,5 @@
-"""Condition and Event that signal handlers may use. Those of Python hold a lock while they are set or waited for: a
-signal handler that interrupts the thread at that moment would wait for the lock forever.
+"""Condition and Event that signal handlers may use. Python's own classes hold a lock while they are set or waited for:
+a signal handler that interrupts the thread at that moment would wait for the lock forever.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ class Condition:
     """A condition variable that a signal handler may notify: `notify_all` takes no lock."""
 
     def __init__(self) -> None:
-        self._waiters: dict[threading.Lock, None] = {}  # one locked lock for each wait, which ends when it is released
+        self._waiters: dict[threading.Lock, None] = {}  # one locked lock for each wait; releasing it ends the wait
 
     def notify_all(self) -> None:
         """Wake all waiting threads. Call it after changing what they wait for."""
@@ -42,17 +42,17 @@ class Condition:
         try:
             if predicate():
                 return True
-            _acquire(waiter, timeout)
+            _acquire_in_steps(waiter, timeout)
         finally:
             del self._waiters[waiter]
         return bool(predicate())
 
 
-def _acquire(waiter: threading.Lock, timeout: float | None) -> None:
-    """Wait for a lock, in short steps.
+def _acquire_in_steps(waiter: threading.Lock, timeout: float | None) -> None:
+    """Wait for a lock, in short steps, at most ``timeout`` seconds.
 
     A signal that arrives just before the interpreter starts to wait does not interrupt that wait: its handler runs only
-    after it.
+    after the wait.
     """
     deadline = inf if timeout is None else monotonic() + timeout
     while (remaining := deadline - monotonic()) > 0 and not waiter.acquire(timeout=min(remaining, POLL_INTERVAL)):
@@ -68,18 +68,18 @@ class Event(threading.Event):
         self._condition = Condition()
 
     def is_set(self) -> bool:
-        """Return whether it is set."""
+        """Return whether the event is set."""
         return self._is_set
 
     def set(self) -> None:
-        """Set it and wake all waiting threads."""
+        """Set the event and wake all waiting threads."""
         self._is_set = True
         self._condition.notify_all()
 
     def clear(self) -> None:
-        """Reset it, so that later waits block again."""
+        """Reset the event, so that later waits block again."""
         self._is_set = False
 
     def wait(self, timeout: float | None = None) -> bool:
-        """Wait until it is set, at most ``timeout`` seconds; return whether it is."""
+        """Wait until the event is set, at most ``timeout`` seconds; return whether it is set."""
         return self._is_set or self._condition.wait_for(self.is_set, timeout)

@@ -26,16 +26,16 @@ BUSY_TIME: Final = 1.0
 DONTWAIT: Final = getattr(socket, "MSG_DONTWAIT", 0)
 """Flag for receiving without blocking; 0 if the system has none."""
 yield_processor: Final[Callable[[], object]] = getattr(os, "sched_yield", lambda: time.sleep(0))
-"""Lets other threads run first."""
+"""Function that lets other threads run first."""
 
 
 class SpinWait:
     """Waits for the other side in a series of calls.
 
     After a short wait, the next one of the series polls for data for up to SPIN_TIME seconds before it sleeps. After
-    one that polled in vain, waits sleep immediately until one is short again. So calls that are slow or infrequent do
-    not waste processor time. On a busy machine, waits always sleep: there, a program that is woken up gets a processor
-    sooner than one that keeps using it.
+    a wait that polled in vain, further waits sleep immediately until one is short again. So calls that are slow or
+    infrequent do not waste processor time. On a busy machine, waits always sleep: there, a program that is woken up
+    gets a processor sooner than one that keeps using it.
     """
 
     __slots__ = ("_busy_until", "_last_end", "_was_short")

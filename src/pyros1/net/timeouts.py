@@ -18,13 +18,15 @@ _HAS_KERNEL_TIMEOUTS = sys.platform != "win32" and hasattr(socket, "SO_RCVTIMEO"
 MIN_BYTES_PER_SECOND: Final = 1000.0
 """Minimum average rate of a transfer, in bytes per second."""
 _MAX_UNSENT: Final = 16 * 1024
+"""Maximum number of unsent bytes that a socket accepts; see `limit_unsent`."""
 
 SOCKET_TIMEOUTS = (BlockingIOError, TimeoutError)
 """The exceptions that a socket call raises after a timeout."""
 
 
 class TransferDeadline:
-    """The deadline of a transfer, extended as long as data are transferred at no less than MIN_RATE on average.
+    """The deadline of a transfer, extended as long as data are transferred at MIN_BYTES_PER_SECOND or faster, on
+    average.
 
     So a large value can pass a slow link, but the transfer fails if the peer stops, or sends only a byte now and then.
 
@@ -32,22 +34,24 @@ class TransferDeadline:
         seconds: maximum pause, and the initial time during which the transfer may be slower.
     """
 
-    __slots__ = ("_bytes", "_last_progress", "_seconds", "_started")
+    __slots__ = ("_last_progress_at", "_num_bytes", "_seconds", "_started_at")
 
     def __init__(self, seconds: float) -> None:
         self._seconds = seconds
-        self._started = self._last_progress = monotonic()
-        self._bytes = 0
+        self._started_at = self._last_progress_at = monotonic()
+        self._num_bytes = 0
 
     def add_bytes(self, count: int) -> None:
-        """Record that this many bytes were received or sent."""
-        self._bytes += count
-        self._last_progress = monotonic()
+        """Record that ``count`` more bytes were received or sent."""
+        self._num_bytes += count
+        self._last_progress_at = monotonic()
 
     def remaining(self) -> float:
         """Return the remaining seconds; 0 or less if the deadline has passed."""
         return (
-            self._seconds + min(self._last_progress, self._started + self._bytes / MIN_BYTES_PER_SECOND) - monotonic()
+            self._seconds
+            + min(self._last_progress_at, self._started_at + self._num_bytes / MIN_BYTES_PER_SECOND)
+            - monotonic()
         )
 
 
@@ -57,13 +61,14 @@ def limit_unsent(sock: socket.socket) -> None:
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NOTSENT_LOWAT, _MAX_UNSENT)
 
 
-def set_socket_timeouts(sock: socket.socket, seconds: float, receive: float | None = None) -> bool:
+def set_socket_timeouts(sock: socket.socket, seconds: float, receive_seconds: float | None = None) -> bool:
     """Set the timeout of each receive and send on a socket.
 
     Args:
         sock: a connected socket.
         seconds: the timeout in seconds; must be positive.
-        receive: the timeout for receiving, if different. Without kernel support, ``seconds`` is used for both.
+        receive_seconds: the timeout for receiving; None for the same one. Without kernel support, ``seconds`` is used
+        for both.
 
     Returns:
         Whether the timeouts were set in the kernel; otherwise `settimeout` was used.
@@ -72,9 +77,11 @@ def set_socket_timeouts(sock: socket.socket, seconds: float, receive: float | No
         sock.settimeout(seconds)
         return False
     sock.settimeout(None)
-    value = _timeval(seconds)
-    sock.setsockopt(socket.SOL_SOCKET, socket.SO_RCVTIMEO, value if receive is None else _timeval(receive))
-    sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, value)
+    timeval = _timeval(seconds)
+    sock.setsockopt(
+        socket.SOL_SOCKET, socket.SO_RCVTIMEO, timeval if receive_seconds is None else _timeval(receive_seconds)
+    )
+    sock.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, timeval)
     return True
 
 

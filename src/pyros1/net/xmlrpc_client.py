@@ -29,7 +29,7 @@ class XmlRpcClient:
 
     Args:
         uri: ``http://host:port/``.
-        timeout: maximum number of seconds for a call, including connecting; longer while a large amount of data is
+        timeout: maximum number of seconds for a call, including connecting; extended while a large amount of data is
             transferred (`TransferDeadline`).
 
     Raises:
@@ -48,12 +48,12 @@ class XmlRpcClient:
 
     def _initialize_state(self) -> None:
         self._lock = threading.RLock()
-        self._busy = False  # the thread that holds the lock is making a call
+        self._is_call_running = False  # the thread that holds the lock is making a call
         self._parser = ResponseParser()  # one for each connection: it remembers the form of the responses
         self._pid = os.getpid()
 
     def call(self, method: str, *params: Any, timeout: float | None = None) -> Any:
-        """Call a method and wait for the response.
+        """Call a method, wait for the response and return the result.
 
         Args:
             method: the name of the method.
@@ -61,8 +61,8 @@ class XmlRpcClient:
             timeout: maximum number of seconds for this call; None for the client's timeout.
 
         Raises:
-            UnreachableError: there is no connection, it was lost, or the client was closed. UnknownHostError, if the
-                host's name cannot be resolved.
+            UnreachableError: no connection was possible, it was lost, or the client was closed. Its subclass
+                UnknownHostError means that the host's name cannot be resolved.
             DeadlineError: there was no response in time.
             ProtocolError: the response is not XML-RPC over HTTP.
             XmlRpcFault: the response is a fault.
@@ -72,21 +72,21 @@ class XmlRpcClient:
         seconds = self.timeout if timeout is None else timeout
         transfer_deadline = TransferDeadline(seconds)
         if self._pid != os.getpid():
-            self._drop()  # connection, look-up thread and lock belong to the parent process
+            self._disconnect()  # connection, look-up thread and lock belong to the parent process
             self._lookup = None
             self._initialize_state()
         if not self._lock.acquire(timeout=max(0.0, seconds)):
             raise self._deadline_error(seconds)
-        if self._busy:
+        if self._is_call_running:
             return self._call_separately(method, params, seconds)
         try:
-            self._busy = True
+            self._is_call_running = True
             response = self._exchange(build_request(f"{self._host}:{self._port}", self._path, body), transfer_deadline)
         except TimeoutError as error:
-            self._drop()
+            self._disconnect()
             raise self._deadline_error(seconds) from error
         except (OSError, _ConnectionLostError, ProtocolError) as error:
-            self._drop()
+            self._disconnect()
             if self._closed:
                 raise UnreachableError(f"the call to {self.uri} was cancelled: the client was closed") from error
             if isinstance(error, ProtocolError):
@@ -94,25 +94,25 @@ class XmlRpcClient:
             reason = getattr(error, "strerror", None) or str(error)
             raise UnreachableError(f"cannot reach {self.uri}: {reason}") from error
         except BaseException:
-            self._drop()  # otherwise the next call would get the response to this one
+            self._disconnect()  # otherwise the next call would get the response to this one
             raise
         finally:
-            self._busy = False
+            self._is_call_running = False
             self._lock.release()
             if self._closed:  # meanwhile closed by a thread that could not acquire the lock
-                self._drop_if_free()
+                self._disconnect_if_free()
         if response.status != 200:
             raise ProtocolError(f"{self.uri} answered with HTTP status {response.status} {response.reason}".rstrip())
         return loads_response(response.body)
 
     def _call_separately(self, method: str, params: tuple[Any, ...], timeout: float) -> Any:
-        other = XmlRpcClient(self.uri, timeout=timeout)
+        separate_client = XmlRpcClient(self.uri, timeout=timeout)
         try:
             if self._closed:
-                other.close()
-            return other.call(method, *params)
+                separate_client.close()
+            return separate_client.call(method, *params)
         finally:
-            other.close()
+            separate_client.close()
             self._lock.release()
 
     def close(self) -> None:
@@ -124,20 +124,20 @@ class XmlRpcClient:
                 sock.shutdown(socket.SHUT_RDWR)  # wakes the other thread; close() alone would not
         if (lookup := self._lookup) is not None:
             lookup.cancel()
-        self._drop_if_free()
+        self._disconnect_if_free()
 
-    def _drop_if_free(self) -> None:
+    def _disconnect_if_free(self) -> None:
         if self._lock.acquire(blocking=False):
             try:
-                if not self._busy:
-                    self._drop()
+                if not self._is_call_running:
+                    self._disconnect()
             finally:
                 self._lock.release()
 
     def _deadline_error(self, seconds: float) -> DeadlineError:
         return DeadlineError(f"{self.uri} did not answer within {seconds:g} s")
 
-    def _drop(self) -> None:
+    def _disconnect(self) -> None:
         sock, self._sock = self._sock, None
         if sock is not None:
             sock.close()
@@ -145,7 +145,7 @@ class XmlRpcClient:
     def _exchange(self, request: bytes, transfer_deadline: TransferDeadline) -> Response:
         """Send a request and read the response, on a new connection if the open one turns out to be closed."""
         if self._sock is not None:
-            if not _readable_now(self._sock):
+            if not _is_readable_now(self._sock):
                 try:
                     return self._exchange_once(self._sock, request, transfer_deadline)
                 except TimeoutError:
@@ -153,8 +153,8 @@ class XmlRpcClient:
                 except (OSError, _ConnectionLostError):
                     if self._closed:
                         raise
-            # It was closed by the peer, or has received unexpected bytes.
-            self._drop()
+            # The peer has closed the connection, or sent unexpected bytes.
+            self._disconnect()
         return self._exchange_once(self._connect(transfer_deadline), request, transfer_deadline)
 
     def _connect(self, transfer_deadline: TransferDeadline) -> socket.socket:
@@ -175,13 +175,13 @@ class XmlRpcClient:
                 limit_unsent(sock)
             except OSError as error:
                 last_error = error
-                self._drop()
+                self._disconnect()
                 continue
             return sock
         raise last_error
 
     def _addresses(self, transfer_deadline: TransferDeadline) -> list[str]:
-        if self._lookup is None:  # else a look-up that took too long for an earlier call is still in progress
+        if self._lookup is None:  # otherwise, a look-up that took too long for an earlier call is still in progress
             self._lookup = HostLookup(self._host)
         if self._closed:
             raise OSError("closed")
@@ -219,7 +219,7 @@ class XmlRpcClient:
             if response is not None:
                 break
         if not response.keep_alive or parser.in_message:
-            self._drop()
+            self._disconnect()
         return response
 
 
@@ -230,7 +230,7 @@ def _remaining(transfer_deadline: TransferDeadline) -> float:
     return remaining
 
 
-def _readable_now(sock: socket.socket) -> bool:
+def _is_readable_now(sock: socket.socket) -> bool:
     """Return whether an idle connection is readable: the peer has closed it, or sent unexpected bytes."""
     if hasattr(select, "poll"):
         poll = select.poll()

@@ -1,9 +1,9 @@
 """An XML-RPC server on a loop, robust against slow and broken peers.
 
 For each connection, the server repeatedly reads, answers every complete request, and writes. While a response cannot be
-written, nothing more is read from that peer. Sizes, connections and times are limited for every peer. When there are
-too many connections, the one that has been idle longest is closed, so new ones are always served. (HTTP clients reopen
-a kept-alive connection automatically.)
+written, nothing more is read from that peer. Sizes, numbers of connections and times are limited for every peer. When
+there are too many connections, the one that has been idle longest is closed, so new ones are always served. (HTTP
+clients reopen a kept-alive connection automatically.)
 
 Each response contains the time of this machine's clock, so that clients can detect a wrong clock.
 """
@@ -41,7 +41,7 @@ _TEXT_TYPE: Final = "text/plain"
 
 
 class ServerLimits(NamedTuple):
-    """Limits on what peers may use.
+    """Limits on the resources that peers may use.
 
     Attributes:
         http: maximum sizes of a request.
@@ -49,7 +49,7 @@ class ServerLimits(NamedTuple):
             open.
         max_buffered: maximum number of bytes in incomplete requests, for all connections together.
         request_timeout_s: maximum pause in seconds while a request is received or a response is sent. A whole request
-            may take longer if it is not slower than MIN_RATE.
+            may take longer if it arrives at MIN_BYTES_PER_SECOND or faster.
         idle_timeout_s: seconds after which a connection without a request is closed.
     """
 
@@ -61,7 +61,7 @@ class ServerLimits(NamedTuple):
 
 
 def unknown_method(method: str) -> XmlRpcFault:
-    """Return the fault for a method that does not exist (M05)."""
+    """Return the fault to raise for a method that does not exist (M05)."""
     return XmlRpcFault(1, f'method "{method}" is not supported')
 
 
@@ -73,10 +73,10 @@ def multicall(dispatch: Dispatch, params: Sequence[Any]) -> list[Any]:
         params: one list of structs with methodName and params.
 
     Returns:
-        For each call, a list of one item, its result, or a fault struct.
+        For each call, a list whose only item is the result, or a fault struct.
 
     Raises:
-        XmlRpcFault: the parameters have another form.
+        XmlRpcFault: the parameters do not have this form.
     """
     if len(params) != 1 or not isinstance(params[0], list):
         raise XmlRpcFault(1, "system.multicall takes one list of calls")
@@ -98,21 +98,21 @@ def multicall(dispatch: Dispatch, params: Sequence[Any]) -> list[Any]:
 
 def _half_file_limit() -> int:
     """Return half of the limit of open files of this process; 512 if the system does not report the limit."""
-    files = os.sysconf("SC_OPEN_MAX") if hasattr(os, "sysconf") else 1024
-    return files // 2 if files > 0 else 1 << 20  # -1: no limit
+    max_files = os.sysconf("SC_OPEN_MAX") if hasattr(os, "sysconf") else 1024
+    return max_files // 2 if max_files > 0 else 1 << 20  # -1: no limit
 
 
 class _Connection:
-    """One peer."""
+    """The connection of one peer."""
 
     def __init__(self, server: XmlRpcServer, sock: socket.socket) -> None:
         self.server = server
         self.sock = sock
         self.parser = RequestParser(server.limits.http)
-        self.out = memoryview(b"")
-        self.closing = False
+        self.unsent = memoryview(b"")
+        self.closes_after_response = False
         self.buffered = 0
-        self.active = self.started = monotonic()
+        self.last_active_at = self.request_started_at = monotonic()
         server.loop.register(sock, READ, self._on_readable)
 
     def close(self) -> None:
@@ -122,12 +122,14 @@ class _Connection:
 
     def is_overdue(self, now: float) -> bool:
         limits = self.server.limits
-        if self.out:
-            return now - self.active > limits.request_timeout_s
+        if self.unsent:
+            return now - self.last_active_at > limits.request_timeout_s
         if self.parser.in_message:
-            late = max(now - self.active, now - self.started - self.parser.buffered / MIN_BYTES_PER_SECOND)
-            return late > limits.request_timeout_s
-        return now - self.active > limits.idle_timeout_s
+            delay = max(
+                now - self.last_active_at, now - self.request_started_at - self.parser.buffered / MIN_BYTES_PER_SECOND
+            )
+            return delay > limits.request_timeout_s
+        return now - self.last_active_at > limits.idle_timeout_s
 
     def _on_readable(self, mask: int) -> None:
         try:
@@ -140,26 +142,26 @@ class _Connection:
         if not count:
             self.close()
             return
-        self.active = monotonic()
+        self.last_active_at = monotonic()
         self.server.touch(self)
         if not self.parser.in_message:
-            self.started = self.active
+            self.request_started_at = self.last_active_at
         self.parser.feed(self.server.receive_buffer[:count])
         self._serve()
 
     def _serve(self) -> None:
         """Answer every complete request that has arrived, as long as the responses can be written."""
         try:
-            while self.parser.in_message and not self.out and not self.closing:
+            while self.parser.in_message and not self.unsent and not self.closes_after_response:
                 request = self.parser.next_message()
                 if request is None:
                     break
-                self.started = self.active
-                self.closing = not request.keep_alive
+                self.request_started_at = self.last_active_at
+                self.closes_after_response = not request.keep_alive
                 self.server.caller = self.sock
                 self._write(self.server.answer(request))
         except HttpError as error:
-            self.closing = True
+            self.closes_after_response = True
             self._write(self.server.refusal(error.status, str(error), keep_alive=False))
         if not self.server.account_buffered(self, self.parser.buffered):
             self.close()
@@ -172,32 +174,32 @@ class _Connection:
             pass
         except OSError:
             self.close()
-            self.closing = True
+            self.closes_after_response = True
             return
         if sent == len(data):
-            if self.closing:
+            if self.closes_after_response:
                 self.close()
             return
-        self.out = memoryview(data)[sent:]
+        self.unsent = memoryview(data)[sent:]
         self.server.loop.modify(self.sock, WRITE, self._on_writable)
 
     def _on_writable(self, mask: int) -> None:
         try:
-            sent = self.sock.send(self.out)
+            sent = self.sock.send(self.unsent)
         except (BlockingIOError, InterruptedError):
             return
         except OSError:
             self.close()
             return
-        self.out = self.out[sent:]
-        self.active = monotonic()
+        self.unsent = self.unsent[sent:]
+        self.last_active_at = monotonic()
         self.server.touch(self)
-        if self.out:
+        if self.unsent:
             return
-        if self.closing:
+        if self.closes_after_response:
             self.close()
             return
-        self.started = self.active
+        self.request_started_at = self.last_active_at
         self.server.loop.modify(self.sock, READ, self._on_readable)
         self._serve()
 
@@ -212,7 +214,7 @@ class XmlRpcServer:
         bind_host: the address to listen on, for example ``0.0.0.0`` or ``127.0.0.1``; one with a colon is IPv6.
         advertised_host: the host in ``uri``.
         port: the port; 0 lets the system choose.
-        limits: limits on what peers may use.
+        limits: limits on the resources that peers may use.
         ports: ports to choose from, if ``port`` is 0; None for any.
         allowlist: decides which peers may connect; None admits all.
         warn: called with a message when connections cannot be accepted; None to write it to stderr.
@@ -223,7 +225,7 @@ class XmlRpcServer:
         caller: the connection of the current call, for use by `dispatch`.
 
     Raises:
-        OSError: it is not possible to listen on the address, for example because the port is in use.
+        OSError: this machine cannot listen on the address, for example because the port is in use.
     """
 
     def __init__(
@@ -245,8 +247,8 @@ class XmlRpcServer:
         self.caller: socket.socket | None = None
         self._connections: OrderedDict[_Connection, None] = OrderedDict()  # least recently used first
         self._max_connections = min(limits.max_connections, _half_file_limit())
-        self._buffered = 0
-        self._sweeper: TimerHandle | None = None
+        self._num_buffered = 0
+        self._sweep_timer: TimerHandle | None = None
         self._date_seconds = -1
         self._date_field = b""
         # Shared by all connections, since it is processed before the next read.
@@ -254,7 +256,7 @@ class XmlRpcServer:
         listener = listening_socket(bind_host, port, ports)
         self.port: int = listener.getsockname()[1]
         self.uri = make_uri(advertised_host, self.port)
-        self._acceptor = Acceptor(loop, listener, self._accepted, warn or loop.warn, self.make_room, allowlist)
+        self._acceptor = Acceptor(loop, listener, self._on_accepted, warn or loop.warn, self.make_room, allowlist)
 
     @property
     def num_connections(self) -> int:
@@ -262,13 +264,13 @@ class XmlRpcServer:
         return len(self._connections)
 
     def close(self) -> None:
-        """Close the port and all connections; may be called from any thread."""
+        """Close the port and all connections. Thread-safe."""
         self.loop.run(self._close)
 
     def _close(self) -> None:
         self._acceptor.close()
-        if self._sweeper is not None:
-            self._sweeper.cancel()
+        if self._sweep_timer is not None:
+            self._sweep_timer.cancel()
         for connection in list(self._connections):
             connection.close()
 
@@ -318,7 +320,7 @@ class XmlRpcServer:
     def forget(self, connection: _Connection) -> None:
         """Remove a connection that is being closed."""
         self._connections.pop(connection, None)
-        self._buffered -= connection.buffered
+        self._num_buffered -= connection.buffered
         connection.buffered = 0
 
     def touch(self, connection: _Connection) -> None:
@@ -326,36 +328,38 @@ class XmlRpcServer:
         self._connections.move_to_end(connection)
 
     def account_buffered(self, connection: _Connection, buffered: int) -> bool:
-        """Record the size of an incomplete request; return False if all connections together have too many bytes."""
+        """Record the size of an incomplete request; return False if all connections together have too many buffered
+        bytes.
+        """
         if buffered != connection.buffered and connection in self._connections:
-            self._buffered += buffered - connection.buffered
+            self._num_buffered += buffered - connection.buffered
             connection.buffered = buffered
-        return self._buffered <= self.limits.max_buffered
+        return self._num_buffered <= self.limits.max_buffered
 
-    def _accepted(self, sock: socket.socket) -> None:
+    def _on_accepted(self, sock: socket.socket) -> None:
         sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         if len(self._connections) >= self._max_connections:
             self.make_room()
         self._connections[_Connection(self, sock)] = None
-        if self._sweeper is None:
+        if self._sweep_timer is None:
             self._schedule_sweep()
 
     def make_room(self) -> None:
-        """Close an idle connection if possible, else the one with the oldest request. Called on the loop."""
+        """Close an idle connection if there is one, else the one with the oldest request. Called on the loop."""
         if not self._connections:
             return
         for peer in self._connections:
-            if not peer.parser.in_message and not peer.out:
+            if not peer.parser.in_message and not peer.unsent:
                 peer.close()
                 return
-        min(self._connections, key=lambda peer: peer.started).close()
+        min(self._connections, key=lambda peer: peer.request_started_at).close()
 
     def _schedule_sweep(self) -> None:
         period = min(self.limits.request_timeout_s, self.limits.idle_timeout_s) / 4
-        self._sweeper = self.loop.call_later(period, self._sweep)
+        self._sweep_timer = self.loop.call_later(period, self._sweep)
 
     def _sweep(self) -> None:
-        self._sweeper = None
+        self._sweep_timer = None
         now = monotonic()
         for connection in [peer for peer in self._connections if peer.is_overdue(now)]:
             connection.close()

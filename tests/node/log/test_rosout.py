@@ -71,7 +71,7 @@ def test_without_a_file(aggregate: Any) -> None:
 
 def test_rotation(aggregate: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("pyros1.node.log.rosout.MAX_FILE_SIZE", 10)
-    monkeypatch.setattr("pyros1.node.log.rosout.BACKUPS", 3)
+    monkeypatch.setattr("pyros1.node.log.rosout.MAX_BACKUPS", 3)
     path = tmp_path / "rosout.log"
     aggregate(*[message(number) for number in range(6)], path=path)
     assert sorted(p.name for p in tmp_path.glob("rosout.log*")) == [f"rosout.log.{n}" for n in (1, 2, 3)]

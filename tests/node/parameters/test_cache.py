@@ -8,7 +8,7 @@ from pyros1.node.parameters.cache import MISSING, ParameterCache
 def cache_of(**values: object) -> ParameterCache:
     cache = ParameterCache()
     for name, value in values.items():
-        cache.keep(cache.begin(f"/{name}"), value)
+        cache.complete_fetch(cache.begin_fetch(f"/{name}"), value)
     return cache
 
 
@@ -18,45 +18,45 @@ def test_an_invalidated_copy_is_fetched_again() -> None:
     cache.invalidate("/a/b")
     assert (cache.get("/a"), cache.get("/other")) == (MISSING, 2)
     assert cache.versions() != before, "a change that was under way must notice it"
-    cache.keep(cache.begin("/a"), 3)
+    cache.complete_fetch(cache.begin_fetch("/a"), 3)
     assert cache.get("/a") == 3
 
 
 def test_a_value_that_is_fetched_meanwhile_is_in_doubt() -> None:
     cache = cache_of()
-    fetch, other = cache.begin("/a"), cache.begin("/other")
+    fetch, other = cache.begin_fetch("/a"), cache.begin_fetch("/other")
     assert cache.knows("/a/b") and not cache.knows("/b")
     cache.invalidate("/a/b")
     cache.invalidate("/b")
-    cache.keep(fetch, 1)
-    cache.keep(other, 2)
+    cache.complete_fetch(fetch, 1)
+    cache.complete_fetch(other, 2)
     assert (cache.get("/a"), cache.get("/other")) == (MISSING, 2)
 
 
 def test_own_changes_make_a_fetched_value_doubtful() -> None:
     cache = cache_of()
-    fetch, other = cache.begin("/a"), cache.begin("/other")
+    fetch, other = cache.begin_fetch("/a"), cache.begin_fetch("/other")
     cache.set_locally("/a", 1, cache.versions())
     cache.set_locally("/b", 1, cache.versions())
-    cache.keep(fetch, 1)
-    cache.keep(other, 2)
+    cache.complete_fetch(fetch, 1)
+    cache.complete_fetch(other, 2)
     assert (cache.get("/a"), cache.get("/other")) == (MISSING, 2)
 
 
 def test_too_many_changes_are_not_kept() -> None:
     for count, found in ((1000, 1000), (1001, MISSING), (1500, MISSING)):
         cache = cache_of()
-        fetch = cache.begin("/a")
+        fetch = cache.begin_fetch("/a")
         for number in range(1, count + 1):
             cache.set_remotely("/a", number)
         assert len(fetch.changes) <= 1000
-        cache.keep(fetch, 0)
+        cache.complete_fetch(fetch, 0)
         assert cache.get("/a") == found
 
 
 def test_a_fetch_that_failed_leaves_nothing() -> None:
     cache = cache_of()
-    cache.abort_fetch(cache.begin("/a"))
+    cache.abort_fetch(cache.begin_fetch("/a"))
     assert not cache.knows("/a") and cache.get("/a") is MISSING and cache.names() == []
 
 
@@ -66,6 +66,6 @@ def test_a_dropped_copy_is_forgotten() -> None:
     cache.drop("/a")
     assert (cache.get("/a"), cache.names(), list(cache.versions())) == (MISSING, ["/b"], ["/b"])
     # What the node has set is forgotten with it, so the next change by another node is believed.
-    cache.keep(cache.begin("/a"), 6)
+    cache.complete_fetch(cache.begin_fetch("/a"), 6)
     cache.set_remotely("/a", 7)
     assert cache.get("/a") == 7

@@ -9,7 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from pyros1.ground.errors import Error
-from pyros1.node.parameters.private import leftover_warning, private_parameter
+from pyros1.node.parameters.private import leftover_warning, parse_private_parameter
 from pyros1.values import load_yaml
 
 
@@ -23,7 +23,7 @@ from pyros1.values import load_yaml
     ],
 )  # fmt: skip
 def test_examples(text: str, value: Any) -> None:
-    result = private_parameter(text)
+    result = parse_private_parameter(text)
     assert result == value and type(result) is type(value)
 
 
@@ -60,7 +60,7 @@ def by_yaml(text: str) -> Any:
 @example("---")
 def test_the_short_cuts_agree_with_yaml(text: str) -> None:
     expected = by_yaml(text)
-    result = private_parameter(text)
+    result = parse_private_parameter(text)
     assert type(result) is type(expected)
     assert repr(result) == repr(expected)
 

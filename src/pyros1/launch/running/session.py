@@ -45,7 +45,7 @@ from pyros1.launch.running.supervisor import Supervisor
 from pyros1.net.allowlist import make_allowlist
 from pyros1.net.hosts import (
     DEFAULT_MASTER_URI,
-    WILDCARDS,
+    WILDCARD_ADDRESSES,
     LocalAddress,
     host_from_environment,
     is_local,
@@ -126,7 +126,7 @@ class Session:
 
     def _master_uri(self) -> str:
         port = self.options.port
-        if port is None and not self.environ.get("ROS_MASTER_URI") and self._address.bind not in WILDCARDS:
+        if port is None and not self.environ.get("ROS_MASTER_URI") and self._address.bind not in WILDCARD_ADDRESSES:
             port = parse_uri(DEFAULT_MASTER_URI)[1]  # a master that listens on one address can only be reached there
         if port is not None:
             return make_uri(self._address.advertised, port)

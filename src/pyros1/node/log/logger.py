@@ -14,7 +14,7 @@ from types import CodeType, FrameType
 from pyros1.ground import terminal_text
 from pyros1.net.rate_limit import MAX_TEXTS
 from pyros1.node.checks import check_seconds
-from pyros1.node.log.levels import DEBUG, ERROR, FATAL, INFO, NAMES, WARN
+from pyros1.node.log.levels import DEBUG, ERROR, FATAL, INFO, LEVEL_NAMES, WARN
 from pyros1.node.log.sink import ALL_DESTINATIONS, NO_TERMINAL, Destinations, LogSink, Record
 
 _MAX_SITES = 10_000
@@ -26,7 +26,7 @@ class Log:
     """A logger of a node: ``node.log``.
 
     Messages are formatted as with C's printf: ``log.info("x is %.3f", x)``. ``throttle=seconds`` logs at most once in
-    that time from this place in the program; ``once=True`` only the first time. Signal handlers may log as well.
+    that time from this place in the program, and ``once=True`` only the first time. Signal handlers may log as well.
     """
 
     def __init__(self, sink: LogSink, name: str = "rosout", level: int = INFO) -> None:
@@ -41,8 +41,8 @@ class Log:
 
     @level.setter
     def level(self, level: int) -> None:
-        if level not in NAMES:
-            raise ValueError(f"a log level must be one of {', '.join(map(str, NAMES))}, not {level!r:.80}")
+        if level not in LEVEL_NAMES:
+            raise ValueError(f"a log level must be one of {', '.join(map(str, LEVEL_NAMES))}, not {level!r:.80}")
         self._sink.levels[self.name] = level
 
     def named(self, name: str) -> Log:
@@ -139,9 +139,9 @@ class Log:
         Args:
             level: 1, 2, 4, 8 or 16.
             text: the message.
-            path, line, function: where it was logged.
+            path, line, function: where the message was logged.
             name: the logger's name; None for the name of this logger.
-            destinations: where to write it.
+            destinations: where to write the message.
         """
         sink = self._sink
         stamp, simulated = sink.now()
@@ -191,8 +191,8 @@ class Log:
 
     def _is_due(self, site: tuple[str, int], now: float, throttle: float | None, once: bool) -> bool:
         last_times = self._sink.last_times
-        last = last_times.get(site)
-        if last is not None and (once or (throttle is not None and 0 <= now - last < throttle)):
+        last_time = last_times.get(site)
+        if last_time is not None and (once or (throttle is not None and 0 <= now - last_time < throttle)):
             return False
         if len(last_times) > _MAX_SITES:
             last_times.clear()
@@ -205,7 +205,7 @@ def _is_user_code(frame: FrameType) -> bool:
 
 
 def _format(text: object, args: tuple[object, ...]) -> str:
-    """Return the formatted message; with a note if the arguments do not match the placeholders."""
+    """Return the formatted message, with a note if the arguments do not match the placeholders."""
     message = str(text)
     if not args:
         return message

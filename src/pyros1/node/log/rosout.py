@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 from pyros1.ground import terminal_text
 from pyros1.ground.log_file import LogFile
 from pyros1.msgs import load_message
-from pyros1.node.log.levels import NAMES
+from pyros1.node.log.levels import LEVEL_NAMES
 
 if TYPE_CHECKING:
     from pyros1.node.node import Node
 
 MAX_FILE_SIZE = 100_000_000
-BACKUPS = 10
+MAX_BACKUPS = 10
 _TRUE_VALUES = ("1", "true", "on", "yes")
 
 
@@ -32,7 +32,7 @@ class RosoutAggregator:
     def __init__(self, node: Node, log_file: str | None) -> None:
         self._node = node
         is_disabled = node.environ.get("ROSOUT_DISABLE_FILE_LOGGING", "").lower() in _TRUE_VALUES
-        self._file = None if is_disabled or log_file is None else LogFile(log_file, MAX_FILE_SIZE, BACKUPS)
+        self._file = None if is_disabled or log_file is None else LogFile(log_file, MAX_FILE_SIZE, MAX_BACKUPS)
         self._logs_topics = node.params.get("/rosout/omit_topics", False) is not True
         log_class = load_message("rosgraph_msgs/Log")
         self._publisher = node.advertise("/rosout_agg", log_class, queue_size=0)
@@ -48,11 +48,11 @@ class RosoutAggregator:
         stamp = message.header.stamp
         topics = f"[topics: {', '.join(message.topics)}] " if self._logs_topics else ""
         return terminal_text.lines(
-            f"{stamp.secs}.{stamp.nsecs:09d} {NAMES.get(message.level, message.level)} {message.name} "
+            f"{stamp.secs}.{stamp.nsecs:09d} {LEVEL_NAMES.get(message.level, message.level)} {message.name} "
             f"[{message.file}:{message.line}({message.function})] {topics}{message.msg}\n"
         )
 
     def close(self) -> None:
-        """Close the file."""
+        """Close the log file."""
         if self._file is not None:
             self._file.close()

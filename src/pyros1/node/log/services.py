@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pyros1.ground.errors import Error, MasterError, MasterMethodError
 from pyros1.msgs import load_message, load_service
-from pyros1.node.log.levels import NAMES, level_from_name
+from pyros1.node.log.levels import LEVEL_NAMES, level_from_name
 from pyros1.node.log.logger import Log
 from pyros1.node.log.sink import LogSink, Record
 from pyros1.node.topic_type import topic_type
@@ -40,17 +40,17 @@ def offer_log(
         resolve: resolves a name in the node.
         rosout: whether to publish the log.
         strict: whether to raise the error if the master refuses the node; otherwise the node runs without these
-            services, like stock rospy nodes whose name contains a space.
+            services and logs a warning, like stock rospy nodes whose name contains a space.
 
     Raises:
         MasterError: the master refuses the node.
     """
-    offers: list[Callable[[], None]] = [lambda: _offer_levels(sink, services, resolve)]
+    steps: list[Callable[[], None]] = [lambda: _offer_levels(sink, services, resolve)]
     if rosout:
-        offers.insert(0, lambda: _publish_log(sink, name, topics, resolve))
-    for offer in offers:
+        steps.insert(0, lambda: _publish_log(sink, name, topics, resolve))
+    for step in steps:
         try:
-            offer()
+            step()
         except MasterError as error:
             if strict and not isinstance(error, MasterMethodError):
                 raise
@@ -89,7 +89,9 @@ def _offer_levels(sink: LogSink, services: Services, resolve: Callable[[str], st
 
     def list_loggers(_request: Any) -> Any:
         response: Any = get_loggers._response_class()
-        response.loggers = [logger_class(name=name, level=NAMES[level]) for name, level in sorted(sink.levels.items())]
+        response.loggers = [
+            logger_class(name=name, level=LEVEL_NAMES[level]) for name, level in sorted(sink.levels.items())
+        ]
         return response
 
     def set_level(request: Any) -> Any:

@@ -3,7 +3,7 @@
 Messages logged by the program are written before the call returns, so that they are visible even if the program crashes
 in the next line. Messages logged by pyros1 itself are written by separate threads: a paused terminal, a full pipe or a
 slow disk must not prevent the node from registering, receiving and serving. All threads except the loop wait briefly
-until they are written, so that the lines are normally in order.
+until earlier messages are written, so that the lines are normally in order.
 
 Implements https://wiki.ros.org/rospy/Overview/Logging and https://wiki.ros.org/rosconsole (ROSCONSOLE_FORMAT).
 """
@@ -26,14 +26,14 @@ from pyros1.ground.timing import Time
 from pyros1.net.background_writer import BackgroundWriter, Item, ShouldStop, write_to_terminal
 from pyros1.net.loop import LoopThread
 from pyros1.net.rate_limit import RepeatCounter
-from pyros1.node.log.levels import DEBUG, ERROR, FATAL, INFO, NAMES, WARN
+from pyros1.node.log.levels import DEBUG, ERROR, FATAL, INFO, LEVEL_NAMES, WARN
 
 DEFAULT_FORMAT = "[${severity}] [${time}]: ${message}"
 MAX_FILE_SIZE = 50_000_000
-BACKUPS = 4
+MAX_BACKUPS = 4
 _COLOURS = {DEBUG: "\x1b[32m", WARN: "\x1b[33m", ERROR: "\x1b[31m", FATAL: "\x1b[31m"}
-_TOKEN = re.compile(r"\$\{(\w+)(?::([^}]*))?\}")
-_FILE_NAMES = {**NAMES, WARN: "WARNING", FATAL: "CRITICAL"}  # stock's log files use Python's level names
+_FORMAT_TOKEN = re.compile(r"\$\{(\w+)(?::([^}]*))?\}")
+_FILE_NAMES = {**LEVEL_NAMES, WARN: "WARNING", FATAL: "CRITICAL"}  # stock's log files use Python's level names
 _MAX_PENDING = 100
 
 
@@ -44,7 +44,7 @@ class Record(NamedTuple):
         level: 1, 2, 4, 8 or 16, as in rosgraph_msgs/Log.
         text: the formatted message.
         logger: name of the logger, ``rosout`` or a child of it.
-        file, line, function: where it was logged; the file name is without its folder.
+        file, line, function: where it was logged; the file name does not include its folder.
         wall: wall time in seconds since the epoch.
         stamp: the node's time, which may be simulated.
         path: the file's full path.
@@ -77,13 +77,13 @@ class _ThreadState(threading.local):
     """The state of a thread that writes to a sink.
 
     Attributes:
-        writing: whether the thread is writing a record.
-        waiting: the records to write.
+        is_writing: whether the thread is writing a record.
+        pending_records: the records to write, each with the other arguments of `LogSink.emit`.
     """
 
     def __init__(self) -> None:
-        self.writing = False
-        self.waiting: deque[tuple[Record, bool, Destinations, bool]] = deque()
+        self.is_writing = False
+        self.pending_records: deque[tuple[Record, bool, Destinations, bool]] = deque()
 
 
 class LogSink:
@@ -94,9 +94,9 @@ class LogSink:
         environ: environment variables; ROSCONSOLE_FORMAT is used.
         file_path: path of the log file, which is created with its folder when the first line is written; None for no
             file.
-        now: returns the time, and whether it is simulated.
-        schedule: ``schedule(seconds, function, argument)`` calls a function after a delay; None to write the numbers of
-            repeated messages only at the end.
+        now: returns the node's time, and whether it is simulated.
+        schedule: ``schedule(seconds, function, argument)`` calls a function after a delay; None to write the number of
+            repetitions of messages only at the end.
     """
 
     def __init__(
@@ -115,12 +115,12 @@ class LogSink:
         self.publish: Callable[[Record], None] | None = None
         self._schedule = schedule or (lambda *_: None)
         self._format = environ.get("ROSCONSOLE_FORMAT") or DEFAULT_FORMAT
-        self._file = LogFile(file_path, MAX_FILE_SIZE, BACKUPS) if file_path else None
+        self._file = LogFile(file_path, MAX_FILE_SIZE, MAX_BACKUPS) if file_path else None
         self._thread_state = _ThreadState()
         self._inherited_file: LogFile | None = None  # opened by the parent process
-        self._make_locks()
+        self._make_locks_and_writers()
 
-    def _make_locks(self) -> None:
+    def _make_locks_and_writers(self) -> None:
         self._lock = threading.Lock()
         self.repeats = RepeatCounter(self._schedule)
         self._terminal_writer = BackgroundWriter(f"{self.node_name}:log", write_to_terminal)
@@ -133,7 +133,7 @@ class LogSink:
             if self._file is not None:
                 # The parent's file is kept, since closing it could block on its lock.
                 self._inherited_file, self._file = self._file, self._file.reopened()
-            self._make_locks()
+            self._make_locks_and_writers()
 
     def emit(
         self, record: Record, simulated: bool, destinations: Destinations = ALL_DESTINATIONS, by_program: bool = True
@@ -144,23 +144,23 @@ class LogSink:
 
         Args:
             record: the log message.
-            simulated: whether its stamp is simulated time.
-            destinations: where to write it.
-            by_program: whether the user's program has logged it, not pyros1: the call then waits until it is written.
+            simulated: whether the record's stamp is simulated time.
+            destinations: where to write the record.
+            by_program: whether the user's program, not pyros1, has logged it; the call then waits until it is written.
         """
         self.reset_after_fork()
         state = self._thread_state
-        state.waiting.append((record, simulated, destinations, by_program))
-        if state.writing:
+        state.pending_records.append((record, simulated, destinations, by_program))
+        if state.is_writing:
             return
-        for _ in range(_MAX_PENDING):  # limited, as writing a record may log new ones
-            if not state.waiting:
+        for _ in range(_MAX_PENDING):  # limited, since writing a record may log new ones
+            if not state.pending_records:
                 return
             try:
-                state.writing = True
-                self._write(*state.waiting.popleft())
+                state.is_writing = True
+                self._write(*state.pending_records.popleft())
             finally:
-                state.writing = False  # then check again: a signal handler may have seen it while it was still true
+                state.is_writing = False  # then check again: a signal handler may have seen it while it was still true
 
     def _write(self, record: Record, simulated: bool, destinations: Destinations, by_program: bool) -> None:
         is_on_loop = isinstance(threading.current_thread(), LoopThread)
@@ -207,13 +207,13 @@ class LogSink:
         wall = f"{record.wall:.6f}"
 
         def replace(token: re.Match[str]) -> str:
-            name, strftime = token.group(1), token.group(2)
+            name, time_format = token.group(1), token.group(2)
             if name in ("time", "walltime"):
-                if strftime:
-                    return time.strftime(strftime, time.localtime(record.wall))
+                if time_format:
+                    return time.strftime(time_format, time.localtime(record.wall))
                 return f"{wall}, {record.stamp.to_sec():.6f}" if name == "time" and simulated else wall
             values = {
-                "severity": NAMES[record.level],
+                "severity": LEVEL_NAMES[record.level],
                 "message": record.text,
                 "logger": record.logger,
                 "file": record.path or record.file,
@@ -224,7 +224,7 @@ class LogSink:
             }
             return values.get(name, token.group(0))
 
-        return _TOKEN.sub(replace, self._format)
+        return _FORMAT_TOKEN.sub(replace, self._format)
 
     def _format_file_line(self, record: Record) -> str:
         stamp = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(record.wall))
@@ -240,13 +240,13 @@ class LogSink:
                 self._file.write(text)
 
     def close(self) -> None:
-        """Write the remaining records, for at most a second or two, and close the log file."""
+        """Write the remaining records, taking at most a second or two, and close the log file."""
         self.reset_after_fork()
         self.repeats.close()
         self._terminal_writer.close()
         self._file_writer.close()
         # In a signal handler that has interrupted a write of this thread, waiting for the lock would be in vain.
-        if not self._lock.acquire(timeout=0.0 if self._thread_state.writing else 1.0):
+        if not self._lock.acquire(timeout=0.0 if self._thread_state.is_writing else 1.0):
             return  # another thread is waiting for the disk
         try:
             if self._file is not None:

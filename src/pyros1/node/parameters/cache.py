@@ -1,7 +1,7 @@
 """Local copies of parameters, and whether they are up to date.
 
 The master notifies a node of changes by other nodes, in order, but not of the node's own changes (M54). If this node
-and another node change a parameter at the same time, this node cannot know which change was the last. The copy is then
+and another node change a parameter at the same time, this node cannot know which change came last. The copy is then
 *stale*, and the next read fetches it again. This can happen
 
 * if there is a change by another node, or a second one by this node, while a change by this node is in progress;
@@ -10,7 +10,7 @@ and another node change a parameter at the same time, this node cannot know whic
 
 So every copy eventually has the master's value, and no calls are needed for a value that only one side changes.
 
-Methods that change something are called in one strand (``strand.py``), the others in any thread.
+Methods that change the copies are called in one strand (``strand.py``); the others are thread-safe.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class ParameterCache:
         self._fetches: dict[Fetch, None] = {}
 
     def get(self, key: str) -> Any:
-        """Return a copy, or MISSING."""
+        """Return the copy of a parameter; MISSING if there is none or it is stale."""
         return MISSING if key in self._stale else self._values.get(key, MISSING)
 
     def names(self) -> list[str]:
@@ -57,17 +57,18 @@ class ParameterCache:
         return list(self._values)
 
     def versions(self) -> dict[str, int]:
-        """Return how often each value has changed so far; see the argument ``before`` of `set_locally`."""
+        """Return how often each value has changed so far; see the argument ``versions_before`` of `set_locally`."""
         return self._versions.copy()
 
     def knows(self, key: str) -> bool:
-        """Return whether a change of that name affects a copy or a value that is being fetched."""
+        """Return whether a change of ``key`` affects a copy or a value that is being fetched."""
         return any(_are_related(name, key) for name in self.names() + [fetch.key for fetch in list(self._fetches)])
 
-    # In the strand, except `begin` ------------------------------------------------------------------------------------
+    # In the strand, except `begin_fetch`
+    # ------------------------------------------------------------------------------------
 
-    def begin(self, key: str) -> Fetch:
-        """Record that a value is being fetched; `keep` or `abort_fetch` must follow."""
+    def begin_fetch(self, key: str) -> Fetch:
+        """Record that a value is being fetched; return the fetch, for `complete_fetch` or `abort_fetch`."""
         fetch = Fetch(key)
         self._fetches[fetch] = None
         return fetch
@@ -76,20 +77,20 @@ class ParameterCache:
         """Record that a value could not be fetched."""
         self._fetches.pop(fetch, None)
 
-    def keep(self, fetch: Fetch, value: Any) -> None:
-        """Keep a fetched value."""
+    def complete_fetch(self, fetch: Fetch, value: Any) -> None:
+        """Keep a fetched value, with the changes that other nodes have made meanwhile."""
         key = fetch.key
         self.abort_fetch(fetch)
         self._values[key] = value
         self._stale.pop(key, None)
         self._increment_version(key)
         for change in fetch.changes:  # they arrived before the response
-            self._change(key, *change)
+            self._change_copy(key, *change)
         if fetch.is_stale or (fetch.changes and self._is_set_locally(key)):
             self._stale[key] = None
 
     def set_remotely(self, key: str, value: Any) -> None:
-        """Apply a change of which the master has sent a notification."""
+        """Apply a change by another node, which the master has reported."""
         for fetch in list(self._fetches):
             if _are_related(fetch.key, key):
                 fetch.changes.append((key, value))
@@ -98,25 +99,25 @@ class ParameterCache:
                     fetch.is_stale = True
         is_set_locally = self._is_set_locally(key)
         for name in self._related_to(key):
-            self._change(name, key, value)
+            self._change_copy(name, key, value)
             if is_set_locally:
                 self._stale[name] = None
 
-    def set_locally(self, key: str, value: Any, before: dict[str, int]) -> None:
+    def set_locally(self, key: str, value: Any, versions_before: dict[str, int]) -> None:
         """Apply a change made by the node itself.
 
         Args:
             key: the parameter's full name.
             value: the new value.
-            before: the `versions` at the start of the call to the master.
+            versions_before: the `versions` at the start of the call to the master.
         """
         for fetch in list(self._fetches):
             fetch.is_stale = fetch.is_stale or _are_related(fetch.key, key)
         for name in self._related_to(key):
             self._locally_set[key] = None
-            if self._versions.get(name) != before.get(name):
+            if self._versions.get(name) != versions_before.get(name):
                 self._stale[name] = None
-            self._change(name, key, value)
+            self._change_copy(name, key, value)
 
     def invalidate(self, key: str) -> None:
         """Mark the copies of a changed parameter as stale: it is unknown whether the master will report the change."""
@@ -128,7 +129,7 @@ class ParameterCache:
             self._increment_version(name)
 
     def drop(self, key: str) -> None:
-        """Remove a copy."""
+        """Remove the copy of a parameter."""
         for copies in (self._values, self._versions, self._stale):
             copies.pop(key, None)
         for name in list(self._locally_set):
@@ -144,9 +145,9 @@ class ParameterCache:
     def _increment_version(self, name: str) -> None:
         self._versions[name] = self._versions.get(name, 0) + 1
 
-    def _change(self, name: str, key: str, value: Any) -> None:
+    def _change_copy(self, name: str, key: str, value: Any) -> None:
         """Change one copy, for a change of its own name or a name below or above it (M53)."""
-        name_path, key_path = _path(name), _path(key)
+        name_path, key_path = _split_name(name), _split_name(key)
         if len(key_path) >= len(name_path):
             self._values[name] = _with_value(self._values[name], key_path[len(name_path) :], value)
         else:
@@ -156,13 +157,13 @@ class ParameterCache:
         self._increment_version(name)
 
 
-def _path(key: str) -> list[str]:
+def _split_name(key: str) -> list[str]:
     return [part for part in key.split("/") if part]
 
 
 def _are_related(name: str, key: str) -> bool:
     """Return whether two names are the same, or one is above the other."""
-    return all(a == b for a, b in zip(_path(name), _path(key), strict=False))
+    return all(a == b for a, b in zip(_split_name(name), _split_name(key), strict=False))
 
 
 def _with_value(tree: Any, path: list[str], value: Any) -> Any:

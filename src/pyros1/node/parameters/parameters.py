@@ -15,7 +15,7 @@ from pyros1.node.strand import Strand
 if TYPE_CHECKING:
     from pyros1.net.master_client import MasterClient
 
-_TRIES = 3
+_MAX_FETCHES = 3
 """Maximum number of times to fetch a value that keeps changing."""
 
 
@@ -23,34 +23,34 @@ class Parameters:
     """Parameters by name, like a mapping: ``node.params["~rate"]``.
 
     Names are relative to the node's namespace, global (``/x``) or private (``~x``), and remappings apply to them.
-    Any thread or signal handler may use them.
+    Thread-safe, and allowed in signal handlers.
 
     Args:
         master: client of the master, for everything that is not cached.
         resolve: resolves a name to a full name.
-        api: returns the URI of the node's slave API, to which the master sends changes.
-        remappings: the remappings of the command line, unresolved, for `search`.
-        later: calls a function soon, in another thread.
-        notify: calls a function of the program with a change, in another thread than the one that receives changes.
+        get_api_uri: returns the URI of the node's slave API, to which the master sends changes.
+        remappings: the unresolved remappings from the command line, for `search`.
+        schedule: calls a function soon, in another thread.
+        notify: calls a function of the program with an argument, in a thread other than the one that receives changes.
     """
 
     def __init__(
         self,
         master: MasterClient,
         resolve: Callable[[str], str],
-        api: Callable[[], str],
+        get_api_uri: Callable[[], str],
         remappings: Mapping[str, str],
-        later: Callable[[Callable[[], None]], object] = lambda work: work(),
+        schedule: Callable[[Callable[[], None]], object] = lambda work: work(),
         notify: Callable[[Callable[[Any], object], Any], object] = lambda function, news: function(news),
     ) -> None:
         self._master = master
         self._resolve = resolve
-        self._api = api
+        self._get_api_uri = get_api_uri
         self._remappings = remappings
         self._notify = notify
         self._cache = ParameterCache()
-        self._strand = Strand(later)  # protects the copies
-        self._watchers: list[Callable[[str, Any], object]] = []
+        self._strand = Strand(schedule)  # protects the copies
+        self._listeners: list[Callable[[str, Any], object]] = []
 
     def __getitem__(self, name: str) -> Any:
         """Return a parameter's value: a number, a string, bytes, a list or a dict.
@@ -74,17 +74,19 @@ class Parameters:
             SerializationError: the value is not a bool, a number, a str, bytes, or a list or dict of these.
         """
         key = self._resolve(name)
-        before = self._cache.versions()
+        versions_before = self._cache.versions()
         try:
             self._master.set_param(key, value)
         except SerializationError as error:
             raise SerializationError(
                 f"parameter [{key}]: {error}. A parameter is a bool, number, str, bytes, list or dict of them"
             ) from None
-        self._strand.do(self._cache.set_locally, key, value, before)  # the master notifies only other nodes (M54)
+        self._strand.do(
+            self._cache.set_locally, key, value, versions_before
+        )  # the master notifies only other nodes (M54)
 
     def set(self, name: str, value: Any) -> None:
-        """Set a parameter; a dict replaces the whole namespace of that name."""
+        """Set a parameter; the same as ``params[name] = value``."""
         self[name] = value
 
     def __delitem__(self, name: str) -> None:
@@ -101,7 +103,7 @@ class Parameters:
         return self._master.has_param(self._resolve(name))
 
     def search(self, name: str) -> str | None:
-        """Search for a parameter from the node's own namespace upwards; return its full name, or None.
+        """Search for a parameter from the node's own namespace upwards; return its full name, or None if there is none.
 
         A remapping applies only if it is for exactly this name (P22).
         """
@@ -132,10 +134,10 @@ class Parameters:
     def _fetch(self, key: str) -> Any:
         """Fetch a value from the master, subscribe to its changes, and cache it."""
         value: Any = None
-        for _ in range(_TRIES):
-            fetch = self._cache.begin(key)
+        for _ in range(_MAX_FETCHES):
+            fetch = self._cache.begin_fetch(key)
             try:
-                value = self._master.subscribe_param(self._api(), key)
+                value = self._master.subscribe_param(self._get_api_uri(), key)
             except MasterMethodError:  # the master cannot report changes, so the value is not cached
                 self._strand.do(self._cache.abort_fetch, fetch)
                 try:
@@ -145,11 +147,11 @@ class Parameters:
             except BaseException:
                 self._strand.do(self._cache.abort_fetch, fetch)
                 raise
-            self._strand.do(self._cache.keep, fetch, value)
+            self._strand.do(self._cache.complete_fetch, fetch, value)
             cached = self._cache.get(key)
             if cached is not MISSING and not self._strand.jobs:
                 return cached
-        return value  # it keeps changing; the next read fetches it again
+        return value  # the value keeps changing; the next read fetches it again
 
     def refetch(self) -> None:
         """Fetch all local copies again, after the master was restarted and has lost the subscriptions."""
@@ -162,7 +164,7 @@ class Parameters:
         if key in self._cache.names():
             self._strand.do(self._cache.drop, key)
             with contextlib.suppress(MasterMethodError):  # such a master sends no updates
-                self._master.unsubscribe_param(self._api(), key)
+                self._master.unsubscribe_param(self._get_api_uri(), key)
 
     def cached_names(self) -> list[str]:
         """Return the full names of the parameters with a local copy."""
@@ -174,8 +176,8 @@ class Parameters:
         if is_known:
             self._strand.do(self._cache.set_remotely, key, value)
             name = key.rstrip("/") or "/"  # masters append a slash
-            for watcher in self._watchers:
-                self._strand.do(self._notify, partial(watcher, name), value)
+            for listener in self._listeners:
+                self._strand.do(self._notify, partial(listener, name), value)
         return is_known
 
     def on_update(self, callback: Callable[[str, Any], object]) -> None:
@@ -186,4 +188,4 @@ class Parameters:
         Args:
             callback: called where the node's callbacks run, for one change at a time.
         """
-        self._watchers.append(callback)
+        self._listeners.append(callback)

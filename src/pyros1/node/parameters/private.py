@@ -1,7 +1,7 @@
 """Sets private parameters from the command line: ``_rate:=10`` sets ``~rate`` to the number 10 (N13: YAML rules, like
 rospy).
 
-They remain on the master when the node shuts down, so they are still set when it is later started without them.
+They remain on the master after the node has shut down, so they are still set if the node is later started without them.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ _MAX_SHOWN = 5
 _KEYWORDS = {"true", "false", "yes", "no", "on", "off", "null", "y", "n"}
 
 
-def private_parameter(text: str) -> Any:
-    """Parse the value of a parameter. A text that is not YAML is a string."""
-    plain = plain_value(text)
+def parse_private_parameter(text: str) -> Any:
+    """Parse the value of a parameter and return it. Text that is not YAML is a string."""
+    plain = parse_plain_value(text)
     if plain is not None:
         return plain
     from pyros1.ground.errors import Error  # noqa: PLC0415 - as below
@@ -37,7 +37,7 @@ def private_parameter(text: str) -> Any:
     return "" if value is None else value
 
 
-def plain_value(text: str) -> int | float | str | None:
+def parse_plain_value(text: str) -> int | float | str | None:
     """Return the value of a simple number or string; None for anything else, which requires a YAML parser."""
     if re.match(_INT, text):
         return int(text)
@@ -77,33 +77,35 @@ def set_private(
         of each that is not set.
     """
     settings: list[tuple[str, tuple[Any, ...]]] = [
-        ("setParam", (resolve("~" + key), private_parameter(text))) for key, text in assignments.items()
+        ("setParam", (resolve("~" + key), parse_private_parameter(text))) for key, text in assignments.items()
     ]
-    *_, sim_time, private = master.multicall(
+    *_, use_sim_time, private_params = master.multicall(
         [*settings, ("getParam", ("/use_sim_time",)), ("getParam", (master.caller_id,))], timeout=timeout
     )
-    return sim_time, private
+    return use_sim_time, private_params
 
 
 def leftover_warning(node_name: str, tree: Any, assignments: Mapping[str, str]) -> list[str]:
-    """Return a line about private parameters that were already set before a node started; no line if there were none.
+    """Return one line about private parameters that were already set before a node started; an empty list if none were.
 
     Args:
         node_name: the node's full name.
-        tree: the parameters below that name; not a dict if none are set.
+        tree: the node's private parameters; not a dict if none are set.
         assignments: names of the parameters that the command line sets.
     """
-    assigned = {name.strip("/") for name in assignments}
+    assigned_names = {name.strip("/") for name in assignments}
     leftovers = (
-        [(name, value) for name, value in _leaves(tree, "") if name not in assigned] if isinstance(tree, dict) else []
+        [(name, value) for name, value in _leaves(tree, "") if name not in assigned_names]
+        if isinstance(tree, dict)
+        else []
     )
     if not leftovers:
         return []
-    texts = [f"~{name} is {value!r:.40}" for name, value in leftovers[:_MAX_SHOWN]]
+    descriptions = [f"~{name} is {value!r:.40}" for name, value in leftovers[:_MAX_SHOWN]]
     omitted = f" and {len(leftovers) - _MAX_SHOWN} more" if len(leftovers) > _MAX_SHOWN else ""
     # It does not suggest to delete the whole namespace: other nodes may have parameters in it.
     hint = f"to delete {'it' if len(leftovers) == 1 else 'one'}: pyros1 param delete {node_name}/{leftovers[0][0]}"
-    return [f"set before this start: {', '.join(texts)}{omitted} ({hint})"]
+    return [f"set before this start: {', '.join(descriptions)}{omitted} ({hint})"]
 
 
 def _leaves(tree: dict[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:

@@ -33,7 +33,7 @@ CONNECT_TIMEOUT = 10.0
 SILENCE_TIMEOUT = 5.0
 """Seconds after which a provider that has not sent its header is logged; a node sends it even while it is busy."""
 POLL_INTERVAL = 0.2
-"""Seconds between checks of a waiting call whether its node is shutting down."""
+"""Seconds after which a waiting call checks again whether its node is shutting down."""
 
 
 class Call:
@@ -48,9 +48,9 @@ class Call:
 
     Attributes:
         data: bytes that were received but not yet used.
-        got_header: whether the provider's header has been received.
+        has_header: whether the provider's header has been received.
         header: the provider's header.
-        local: whether the connection is a Unix socket: to a pyros1 node of the same user on this machine.
+        is_local: whether the connection is a Unix socket, to a pyros1 node of the same user on this machine.
 
     Raises:
         ServiceUnavailableError: the provider cannot be reached.
@@ -72,7 +72,7 @@ class Call:
         self.data = b""
         self.header: dict[str, str] = {}
         local_sock = self._connect_local(uri)
-        self.local = local_sock is not None
+        self.is_local = local_sock is not None
         try:
             self.sock = local_sock or blocking_connect(
                 host, port, CONNECT_TIMEOUT, lambda: self._remaining(POLL_INTERVAL)
@@ -89,10 +89,11 @@ class Call:
         self._socket_timeout = 0.0
         self._uri = uri
         self._warn_at = monotonic() + SILENCE_TIMEOUT
-        self.got_header = False
+        self.has_header = False
 
     def _connect_local(self, uri: str) -> socket.socket | None:
-        """Return a connection over a Unix socket; None if the provider is on another machine or of another user."""
+        """Return a connection over a Unix socket; None if the provider is on another machine or runs as another user.
+        """
         self._remaining(POLL_INTERVAL)
         key = self._context.local_key
         if not key:
@@ -105,7 +106,9 @@ class Call:
         return sock
 
     def _set_socket_timeout(self) -> None:
-        """Set the timeout of the next socket call, so that node and deadline are checked in time."""
+        """Set the timeout of the next socket call, so that the deadline and the shutdown of the node are noticed in
+        time.
+        """
         remaining = self._remaining(POLL_INTERVAL)
         if remaining != self._socket_timeout:
             set_socket_timeouts(self.sock, remaining)
@@ -127,7 +130,13 @@ class Call:
             raise ConnectionError("the provider's machine no longer answers")
 
     def send(self, data: bytes) -> None:
-        """Send all bytes."""
+        """Send all bytes.
+
+        Raises:
+            WaitTimeoutError: the deadline has passed.
+            NodeShutdownError: the node is shutting down.
+            OSError: the connection is broken.
+        """
         remaining_data: bytes | memoryview = data
         while remaining_data:
             self._set_socket_timeout()
@@ -141,7 +150,8 @@ class Call:
         """Receive some bytes.
 
         Raises:
-            ConnectionError: the provider has closed the connection.
+            ConnectionError: the provider has closed the connection, or its machine no longer responds.
+            WaitTimeoutError, NodeShutdownError, OSError: as for `send`.
         """
         while True:
             self._set_socket_timeout()
@@ -157,7 +167,7 @@ class Call:
             return data
 
     def _warn_silent_provider(self) -> None:
-        if not self.got_header and monotonic() > self._warn_at:
+        if not self.has_header and monotonic() > self._warn_at:
             self._warn_at = inf
             self._context.log.warn(
                 "a call to service %s is waiting for %s, which does not answer. "
@@ -167,11 +177,11 @@ class Call:
             )
 
     @property
-    def broken(self) -> bool:
+    def is_broken(self) -> bool:
         """Whether the provider has sent unrequested data, so that each later call would get the wrong response."""
         if self.data:
             return True
-        if not (self.got_header and DONTWAIT):
+        if not (self.has_header and DONTWAIT):
             return False
         try:
             return bool(self.sock.recv(1, DONTWAIT | socket.MSG_PEEK))
@@ -182,8 +192,8 @@ class Call:
         """Receive a response; return whether the call succeeded, and the body of the response.
 
         Raises:
-            ConnectionError: the provider has closed the connection.
             ProtocolError: the response is too large.
+            ConnectionError, WaitTimeoutError, NodeShutdownError, OSError: as for `receive`.
         """
         data = self.data or self.receive()
         while len(data) < RESPONSE_HEAD_SIZE:
@@ -199,11 +209,12 @@ class Call:
         self.data = data[end:]
         return ok, data[RESPONSE_HEAD_SIZE:end]
 
-    def end(self) -> None:
-        """Make a call in progress in another thread fail."""
+    def abort(self) -> None:
+        """Make a call in progress in another thread fail; that thread then closes the connection."""
         with contextlib.suppress(OSError):
             self.sock.shutdown(socket.SHUT_RDWR)  # wakes a thread that is waiting for a response
 
     def close(self) -> None:
-        self.end()
+        """Close the connection; a call in progress in another thread fails."""
+        self.abort()
         self.sock.close()

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from pyros1.node.context import Context, ServiceInterface
 
 PROBE_TIMEOUT = 5.0
-_MAX_WITH_HEADER: Final = 65536
+_MAX_REQUEST_WITH_HEADER: Final = 65536
 """Maximum size in bytes of a request to send together with the header: a socket accepts both without blocking, so a
 refusal can be read."""
 
@@ -46,7 +46,7 @@ class ServiceClient:
     """Client of a service; created by ``Node.service``. Also a context manager that closes it.
 
     Calling the object calls the service: ``client(a, b)``, ``client(a=1)`` or ``client(request)``. A signal handler may
-    do so as well, even if it interrupts a call: it uses a separate connection.
+    call it as well; if it interrupts a call, it uses a separate connection.
 
     Attributes:
         name: the service's full name.
@@ -79,7 +79,7 @@ class ServiceClient:
         self._persistent_call: Call | None = None
         self._calls_in_progress: set[Call] = set()
         self._lock = threading.RLock()  # allows one call at a time on a persistent connection
-        self._busy = False  # the thread that holds the lock is making a call on it
+        self._is_connection_in_use = False  # the thread that holds the lock is making a call on it
         self._pid = os.getpid()
 
     def __call__(self, *args: Any, **fields: Any) -> Any:
@@ -108,11 +108,12 @@ class ServiceClient:
             ServiceError: the provider refused the call or failed (with its reason), or the connection broke.
             WaitTimeoutError: there was no response in time.
             SerializationError: a value in the request does not fit its field.
+            TypeError, MessageError: the request is not a message, or is of another type.
             NodeShutdownError: the node is shutting down.
         """
         if not isinstance(request, Message):
-            expected = self.type._request_class.__name__
-            raise TypeError(f"service [{self.name}]: the request must be a {expected}, not {request!r:.80}")
+            class_name = self.type._request_class.__name__
+            raise TypeError(f"service [{self.name}]: the request must be a {class_name}, not {request!r:.80}")
         check_timeout(timeout)
         if request._md5sum != self.type._request_class._md5sum:
             raise MessageError(f"service [{self.name}] takes {self.type._request_class._type}, not {request._type}")
@@ -130,17 +131,17 @@ class ServiceClient:
         if not self._persistent:
             return self._exchange(self._connect(deadline), data)
         with self._lock:
-            if self._busy:  # a signal handler has interrupted a call
+            if self._is_connection_in_use:  # a signal handler has interrupted a call
                 return self._exchange(self._connect(deadline), data)
-            self._busy = True
+            self._is_connection_in_use = True
             try:
                 persistent_call = self._persistent_call  # which `close` may remove meanwhile
-                if persistent_call is None or persistent_call.broken:
+                if persistent_call is None or persistent_call.is_broken:
                     persistent_call = self._reconnect(persistent_call, deadline)
                 persistent_call.deadline = deadline
                 return self._exchange(persistent_call, data)
             finally:
-                self._busy = False
+                self._is_connection_in_use = False
 
     def _close_inherited(self) -> None:
         """In a forked process, close the connections, which belong to the parent process."""
@@ -150,7 +151,7 @@ class ServiceClient:
             self._reset_connections()
 
     def _own_service(self, uri: str | None = None) -> ServiceInterface | None:
-        """Return the node's own service of that name if its handler can run only in the calling thread.
+        """Return the node's own service of that name if its handler can only run in the calling thread; else None.
 
         Args:
             uri: the URI that the service is registered with; None if it is not known yet.
@@ -169,11 +170,17 @@ class ServiceClient:
         header = service_client_header(self._context.name, self.name, self._wire_type, self._persistent, self._headers)
         response = server.call_local(request, header)
         ok, _ = decode_response_head(response)
-        answer = make_service_response(header, self._context.name, self.name, service_type(server.type))
-        return self._read_response(ok, response[RESPONSE_HEAD_SIZE:], answer)
+        provider_header = make_service_response(header, self._context.name, self.name, service_type(server.type))
+        return self._read_response(ok, response[RESPONSE_HEAD_SIZE:], provider_header)
 
     def _look_up(self) -> str:
-        """Look up the service's URI with the master."""
+        """Look up the service's URI with the master and return it.
+
+        Raises:
+            ServiceUnavailableError: no node provides the service.
+            ServiceError: the master does not respond, or cannot look up services.
+            NodeShutdownError: the node is shutting down.
+        """
         self._context.check_running()
         try:
             return self._master.lookup_service(self.name)
@@ -185,11 +192,11 @@ class ServiceClient:
     def _connect(self, deadline: float | None) -> Call:
         return Call(self._context, self.name, self._look_up(), deadline, self._spin_wait)
 
-    def _reconnect(self, broken: Call | None, deadline: float | None) -> Call:
-        """Replace the persistent connection with a new one."""
-        if broken is not None:
+    def _reconnect(self, broken_call: Call | None, deadline: float | None) -> Call:
+        """Replace the persistent connection with a new one and return it."""
+        if broken_call is not None:
             self._persistent_call = None
-            broken.close()
+            broken_call.close()
         self._persistent_call = persistent_call = self._connect(deadline)
         return persistent_call
 
@@ -198,12 +205,12 @@ class ServiceClient:
         self._calls_in_progress.add(call)
         is_complete = False
         try:
-            if call.got_header:
+            if call.has_header:
                 call.send(request)
-            elif call.local and len(request) <= _MAX_WITH_HEADER:
-                self._greet(call, request)
+            elif call.is_local and len(request) <= _MAX_REQUEST_WITH_HEADER:
+                self._exchange_headers(call, request)
             else:  # stock providers lose data that arrives together with the header
-                self._greet(call)
+                self._exchange_headers(call)
                 call.send(request)
             ok, body = call.receive_response()
             is_complete = True
@@ -236,19 +243,19 @@ class ServiceClient:
         response._connection_header = header
         return response
 
-    def _greet(self, call: Call, request: bytes = b"") -> None:
+    def _exchange_headers(self, call: Call, request: bytes = b"") -> None:
         header = service_client_header(self._context.name, self.name, self._wire_type, self._persistent, self._headers)
         call.send(encode_header(header) + request)
         reader = HeaderReader()
-        answer = None
-        while answer is None:
-            answer = reader.feed(call.receive())
-        warning = check_service_response(answer, self.name, self._wire_type, header)
+        provider_header = None
+        while provider_header is None:
+            provider_header = reader.feed(call.receive())
+        warning = check_service_response(provider_header, self.name, self._wire_type, header)
         if warning:
             self._context.log.peer(WARN, "%s", warning, max_texts=1, link=self.name)
         call.data = reader.rest
-        call.header = answer
-        call.got_header = True
+        call.header = provider_header
+        call.has_header = True
 
     def wait(self, timeout: float | None = None) -> None:
         """Wait until the service is available; see ``Node.wait_for_service``."""
@@ -260,7 +267,7 @@ class ServiceClient:
         persistent_call, self._persistent_call = self._persistent_call, None
         in_progress = list(self._calls_in_progress)
         for call in in_progress:
-            call.end()  # its thread closes it, as the descriptor must not be reused during a read
+            call.abort()  # its thread closes it, since the descriptor must not be reused during a read
         if persistent_call is not None and persistent_call not in in_progress:
             persistent_call.close()
 
@@ -274,11 +281,19 @@ class ServiceClient:
 def probe(context: Context, service: str, uri: str, timeout: float = PROBE_TIMEOUT) -> dict[str, str]:
     """Ask a provider for its connection header, without calling the service (L79).
 
+    Args:
+        context: the context of the calling node.
+        service: the service's full name.
+        uri: the provider's URI, ``rosrpc://host:port``.
+        timeout: maximum number of seconds.
+
     Returns:
         The provider's connection header: type, md5sum, callerid and more.
 
     Raises:
-        ServiceError: the provider does not respond, or does not provide the service.
+        ServiceUnavailableError: the provider does not respond, or does not provide the service.
+        WaitTimeoutError: it did not accept the connection in time.
+        NodeShutdownError: the node is shutting down.
     """
     call = Call(context, service, uri, monotonic() + timeout)
     try:
@@ -286,16 +301,16 @@ def probe(context: Context, service: str, uri: str, timeout: float = PROBE_TIMEO
             encode_header({"callerid": context.name, "service": service, "md5sum": "*", "type": "*", "probe": "1"})
         )
         reader = HeaderReader()
-        answer = None
-        while answer is None:
-            answer = reader.feed(call.receive())
+        provider_header = None
+        while provider_header is None:
+            provider_header = reader.feed(call.receive())
     except (OSError, ProtocolError) as error:
         raise ServiceUnavailableError(f"service [{service}] at {uri} does not answer: {error}") from error
     finally:
         call.close()
-    if "error" in answer:
-        raise ServiceUnavailableError(f"service [{service}] at {uri}: {one_line(answer['error'])}")
-    return answer
+    if "error" in provider_header:
+        raise ServiceUnavailableError(f"service [{service}] at {uri}: {one_line(provider_header['error'])}")
+    return provider_header
 
 
 def wait_for_service(context: Context, master: MasterClient, service: str, timeout: float | None) -> None:
@@ -317,7 +332,7 @@ def wait_for_service(context: Context, master: MasterClient, service: str, timeo
     last_warned = start
     while True:
         context.check_running()
-        uri, fault = "", "cannot be reached"
+        uri, failure = "", "cannot be reached"
         try:
             uri = master.lookup_service(service)
             probe(context, service, uri, PROBE_TIMEOUT if timeout is None else min(PROBE_TIMEOUT, max(timeout, 0.1)))
@@ -326,13 +341,13 @@ def wait_for_service(context: Context, master: MasterClient, service: str, timeo
             raise ServiceError(f"service [{service}] cannot be waited for: {error}") from error
         except (MasterError, ServiceError, WaitTimeoutError, ProtocolError) as error:
             if uri and isinstance(error.__cause__, TimeoutError):
-                fault = "does not answer (was its node stopped?)"
+                failure = "does not answer (was its node stopped?)"
         now = monotonic()
         if timeout is not None and now - start >= timeout:
-            details = f": it is registered at {uri}, but {fault}" if uri else ""
+            details = f": it is registered at {uri}, but {failure}" if uri else ""
             raise WaitTimeoutError(f"timeout exceeded while waiting for service {service}{details}")
-        if now - last_warned >= (10.0 if last_warned > start or fault == "cannot be reached" else PROBE_TIMEOUT):
+        if now - last_warned >= (10.0 if last_warned > start or failure == "cannot be reached" else PROBE_TIMEOUT):
             last_warned = now
-            state = f"registered at {uri}, but {fault}" if uri else "no node provides it yet"
+            state = f"registered at {uri}, but {failure}" if uri else "no node provides it yet"
             context.log.warn("waiting for service %s: %s", service, state)
         context.pause(0.05 if timeout is None else min(0.05, max(0.001, timeout - (now - start))))

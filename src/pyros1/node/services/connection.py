@@ -38,6 +38,7 @@ LINGER_TIME = 0.05
 """Seconds that a worker waits for the next request of a persistent client."""
 
 FrameRanges = list[tuple[int, int]]
+"""(start, end) of the body of each request in the buffer."""
 
 
 class ServiceLink:
@@ -47,12 +48,12 @@ class ServiceLink:
         loop: the node's loop.
         sock: a connected, non-blocking socket.
         header: the client's connection header.
-        first: bytes that were received after the header.
-        answer: ``answer(data, start, end, header)`` returns the encoded response to a request; called in a worker.
+        initial_bytes: bytes that were received after the header.
+        respond: ``respond(data, start, end, header)`` returns the encoded response to a request; called in a worker.
         submit: ``submit(job)`` runs a job in a worker, or returns the reason why that is not possible.
         may_linger: ``may_linger(count)`` returns whether a worker may wait for more requests after it has answered
             ``count`` of them.
-        on_closed: called once, with the link and the error, or None.
+        on_closed: called once, with the link and the error that closed it, or None.
     """
 
     def __init__(
@@ -60,8 +61,8 @@ class ServiceLink:
         loop: Loop,
         sock: socket.socket,
         header: dict[str, str],
-        first: bytes,
-        answer: Callable[[bytes, int, int, dict[str, str]], bytes],
+        initial_bytes: bytes,
+        respond: Callable[[bytes, int, int, dict[str, str]], bytes],
         submit: Callable[[Callable[[], None]], str | None],
         may_linger: Callable[[int], bool],
         on_closed: Callable[[ServiceLink, Exception | None], None],
@@ -69,12 +70,12 @@ class ServiceLink:
         self.header = header
         self._loop = loop
         self._sock = sock
-        self._answer = answer
+        self._respond = respond
         self._submit = submit
         self._may_linger = may_linger
         self._on_closed = on_closed
         self._persistent = is_true(header.get("persistent"))
-        self._buffer = FrameBuffer(4096, first=first)
+        self._buffer = FrameBuffer(4096, first=initial_bytes)
         self._timer: TimerHandle | None = None
         self._transfer_deadline = TransferDeadline(REQUEST_TIMEOUT)  # while a timer is set
         self._is_ending = False
@@ -92,17 +93,17 @@ class ServiceLink:
         if frames:
             self._submit_requests(frames)
         elif not self._may_linger(0) or self._submit(lambda: self._serve([])) is not None:
-            self._wait()
+            self._wait_for_request()
 
     def end(self) -> None:
-        """Close the connection after the response to the current call, if any. May be called from any thread."""
+        """Close the connection after the response to the current call, if any. Thread-safe."""
         self._is_ending = True
         with contextlib.suppress(OSError):
             self._sock.shutdown(socket.SHUT_RD)  # wakes a thread that waits for a request
 
     # ---- waiting, on the loop
 
-    def _wait(self) -> None:
+    def _wait_for_request(self) -> None:
         if self._is_ending:
             self._close(None)
             return
@@ -175,7 +176,7 @@ class ServiceLink:
                     break
                 data = buffer.take(frames)
                 for start, end in frames:
-                    sock.sendall(self._answer(data, start, end, header))
+                    sock.sendall(self._respond(data, start, end, header))
                     if not self._persistent or self._is_ending:
                         self._close(None)
                         return
@@ -186,13 +187,14 @@ class ServiceLink:
         except (OSError, ProtocolError) as error:
             self._close(error)
         else:
-            self._loop.call_soon(self._wait)
+            self._loop.call_soon(self._wait_for_request)
 
     def _linger(self) -> FrameRanges:
-        """Wait a moment for more requests and return them; none if they are incomplete by then.
+        """Wait a moment for more requests; return where they are in the buffer, or nothing if none is complete by then.
 
         Raises:
-            OSError: the client has disconnected, or this side is closing.
+            OSError: the client has disconnected, or the link is being closed.
+            ProtocolError: a request is too large.
         """
         try:
             count = self._spin_wait.wait(self._receive)

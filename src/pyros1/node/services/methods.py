@@ -29,18 +29,18 @@ class Services:
     Args:
         context: the node's context.
         registrar: returns the node's registrar.
-        address: returns the ``rosrpc://`` URI of the node.
+        get_uri: returns the ``rosrpc://`` URI of the node.
 
     Attributes:
         servers: the services by name; replaced as a whole on changes, so that readers need no lock. A copy is in
             ``context.services``.
     """
 
-    def __init__(self, context: Context, registrar: Callable[[], Registrar], address: Callable[[], str]) -> None:
+    def __init__(self, context: Context, registrar: Callable[[], Registrar], get_uri: Callable[[], str]) -> None:
         self.servers: dict[str, ServiceServer] = {}
         self._context = context
         self._registrar = registrar
-        self._address = address
+        self._get_uri = get_uri
         self._workers = Workers(f"{context.name}:service", MAX_THREADS)
         self._lock = threading.RLock()
 
@@ -54,6 +54,11 @@ class Services:
             service_class: the service class.
             handler: called with each request.
             direct: whether to call the handler immediately, even in a node that spins.
+
+        Raises:
+            NodeError: this node already provides the service, or the process was forked.
+            MasterError: the master refuses the service.
+            NodeShutdownError: the node is shutting down.
         """
         self._context.check_process()
         with self._lock:
@@ -61,7 +66,7 @@ class Services:
             if name in self.servers:
                 raise NodeError(f"this node already provides service {name}")
             server = ServiceServer(
-                self._context, self._workers, name, self._address(), service_class, handler, self._unadvertise, direct
+                self._context, self._workers, name, self._get_uri(), service_class, handler, self._unadvertise, direct
             )
             self._set_servers({**self.servers, name: server})
         if not direct:  # opens the socket that clients on this machine derive from the service's URI
@@ -90,7 +95,7 @@ class Services:
         self._context.services = {**servers}
 
     def close(self) -> None:
-        """Abort all calls and stop their threads."""
+        """Abort all calls to the services and stop their threads."""
         for server in self.servers.values():
             server.close()
         self._workers.close()
@@ -115,6 +120,8 @@ class ServiceMethods:
 
         Raises:
             NodeError: this node already provides the service.
+            NodeShutdownError: the node is shutting down.
+            TypeError: an argument has a wrong type.
         """
         checks.check_name(name, _ADVERTISE_SERVICE)
         checks.check_callback(handler, _ADVERTISE_SERVICE, "handler", type)
@@ -133,8 +140,8 @@ class ServiceMethods:
         Args:
             name: name of the service.
             type: service class, or a type's name.
-            persistent: whether to keep the connection between calls, which is faster, but bound to one provider. If the
-                connection breaks, the next call opens a new one.
+            persistent: whether to keep the connection between calls, which is faster, but stays with one provider. If
+                the connection breaks, the next call opens a new one.
             headers: extra fields for the connection header.
         """
         checks.check_name(name, "service(name, type)")

@@ -40,7 +40,8 @@ def service_type(service_class: type[Service]) -> ServiceType:
 
 
 class ServiceServer:
-    """A service provided by a node; created by ``Node.advertise_service``. A context manager that shuts it down.
+    """A service provided by a node; created by ``Node.advertise_service``. Also a context manager that shuts it
+    down.
 
     Attributes:
         name: the service's full name.
@@ -73,29 +74,36 @@ class ServiceServer:
         self._lock = threading.RLock()
         self._closed = False
 
-    def accept(self, sock: socket.socket, header: dict[str, str], first: bytes) -> None:
+    def accept(self, sock: socket.socket, header: dict[str, str], initial_bytes: bytes) -> None:
         """Respond to a client's header and serve its requests. Called on the loop.
 
         Raises:
             Refusal: the client expects another type.
         """
-        answer = encode_header(make_service_response(header, self._context.name, self.name, self._wire_type))
+        response_header = encode_header(make_service_response(header, self._context.name, self.name, self._wire_type))
         set_nodelay_and_keepalive(sock)
         if is_true(header.get("probe")):
-            sock.send(answer)
+            sock.send(response_header)
             sock.close()
             return
         link = ServiceLink(
-            self._context.loop, sock, header, first, self._answer, self._submit, self._may_linger, self._on_link_closed
+            self._context.loop,
+            sock,
+            header,
+            initial_bytes,
+            self._respond,
+            self._submit,
+            self._may_linger,
+            self._on_link_closed,
         )
         with self._lock:
             self._links.add(link)
             if self._closed:
                 link.end()
-        link.begin(answer)
+        link.begin(response_header)
 
     def _submit(self, job: Callable[[], None]) -> str | None:
-        """Run a job in a thread; return the reason if that is not possible, else None."""
+        """Run a job in a thread; return None, or the reason if it is not possible."""
         with self._lock:
             if self._num_calls >= MAX_CALLS:
                 return f"too many simultaneous calls to {self.name}, try again later"
@@ -115,7 +123,7 @@ class ServiceServer:
         return f"too many simultaneous calls to services of {self._context.name}, try again later"
 
     def _may_linger(self, num_answered: int) -> bool:
-        # Only few threads wait for clients that have merely connected, so such clients cannot occupy all threads.
+        # Few threads wait for clients that have only connected, so that such clients cannot occupy all threads.
         return self._num_calls < (MAX_CALLS // 2 if num_answered else MAX_EARLY_CALLS) and not self._closed
 
     def _on_link_closed(self, link: ServiceLink, error: Exception | None) -> None:
@@ -139,7 +147,7 @@ class ServiceServer:
         request._connection_header = header
         return self._handle(request)
 
-    def _answer(self, data: bytes, start: int, end: int, header: dict[str, str]) -> bytes:
+    def _respond(self, data: bytes, start: int, end: int, header: dict[str, str]) -> bytes:
         """Handle a request and return the encoded response."""
         decode = self.type._request_class._decode
         try:
@@ -158,11 +166,11 @@ class ServiceServer:
         responses: list[bytes] = []
 
         def run() -> None:
-            answer = encode_failure(f"service [{self.name}]: its program was interrupted")
+            response = encode_failure(f"service [{self.name}]: its program was interrupted")
             try:
-                answer = self._handle(request)
+                response = self._handle(request)
             finally:
-                responses.append(answer)
+                responses.append(response)
                 done.set()
 
         callbacks.push(run)
@@ -180,7 +188,7 @@ class ServiceServer:
 
     def _handle(self, request: Message) -> bytes:
         try:
-            response = self._convert(self._handler(request))
+            response = self._to_response(self._handler(request))
             frame = response.__class__._encode_frame(response)
             return encode_success(frame if isinstance(frame, bytes) else b"".join(frame))
         except ServiceRefusal as error:
@@ -200,27 +208,27 @@ class ServiceServer:
             self._context.log.exception(text, error=error)
             return encode_failure(f"error processing request: {error!r}")
 
-    def _convert(self, value: Any) -> Message:
+    def _to_response(self, result: Any) -> Message:
         """Convert the handler's result to a response (P19).
 
         Raises:
             NodeError: the handler returned None.
         """
         response_class = self.type._response_class
-        if isinstance(value, response_class):
-            return value
-        if isinstance(value, Message) and value._md5sum == response_class._md5sum:
-            return value
-        if value is None:
+        if isinstance(result, response_class):
+            return result
+        if isinstance(result, Message) and result._md5sum == response_class._md5sum:
+            return result
+        if result is None:
             raise NodeError(f"service handler of {self.name} returned None: return a {response_class.__name__}")
-        if isinstance(value, dict):
-            return response_class(**value)
-        if isinstance(value, (list, tuple)):
-            return response_class(*value)
-        return response_class(value)
+        if isinstance(result, dict):
+            return response_class(**result)
+        if isinstance(result, (list, tuple)):
+            return response_class(*result)
+        return response_class(result)
 
     def close(self) -> None:
-        """Abort all calls; the clients get an error."""
+        """Abort all calls; the clients receive an error."""
         with self._lock:
             self._closed = True
             links = list(self._links)

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from time import monotonic
 
 IDLE_TIMEOUT = 10.0
+"""Seconds without a job after which a thread exits."""
 
 
 class Workers:

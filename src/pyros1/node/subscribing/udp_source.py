@@ -139,8 +139,8 @@ class UdpSource:
             if len(self._is_accepted_by_sender) >= _MAX_SENDERS:
                 self._is_accepted_by_sender.clear()
             local_address = sender if is_own_address(sender) else ""
-            is_accepted = self._is_accepted_by_sender[sender] = self._allowlist is None or self._allowlist.allows(
-                sender, local_address
+            is_accepted = self._is_accepted_by_sender[sender] = (
+                self._allowlist is None or self._allowlist.admit_address(sender, local_address)
             )
         return datagram if is_accepted else b""
 

@@ -1,4 +1,4 @@
-"""The state of a watched node, as a state machine. Pure.
+"""The state of a watched node, as a state machine without clocks and sockets.
 
 A node is *unseen* until it responds for the first time, then *found*, and *lost* when
 
@@ -7,8 +7,8 @@ A node is *unseen* until it responds for the first time, then *found*, and *lost
 * it is another process, or the master reports another address for it: it was replaced, which is reported as lost and
   found.
 
-A lost node that responds again is found. As long as a node responds, it does not matter if the master does not, or does
-not know the node (any more): stock nodes do not register again with a restarted master.
+A lost node that responds again is found. As long as a node responds, it does not matter whether the master responds or
+(still) knows the node: stock nodes do not register again with a restarted master.
 """
 
 from __future__ import annotations
@@ -76,34 +76,34 @@ class WatchedNode:
         return max(0.0, self._failing_since + self._limit - now)
 
     def is_new(self, pid: int | None) -> bool:
-        """Return whether a response with that process id is from a process that has not been found there before."""
+        """Return whether a response with process id ``pid`` is from another process than the one that was found."""
         return self.state is State.UNSEEN or pid != self._pid
 
     def looked_up(self, uri: str, now: float) -> list[Sighting]:
-        """Process the address reported by the master."""
+        """Process the address reported by the master; return the resulting changes."""
         if uri == self.uri:
             return []
-        news = self._mark_lost(f"replaced by a node of the same name at {uri}", now)
+        changes = self._mark_lost(f"replaced by a node of the same name at {uri}", now)
         self.uri = uri
         self._pid = None
-        return news
+        return changes
 
     def answered(self, pid: int | None, now: float) -> list[Sighting]:
-        """Process a response of the node at `uri`."""
-        news: list[Sighting] = []
+        """Process a response from the node at `uri`; return the resulting changes."""
+        changes: list[Sighting] = []
         if self.state is State.FOUND and pid != self._pid:
-            news = self._mark_lost("replaced: another process answers in its place", now)
+            changes = self._mark_lost("replaced: another process answers in its place", now)
         is_same_process = self.state is State.LOST and self._pid == pid
         self._pid = pid
         self._last_response = now
         self._failing_since = None
         if self.state is not State.FOUND:
             self.state = State.FOUND
-            news.append(self._sighting("it answers again" if is_same_process else "it answers", 0.0))
-        return news
+            changes.append(self._sighting("it answers again" if is_same_process else "it answers", 0.0))
+        return changes
 
     def failed(self, reason: str, asked_at: float, now: float, closed: bool = False) -> list[Sighting]:
-        """Process a failed request to the node at `uri`.
+        """Process a failed request to the node at `uri`; return the resulting changes.
 
         Args:
             reason: the reason, as a text.
@@ -119,7 +119,7 @@ class WatchedNode:
         return self._mark_lost(reason, now) if now >= self._failing_since + self._limit - 1e-3 else []
 
     def stalled(self) -> None:
-        """Ignore the last failure, since this process itself was suspended."""
+        """Ignore the last failure, since it was this process that was suspended."""
         self._failing_since = None
 
     def _mark_lost(self, reason: str, now: float) -> list[Sighting]:

@@ -17,7 +17,7 @@ _TIMEOUT = 3.0
 
 
 class Lookups:
-    """Requests to the master, on the loop. Only one call is in progress; requests made meanwhile are sent after it.
+    """Requests to the master, on the loop. Only one call is in progress at a time; requests made meanwhile follow it.
 
     Args:
         loop: the node's loop.
@@ -36,7 +36,9 @@ class Lookups:
         self._has_no_multicall = False  # the master has no system.multicall
 
     def ask(self, name: str, callback: LookupCallback) -> None:
-        """Call ``callback(uri)`` as soon as the master has returned a node's address; never if it does not know it."""
+        """Call ``callback(uri)`` as soon as the master has returned a node's address; never if the master does not know
+        the node.
+        """
         self._requests.setdefault(name, set()).add(callback)
         if not self._is_call_pending:
             self._is_call_pending = True
@@ -51,8 +53,8 @@ class Lookups:
         if self._has_no_multicall or len(names) == 1:
             for name in names[1:]:
                 self._requests[name] = requests[name]
-            done = partial(self._on_reply, requests[names[0]])
-            self._rpc.call(self._uri, "lookupNode", (self._caller_id, names[0]), done, _TIMEOUT)
+            on_reply = partial(self._on_reply, requests[names[0]])
+            self._rpc.call(self._uri, "lookupNode", (self._caller_id, names[0]), on_reply, _TIMEOUT)
             return
         calls = [{"methodName": "lookupNode", "params": [self._caller_id, name]} for name in names]
         self._rpc.call(self._uri, "system.multicall", (calls,), partial(self._on_replies, requests), _TIMEOUT)

@@ -19,7 +19,7 @@ MAX_PENDING = 100
 
 
 class Log(Protocol):
-    """The interface of a log that this module needs."""
+    """The part of a log's interface that this module uses."""
 
     def exception(self, text: object, *args: object, error: BaseException | None = None) -> None: ...
 
@@ -28,46 +28,46 @@ class Notifier:
     """Calls functions one at a time, in the thread that spins, or else in a thread that runs while calls are pending.
 
     Args:
-        what: the subject of the notifications, for the thread's name and the log.
+        subject: the subject of the notifications, for the thread's name and the log.
         log: logs exceptions raised by the functions.
         callbacks: the callback queue of a node that spins; None to use a thread.
         max_pending: maximum number of pending calls; beyond that, the oldest are dropped. None for no limit.
     """
 
     def __init__(
-        self, what: str, log: Log, callbacks: CallbackQueue | None = None, max_pending: int | None = MAX_PENDING
+        self, subject: str, log: Log, callbacks: CallbackQueue | None = None, max_pending: int | None = MAX_PENDING
     ) -> None:
-        self._subject = what
+        self._subject = subject
         self._log = log
         self._callbacks = callbacks
         self._max_pending = max_pending
         self._jobs: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque(maxlen=max_pending)
-        self._queued: deque[None] = deque()  # one for each call that waits in the callback queue
+        self._queued_calls: deque[None] = deque()  # one for each call that waits in the callback queue
         self._lock = threading.Lock()
-        self._busy = False
+        self._is_running = False
         self._closed = False
         self._thread: threading.Thread | None = None
 
-    def notify(self, function: Callable[..., object], *news: Any) -> None:
-        """Call ``function(*news)`` soon. May be called from any thread, but not in a signal handler."""
+    def notify(self, function: Callable[..., object], *args: Any) -> None:
+        """Call ``function(*news)`` soon. Thread-safe, but not allowed in signal handlers."""
         if self._closed:
             return
-        self._jobs.append((function, news))
+        self._jobs.append((function, args))
         if self._callbacks is not None:
             # At the limit, the oldest job was dropped, so there are enough queued calls.
-            if self._max_pending is None or len(self._queued) < self._max_pending:
-                self._queued.append(None)
+            if self._max_pending is None or len(self._queued_calls) < self._max_pending:
+                self._queued_calls.append(None)
                 self._callbacks.push(self._notify_from_queue)
             return
         with self._lock:
-            if self._busy:
+            if self._is_running:
                 return
-            self._busy = True
+            self._is_running = True
         self._thread = threading.Thread(target=self._run, name=self._subject, daemon=True)
         self._thread.start()
 
     def close(self, timeout: float = 0.0) -> None:
-        """Make no more calls; wait at most ``timeout`` seconds for a running one, unless it is the caller."""
+        """Make no more calls; wait at most ``timeout`` seconds for a running one, unless called by it."""
         self._closed = True
         self._jobs.clear()
         thread = self._thread
@@ -78,21 +78,21 @@ class Notifier:
         while True:
             with self._lock:
                 if not self._jobs:
-                    self._busy = False
+                    self._is_running = False
                     return
             self._notify_next()
 
     def _notify_from_queue(self) -> None:
-        self._queued.popleft()
+        self._queued_calls.popleft()
         self._notify_next()
 
     def _notify_next(self) -> None:
         try:
-            function, news = self._jobs.popleft()
+            function, args = self._jobs.popleft()
         except IndexError:  # it was dropped
             return
         try:
-            function(*news)
+            function(*args)
         except NodeShutdownError:
             pass  # the function was waiting when the node started to shut down
         except SystemExit as error:
@@ -118,9 +118,9 @@ class Notifiers:
         self._callbacks = callbacks
         self._notifiers: dict[Notifier, None] = {}
 
-    def make(self, what: str) -> Notifier:
-        """Create and return a notifier."""
-        notifier = Notifier(what, self._log, self._callbacks)
+    def make(self, subject: str) -> Notifier:
+        """Create and return a notifier for a subject; see `Notifier`."""
+        notifier = Notifier(subject, self._log, self._callbacks)
         self._notifiers[notifier] = None
         return notifier
 

@@ -29,7 +29,7 @@ class Watch:
 
     Args:
         loop: the node's loop.
-        rpc: calls watched nodes only, since a hanging node could delay other calls.
+        rpc: used to call watched nodes only, since a hanging node could delay other calls.
         lookups: looks up addresses with the master.
         caller_id: full name of the watching node.
         name: full name of the watched node.
@@ -79,11 +79,11 @@ class Watch:
 
     @property
     def alive(self) -> bool:
-        """Whether the node is running: it was found, and not lost again."""
+        """Whether the node is running, which means that it was found and has not been lost since."""
         return self._node.state is State.FOUND
 
     def close(self) -> None:
-        """Stop watching. A running callback continues. May be called in any thread or signal handler."""
+        """Stop watching. A running callback continues. Thread-safe, and allowed in signal handlers."""
         if not self.closed:
             self.closed = True
             self._on_close(self)
@@ -101,16 +101,16 @@ class Watch:
         if self.closed:
             return
         self._asked_early = False
-        self._lookups.ask(self.name, self._looked_up)
+        self._lookups.ask(self.name, self._on_address)
         self._ask()
 
     def disconnected(self, uri: str) -> None:
-        """Send a request immediately after the node has closed a connection, as it may have exited."""
+        """Send a request immediately, since the node has closed a connection and may have exited."""
         if uri == self._node.uri and not self._asked_early:
             self._asked_early = True
             self._ask()
 
-    def _looked_up(self, uri: str) -> None:
+    def _on_address(self, uri: str) -> None:
         if self.closed:
             return
         previous_uri = self._node.uri
@@ -125,14 +125,14 @@ class Watch:
         if self.closed or self._is_asking or not uri:
             return
         self._is_asking = True
-        done = partial(self._answered, uri, now, remaining_time)
-        self._rpc.call(uri, "getPid", (self._caller_id,), done, max(0.001, remaining_time))
+        on_reply = partial(self._on_pid, uri, now, remaining_time)
+        self._rpc.call(uri, "getPid", (self._caller_id,), on_reply, max(0.001, remaining_time))
 
-    def _answered(self, uri: str, asked_at: float, remaining_time: float, reply: Any, error: Error | None) -> None:
+    def _on_pid(self, uri: str, asked_at: float, remaining_time: float, reply: Any, error: Error | None) -> None:
         if self.closed or uri != self._node.uri:
             return
         if error is None or isinstance(error, XmlRpcFault):  # a node that does not have getPid is running as well
-            self._handle_alive(uri, asked_at, _pid(reply))
+            self._handle_alive(uri, asked_at, _parse_pid(reply))
         else:
             self._is_asking = False
             self._handle_failure(error, asked_at, remaining_time)
@@ -144,8 +144,8 @@ class Watch:
             self._report(self._node.answered(pid, monotonic()))
             return
         # If the node has exited, another one may be using its port.
-        done = partial(self._on_name, uri, asked_at, pid)
-        self._rpc.call(uri, "getName", (self._caller_id,), done, max(0.001, self._node.remaining_time(monotonic())))
+        on_reply = partial(self._on_name, uri, asked_at, pid)
+        self._rpc.call(uri, "getName", (self._caller_id,), on_reply, max(0.001, self._node.remaining_time(monotonic())))
 
     def _on_name(self, uri: str, asked_at: float, pid: int | None, reply: Any, error: Error | None) -> None:
         if self.closed or uri != self._node.uri:
@@ -173,25 +173,25 @@ class Watch:
             self._node.stalled()
             self._ask()
             return
-        self._report(self._node.failed(str(error), asked_at, now, _is_closed(error)))
+        self._report(self._node.failed(str(error), asked_at, now, _is_port_closed(error)))
         if self.alive and not isinstance(error, DeadlineError):
             self._loop.call_later(RETRY_DELAY, self._ask)
 
-    def _report(self, news: list[Sighting]) -> None:
-        for sighting in news:
+    def _report(self, changes: list[Sighting]) -> None:
+        for sighting in changes:
             self.last = sighting
             if not sighting.alive:
-                self._lookups.ask(self.name, self._looked_up)  # another node may be running there already
+                self._lookups.ask(self.name, self._on_address)  # another node may be running there already
             self._notify(sighting)
 
 
-def _pid(reply: Any) -> int | None:
+def _parse_pid(reply: Any) -> int | None:
     """Return the process id in a reply to ``getPid``; None if there is none."""
     if isinstance(reply, list) and len(reply) == 3 and reply[0] == 1 and isinstance(reply[2], int):
         return reply[2]
     return None
 
 
-def _is_closed(error: Error) -> bool:
-    """Return whether the error is that the node's machine has refused the connection."""
+def _is_port_closed(error: Error) -> bool:
+    """Return whether an error means that the node's machine has refused the connection."""
     return isinstance(error.__cause__, OSError) and error.__cause__.errno == errno.ECONNREFUSED

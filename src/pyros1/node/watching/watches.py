@@ -29,13 +29,13 @@ class Watches:
     Args:
         context: the node's context.
         master_uri: the master's URI.
-        notifiers: call the program's functions.
+        notifiers: create the notifiers that call the program's functions.
     """
 
     def __init__(self, context: Context, master_uri: str, notifiers: Notifiers) -> None:
         self._context = context
         self._notifiers = notifiers
-        self._rpc = RpcCaller(context.loop, on_disconnect=self._disconnected)
+        self._rpc = RpcCaller(context.loop, on_disconnect=self._on_disconnected)
         self._lookups = Lookups(context.loop, self._rpc, context.name, master_uri)
         self._watches_by_period: dict[float, tuple[Watch, ...]] = {}  # used on the loop
         self._phase = int.from_bytes(os.urandom(4), "big") * 1e-6  # in seconds, so that nodes poll at different times
@@ -45,9 +45,9 @@ class Watches:
         self, name: str, on_lost: Callback | None, on_found: Callback | None, period: float, limit: float
     ) -> Watch:
         """Watch a node; see ``Node.watch``."""
-        for function, what in ((on_lost, "on_lost"), (on_found, "on_found")):
+        for function, label in ((on_lost, "on_lost"), (on_found, "on_found")):
             if function is not None:
-                checks.check_callback(function, _WATCH_CALL, what)
+                checks.check_callback(function, _WATCH_CALL, label)
         notifier = self._notifiers.make(f"watch of {name}")
 
         def notify(sighting: Sighting) -> None:
@@ -64,7 +64,7 @@ class Watches:
     def begin(
         self, name: str, period: float, limit: float, notify: Callback, on_close: Callable[[], object] = lambda: None
     ) -> Watch:
-        """Watch a node.
+        """Watch a node; return the watch.
 
         Args:
             name: the node's full name.
@@ -72,6 +72,11 @@ class Watches:
             limit: maximum response time in seconds.
             notify: called with each `Sighting`, on the loop.
             on_close: called when the watch is closed.
+
+        Raises:
+            TypeError, ValueError: ``period`` or ``limit`` is invalid.
+            NodeError: the process was forked.
+            NodeShutdownError: the node is shutting down.
         """
         from pyros1.node.watching.watch import Watch  # noqa: PLC0415 - few nodes watch others
 
@@ -80,12 +85,20 @@ class Watches:
         context = self._context
         context.check_process()
 
-        def closed(watch: Watch) -> None:
+        def on_watch_closed(watch: Watch) -> None:
             on_close()
             context.loop.call_soon(self._forget, watch)
 
         watch = Watch(
-            context.loop, self._rpc, self._lookups, context.name, name, float(period), float(limit), notify, closed
+            context.loop,
+            self._rpc,
+            self._lookups,
+            context.name,
+            name,
+            float(period),
+            float(limit),
+            notify,
+            on_watch_closed,
         )
         context.loop.call_soon(self._begin, watch)
         return watch
@@ -100,7 +113,7 @@ class Watches:
     def _close(self) -> None:
         self._closed = True
         for watch in [watch for watches in self._watches_by_period.values() for watch in watches]:
-            watch.close()  # before their requests are aborted: that would be reported as a loss
+            watch.close()  # before the requests are aborted, which would be reported as a loss
 
     def _begin(self, watch: Watch) -> None:
         if self._closed:
@@ -123,7 +136,7 @@ class Watches:
         for watch in self._watches_by_period[period]:
             watch.poll()
 
-    def _disconnected(self, uri: str) -> None:
+    def _on_disconnected(self, uri: str) -> None:
         for watches in list(self._watches_by_period.values()):
             for watch in watches:
                 watch.disconnected(uri)

@@ -40,7 +40,7 @@ class PendingConnections:
     def add(self, connection: _Connection, transport: BaseTransport) -> None:
         """Add a new connection, or close it before anything is read."""
         peer, local = transport.get_extra_info("peername"), transport.get_extra_info("sockname")
-        if self._allowlist is not None and not (peer and local and self._allowlist.allows(peer[0], local[0])):
+        if self._allowlist is not None and not (peer and local and self._allowlist.admit_address(peer[0], local[0])):
             transport.abort()  # type: ignore[attr-defined]
             return
         with contextlib.suppress(AttributeError, OSError):  # systems without this option keep the connection longer

@@ -70,9 +70,9 @@ def load_command_line_node_params(argv: list[str]) -> dict[str, Any]:
 
 
 def _value(text: str) -> Any:
-    from pyros1.node.parameters.private import plain_value
+    from pyros1.node.parameters.private import parse_plain_value
 
-    plain = plain_value(text)
+    plain = parse_plain_value(text)
     if plain is not None:
         return plain
     import yaml
