@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from pyros1.filters import ApproximateTime, ExactTime, Recent
-from pyros1.filters.synchronizers import matcher, stamp_of
+from pyros1.filters.synchronizers import make_matcher, stamp_of
 from pyros1.ground.timing import Time
 from pyros1.msgs.sensor_msgs.msg import Joy
 from pyros1.msgs.std_msgs.msg import String
@@ -64,4 +64,4 @@ def test_stamps() -> None:
     assert stamp_of(String(), Time(7)) == Time(7)
     with pytest.raises(TypeError, match="std_msgs/String has no header"):
         stamp_of(String())
-    assert type(matcher(2, 5, None)) is ExactTime
+    assert type(make_matcher(2, 5, None)) is ExactTime

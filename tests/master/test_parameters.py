@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.master.parameters import MAX_DEPTH, Parameters, updates
+from pyros1.master.parameters import MAX_DEPTH, Parameters, param_updates
 from pyros1.wire.xmlrpc import dumps_response
 
 
@@ -154,7 +154,7 @@ SUBSCRIBERS = {"/p": {"/a": "A"}, "/p/q/r": {"/b": "B"}, "/p/q": {"/c": "C"}}
 
 
 def told(key: str, value: Any, caller: str | None = "/x") -> dict[str, tuple[str, Any]]:
-    return {notice.api: (notice.subject, notice.value[0]) for notice in updates(SUBSCRIBERS, key, value, caller)}
+    return {notice.api: (notice.subject, notice.value[0]) for notice in param_updates(SUBSCRIBERS, key, value, caller)}
 
 
 def test_m53_updates_go_to_subscribers_above_at_and_below() -> None:
@@ -177,10 +177,10 @@ def test_m54_whoever_set_a_key_is_not_told_its_value_but_a_deletion_is_told_to_a
 
 def test_updates_carry_the_value_of_their_time() -> None:
     parameters = tree({"p": {"q": 1}})
-    (notice,) = updates({"/p": {"/a": "A"}}, "/p", parameters.get("/p"), "/x")
+    (notice,) = param_updates({"/p": {"/a": "A"}}, "/p", parameters.get("/p"), "/x")
     parameters.set("/p/q", 2)
     assert notice.value == ({"q": 1},)
-    assert updates({}, "/p", 1, None) == []
+    assert param_updates({}, "/p", 1, None) == []
 
 
 def test_a_change_of_one_value_costs_no_look_at_each_subscribed_key() -> None:
@@ -190,11 +190,11 @@ def test_a_change_of_one_value_costs_no_look_at_each_subscribed_key() -> None:
 
         keys = values = items = __iter__
 
-    (notice,) = updates(Asked({f"/n{i}/p": {f"/n{i}": f"API{i}"} for i in range(1000)}), "/n7/p/q", 1, "/x")
+    (notice,) = param_updates(Asked({f"/n{i}/p": {f"/n{i}": f"API{i}"} for i in range(1000)}), "/n7/p/q", 1, "/x")
     assert (notice.api, notice.subject) == ("API7", "/n7/p/q/")
 
 
 def test_a_key_is_found_from_the_root_down() -> None:
     subscribers = {"/p": {"/a": "A"}, "/": {"/root": "R"}, "/p/q": {"/b": "B"}}
-    assert [notice.api for notice in updates(subscribers, "/p/q", 1, None)] == ["R", "A", "B"]
-    assert [notice.api for notice in updates(subscribers, "/", {"p": 1}, None)] == ["R", "A", "B"]
+    assert [notice.api for notice in param_updates(subscribers, "/p/q", 1, None)] == ["R", "A", "B"]
+    assert [notice.api for notice in param_updates(subscribers, "/", {"p": 1}, None)] == ["R", "A", "B"]

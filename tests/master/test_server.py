@@ -20,7 +20,7 @@ from pyros1.ground.errors import (
     UnknownHostError,
 )
 from pyros1.master import Master
-from pyros1.master.notify import MAX_WAITING, Notifier
+from pyros1.master.notify import MAX_QUEUED, Notifier
 from pyros1.master.registry import Notice, Registry
 from pyros1.net.loop import Loop
 from pyros1.net.master_client import MasterClient
@@ -322,10 +322,10 @@ def test_newer_notices_replace_those_that_wait_and_queues_are_bounded() -> None:
     for _ in range(4):
         caller.calls[-1][3]([1, "", 0], None)
     assert [params[1:] for _, _, params, _ in caller.calls] == [["/a", [1]], ["/b", [3]], ["/a", [4]], ["/a", [5]]]
-    notifier.send([update(f"/t{i}", i) for i in range(MAX_WAITING + 10)])
+    notifier.send([update(f"/t{i}", i) for i in range(MAX_QUEUED + 10)])
     assert len(caller.calls) == 5
     sent = 0
     while len(caller.calls) > 4 + sent:
         sent += 1
         caller.calls[-1][3](None, Error("x"))
-    assert sent == MAX_WAITING + 1
+    assert sent == MAX_QUEUED + 1

@@ -61,7 +61,7 @@ class AsyncGoal:
         return self._goal.done
 
     async def wait(self, timeout: float | None = None) -> bool:
-        """Wait until the goal has ended; see `ClientGoal.wait`."""
+        """Wait until the goal has ended; return whether it has. See `ClientGoal.wait`."""
         check_timeout(timeout)
         return await self._wait_until(lambda: self._goal.done, timeout)
 
@@ -87,15 +87,15 @@ class AsyncGoal:
         self._goal.cancel()
 
     def forget(self) -> None:
-        """Stop following the goal."""
+        """Stop following the goal; see `ClientGoal.forget`."""
         self._goal.forget()
 
-    async def _wait_until(self, ready: Callable[[], object], timeout: float | None) -> bool:
+    async def _wait_until(self, predicate: Callable[[], object], timeout: float | None) -> bool:
         loop = asyncio.get_running_loop()
         deadline = None if timeout is None else loop.time() + timeout
         while True:
             self._changed.clear()  # before the check, or a change in between would be missed
-            if ready():
+            if predicate():
                 return True
             self._client.watch()
             remaining = _POLL_INTERVAL if deadline is None else min(_POLL_INTERVAL, deadline - loop.time())
@@ -136,18 +136,22 @@ class AsyncClient:
 
     @property
     def sync(self) -> Client:
-        """The underlying client; raises RuntimeError before ``async with``."""
+        """The underlying client.
+
+        Raises:
+            RuntimeError: ``async with`` was not entered.
+        """
         if self._client is None:
             raise RuntimeError("use the client with: async with AsyncClient(...) as client")
         return self._client
 
     async def wait_for_server(self, timeout: float | None = None) -> bool:
-        """Wait until a server is connected; see `Client.wait_for_server`."""
+        """Wait until a server is connected; return whether one is. See `Client.wait_for_server`."""
         client = self.sync
         return client.is_connected or await asyncio.to_thread(client.wait_for_server, timeout)
 
     async def send(self, goal: Any, *, timeout: float | None = 5.0) -> AsyncGoal:
-        """Send a goal; see `Client.send`."""
+        """Send a goal and return its handle; see `Client.send`."""
         client = self.sync
         if not client.is_connected:
             await asyncio.to_thread(client.wait_for_server, timeout)

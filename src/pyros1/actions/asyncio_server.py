@@ -34,7 +34,7 @@ class AsyncServer:
         action: the action's class, or the name of its type.
         execute: coroutine function, called with each `ServerGoal`. If it returns a result message, the goal has
             succeeded with that result; otherwise it must end the goal itself and return None. If a client requests to
-            cancel the goal, the task is cancelled; to send a result then, the coroutine must catch
+            cancel the goal, the task is cancelled; to send a result in that case, the coroutine must catch
             ``asyncio.CancelledError`` and call ``goal.cancel(result)``.
         most: maximum number of concurrent goals; further ones are rejected.
         frequency, kept: see `Server`.
@@ -66,7 +66,7 @@ class AsyncServer:
         return self
 
     async def __aexit__(self, *_: object) -> None:
-        """Cancel all goals, wait for them, and stop."""
+        """Cancel all goals, wait until their tasks have ended, and stop."""
         tasks = list(self._tasks)
         for task in tasks:
             task.cancel()

@@ -10,7 +10,7 @@ from pyros1.net.signal_safe import Condition
 from pyros1.node.log.logger import Log
 
 _IDLE_TIMEOUT = 0.5
-"""Seconds for which the thread waits for more calls."""
+"""Seconds for which the thread waits for another callback."""
 
 
 class CallbackThread:
@@ -19,7 +19,8 @@ class CallbackThread:
     Args:
         name: the thread's name.
         log: the log for exceptions raised by callbacks.
-        check: called every half second while no callback is queued, from `keep_checking` until it returns False.
+        check: called every half second while no callback is queued, after `keep_checking` was called, until it returns
+            False.
     """
 
     def __init__(self, name: str, log: Log, check: Callable[[], bool] = lambda: False) -> None:

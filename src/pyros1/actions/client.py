@@ -29,7 +29,7 @@ _INBOX_SIZE = 1000
 
 
 class Client:
-    """Sends goals to an action's server, and follows them. Thread-safe. Also a context manager.
+    """Sends goals to an action's server, and follows them. Thread-safe. Also a context manager that closes it.
 
     The callbacks of goals run one after the other, in a separate thread, even in a node that spins. They may send goals
     and wait for them.
@@ -53,27 +53,35 @@ class Client:
         self._open_goals: dict[str, ClientGoal] = {}
         self._condition = Condition()
         self._callbacks = CallbackThread(f"pyros1-action {self.name}", node.log, self._check)
-        self._got_status = False  # a status was received, so a server is running
-        self._server = ""  # the node that sent the status
+        self._has_status = False  # a status was received, so a server is running
+        self._server_name = ""  # name of the node that sent the status
         self._disconnected_since: float | None = None
         self._closed = False
-        self._goals = node.advertise(f"{self.name}/goal", self.types.action_goal, queue_size=_QUEUE_SIZE)
-        self._cancels = node.advertise(f"{self.name}/cancel", self._goal_id, queue_size=_QUEUE_SIZE)
-        self._results = subscribe_direct(
+        self._goal_publisher = node.advertise(f"{self.name}/goal", self.types.action_goal, queue_size=_QUEUE_SIZE)
+        self._cancel_publisher = node.advertise(f"{self.name}/cancel", self._goal_id, queue_size=_QUEUE_SIZE)
+        self._result_subscriber = subscribe_direct(
             node, f"{self.name}/result", self.types.action_result, self._on_result, _INBOX_SIZE
         )
-        self._feedback = subscribe_direct(
+        self._feedback_subscriber = subscribe_direct(
             node, f"{self.name}/feedback", self.types.action_feedback, self._on_feedback, _INBOX_SIZE
         )
         status_array = load_message("actionlib_msgs/GoalStatusArray")
-        self._statuses = subscribe_direct(node, f"{self.name}/status", status_array, self._on_statuses, _INBOX_SIZE)
+        self._status_subscriber = subscribe_direct(
+            node, f"{self.name}/status", status_array, self._on_statuses, _INBOX_SIZE
+        )
         node.on_shutdown(self._wake)
 
     @property
     def is_connected(self) -> bool:
         """Whether a server is connected on all topics."""
-        endpoints = (self._goals, self._cancels, self._results, self._feedback, self._statuses)
-        return self._got_status and all(endpoint.num_connections for endpoint in endpoints)
+        endpoints = (
+            self._goal_publisher,
+            self._cancel_publisher,
+            self._result_subscriber,
+            self._feedback_subscriber,
+            self._status_subscriber,
+        )
+        return self._has_status and all(endpoint.num_connections for endpoint in endpoints)
 
     def wait_for_server(self, timeout: float | None = None) -> bool:
         """Wait until a server is connected.
@@ -99,18 +107,20 @@ class Client:
         on_done: Callable[[ClientGoal], object] | None = None,
         timeout: float | None = 5.0,
     ) -> ClientGoal:
-        """Send a goal.
+        """Send a goal and return its handle.
 
         Args:
             goal: the action's goal message, such as FibonacciGoal.
             on_feedback: called with each feedback message of the goal.
             on_stage: called with the goal and each stage that it reaches.
             on_done: called with the goal after it has ended.
-            timeout: seconds to wait until a server is connected; None waits until the node shuts down.
+            timeout: maximum number of seconds to wait until a server is connected; None waits until the node shuts
+                down.
 
         Raises:
             WaitTimeoutError: no server is connected.
             NodeShutdownError: the node is shutting down.
+            ActionError: the client is closed.
             TypeError: ``goal`` is a message of another type.
         """
         if not isinstance(goal, self.types.goal):
@@ -126,23 +136,23 @@ class Client:
         message.header.stamp = now
         with self.lock:
             self._open_goals[client_goal.name] = client_goal  # before a response can arrive
-        self._goals.publish(message)
+        self._goal_publisher.publish(message)
         if on_feedback or on_stage or on_done:
             self._callbacks.keep_checking()  # the program might not wait for the goal
         return client_goal
 
     def cancel_all(self) -> None:
         """Ask the server to cancel all its goals, including those of other clients."""
-        self._cancels.publish(self._goal_id())
+        self._cancel_publisher.publish(self._goal_id())
 
     def cancel_until(self, time: Time) -> None:
         """Ask the server to cancel all goals sent up to a time, including those of other clients."""
-        self._cancels.publish(self._goal_id(time, ""))
+        self._cancel_publisher.publish(self._goal_id(time, ""))
 
     def cancel(self, name: str) -> frozenset[object]:
-        """Ask the server to cancel one goal, by name; returns the links used for the request."""
+        """Ask the server to cancel the goal called ``name``; return the links used for the request."""
         links = self._cancel_links
-        self._cancels.publish(self._goal_id(Time(), name))
+        self._cancel_publisher.publish(self._goal_id(Time(), name))
         return links
 
     def forget(self, name: str) -> None:
@@ -153,7 +163,13 @@ class Client:
     def close(self) -> None:
         """Stop publishing and subscribing; open goals become LOST for this client, but are not cancelled."""
         self._closed = True
-        for topic in (self._goals, self._cancels, self._results, self._feedback, self._statuses):
+        for topic in (
+            self._goal_publisher,
+            self._cancel_publisher,
+            self._result_subscriber,
+            self._feedback_subscriber,
+            self._status_subscriber,
+        ):
             topic.unregister()
         self._lose_goals("the client was closed")
 
@@ -166,7 +182,19 @@ class Client:
     # Waiting ----------------------------------------------------------------------------------------------------------
 
     def wait(self, ready: Callable[[], object], timeout: float | None, step: float = 0.2) -> bool:
-        """Wait until a condition about this client's goals or server is met; see `wait_for_server`."""
+        """Wait until a condition about this client's goals or server is met.
+
+        Args:
+            ready: returns whether the condition is met.
+            timeout: maximum number of seconds of wall time; None for no limit.
+            step: maximum number of seconds between two checks.
+
+        Returns:
+            Whether the condition is met.
+
+        Raises:
+            NodeShutdownError: the node is shutting down.
+        """
         deadline = None if timeout is None else monotonic() + timeout
         while not ready():
             self.watch()
@@ -184,7 +212,7 @@ class Client:
         """
         if not self.node.ok():
             raise NodeShutdownError(f"the wait for action {self.name} was interrupted because the node has shut down")
-        if self._results.num_connections or not self._open_goals:
+        if self._result_subscriber.num_connections or not self._open_goals:
             self._disconnected_since = None
         elif self._disconnected_since is None:
             self._disconnected_since = monotonic()
@@ -211,20 +239,22 @@ class Client:
     @property
     def _links(self) -> frozenset[object]:
         """The links that carry goals to the server and results from it; empty unless both exist."""
-        goal_links = links_of_node(self._goals.links, self._server, lambda link: link.peer)
-        result_links = links_of_node(self._results.links, self._server, lambda link: link.header.get("callerid"))
+        goal_links = links_of_node(self._goal_publisher.links, self._server_name, lambda link: link.peer)
+        result_links = links_of_node(
+            self._result_subscriber.links, self._server_name, lambda link: link.header.get("callerid")
+        )
         return goal_links | result_links if goal_links and result_links else frozenset()
 
     @property
     def _cancel_links(self) -> frozenset[object]:
         """The links that carry cancel requests to the server."""
-        return links_of_node(self._cancels.links, self._server, lambda link: link.peer)
+        return links_of_node(self._cancel_publisher.links, self._server_name, lambda link: link.peer)
 
     # Received ---------------------------------------------------------------------------------------------------------
 
     def _on_statuses(self, message: Any) -> None:
-        self._got_status = True
-        self._server = (message._connection_header or {}).get("callerid", "")
+        self._has_status = True
+        self._server_name = (message._connection_header or {}).get("callerid", "")
         with self.lock:
             goals = list(self._open_goals.values())
         if goals:

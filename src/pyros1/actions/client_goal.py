@@ -24,7 +24,8 @@ class ClientGoal:
 
     Attributes:
         name: the goal's name, unique in the ROS system.
-        links: the links used to send the goal and to receive its result; empty if one of them did not exist then.
+        links: the links used to send the goal and to receive its result; empty if one of them did not exist at that
+        time.
     """
 
     def __init__(
@@ -89,7 +90,7 @@ class ClientGoal:
 
         Raises:
             GoalError: the goal did not succeed; the error has its status, text and result.
-            WaitTimeoutError: the goal has not ended in time. It continues; see `cancel`.
+            WaitTimeoutError: the goal has not ended in time. The goal continues; see `cancel`.
             NodeShutdownError: the node is shutting down.
         """
         if not self.wait(timeout):
@@ -104,7 +105,7 @@ class ClientGoal:
         return progress.result
 
     def feedback(self, timeout: float | None = None) -> Iterator[Any]:
-        """Iterate over the feedback messages until the goal ends; up to 100 are queued, then the oldest are dropped.
+        """Iterate over the feedback messages until the goal ends; if more than 100 are queued, the oldest are dropped.
 
         Args:
             timeout: maximum number of seconds of wall time to wait for each message; None for no limit.
@@ -131,7 +132,7 @@ class ClientGoal:
         return self._feedback.popleft()
 
     def cancel(self) -> None:
-        """Ask the server to cancel the goal, which ends when the server confirms. Do nothing if it has ended."""
+        """Ask the server to cancel the goal, which ends when the server confirms. Do nothing if the goal has ended."""
         may_have_effect = [False]
 
         def request_cancel(progress: Progress) -> None:
@@ -153,23 +154,23 @@ class ClientGoal:
     # Received, in any thread ------------------------------------------------------------------------------------------
 
     def take(self, change: Callable[[Progress], object]) -> None:
-        """Apply a change to the progress, then call the callbacks."""
+        """Apply a function to the progress, under the client's lock; then notify listeners if the stage has changed."""
         with self._client.lock:
-            before = self._progress.stage
+            previous_stage = self._progress.stage
             change(self._progress)
-            ended = self._progress.done and before is not Stage.DONE
-        if ended:
+            has_ended = self._progress.done and previous_stage is not Stage.DONE
+        if has_ended:
             self._client.forget(self.name)
-        if ended or self._progress.stage is not before:
+        if has_ended or self._progress.stage is not previous_stage:
             self._notify_listeners()
 
     def take_statuses(
         self, statuses: dict[str, Any], links: frozenset[object], asking: frozenset[object], now: float
     ) -> None:
-        """Handle a list of statuses: see `Progress.take_statuses`. A lost cancel request is sent again.
+        """Handle a list of statuses; see `Progress.take_statuses`. A lost cancel request is sent again.
 
         Args:
-            statuses, now: see there.
+            statuses, now: as for `Progress.take_statuses`.
             links: the current links for goals and results.
             asking: the current links for cancel requests.
         """

@@ -9,7 +9,7 @@ from pyros1.ground.errors import Error
 
 
 class ActionError(Error):
-    """Something is not an action, or a goal cannot change as requested. Also the base class of all action errors."""
+    """An argument is not an action, or a goal cannot change as requested. Also the base class of all action errors."""
 
 
 class GoalError(ActionError):

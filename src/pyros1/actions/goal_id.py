@@ -1,4 +1,4 @@
-"""Goal names, and matching of goals to cancel requests (pure)."""
+"""Goal names, and which goals a cancel request is for."""
 
 from __future__ import annotations
 
@@ -20,19 +20,20 @@ class GoalNames:
         self._counter = itertools.count(1)
 
     def next(self, now: Time) -> str:
-        """Return a new name: ``/node-1-1700000000.123``."""
+        """Return a new name, such as ``/node-1-1700000000.123``."""
         return f"{self._node_name}-{next(self._counter)}-{now.secs}.{now.nsecs // 1_000_000:03}"
 
 
-def matches(request: Any, goal: Any) -> bool:
+def matches(request: Any, goal_id: Any) -> bool:
     """Return whether a cancel request matches a goal.
 
     Args:
-        request: actionlib_msgs/GoalID: a name, a time (all goals up to it), both, or neither (all goals).
-        goal: the goal's actionlib_msgs/GoalID.
+        request: an actionlib_msgs/GoalID with a name, a time (for all goals up to that time), both, or neither (for all
+            goals).
+        goal_id: the goal's actionlib_msgs/GoalID.
     """
-    if request.id == goal.id:
+    if request.id == goal_id.id:
         return True
     if request.stamp:
-        return bool(goal.stamp <= request.stamp)
+        return bool(goal_id.stamp <= request.stamp)
     return not request.id

@@ -1,4 +1,4 @@
-"""The goals of a server (pure): requests from clients, and the status of each goal."""
+"""The goals of a server, without communication: requests from clients, and the status of each goal."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ class Tracked:
     """A goal and its status.
 
     Attributes:
-        status: its actionlib_msgs/GoalStatus, as published; ``status.goal_id`` names it.
+        status: the goal's actionlib_msgs/GoalStatus, as published; ``status.goal_id`` contains the goal's name.
         goal: the message of the action's goal topic; None if only a cancel request for it was received.
-        ended_at: when the goal ended, after which its status is kept for a while; None while the goal is active.
+        ended_at: the time when the goal ended; its status is kept for a while after that. None while the goal is
+        active.
     """
 
     def __init__(self, goal_id: Any, status: int = Status.PENDING, goal: Any = None) -> None:
@@ -48,7 +49,7 @@ class GoalTable(Generic[_T]):
     """All goals whose status a server publishes. The caller must hold the locks.
 
     Attributes:
-        goals: in the order of arrival.
+        goals: the goals in order of arrival.
         kept: how long a goal's status is published after the goal has ended.
         last_cancel: the latest time up to which goals were cancelled.
     """
@@ -64,32 +65,32 @@ class GoalTable(Generic[_T]):
         return next((goal for goal in self.goals if goal.status.goal_id.id == name), None)
 
     def find_arrived(self, name: str, now: Time) -> tuple[_T | None, bool]:
-        """Check whether an arriving goal is already known.
+        """Find the known goal with the name of an arriving one; mark it as recalled if it was cancelled before it
+        arrived.
 
         Returns:
-            The known goal, or None; and whether it was cancelled before it arrived, in which case the client needs a
-            result now.
+            The known goal, or None; and whether it was marked as recalled, in which case the client needs a result now.
         """
         known = self.find(name) if name else None
         if known is None:
             return None, False
-        recalled = known.status.status == Status.RECALLING and known.goal is None
-        if recalled:
+        is_recalled = known.status.status == Status.RECALLING and known.goal is None
+        if is_recalled:
             known.status.status = int(Status.RECALLED)
             known.ended_at = now
-        return known, recalled
+        return known, is_recalled
 
     def is_too_old(self, goal_id: Any) -> bool:
-        """Return whether an earlier request has already cancelled a new goal, by its time."""
+        """Return whether an earlier request has already cancelled a new goal because of the goal's time."""
         return bool(goal_id.stamp) and bool(goal_id.stamp <= self.last_cancel)
 
     def match_cancel(self, request: Any) -> list[_T]:
-        """Return the goals that a cancel request matches, and remember its time."""
+        """Return the goals that a cancel request matches, and remember the time in the request."""
         self.last_cancel = max(self.last_cancel, request.stamp)
         return [goal for goal in self.goals if matches(request, goal.status.goal_id)]
 
     def forget(self, now: Time) -> list[_T]:
-        """Remove and return the goals that ended long enough ago.
+        """Remove and return the goals that ended more than ``kept`` ago.
 
         Called at each change and regularly. When simulated time has jumped back, as when a bag is replayed, the time
         of ended goals is counted from then on, and earlier cancel requests no longer apply.

@@ -39,24 +39,26 @@ class ActionTypes(NamedTuple):
             action = load_message(action if action.endswith("Action") else f"{action}Action")
         try:
             fields = action()
-            outer = (fields.action_goal, fields.action_result, fields.action_feedback)
-            inner = (fields.action_goal.goal, fields.action_result.result, fields.action_feedback.feedback)
+            topic_messages = (fields.action_goal, fields.action_result, fields.action_feedback)
+            contents = (fields.action_goal.goal, fields.action_result.result, fields.action_feedback.feedback)
         except (AttributeError, TypeError):
             raise ActionError(
                 f"{action!r:.80} is not an action: pass its class, such as FibonacciAction, or its name"
             ) from None
-        return cls(*map(type, outer + inner))
+        return cls(*map(type, topic_messages + contents))
 
 
 def subscribe_direct(
     node: Node, topic: str, message_type: Any, callback: Callable[[Any], None], queue_size: int
 ) -> Subscriber[Any]:
-    """Subscribe with a callback that runs at once, even in a node that spins: the program may wait in a callback."""
+    """Subscribe with a callback that runs immediately, even in a node that spins: the program may be waiting in a
+    callback.
+    """
     return node._topics.subscribe(node.resolve(topic), message_type, callback, queue_size, direct=True)
 
 
 def links_of_node(links: Iterable[Any], name: str, name_of: Callable[[Any], str | None]) -> frozenset[object]:
-    """Return the links to one node: others may only be listening. Return all links if none leads to it, due to a relay.
+    """Return the links to one node, since others may only be listening; all links if none leads to it, as with a relay.
 
     Args:
         links: the links of a publisher or subscriber.

@@ -1,4 +1,4 @@
-"""A goal as its client sees it (pure): stages derived from the server's messages, in whatever order they arrive."""
+"""A goal as its client sees it, without communication: stages derived from the server's messages, in any order."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Progress:
         self.status = Status.PENDING
         self.text = ""
         self.result: Any = None
-        self._known = False  # whether the server has reported the goal
+        self._is_known_to_server = False  # whether the server has reported the goal
         self._silent_since: float | None = None
         self._on_stage = on_stage
         self._on_violation = on_violation
@@ -62,7 +62,7 @@ class Progress:
         if status is not None:
             self._silent_since = None
             self._take_status(status.status, status.text)
-        elif self._known and self.stage is not Stage.WAITING_FOR_RESULT:
+        elif self._is_known_to_server and self.stage is not Stage.WAITING_FOR_RESULT:
             self.lose("the action server no longer knows the goal")
         elif link_lost:
             if self._silent_since is None:
@@ -71,7 +71,7 @@ class Progress:
                 self.lose("a connection broke, and the action server does not know the goal")
 
     def take_result(self, status: Any, result: Any) -> None:
-        """Handle the goal's result and the actionlib_msgs/GoalStatus sent with it; all but the first are ignored."""
+        """Handle the goal's result and the actionlib_msgs/GoalStatus sent with it; ignore all results but the first."""
         if self.done:
             return
         self.result = result
@@ -96,7 +96,7 @@ class Progress:
             self._enter(Stage.DONE)
 
     def _take_status(self, status: int, text: str) -> None:
-        self._known = True
+        self._is_known_to_server = True
         stages = stages_after(self.stage, status)
         if stages is None:
             self._on_violation(f"goal {self.name} was {self.stage.name}, but its server now reports status {status}")

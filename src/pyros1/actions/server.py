@@ -23,9 +23,11 @@ _INBOX_SIZE = 1000
 
 
 class Server:
-    """Receives goals and reports their state to clients. Also a context manager. See `SimpleServer` for the usual case.
+    """Receives goals and reports their state to clients. Also a context manager that closes it. `SimpleServer` is for
+    the usual case.
 
-    The callbacks run in separate threads, even in a node that spins. They should return quickly: use threads for goals.
+    The callbacks run in separate threads, even in a node that spins. They should return quickly: execute goals in other
+    threads.
 
     Args:
         node: the node used for communication and time.
@@ -33,11 +35,12 @@ class Server:
         action: the action's class, such as FibonacciAction, or the name of its type, "actionlib_tutorials/Fibonacci".
         on_goal: called with each new `ServerGoal`, which it accepts or rejects, now or later.
         on_cancel: called with each goal that a client requests to cancel; its ``cancel_requested`` is already set.
-        frequency: status messages per second; one is also sent after every change.
+        frequency: number of status messages per second; one is also sent after every change.
         kept: seconds for which a goal's status is still published after the goal has ended.
 
     Raises:
         ActionError: ``action`` is not an action.
+        TypeError, ValueError: ``on_goal`` or ``frequency`` is invalid.
     """
 
     def __init__(
@@ -64,23 +67,35 @@ class Server:
         self._goals: dict[str, ServerGoal] = {}
         self._status_array: Any = load_message("actionlib_msgs/GoalStatusArray")
         self._closed = False
-        self._statuses = node.advertise(f"{self.name}/status", self._status_array, queue_size=_QUEUE_SIZE, latch=True)
-        self._results = node.advertise(f"{self.name}/result", self.types.action_result, queue_size=_QUEUE_SIZE)
-        self._feedback = node.advertise(f"{self.name}/feedback", self.types.action_feedback, queue_size=_QUEUE_SIZE)
+        self._status_publisher = node.advertise(
+            f"{self.name}/status", self._status_array, queue_size=_QUEUE_SIZE, latch=True
+        )
+        self._result_publisher = node.advertise(f"{self.name}/result", self.types.action_result, queue_size=_QUEUE_SIZE)
+        self._feedback_publisher = node.advertise(
+            f"{self.name}/feedback", self.types.action_feedback, queue_size=_QUEUE_SIZE
+        )
         goal_id = load_message("actionlib_msgs/GoalID")
-        self._cancels = subscribe_direct(node, f"{self.name}/cancel", goal_id, self._on_cancel_message, _INBOX_SIZE)
-        self._incoming = subscribe_direct(
+        self._cancel_subscriber = subscribe_direct(
+            node, f"{self.name}/cancel", goal_id, self._on_cancel_message, _INBOX_SIZE
+        )
+        self._goal_subscriber = subscribe_direct(
             node, f"{self.name}/goal", self.types.action_goal, self._on_goal_message, _INBOX_SIZE
         )
         self.publish_status()
         self._timer = node.timer(1.0 / frequency, lambda _: self.publish_status())
 
     def close(self) -> None:
-        """Stop: clients receive no more messages about their goals."""
+        """Stop the server; clients receive no more messages about their goals."""
         with self.lock:
             self._closed = True
         self._timer.shutdown()
-        for topic in (self._incoming, self._cancels, self._statuses, self._results, self._feedback):
+        for topic in (
+            self._goal_subscriber,
+            self._cancel_subscriber,
+            self._status_publisher,
+            self._result_publisher,
+            self._feedback_publisher,
+        ):
             topic.unregister()
 
     def __enter__(self) -> Server:
@@ -101,7 +116,7 @@ class Server:
                 self._goals.pop(expired.status.goal_id.id, None)
             message = self._status_array(status_list=[tracked.status for tracked in self._table.goals])
             message.header.stamp = now
-            self._statuses.publish(message)
+            self._status_publisher.publish(message)
 
     def publish_result(self, status: Any, result: Any) -> None:
         """Send the result of a goal that has ended, and the status of all goals."""
@@ -112,7 +127,7 @@ class Server:
             if result is not None:
                 message.result = result
             message.header.stamp = self.node.now()
-            self._results.publish(message)
+            self._result_publisher.publish(message)
             self.publish_status()
 
     def publish_feedback(self, status: Any, feedback: Any) -> None:
@@ -122,7 +137,7 @@ class Server:
                 return
             message = self.types.action_feedback(status=status, feedback=feedback)
             message.header.stamp = self.node.now()
-            self._feedback.publish(message)
+            self._feedback_publisher.publish(message)
 
     # Received from clients --------------------------------------------------------------------------------------------
 
@@ -130,9 +145,9 @@ class Server:
         with self.lock:
             now = self.node.now()
             goal_id = message.goal_id
-            known, recalled = self._table.find_arrived(goal_id.id, now)
+            known, is_recalled = self._table.find_arrived(goal_id.id, now)
             if known is not None:
-                if recalled:
+                if is_recalled:
                     self.publish_result(known.status, None)
                 return
             goal_id.id = goal_id.id or self._names.next(now)

@@ -35,7 +35,9 @@ class ServerGoal:
 
     @property
     def cancel_requested(self) -> bool:
-        """Whether the client or a newer goal requests this goal to stop; then it should end soon, as by `cancel`."""
+        """Whether a client or a newer goal has requested this goal to stop; it should then end soon, for example by
+        `cancel`.
+        """
         return self.status in (Status.RECALLING, Status.PREEMPTING)
 
     @property
@@ -44,7 +46,11 @@ class ServerGoal:
         return self.status.ended
 
     def accept(self, text: str = "") -> None:
-        """Accept the goal; raises ActionError, like the other methods here, if the goal's state does not allow it."""
+        """Accept the goal.
+
+        Raises:
+            ActionError: the goal's state does not allow it; `reject`, `succeed`, `abort` and `cancel` raise it as well.
+        """
         self._transition(Transition.ACCEPT, text)
 
     def reject(self, result: Any = None, text: str = "") -> None:
@@ -57,6 +63,10 @@ class ServerGoal:
         Args:
             result: the action's result message, such as FibonacciResult; None for one with default values.
             text: a description for users.
+
+        Raises:
+            ActionError: the goal's state does not allow it.
+            TypeError: ``result`` is a message of another type.
         """
         self._end(Transition.SUCCEED, result, text)
 
@@ -69,7 +79,11 @@ class ServerGoal:
         self._end(Transition.CANCEL, result, text)
 
     def feedback(self, feedback: Any) -> None:
-        """Send the action's feedback message, such as FibonacciFeedback."""
+        """Send the action's feedback message, such as FibonacciFeedback.
+
+        Raises:
+            TypeError: ``feedback`` is a message of another type.
+        """
         if not isinstance(feedback, self._server.types.feedback):
             raise TypeError(f"feedback must be a {self._server.types.feedback.__name__}, not {feedback!r:.80}")
         self._server.publish_feedback(self._tracked.status, feedback)
@@ -83,7 +97,8 @@ class ServerGoal:
         self.hear_cancel()
 
     def on_cancel(self, listener: Callable[[], object]) -> None:
-        """Call a function when the goal is requested to stop, in any thread; at once if this has already happened."""
+        """Call a function when the goal is requested to stop, in any thread; immediately if that has already happened.
+        """
         with self._server.lock:
             self._listeners.append(listener)
             already_requested = self.cancel_requested

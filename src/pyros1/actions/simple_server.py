@@ -60,8 +60,8 @@ class SimpleServer:
         self._execute = execute
         self._lock = threading.RLock()
         self._condition = Condition()
-        self._current: ServerGoal | None = None
-        self._next: ServerGoal | None = None
+        self._current_goal: ServerGoal | None = None
+        self._next_goal: ServerGoal | None = None
         self._closed = False
         node.on_shutdown(self._condition.notify_all)
         self._server = Server(node, name, action, self._on_goal, self._on_cancel, frequency=frequency, kept=kept)
@@ -70,13 +70,13 @@ class SimpleServer:
         self._thread.start()
 
     def close(self, timeout: float | None = 5.0) -> None:
-        """Request the current goal to stop, wait for it, and stop.
+        """Request the current goal to stop, wait until it has ended, and stop the server.
 
         Args:
-            timeout: maximum number of seconds to wait for the current goal.
+            timeout: maximum number of seconds to wait for the current goal; None for no limit.
         """
         self._closed = True
-        current = self._current
+        current = self._current_goal
         if current is not None:
             current.ask_to_cancel()
         self._condition.notify_all()
@@ -92,8 +92,8 @@ class SimpleServer:
 
     def _on_goal(self, goal: ServerGoal) -> None:
         with self._lock:
-            replaced, self._next = self._next, goal
-            current = self._current
+            replaced, self._next_goal = self._next_goal, goal
+            current = self._current_goal
         if replaced is not None:
             self._cancel(replaced, REPLACED_TEXT)
         if current is not None:
@@ -102,9 +102,9 @@ class SimpleServer:
 
     def _on_cancel(self, goal: ServerGoal) -> None:
         with self._lock:
-            is_waiting = goal is self._next
+            is_waiting = goal is self._next_goal
             if is_waiting:
-                self._next = None
+                self._next_goal = None
         if is_waiting:
             self._cancel(goal, "")
 
@@ -115,12 +115,12 @@ class SimpleServer:
 
     def _run(self) -> None:
         while self._node.ok() and not self._closed:
-            self._condition.wait_for(lambda: self._next or self._closed or not self._node.ok(), _POLL_INTERVAL)
+            self._condition.wait_for(lambda: self._next_goal or self._closed or not self._node.ok(), _POLL_INTERVAL)
             with self._lock:
-                self._current, self._next = self._next, None
-            if self._current is not None:
-                self._execute_goal(self._current)
-                self._current = None
+                self._current_goal, self._next_goal = self._next_goal, None
+            if self._current_goal is not None:
+                self._execute_goal(self._current_goal)
+                self._current_goal = None
 
     def _execute_goal(self, goal: ServerGoal) -> None:
         log = self._node.log

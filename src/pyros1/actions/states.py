@@ -1,4 +1,4 @@
-"""Goal states in clients and servers, and their transitions (pure).
+"""Goal states in clients and servers, and their transitions.
 
 The server knows a goal's status, which it publishes; the client derives from it the stage of its conversation with the
 server (https://wiki.ros.org/actionlib/DetailedDescription).
@@ -26,10 +26,12 @@ class Status(IntEnum):
     @property
     def ended(self) -> bool:
         """Whether this status is final."""
-        return self in _ENDED
+        return self in _FINAL_STATUSES
 
 
-_ENDED = frozenset({Status.PREEMPTED, Status.SUCCEEDED, Status.ABORTED, Status.REJECTED, Status.RECALLED, Status.LOST})
+_FINAL_STATUSES = frozenset(
+    {Status.PREEMPTED, Status.SUCCEEDED, Status.ABORTED, Status.REJECTED, Status.RECALLED, Status.LOST}
+)
 
 
 class Stage(IntEnum):
@@ -72,7 +74,7 @@ def status_after(status: int, transition: Transition) -> Status | None:
     return _TRANSITIONS[transition].get(Status(status)) if 0 <= status <= Status.LOST else None
 
 
-_LETTERS = {
+_STAGE_BY_LETTER = {
     "P": Stage.PENDING,
     "A": Stage.ACTIVE,
     "R": Stage.RECALLING,
@@ -82,7 +84,7 @@ _LETTERS = {
 # A column for each stage except DONE, a row for each status that a server may publish. Letters are the next stages,
 # one after the other: the client may have missed messages, but passes through each stage. "." means no change, "!" is
 # a violation of the protocol.
-_COLUMNS = (
+_TABLE_COLUMNS = (
     Stage.WAITING_FOR_GOAL_ACK,
     Stage.PENDING,
     Stage.ACTIVE,
@@ -91,7 +93,7 @@ _COLUMNS = (
     Stage.RECALLING,
     Stage.PREEMPTING,
 )
-_ROWS = {
+_TABLE_ROWS = {
     Status.PENDING: "P   .   !  ! .  !  !",
     Status.ACTIVE: "A   A   .  . .  !  !",
     Status.RECALLING: "PR  R   !  ! R  .  !",
@@ -102,15 +104,15 @@ _ROWS = {
     Status.SUCCEEDED: "AW  AW  W  . XW XW W",
     Status.ABORTED: "AW  AW  W  . XW XW W",
 }
-_STAGES: dict[tuple[int, int], tuple[Stage, ...] | None] = {
-    (stage, status): None if cell == "!" else tuple(_LETTERS[letter] for letter in cell if letter != ".")
-    for status, row in _ROWS.items()
-    for stage, cell in zip(_COLUMNS, row.split(), strict=True)
+_NEXT_STAGES: dict[tuple[int, int], tuple[Stage, ...] | None] = {
+    (stage, status): None if cell == "!" else tuple(_STAGE_BY_LETTER[letter] for letter in cell if letter != ".")
+    for status, row in _TABLE_ROWS.items()
+    for stage, cell in zip(_TABLE_COLUMNS, row.split(), strict=True)
 }
 
 
 def stages_after(stage: int, status: int) -> tuple[Stage, ...] | None:
-    """Return the stages that a goal goes through when the server's status arrives.
+    """Return the stages that a goal goes through when a status arrives from the server.
 
     Args:
         stage: the current stage.
@@ -120,5 +122,5 @@ def stages_after(stage: int, status: int) -> tuple[Stage, ...] | None:
         The stages in order, often none; None if the protocol does not allow this status now.
     """
     if stage == Stage.DONE:
-        return () if status in _ENDED and status != Status.LOST else None
-    return _STAGES.get((stage, status))
+        return () if status in _FINAL_STATUSES and status != Status.LOST else None
+    return _NEXT_STAGES.get((stage, status))

@@ -22,7 +22,7 @@ and to other nodes run in worker threads.
 To wait for a message with a timeout: ``await asyncio.wait_for(anext(messages), 0.5)``. A late message is not lost.
 
 SIGINT and SIGTERM shut the node down: its hooks run, and iterations, waits and the body of ``async with`` end, so
-that the program exits with code 0. The program must end other tasks itself. A second signal ends it at once.
+that the program exits with code 0. The program must end other tasks itself. A second signal ends it immediately.
 """
 
 from pyros1.aio.messages import Messages

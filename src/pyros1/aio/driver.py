@@ -1,4 +1,4 @@
-"""Runs delivery loops on an asyncio loop, in place of threads."""
+"""Runs delivery loops on an asyncio loop, instead of threads."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class LoopDriver:
 
     Args:
         loop: the running loop.
-        on_error: called with an exception that a delivery loop did not handle.
+        on_error: called with each exception that a delivery loop does not handle.
     """
 
     cooperative = True
@@ -29,17 +29,17 @@ class LoopDriver:
         self._thread = threading.get_ident()
         self._on_error = on_error
         self._deliveries: dict[int, DeliveryLoop] = {}
-        self._read: int | None = None  # the socket for which a delivery loop is running, until it is rearmed
+        self._running_fd: int | None = None  # the socket for which a delivery loop is running, until it is rearmed
 
     def register(self, fd: int, delivery: DeliveryLoop) -> None:
-        """Run a delivery loop when a socket can be read: once, then again after each `rearm`."""
+        """Run a delivery loop when a socket becomes readable: once, and again after each `rearm`."""
         self._deliveries[fd] = delivery
         self._loop.add_reader(fd, self._on_readable, fd)
 
     def rearm(self, fd: int) -> None:
-        """Watch a socket again after its delivery loop was run."""
-        if fd == self._read:
-            self._read = None  # the loop is still watching it
+        """Watch a socket again after its delivery loop has run."""
+        if fd == self._running_fd:
+            self._running_fd = None  # the loop is still watching it
         elif fd in self._deliveries:
             self._loop.add_reader(fd, self._on_readable, fd)
 
@@ -57,15 +57,15 @@ class LoopDriver:
     def call(self, function: Callable[[], None], timeout: float) -> None:
         """Call a function in the loop's thread; wait for it at most ``timeout`` seconds."""
         if threading.get_ident() != self._thread and self._loop.is_running():
-            done = threading.Event()
+            called = threading.Event()
 
             def call() -> None:
                 function()
-                done.set()
+                called.set()
 
             with contextlib.suppress(RuntimeError):
                 self._loop.call_soon_threadsafe(call)
-                done.wait(timeout)
+                called.wait(timeout)
                 return
         function()
 
@@ -73,24 +73,24 @@ class LoopDriver:
         delivery = self._deliveries.get(fd)
         if delivery is None:
             return
-        self._read = fd
+        self._running_fd = fd
         self._run(delivery, fd)
-        if self._read is not None and fd in self._deliveries:
+        if self._running_fd is not None and fd in self._deliveries:
             self._loop.remove_reader(fd)
-        self._read = None
+        self._running_fd = None
 
     def _run(self, delivery: DeliveryLoop, fd: int | None = None) -> None:
         try:
             if delivery.driver is self:
                 delivery.run(fd)
             else:
-                delivery.driver.wake(delivery)  # it has moved
+                delivery.driver.wake(delivery)  # it was moved to another driver
         except Exception as error:  # noqa: BLE001  a bug in pyros1; the other subscriptions must go on
             self._on_error(error)
 
 
 def can_drive(loop: asyncio.AbstractEventLoop) -> bool:
-    """Return whether a loop can wait for sockets. The default one on Windows cannot."""
+    """Return whether an asyncio loop can wait for sockets. The default one on Windows cannot."""
     near, far = socket.socketpair()
     try:
         loop.add_reader(near, lambda: None)

@@ -18,13 +18,13 @@ if TYPE_CHECKING:
 _M = TypeVar("_M")
 
 MAX_PENDING = 100
-"""Number of queued messages from which a publisher is held back, for iterations without ``queue_size``."""
+"""Number of queued messages at which a publisher is held back, for iterations without ``queue_size``."""
 
 
 class Messages(Generic[_M]):
     """The messages of one topic, for ``async for``; created by ``Node.subscribe``. Ends when the node shuts down.
 
-    They are queued undecoded, in one queue for each publisher; publishers take turns, as for a callback.
+    The messages are queued undecoded, in one queue for each publisher; publishers take turns, as for a callback.
 
     Uses no lock: messages may be added and removed by different threads, and a signal handler may run at any time.
 
@@ -32,7 +32,7 @@ class Messages(Generic[_M]):
         loop: the asyncio loop in which the iteration runs.
         limit: maximum number of queued messages of each publisher; older ones are dropped. None drops nothing:
             publishers are held back.
-        urgent: whether other subscribers must not hold back the message awaited here.
+        urgent: whether other subscribers must not hold back the message that is awaited here.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop, limit: int | None, urgent: bool = False) -> None:
@@ -43,7 +43,7 @@ class Messages(Generic[_M]):
         self._inboxes: dict[Source, Inbox] = {}
         self._inbox_set = InboxSet()
         self._ready = asyncio.Event()
-        self._wake_scheduled = False  # the loop has been asked to check for messages
+        self._is_wake_scheduled = False  # the loop has been asked to check for messages
         self._ended = False
         self._abandoned = False
         self._full_inboxes: set[Inbox] = set()  # those whose publishers are held back
@@ -53,28 +53,28 @@ class Messages(Generic[_M]):
     # For the subscription ---------------------------------------------------------------------------------------------
 
     def put(self, source: Source, item: Item) -> None:
-        """Add a message. May be called by one thread at a time."""
+        """Add a message. Called by one thread at a time."""
         inbox = self._inboxes.get(source)
         if inbox is None:
-            inbox = self._open(source)
+            inbox = self._open_inbox(source)
         inbox.put(item, self._limit)
         if not inbox.is_ready:
             self._inbox_set.mark_ready(inbox)
         if self._limit is None and inbox.is_full(MAX_PENDING):
             self._full_inboxes.add(inbox)
-            if not inbox.is_full(MAX_PENDING // 2):  # the loop has emptied it, perhaps before it was added to the set
+            if not inbox.is_full(MAX_PENDING // 2):  # the loop has emptied the inbox, perhaps before it was added
                 self._full_inboxes.discard(inbox)
-        if not self._wake_scheduled:
-            self._wake_scheduled = True
+        if not self._is_wake_scheduled:
+            self._is_wake_scheduled = True
             self._wake()
 
-    def _open(self, source: Source) -> Inbox:
+    def _open_inbox(self, source: Source) -> Inbox:
         """Create a queue for a publisher; remove those of disconnected publishers."""
         if len(self._inboxes) >= self._cleanup_at:
-            for old, inbox in list(self._inboxes.items()):
-                if not old.connected and not len(inbox):
+            for other_source, inbox in list(self._inboxes.items()):
+                if not other_source.connected and not len(inbox):
                     self._inbox_set.forget(inbox)
-                    del self._inboxes[old]
+                    del self._inboxes[other_source]
             self._cleanup_at = max(1, 2 * len(self._inboxes))
         inbox = self._inboxes[source] = Inbox(source)
         self._inbox_set.open(inbox)
@@ -82,7 +82,7 @@ class Messages(Generic[_M]):
 
     @property
     def full(self) -> bool:
-        """Whether publishers are to be held back."""
+        """Whether publishers must be held back."""
         return bool(self._full_inboxes) and not self._ended
 
     @property
@@ -105,14 +105,14 @@ class Messages(Generic[_M]):
             self._ended = True
 
     def attach(self, subscriber: Subscriber[_M]) -> None:
-        """Set the handle of the subscription. Messages may already have arrived. May be called by any thread."""
+        """Set the handle of the subscription. Messages may already have arrived. Thread-safe."""
         self._subscriber = subscriber
         if self._abandoned:
             subscriber.unregister()
         self._wake()
 
     def abandon(self) -> None:
-        """End the iteration and unsubscribe, now or when the handle is set, without waiting for it."""
+        """End the iteration and unsubscribe, now or when the handle is set, without waiting for the master."""
         self._abandoned = True
         self.end()
         if self._subscriber is not None:
@@ -127,11 +127,11 @@ class Messages(Generic[_M]):
 
     @property
     def dropped(self) -> int:
-        """Number of messages dropped because the iteration was too slow, see ``queue_size``."""
+        """Number of messages dropped because the iteration was too slow; see ``queue_size``."""
         return self._inbox_set.dropped
 
     def end(self) -> None:
-        """End the iteration after the messages that are already queued. May be called by any thread."""
+        """End the iteration after the messages that are already queued. Thread-safe."""
         self._ended = True
         self._wake()
         if self._subscriber is not None:
@@ -146,7 +146,7 @@ class Messages(Generic[_M]):
                 message = self._next_message()
                 if message is not None:
                     return message
-            self._wake_scheduled = False
+            self._is_wake_scheduled = False
             self._ready.clear()
             if self._inbox_set.ready:  # added by a thread that assumed that the loop would check
                 continue
@@ -171,7 +171,7 @@ class Messages(Generic[_M]):
         return self._subscriber.message(inbox.source, item)
 
     async def aclose(self) -> None:
-        """Unsubscribe."""
+        """End the iteration, unsubscribe, and wait until that is done."""
         self.end()
         if self._subscriber is not None:
             # A cancellation ends only the wait.
@@ -181,6 +181,6 @@ class Messages(Generic[_M]):
         return self
 
     async def __aexit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+        self, error_class: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         await self.aclose()

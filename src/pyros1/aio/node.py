@@ -41,7 +41,8 @@ _INTERRUPTED_EXIT_CODE = 130
 class _Signals(SignalHandlers):
     """Signal handlers that replace those of asyncio, which cancel the main task and print a KeyboardInterrupt.
 
-    A second signal ends the program from its loop, so that tasks are cancelled properly; a third one ends it at once.
+    A second signal ends the program from its loop, so that tasks are cancelled properly; a third one ends it
+    immediately.
     """
 
     loop: asyncio.AbstractEventLoop | None = None
@@ -120,7 +121,7 @@ class Node:
         self._signals = _Signals(self._on_signal) if handle_signals else None
         self._cancel_timer: asyncio.TimerHandle | None = None  # cancels the body of ``async with``
         self._signal_timer: asyncio.TimerHandle | None = None
-        self._body_cancelled = False
+        self._is_body_cancelled = False
         self._starting_node: SyncNode | None = None
         self._node: _Node | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
@@ -154,7 +155,7 @@ class Node:
         return self
 
     async def __aexit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+        self, error_class: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> bool:
         self._stop_polling_signals()
         if self._cancel_timer is not None:
@@ -163,12 +164,12 @@ class Node:
             await asyncio.to_thread(self._node.shutdown)
         if self._signals is not None and not self._signals.count:  # otherwise a second signal still ends the program
             self._signals.restore()
-        if kind is None:
+        if error_class is None:
             return False
-        if issubclass(kind, asyncio.CancelledError) and self._body_cancelled:
+        if issubclass(error_class, asyncio.CancelledError) and self._is_body_cancelled:
             uncancel = getattr(self._task, "uncancel", None)  # exists since Python 3.11
             return uncancel is None or uncancel() == 0
-        return issubclass(kind, NodeShutdownError)  # a wait ended because the node was shut down
+        return issubclass(error_class, NodeShutdownError)  # a wait ended because the node was shut down
 
     def _on_created(self, node: SyncNode) -> None:
         self._starting_node = node
@@ -187,7 +188,9 @@ class Node:
                 self._loop.call_soon_threadsafe(self._schedule_cancel)
 
     def _poll_signals(self) -> None:
-        """Let Python run signal handlers: a signal just before the loop starts waiting does not end that wait."""
+        """Let Python run signal handlers regularly: a signal just before the loop starts waiting does not end that
+        wait.
+        """
         assert self._loop is not None
         self._signal_timer = self._loop.call_later(POLL_INTERVAL, self._poll_signals)
 
@@ -202,7 +205,7 @@ class Node:
 
     def _cancel_body(self) -> None:
         if self._task is not None:
-            self._body_cancelled = True
+            self._is_body_cancelled = True
             self._task.cancel()
 
     def _on_error(self, error: BaseException) -> None:
@@ -239,10 +242,10 @@ class Node:
         return self.sync.now()
 
     async def advertise(self, topic: str, type: type[_M] | str, **options: Any) -> Publisher[_M]:
-        """Publish on a topic, see :meth:`pyros1.Node.advertise`. The publisher's ``publish`` does not wait.
+        """Publish on a topic; see :meth:`pyros1.Node.advertise`. The publisher's ``publish`` does not wait.
 
         Raises:
-            ValueError: ``queue_size=None``, which would make ``publish`` block.
+            ValueError: ``queue_size`` is None, which would make ``publish`` block.
         """
         if options.get("queue_size", 1) is None:
             raise ValueError(
@@ -253,12 +256,15 @@ class Node:
     async def subscribe(
         self, topic: str, type: type[_M] | str, *, queue_size: int | None = None, tcp_nodelay: bool = True
     ) -> Messages[_M]:
-        """Subscribe to a topic; returns when it is registered with the master.
+        """Subscribe to a topic; return its messages once the subscription is registered with the master.
 
         Args:
+            topic: name of the topic.
+            type: message class, or a type's name.
             queue_size: maximum number of messages of each publisher queued for the iteration; older ones are dropped
                 undecoded. None drops nothing: a publisher with 100 queued messages is held back, and so are other
                 subscriptions of the topic in this node, except `wait_for_message`.
+            tcp_nodelay: whether to ask publishers to send small messages without delay.
         """
         return await self._subscribe(topic, type, queue_size, tcp_nodelay)
 
@@ -291,7 +297,7 @@ class Node:
                 yield message
 
     async def wait_for_message(self, topic: str, type: type[_M] | str, timeout: float | None = None) -> _M:
-        """Wait for one new message.
+        """Wait for one new message and return it.
 
         Meanwhile, an iteration over the same topic keeps receiving, even if it is waiting for this call, so its queue
         may exceed the usual limit.
@@ -324,7 +330,7 @@ class Node:
         await asyncio.to_thread(self.sync.wait_for_service, name, timeout)
 
     async def call(self, client: ServiceClient, *args: Any, **fields: Any) -> Any:
-        """Call a service with a client that `service` returned, in a worker thread."""
+        """Call a service in a worker thread, with a client returned by `service`; return the response."""
         if not isinstance(client, ServiceClient):
             raise TypeError(f"call: the client must be one that service(name, type) returned, not {client!r:.80}")
         return await asyncio.to_thread(lambda: client(*args, **fields))
@@ -339,6 +345,8 @@ class Node:
         """Provide a service.
 
         Args:
+            name: name of the service.
+            type: service class, or a type's name.
             handler: a coroutine function or a function, called in the asyncio loop; returns the same as a handler of
                 :meth:`pyros1.Node.advertise_service`.
         """

@@ -20,11 +20,12 @@ if TYPE_CHECKING:
 class Sightings:
     """The sightings of a watched node, for ``async for``; created by ``Node.watch``. Ends when the node shuts down.
 
-    If more than 100 are queued, the oldest are dropped. Also a context manager that ends the watch.
+    If more than 100 sightings are queued, the oldest are dropped. Also a context manager that ends the watch.
 
     Args:
         loop: the asyncio loop in which the iteration runs.
-        begin: begins the watch; its argument is the function to call with each Sighting, in the node's thread.
+        begin: starts the watch and returns it; its argument is the function to call with each Sighting, in a thread of
+            the node.
     """
 
     def __init__(self, loop: asyncio.AbstractEventLoop, begin: Callable[[Callable[[Sighting], None]], Watch]) -> None:
@@ -60,7 +61,7 @@ class Sightings:
         return self._watch.last
 
     def close(self) -> None:
-        """End the watch, and the iteration after the queued sightings. May be called by any thread."""
+        """End the watch, and the iteration after the queued sightings. Thread-safe."""
         self._ended = True
         self._watch.close()
         self._wake()
@@ -81,6 +82,6 @@ class Sightings:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+        self, error_class: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()

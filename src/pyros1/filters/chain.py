@@ -6,7 +6,7 @@ import threading
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from pyros1.filters.synchronizers import Recent, matcher, stamp_of
+from pyros1.filters.synchronizers import Recent, make_matcher, stamp_of
 from pyros1.ground.timing import Time
 
 if TYPE_CHECKING:
@@ -25,11 +25,11 @@ class Filter:
         self._callbacks: list[Callable[..., object]] = []
 
     def connect(self, callback: Callable[..., object]) -> None:
-        """Call a function with all future output of the filter."""
+        """Call a function with all later output of the filter, one argument per message."""
         self._callbacks.append(callback)
 
     def emit(self, *messages: Any) -> None:
-        """Output messages: all callbacks are called with them, one argument per message."""
+        """Output messages: call all callbacks with them, one argument per message."""
         for callback in self._callbacks:
             callback(*messages)
 
@@ -60,8 +60,9 @@ class Synchronizer(Filter):
 
     Args:
         inputs: the filters, which must output stamped messages.
-        queue_size: maximum number of waiting messages per filter; those with the oldest stamps are dropped.
-        slop: number of seconds; the stamps of a set are less than this far apart. None if they must be equal.
+        queue_size: maximum number of waiting messages per filter; beyond that, those with the oldest stamps are
+        dropped.
+        slop: the stamps in a set are less than this many seconds apart; None if they must be equal.
         headerless: whether messages without a header are stamped with their arrival time; otherwise they cause an
             error, which the node logs.
     """
@@ -72,18 +73,18 @@ class Synchronizer(Filter):
         if not inputs:
             raise ValueError("a synchronizer needs at least one filter")
         super().__init__(inputs[0].node)
-        self._matcher = matcher(len(inputs), queue_size, slop)
+        self._matcher = make_matcher(len(inputs), queue_size, slop)
         self._allow_headerless = headerless
         self._last_time = Time()
         self._lock = threading.RLock()  # a callback may add messages
-        for index, each in enumerate(inputs):
-            each.connect(lambda message, index=index: self.add(index, message))
+        for index, input_filter in enumerate(inputs):
+            input_filter.connect(lambda message, index=index: self.add(index, message))
 
     def add(self, index: int, message: Any) -> None:
-        """Add a message from the filter with the given index.
+        """Add a message from the filter with the given index; output the sets that it completes.
 
         Raises:
-            TypeError: the message has no header.
+            TypeError: the message has no header, and ``headerless`` is False.
         """
         now = self.node.now()
         stamp = stamp_of(message, now if self._allow_headerless else None)
@@ -112,10 +113,10 @@ class Cache(Filter):
         source.connect(self.add)
 
     def add(self, message: Any) -> None:
-        """Add a message.
+        """Add a message and pass it on.
 
         Raises:
-            TypeError: the message has no header.
+            TypeError: the message has no header, and ``headerless`` is False.
         """
         stamp = stamp_of(message, self.node.now() if self._allow_headerless else None)
         with self._lock:

@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator, Mapping
 from contextlib import AsyncExitStack
 from typing import TYPE_CHECKING, Any
 
-from pyros1.filters.synchronizers import matcher, stamp_of
+from pyros1.filters.synchronizers import make_matcher, stamp_of
 from pyros1.ground.timing import Time
 
 if TYPE_CHECKING:
@@ -29,17 +29,17 @@ async def synchronized(
 
     Args:
         node: an asyncio node.
-        topics: topic -> message class or type name; the messages of a set are in this order.
+        topics: the message class or type name of each topic; the messages in a set are in this order.
         queue_size, slop, headerless: as for `pyros1.filters.Synchronizer`.
 
     Raises:
-        TypeError: a message has no header.
+        TypeError: a message has no header, and ``headerless`` is False.
     """
-    synchronizer = matcher(len(topics), queue_size, slop)
+    synchronizer = make_matcher(len(topics), queue_size, slop)
     ready: asyncio.Queue[tuple[Any, ...]] = asyncio.Queue(1)
     last = Time()
 
-    async def read(index: int, stream: Any) -> None:
+    async def read_topic(index: int, stream: Any) -> None:
         nonlocal last
         async for message in stream:
             now = node.now()
@@ -51,18 +51,18 @@ async def synchronized(
 
     async with AsyncExitStack() as stack:
         streams = [await stack.enter_async_context(await node.subscribe(*topic)) for topic in topics.items()]
-        readers = asyncio.gather(*(read(*each) for each in enumerate(streams)))
+        readers = asyncio.gather(*(read_topic(*indexed_stream) for indexed_stream in enumerate(streams)))
         try:
             while True:
-                get = asyncio.ensure_future(ready.get())
-                futures: set[asyncio.Future[Any]] = {get, readers}
+                next_set = asyncio.ensure_future(ready.get())
+                futures: set[asyncio.Future[Any]] = {next_set, readers}
                 try:
                     await asyncio.wait(futures, return_when=asyncio.FIRST_COMPLETED)
-                    if not get.done() and ready.empty():
+                    if not next_set.done() and ready.empty():
                         break
-                    messages = await get
+                    messages = await next_set
                 finally:
-                    get.cancel()
+                    next_set.cancel()
                 yield messages
             await readers  # raises the exception of any of them
         finally:

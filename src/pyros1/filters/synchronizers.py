@@ -1,7 +1,7 @@
 """Finds messages of several topics with equal or nearly equal time stamps, and stores recent messages
 (https://wiki.ros.org/message_filters).
 
-Pure: messages and their stamps go in, and matching sets come out.
+Nothing is received or sent here: messages and their stamps go in, and matching sets come out.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ class ExactTime:
 
     Args:
         count: number of topics.
-        queue_size: maximum number of waiting messages per topic; those with the oldest stamps are dropped.
+        queue_size: maximum number of waiting messages per topic; beyond that, those with the oldest stamps are dropped.
     """
 
     def __init__(self, count: int, queue_size: int) -> None:
@@ -42,11 +42,11 @@ class ExactTime:
 
     def complete(self, index: int, stamp: Time) -> list[tuple[Any, ...]]:
         """Remove and return the sets completed by a message of topic ``index``."""
-        common = set.intersection(*map(set, self.queues))
-        return [self._pop_set([each] * len(self.queues)) for each in sorted(common)]
+        common_stamps = set.intersection(*map(set, self.queues))
+        return [self._pop_set([common_stamp] * len(self.queues)) for common_stamp in sorted(common_stamps)]
 
     def keep(self, index: int, stamp: Time, message: Any) -> None:
-        """Queue a message until the matching ones arrive."""
+        """Queue a message until matching ones arrive; drop the oldest if there are too many."""
         queue = self.queues[index]
         queue[stamp] = message
         while len(queue) > self.queue_size:
@@ -68,7 +68,7 @@ class ApproximateTime(ExactTime):
 
     Args:
         count, queue_size: as for `ExactTime`.
-        slop: number of seconds.
+        slop: the stamps in a set are less than this many seconds apart.
     """
 
     def __init__(self, count: int, queue_size: int, slop: float) -> None:
@@ -76,7 +76,7 @@ class ApproximateTime(ExactTime):
         self.slop = Duration.from_sec(slop)
 
     def complete(self, index: int, stamp: Time) -> list[tuple[Any, ...]]:
-        """Return the set that the newest message of topic ``index`` completes, if any."""
+        """Remove and return the set that the newest message of topic ``index`` completes, if any."""
         if (
             stamp not in self.queues[index] or not self.slop > Duration()
         ):  # already dropped, or nothing can be near enough
@@ -87,35 +87,35 @@ class ApproximateTime(ExactTime):
             if not stamps:
                 return []
             candidates.append(stamps)
-        found = self._find_combination(candidates, stamp, stamp)
-        return [self._pop_set(found)] if found is not None else []
+        combination = self._find_combination(candidates, stamp, stamp)
+        return [self._pop_set(combination)] if combination is not None else []
 
     def _nearby_stamps(self, index: int, stamp: Time) -> list[Time]:
         """Return the stamps of a topic that may match, the nearest first; equally near ones in the order received."""
-        center, maximum = stamp.to_nsec(), self.slop.to_nsec()
-        found: list[tuple[int, int, Time]] = []
-        for order, each in enumerate(self.queues[index]):
-            distance = abs(each.to_nsec() - center)
-            if distance <= maximum:
-                found.append((distance, order, each))
-        found.sort()
-        return [each for _, _, each in found]
+        center, max_distance = stamp.to_nsec(), self.slop.to_nsec()
+        nearby: list[tuple[int, int, Time]] = []
+        for order, other_stamp in enumerate(self.queues[index]):
+            distance = abs(other_stamp.to_nsec() - center)
+            if distance <= max_distance:
+                nearby.append((distance, order, other_stamp))
+        nearby.sort()
+        return [other_stamp for _, _, other_stamp in nearby]
 
     def _find_combination(self, candidates: list[list[Time]], low: Time, high: Time) -> list[Time] | None:
         """Return the first combination of stamps, one per topic, that fits the range from ``low`` to ``high``."""
         if not candidates:
             return []
-        for each in candidates[0]:
-            minimum, maximum = min(low, each), max(high, each)
+        for stamp in candidates[0]:
+            minimum, maximum = min(low, stamp), max(high, stamp)
             if maximum - minimum < self.slop:
                 rest = self._find_combination(candidates[1:], minimum, maximum)
                 if rest is not None:
-                    return [each, *rest]
+                    return [stamp, *rest]
         return None
 
 
 class Recent:
-    """The newest messages of a topic, in the order of their time stamps.
+    """The newest messages of a topic, in order of their time stamps.
 
     Args:
         size: maximum number of messages.
@@ -124,12 +124,12 @@ class Recent:
     def __init__(self, size: int) -> None:
         self.size = size
         self._items: list[tuple[Time, int, Any]] = []
-        self._number = 0
+        self._last_number = 0
 
     def add(self, stamp: Time, message: Any) -> None:
         """Add a message; the oldest one is removed if there are too many."""
-        self._number += 1
-        insort(self._items, (stamp, self._number, message), key=lambda item: item[:2])
+        self._last_number += 1
+        insort(self._items, (stamp, self._last_number, message), key=lambda item: item[:2])
         if len(self._items) > self.size:
             del self._items[0]
 
@@ -160,12 +160,12 @@ class Recent:
         return self._items[-1][0] if self._items else None
 
 
-def matcher(count: int, queue_size: int, slop: float | None) -> ExactTime:
+def make_matcher(count: int, queue_size: int, slop: float | None) -> ExactTime:
     """Return a matcher for ``count`` topics with equal stamps, or with stamps less than ``slop`` apart.
 
     Args:
         count, queue_size: as for `ExactTime`.
-        slop: number of seconds, or None.
+        slop: maximum difference of the stamps in seconds (exclusive); None for equal stamps.
     """
     return ExactTime(count, queue_size) if slop is None else ApproximateTime(count, queue_size, slop)
 
@@ -174,7 +174,8 @@ def stamp_of(message: Any, default: Time | None = None) -> Time:
     """Return the time stamp in a message's header.
 
     Args:
-        default: stamp to return if there is no header.
+        message: the message.
+        default: the stamp to return if the message has no header; None for no default.
 
     Raises:
         TypeError: there is neither a header nor a default.

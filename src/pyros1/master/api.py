@@ -13,7 +13,7 @@ from typing import Any, Final, NamedTuple
 from pyros1.ground.names import SEP
 from pyros1.master import arguments
 from pyros1.master.arguments import Refused, Validator
-from pyros1.master.parameters import Parameters, updates
+from pyros1.master.parameters import Parameters, param_updates
 from pyros1.master.registry import Notice, Registry
 from pyros1.net.xmlrpc_server import unknown_method
 from pyros1.wire.xmlrpc import PreparedList
@@ -23,7 +23,7 @@ Log = Callable[[str, str], object]
 
 Response = tuple[str, Any]
 _TOPIC_TYPES_RECORD: Final = "topicTypes"
-"""A record that holds the types of topics; not a method of the API."""
+"""The name of a record that holds the types of topics; the API has no such method."""
 
 
 class MasterApi:
@@ -34,7 +34,7 @@ class MasterApi:
         log: called for each change (M57).
         on_shutdown: called with the reason when a client asks the master to shut down.
         pid: the process id that ``getPid`` returns.
-        log_calls: also log each call, with level ``debug``.
+        log_calls: whether to log each call as well, with level ``debug``.
         record: called with each call that has changed something, with its arguments resolved (see `restore`).
 
     Attributes:
@@ -60,7 +60,10 @@ class MasterApi:
         self._pid = pid
         self._log_calls = log_calls
         self._record = record
-        self._state: tuple[int, PreparedList] = (-1, PreparedList())  # cached, as tools often request it
+        self._cached_state: tuple[int, PreparedList] = (
+            -1,
+            PreparedList(),
+        )  # the registry's version and system state, which tools often request
 
     def dispatch(self, method: str, params: Sequence[Any]) -> list[Any]:
         """Execute a call and return its response.
@@ -102,7 +105,7 @@ class MasterApi:
         yield "setParam", (SEP, SEP, self.parameters.get(SEP))
 
     def restore(self, calls: Iterable[tuple[str, Sequence[Any]]]) -> None:
-        """Execute recorded calls, without notifying nodes and without logging. Calls that fail are skipped."""
+        """Execute recorded calls without notifying nodes and without logging. Calls that fail are skipped."""
         notify, log, record = self._notify, self._log, self._record
         self._notify, self._log, self._record = (lambda _: None), (lambda *_: None), None
         try:
@@ -145,17 +148,17 @@ class MasterApi:
         notices = self.registry.unregister_publisher(caller, topic, api)
         self._log("info", f"-PUB [{topic}] {caller} {api}")
         self._notify(notices or ())
-        return self._unregistered(caller, topic, is_known, notices is not None)
+        return self._unregister_response(caller, topic, is_known, notices is not None)
 
     def _unregister_subscriber(self, caller: str, topic: str, api: str) -> Response:
         is_known = self.registry.node_api(caller) is not None
-        removed = self.registry.unregister_subscriber(caller, topic, api)
+        is_removed = self.registry.unregister_subscriber(caller, topic, api)
         self._log("info", f"-SUB [{topic}] {caller} {api}")
-        return self._unregistered(caller, topic, is_known, removed)
+        return self._unregister_response(caller, topic, is_known, is_removed)
 
     @staticmethod
-    def _unregistered(caller: str, topic: str, is_known: bool, removed: bool) -> Response:
-        if removed:
+    def _unregister_response(caller: str, topic: str, is_known: bool, is_removed: bool) -> Response:
+        if is_removed:
             return f"Unregistered [{caller}] as provider of [{topic}]", 1
         if is_known:
             return f"[{caller}] is not a known provider of [{topic}]", 0
@@ -169,9 +172,9 @@ class MasterApi:
 
     def _unregister_service(self, caller: str, service: str, uri: str) -> Response:
         is_known = self.registry.node_api(caller) is not None
-        removed = self.registry.unregister_service(caller, service, uri)
+        is_removed = self.registry.unregister_service(caller, service, uri)
         self._log("info", f"-SERVICE [{service}] {caller} {uri}")
-        if removed:
+        if is_removed:
             return f"Unregistered [{caller}] as provider of [{service}]", 1
         if not is_known:
             return f"[{caller}] is not a registered node", 0
@@ -197,9 +200,9 @@ class MasterApi:
 
     def _get_system_state(self, caller: str) -> Response:
         version = self.registry.version
-        if self._state[0] != version:
-            self._state = (version, PreparedList(self.registry.system_state()))
-        return "current system state", self._state[1]
+        if self._cached_state[0] != version:
+            self._cached_state = (version, PreparedList(self.registry.system_state()))
+        return "current system state", self._cached_state[1]
 
     # ---- parameters
 
@@ -209,7 +212,7 @@ class MasterApi:
         except ValueError as error:
             raise Refused(f"Error: invalid arguments: {error}") from error
         self._log("info", f"+PARAM [{key}] by {caller}")
-        self._notify(updates(self.registry.param_subscribers, key, value, caller))
+        self._notify(param_updates(self.registry.param_subscribers, key, value, caller))
         return f"parameter {key} set", 0
 
     def _get_param(self, caller: str, key: str) -> Response:
@@ -227,17 +230,17 @@ class MasterApi:
         except KeyError as error:
             raise Refused(f"parameter [{key}] is not set") from error
         self._log("info", f"-PARAM [{key}] by {caller}")
-        self._notify(updates(self.registry.param_subscribers, key, {}, None))
+        self._notify(param_updates(self.registry.param_subscribers, key, {}, None))
         return f"parameter {key} deleted", 0
 
     def _search_param(self, caller: str, key: str) -> Response:
         try:
-            found = self.parameters.search(caller, key)
+            full_key = self.parameters.search(caller, key)
         except ValueError as error:
             raise Refused(f"Internal failure: {error}", 0) from error
-        if found is None:
+        if full_key is None:
             raise Refused(f"Cannot find parameter [{key}] in an upwards search", value="")
-        return f"Found [{found}]", found
+        return f"Found [{full_key}]", full_key
 
     def _get_param_names(self, caller: str) -> Response:
         return "Parameter names", self.parameters.names()
@@ -272,10 +275,11 @@ class Method(NamedTuple):
     """A row of the API table.
 
     Attributes:
-        perform: the implementation; called with the caller's id and the validated arguments, returns message and value.
+        perform: the implementation; called with the API, the caller's id and the validated arguments; returns the
+            message and the value.
         default: the value to return with a code other than 1.
         arguments: validators of the arguments after the caller's id.
-        is_query: whether the call asks for something that may not exist, so that a refusal is not logged.
+        is_query: whether the call asks for something that may not exist; then a refusal is not logged.
         changes_state: whether the call may change the state of the master.
     """
 

@@ -1,4 +1,4 @@
-"""Validates the arguments of the master's methods, and resolves names; the error messages are those of stock.
+"""Validates the arguments of the master's methods, and resolves names; the error messages are the stock master's.
 
 The checks are as lenient as stock's (M09, M10): any name that the stock master accepts must be accepted here.
 """
@@ -16,7 +16,7 @@ Validator = Callable[[Any, str], Any]
 
 
 class Refused(Error):
-    """A call is refused, with a code other than 1.
+    """A call is refused; the response has a code other than 1.
 
     Args:
         message: the message to return.
@@ -51,7 +51,7 @@ def _resolve_name(parameter: str, value: Any, caller_id: str) -> str:
 
 
 def node_name(value: Any, caller_id: str) -> str:
-    """Validate and resolve the name of a node."""
+    """Validate and resolve the name of a node; return the full name."""
     return _resolve_name("node", value, caller_id)
 
 
@@ -68,7 +68,7 @@ def name_validator(parameter: str) -> Validator:
 
 
 def topic_type(value: Any, caller_id: str) -> str:
-    """Validate a topic's type: ``*`` or ``package/Type``."""
+    """Validate a topic's type, ``*`` or ``package/Type``, and return it."""
     if not isinstance(value, str) or not value:
         raise Refused("ERROR: parameter [topic_type] must be a non-empty string")
     if value != "*" and value.count(SEP) != 1:
@@ -90,7 +90,7 @@ def api_validator(parameter: str) -> Validator:
 
 
 def raw_key(value: Any, caller_id: str) -> str:
-    """Validate a parameter's key, without resolving it."""
+    """Validate a parameter's key and return it unresolved."""
     if not value:
         raise Refused("ERROR: parameter [key] must be specified and non-empty")
     if not isinstance(value, str):
@@ -99,19 +99,19 @@ def raw_key(value: Any, caller_id: str) -> str:
 
 
 def key(value: Any, caller_id: str) -> str:
-    """Validate a parameter's key and resolve it (M51)."""
+    """Validate and resolve a parameter's key; return the full key (M51)."""
     return resolve(raw_key(value, caller_id), caller_id)
 
 
 def parameter_value(value: Any, caller_id: str) -> Any:
-    """Validate the value of a parameter, which must not be null."""
+    """Validate the value of a parameter, which must not be null, and return it."""
     if value is None:
         raise Refused("ERROR: parameter [value] must be specified")
     return value
 
 
 def subgraph(value: Any, caller_id: str) -> str:
-    """Validate and resolve a namespace; an empty string means all names."""
+    """Validate and resolve a namespace and return it; an empty string means all names."""
     if not isinstance(value, str):
         raise Refused("ERROR: parameter [subgraph] must be a string")
     return resolve(value, caller_id) if value else ""

@@ -1,4 +1,4 @@
-"""The master's journal, from which a new master restores the state of one that was killed.
+"""The master's journal, from which a new master restores the state of a master that was killed.
 
 The file starts with a record that identifies the master, followed by the state at the time when the file was created
 and one record per change. A record is a call to the Master API as XML-RPC, preceded by its length and checksum. When
@@ -32,9 +32,10 @@ MAX_SIZE: Final = 256 << 20
 HEARTBEAT_S: Final = 5.0
 """Seconds between two heartbeats, which update the file's modification time."""
 MAX_PENDING: Final = 64 << 20
-"""Maximum number of bytes that wait to be written; if more were dropped, the file is rewritten."""
-_FRAME: Final = struct.Struct("<II")
-_NO_LINK: Final = getattr(os, "O_NOFOLLOW", 0)
+"""Maximum number of bytes that wait to be written. Beyond that, changes are dropped, and the file is rewritten
+later."""
+_RECORD_HEAD: Final = struct.Struct("<II")
+_NO_FOLLOW: Final = getattr(os, "O_NOFOLLOW", 0)
 _MIN_GROWTH: Final = 1 << 20  # the file is rewritten after it grew by this many bytes and to twice its initial size
 
 Call = tuple[str, Sequence[Any]]
@@ -52,8 +53,8 @@ class JournalContents:
     Attributes:
         calls: the calls that reproduce the state, in order.
         pid: the process id of the previous master.
-        boot: the boot of the machine on which it ran; see `boot_id`.
-        last_alive: time of its last heartbeat, in seconds since the epoch.
+        boot: the id of the machine's boot during which it ran; see `boot_id`.
+        last_alive: the time of its last heartbeat, in seconds since the epoch.
         truncated: whether the end of the file is missing or damaged; the preceding records are valid.
     """
 
@@ -72,20 +73,20 @@ def boot_id() -> str:
 
 
 def encode_record(call: Call) -> bytes:
-    """Encode a call as a record."""
+    """Return a call encoded as a record."""
     body = dumps_call(*call)
-    return _FRAME.pack(len(body), zlib.crc32(body)) + body
+    return _RECORD_HEAD.pack(len(body), zlib.crc32(body)) + body
 
 
 def decode_records(data: bytes) -> Iterator[Call | None]:
-    """Yield the calls of records; None at the end if the remaining data are incomplete or damaged."""
+    """Yield the calls in records; at the end, yield None if the remaining data are incomplete or damaged."""
     position = 0
     while position < len(data):
-        if position + _FRAME.size > len(data):
+        if position + _RECORD_HEAD.size > len(data):
             yield None
             return
-        size, checksum = _FRAME.unpack_from(data, position)
-        position += _FRAME.size
+        size, checksum = _RECORD_HEAD.unpack_from(data, position)
+        position += _RECORD_HEAD.size
         body = data[position : position + size]
         if len(body) < size or zlib.crc32(body) != checksum:
             yield None
@@ -108,31 +109,33 @@ def read(path: Path) -> JournalContents | None:
         JournalError: the file is not a journal, belongs to another user, or cannot be read.
     """
     try:
-        descriptor = os.open(path, os.O_RDONLY | _NO_LINK | getattr(os, "O_NONBLOCK", 0))  # opening a pipe would block
+        descriptor = os.open(
+            path, os.O_RDONLY | _NO_FOLLOW | getattr(os, "O_NONBLOCK", 0)
+        )  # opening a pipe would block
     except FileNotFoundError:
         return None
     except OSError as error:
         raise JournalError(f"{path} cannot be read: {error.strerror}") from error
-    status = os.fstat(descriptor)
-    if not stat.S_ISREG(status.st_mode):
+    file_status = os.fstat(descriptor)
+    if not stat.S_ISREG(file_status.st_mode):
         os.close(descriptor)
         raise JournalError(f"{path} is not a file")
     with open(descriptor, "rb") as file:
-        if hasattr(os, "getuid") and status.st_uid != os.getuid():
+        if hasattr(os, "getuid") and file_status.st_uid != os.getuid():
             raise JournalError(f"{path} belongs to another user")
-        if status.st_size > MAX_SIZE:
+        if file_status.st_size > MAX_SIZE:
             raise JournalError(f"{path} is larger than {MAX_SIZE >> 20} MiB")
         data = file.read(MAX_SIZE)
     if not data.startswith(MAGIC):
         raise JournalError(f"{path} is not the journal of a master")
     calls = list(decode_records(data[len(MAGIC) :]))
-    truncated = bool(calls) and calls[-1] is None
-    complete = [call for call in calls if call is not None]
-    first = complete[0] if complete else ("", ())
-    if first[0] != "begin" or [type(item) for item in first[1]] != [int, str]:
+    is_truncated = bool(calls) and calls[-1] is None
+    valid_calls = [call for call in calls if call is not None]
+    first_call = valid_calls[0] if valid_calls else ("", ())
+    if first_call[0] != "begin" or [type(item) for item in first_call[1]] != [int, str]:
         raise JournalError(f"{path} does not say which master it belongs to")
-    pid, boot = first[1]
-    return JournalContents(tuple(complete[1:]), pid, boot, status.st_mtime, truncated)
+    pid, boot = first_call[1]
+    return JournalContents(tuple(valid_calls[1:]), pid, boot, file_status.st_mtime, is_truncated)
 
 
 class Journal:
@@ -140,8 +143,8 @@ class Journal:
 
     Args:
         path: the file; its folder is created. A lock file in the same folder is locked until `close`.
-        on_problem: called with a message, in another thread, when the file cannot be written; again only after it
-            could be written meanwhile.
+        on_problem: called with a message, in another thread, when the file cannot be written; called again only after
+            it has been written successfully.
 
     Raises:
         JournalError: the folder cannot be used, or another master uses the file.
@@ -151,7 +154,7 @@ class Journal:
         self._path = path
         self._on_problem = on_problem
         self._lock = _lock_file(path.with_suffix(".lock"))
-        self._work: queue.SimpleQueue[tuple[str, bytes]] = queue.SimpleQueue()
+        self._actions: queue.SimpleQueue[tuple[str, bytes]] = queue.SimpleQueue()
         self._lookahead: tuple[str, bytes] | None = None  # already taken from the queue, to be processed next
         self._queued_bytes = 0  # total so far; changed only by the loop
         self._written_bytes = 0  # total so far; changed only by the writer thread
@@ -176,21 +179,21 @@ class Journal:
         return self.has_grown or (self._is_broken and self._queued_bytes == self._written_bytes)
 
     def begin(self, calls: Iterable[Call]) -> None:
-        """Rewrite the file with a state."""
+        """Replace the file with one that contains only the given calls, which reproduce the current state."""
         data = MAGIC + encode_record(("begin", (os.getpid(), boot_id()))) + b"".join(map(encode_record, calls))
         self._is_broken = self._has_gap = False
         self._initial_size, self._added_size = len(data), 0
-        self._put("begin", data)
+        self._enqueue("begin", data)
 
     def add(self, call: Call) -> None:
-        """Append a change."""
+        """Append a call that has changed the state."""
         data = encode_record(call)
         self._added_size += len(data)
-        self._put("add", data)
+        self._enqueue("add", data)
 
     def heartbeat(self) -> None:
         """Record that the master is alive; call it every `HEARTBEAT_S` seconds."""
-        self._put("tick", b"")
+        self._enqueue("tick", b"")
 
     def close(self, *, remove: bool = True, timeout: float = 2.0) -> None:
         """Stop writing; no effect if already closed.
@@ -202,19 +205,19 @@ class Journal:
         """
         if self._lock < 0:
             return
-        self._work.put(("remove" if remove else "end", b""))
+        self._actions.put(("remove" if remove else "end", b""))
         self._thread.join(timeout)
         if not self._thread.is_alive():
             os.close(self._lock)
             self._lock = -1
 
-    def _put(self, action: str, data: bytes) -> None:
+    def _enqueue(self, action: str, data: bytes) -> None:
         is_full = self._queued_bytes - self._written_bytes + len(data) > MAX_PENDING
         if action != "begin" and (is_full or self._has_gap):
             self._is_broken = self._has_gap = True
             return
         self._queued_bytes += len(data)
-        self._work.put((action, data))
+        self._actions.put((action, data))
 
     def _run(self) -> None:
         has_warned = False
@@ -246,11 +249,11 @@ class Journal:
             action, data = self._lookahead
             self._lookahead = None
         else:
-            action, data = self._work.get()
+            action, data = self._actions.get()
         parts = [data]
         while action == "add":
             try:
-                self._lookahead = self._work.get_nowait()
+                self._lookahead = self._actions.get_nowait()
             except queue.Empty:
                 break
             if self._lookahead[0] != "add":
@@ -295,7 +298,7 @@ def _lock_file(path: Path) -> int:
     """
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | _NO_LINK, 0o600)
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT | _NO_FOLLOW, 0o600)
     except OSError as error:
         raise JournalError(f"{path} cannot be created: {error.strerror}") from error
     try:

@@ -18,7 +18,7 @@ from pyros1.net.hosts import parse_uri
 from pyros1.net.rpc_caller import RpcCaller
 
 MASTER_NAME: Final = "/master"
-MAX_WAITING: Final = 1000
+MAX_QUEUED: Final = 1000
 """Maximum number of notices queued for one node; the oldest are dropped."""
 
 _Key = tuple[str, str, str]
@@ -30,8 +30,8 @@ class Notifier:
     Args:
         caller: makes the calls; its timeout limits how long a node that does not respond delays its other notices.
         log: ``log(level, text)``.
-        warn: called with a message when a subscriber cannot be reached, once until it can be reached again. Such a
-            node receives no messages from new publishers, and could not find out why.
+        warn: called with a message when a subscriber cannot be reached, once per outage. Such a node receives no
+            messages from new publishers, and cannot find out why.
     """
 
     def __init__(
@@ -43,39 +43,39 @@ class Notifier:
         self._caller = caller
         self._log = log
         self._warn = warn
-        self._reported: set[str] = set()
+        self._reported_apis: set[str] = set()
         self._in_flight: dict[str, _Key] = {}  # API URI -> key of the notice being sent
-        self._waiting: dict[str, dict[_Key, Notice]] = {}  # API URI -> queued notices
+        self._queued: dict[str, dict[_Key, Notice]] = {}  # API URI -> queued notices
 
     def send(self, notices: Sequence[Notice]) -> None:
-        """Queue notices, in order."""
+        """Queue notices, in order; those to nodes that are free are sent immediately."""
         for notice in notices:
             key = _key(notice)
             if notice.api not in self._in_flight:
                 if not notice.is_repeat:
                     self._call(notice)
                 continue
-            waiting = self._waiting.setdefault(notice.api, {})
-            if notice.is_repeat and key not in waiting and key != self._in_flight[notice.api]:
+            queued = self._queued.setdefault(notice.api, {})
+            if notice.is_repeat and key not in queued and key != self._in_flight[notice.api]:
                 continue
-            waiting.pop(key, None)  # the newer one is put at the end
-            waiting[key] = notice
-            if len(waiting) > MAX_WAITING:
-                del waiting[next(iter(waiting))]
+            queued.pop(key, None)  # the newer one is put at the end
+            queued[key] = notice
+            if len(queued) > MAX_QUEUED:
+                del queued[next(iter(queued))]
 
     def _call(self, notice: Notice) -> None:
         if notice.method == "publisherUpdate":
             description = f"publisherUpdate[{notice.subject}] -> {notice.api} {notice.value[0]}"
         else:
             description = f"{notice.method}[{notice.subject}] -> {notice.api}"
-        started = monotonic()
+        started_at = monotonic()
 
         def on_done(value: Any, error: Error | None) -> None:
             if error is None:
-                self._log("info", f"{description}: sec={monotonic() - started:.2f}, result={value}")
-                self._reported.discard(notice.api)
+                self._log("info", f"{description}: sec={monotonic() - started_at:.2f}, result={value}")
+                self._reported_apis.discard(notice.api)
             else:
-                self._log("warn", f"{description}: sec={monotonic() - started:.2f}, failed: {error}")
+                self._log("warn", f"{description}: sec={monotonic() - started_at:.2f}, failed: {error}")
                 if notice.method == "publisherUpdate" and isinstance(error, TransportError):
                     self._on_unreachable(notice, error)
             self._send_next(notice.api)
@@ -88,11 +88,11 @@ class Notifier:
             on_done(None, error)
 
     def _on_unreachable(self, notice: Notice, error: TransportError) -> None:
-        if notice.api in self._reported:
+        if notice.api in self._reported_apis:
             return
-        if len(self._reported) >= MAX_WAITING:
-            self._reported.clear()
-        self._reported.add(notice.api)
+        if len(self._reported_apis) >= MAX_QUEUED:
+            self._reported_apis.clear()
+        self._reported_apis.add(notice.api)
         try:
             host, _ = parse_uri(notice.api)
         except ProtocolError:
@@ -103,12 +103,12 @@ class Notifier:
         )
 
     def _send_next(self, api: str) -> None:
-        waiting = self._waiting.get(api)
-        if not waiting:
-            self._waiting.pop(api, None)
+        queued = self._queued.get(api)
+        if not queued:
+            self._queued.pop(api, None)
             del self._in_flight[api]
             return
-        self._call(waiting.pop(next(iter(waiting))))
+        self._call(queued.pop(next(iter(queued))))
 
 
 def _key(notice: Notice) -> _Key:

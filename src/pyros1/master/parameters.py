@@ -1,9 +1,9 @@
-"""The parameter tree (https://wiki.ros.org/Parameter%20Server). Pure.
+"""The parameter tree (https://wiki.ros.org/Parameter%20Server), without communication.
 
 Keys are global names; ``/`` is the entire tree. Only dicts are branches: items of a list have no keys (M50). The tree
 takes over the values passed to it; values returned by it must not be modified.
 
-Trees are requested far more often than they change, so each branch caches its XML-RPC encoding after it was sent, until
+Trees are requested far more often than they change, so each branch that was sent caches its XML-RPC encoding until
 something in it changes.
 """
 
@@ -25,11 +25,11 @@ _TOO_DEEP: Final = f"parameters cannot be nested deeper than {MAX_DEPTH} levels"
 _MAX_INT: Final = 2**31
 
 
-def _check(value: Any, depth: int) -> None:
+def _check_sendable(value: Any, depth: int) -> None:
     """Check that a value can be sent.
 
     Raises:
-        ValueError: it cannot be sent; the message says why.
+        ValueError: the value cannot be sent; the message says why.
     """
     if isinstance(value, int):
         if not -_MAX_INT <= value < _MAX_INT:
@@ -40,31 +40,31 @@ def _check(value: Any, depth: int) -> None:
         if depth >= MAX_DEPTH:
             raise ValueError(_TOO_DEEP)
         for item in value.values() if isinstance(value, dict) else value:
-            kind = item.__class__
-            if kind is not str and kind is not float and kind is not bool:
-                _check(item, depth + 1)
+            item_class = item.__class__
+            if item_class is not str and item_class is not float and item_class is not bool:
+                _check_sendable(item, depth + 1)
 
 
 def _to_stored(value: Any, depth: int) -> Any:
     """Convert a value to the form in which it is stored: with branches in place of dicts, except inside lists.
 
     Raises:
-        ValueError: it cannot be stored.
+        ValueError: the value cannot be stored.
     """
     if not isinstance(value, dict):
-        _check(value, depth)
+        _check_sendable(value, depth)
         return value
     if depth >= MAX_DEPTH:
         raise ValueError(_TOO_DEEP)
     branch = PreparedDict(value)
     for name, item in value.items():
-        kind = item.__class__
-        if kind is not str and kind is not float and kind is not bool:
+        item_class = item.__class__
+        if item_class is not str and item_class is not float and item_class is not bool:
             branch[name] = _to_stored(item, depth + 1)
     return branch
 
 
-def _path(key: str) -> list[str]:
+def _split_key(key: str) -> list[str]:
     return [part for part in key.split(SEP) if part]
 
 
@@ -77,13 +77,13 @@ class Parameters:
         """Incremented with every change."""
 
     def set(self, key: str, value: Any) -> None:
-        """Set a value. A dict replaces the whole branch (M46), and a scalar along the path becomes a branch (M47).
+        """Set a value. A dict replaces the whole branch (M46); a scalar along the path is replaced by a branch (M47).
 
         Raises:
             ValueError: the value cannot be stored: ``/`` must be a dict, null is not allowed, integers must fit into 32
                 bits, and the depth is limited.
         """
-        path = _path(key)
+        path = _split_key(key)
         stored = _to_stored(value, len(path))
         if not path:
             if not isinstance(stored, PreparedDict):
@@ -131,7 +131,7 @@ class Parameters:
         Raises:
             KeyError: nothing is set there, or the key is ``/``, which cannot be removed (M27).
         """
-        path = _path(key)
+        path = _split_key(key)
         if not path or key not in self:
             raise KeyError(key)
         self.version += 1
@@ -157,30 +157,30 @@ class Parameters:
             raise ValueError("namespace must be global")
         if key.startswith(SEP):
             return key if key in self else None
-        first = _path(key)[0]
-        parts = _path(namespace)
+        first_part = _split_key(key)[0]
+        parts = _split_key(namespace)
         for count in range(len(parts), -1, -1):
             prefix = SEP + "".join(part + SEP for part in parts[:count])
-            if prefix + first in self:
+            if prefix + first_part in self:
                 return prefix + key
         return None
 
     def names(self) -> list[str]:
         """Return the keys of all values; empty branches are omitted (M31)."""
-        found: list[str] = []
-        _collect_names(self._root, SEP, found)
-        return found
+        names: list[str] = []
+        _collect_names(self._root, SEP, names)
+        return names
 
 
-def _collect_names(branch: dict[str, Any], prefix: str, found: list[str]) -> None:
+def _collect_names(branch: dict[str, Any], prefix: str, names: list[str]) -> None:
     for name, value in branch.items():
         if isinstance(value, dict):
-            _collect_names(value, prefix + name + SEP, found)
+            _collect_names(value, prefix + name + SEP, names)
         else:
-            found.append(prefix + name)
+            names.append(prefix + name)
 
 
-def updates(subscribers: Members, key: str, value: Any, caller: str | None) -> list[Notice]:
+def param_updates(subscribers: Members, key: str, value: Any, caller: str | None) -> list[Notice]:
     """Return the notices that result from a change of a parameter (M53, M54).
 
     Subscribers of the key or of a namespace above it receive the key and its value. Subscribers of a key below it
@@ -191,37 +191,38 @@ def updates(subscribers: Members, key: str, value: Any, caller: str | None) -> l
         subscribers: key -> node -> API URI.
         key: the key that was set or deleted.
         value: the new value; ``{}`` for a deletion.
-        caller: the node that set the value, which is not notified of it. None for a deletion.
+        caller: the node that set the value, which is not notified of it. None for a deletion, of which all
+            subscribers are notified.
     """
     if not subscribers:
         return []
-    changed = _with_slash(key)
+    changed_key = _with_slash(key)
     notices: list[Notice] = []
-    for subscribed in _affected_keys(subscribers, changed, value):
+    for subscribed in _affected_keys(subscribers, changed_key, value):
         nodes, subscribed_key = subscribers[subscribed], _with_slash(subscribed)
-        if changed.startswith(subscribed_key):
-            subject, update = changed, value
+        if changed_key.startswith(subscribed_key):
+            subject, update = changed_key, value
         else:
-            subject, update = subscribed_key, _get_below(value, subscribed_key[len(changed) :].split(SEP))
+            subject, update = subscribed_key, _get_below(value, subscribed_key[len(changed_key) :].split(SEP))
         update = copy.deepcopy(update)  # it is sent later, when the tree may have changed again
-        skipped = caller if subject == changed else None
+        skipped = caller if subject == changed_key else None
         notices += [
             Notice(api, node, "paramUpdate", subject, (update,)) for node, api in nodes.items() if node != skipped
         ]
     return notices
 
 
-def _affected_keys(subscribers: Members, changed: str, value: Any) -> list[str]:
+def _affected_keys(subscribers: Members, changed_key: str, value: Any) -> list[str]:
     """Return the subscribed keys at and above a change, and those below it if the new value is a branch.
 
-    The keys are only iterated for a branch, since there may be thousands of subscriptions.
+    Only for a branch are all keys iterated, since there may be thousands of subscriptions.
     """
-    parts = changed.split(SEP)
+    parts = changed_key.split(SEP)
     prefixes = [SEP.join(parts[:count]) or SEP for count in range(1, len(parts))]
-    found = [key for key in prefixes if key in subscribers]
+    keys = [key for key in prefixes if key in subscribers]
     if isinstance(value, dict):
-        found += [key for key in subscribers if key.startswith(changed) and key != SEP]
-    return found
+        keys += [key for key in subscribers if key.startswith(changed_key) and key != SEP]
+    return keys
 
 
 def _get_below(value: Any, path: Iterable[str]) -> Any:

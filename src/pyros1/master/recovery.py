@@ -29,28 +29,28 @@ _NAME: Final = "/master"
 _CONNECT_TIMEOUT_S: Final = 1.0
 _MAX_PROBES: Final = 100
 _Query = tuple[str, frozenset[str]]
-"""A method, and topics of which its result must contain at least one; if empty, any result is accepted."""
+"""A method, and topics at least one of which must be in its result; if there are no topics, any result is accepted."""
 
 
 def stale_reason(journal: JournalContents, now: float, is_any_reachable: Callable[[Iterable[str]], bool]) -> str:
-    """Return why the state in a journal should not be restored; an empty string if it should.
+    """Return the reason why the state in a journal should not be restored; an empty string if it should be.
 
     Args:
         journal: the contents of the journal.
         now: the current time in seconds since the epoch.
-        is_any_reachable: returns whether any of some API URIs accepts connections; see `any_reachable`.
+        is_any_reachable: returns whether any of the given API URIs accepts connections; see `any_reachable`.
     """
     if journal.boot != boot_id():
         return "this machine has been restarted since then"
     if now - journal.last_alive <= RECENT_S:
         return ""
     # The nodes of the final state only: the journal also contains every `rostopic echo` that has exited since.
-    state = MasterApi(notify=lambda _: None, log=lambda *_: None, on_shutdown=lambda _: None, pid=0)
-    state.restore(journal.calls)
-    if is_any_reachable({node.api for node in state.registry.nodes()}):
+    restored_api = MasterApi(notify=lambda _: None, log=lambda *_: None, on_shutdown=lambda _: None, pid=0)
+    restored_api.restore(journal.calls)
+    if is_any_reachable({node.api for node in restored_api.registry.nodes()}):
         return ""
-    ended = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(journal.last_alive))
-    return f"it ended at {ended}, and none of its nodes is running"
+    ended_at = time.strftime("%Y-%m-%d %H:%M:%S", time.localtime(journal.last_alive))
+    return f"it ended at {ended_at}, and none of its nodes is running"
 
 
 def any_reachable(apis: Iterable[str]) -> bool:
@@ -78,8 +78,8 @@ class Recovery:
     Args:
         loop, caller: the loop and the RPC caller of the master.
         nodes: the nodes in the journal.
-        forget: called with each node that is gone, and the reason.
-        done: called once with the number of running nodes, when all nodes have responded or are gone.
+        on_gone: called with each node that is gone, and the reason.
+        on_done: called once with the number of running nodes, when all nodes have responded or are gone.
     """
 
     def __init__(
@@ -87,23 +87,23 @@ class Recovery:
         loop: Loop,
         caller: RpcCaller,
         nodes: Iterable[RegisteredNode],
-        forget: Callable[[RegisteredNode, str], object],
-        done: Callable[[int], object],
+        on_gone: Callable[[RegisteredNode, str], object],
+        on_done: Callable[[int], object],
     ) -> None:
         self._loop = loop
         self._caller = caller
-        self._forget = forget
-        self._done = done
+        self._on_gone = on_gone
+        self._on_done = on_done
         self._deadline = time.monotonic() + ANSWER_TIMEOUT_S
-        self._pending = list(nodes)
+        self._pending_nodes = list(nodes)
         self._num_alive = 0
         self._closed = False
 
     def begin(self) -> None:
-        """Start to ask all nodes."""
-        if not self._pending:
-            self._done(0)
-        for node in list(self._pending):
+        """Start to ask all nodes; if there are none, call ``on_done``."""
+        if not self._pending_nodes:
+            self._on_done(0)
+        for node in list(self._pending_nodes):
             self._ask(node, _identity_queries(node))
 
     def close(self) -> None:
@@ -124,9 +124,9 @@ class Recovery:
     def _on_response(self, node: RegisteredNode, queries: Sequence[_Query], value: Any, error: Error | None) -> None:
         if self._closed:
             return
-        expected = queries[0][1]
+        expected_topics = queries[0][1]
         if error is None:
-            if not expected or expected & _topics(value):
+            if not expected_topics or expected_topics & _parse_topics(value):
                 self._finish_node(node, None)
             elif len(queries) > 1:
                 self._ask(node, queries[1:])
@@ -144,13 +144,13 @@ class Recovery:
             self._loop.call_later(_RETRY_S, self._ask, node, queries)
 
     def _finish_node(self, node: RegisteredNode, gone_reason: str | None) -> None:
-        self._pending.remove(node)
+        self._pending_nodes.remove(node)
         if gone_reason is None:
             self._num_alive += 1
         else:
-            self._forget(node, gone_reason)
-        if not self._pending:
-            self._done(self._num_alive)
+            self._on_gone(node, gone_reason)
+        if not self._pending_nodes:
+            self._on_done(self._num_alive)
 
 
 def _identity_queries(node: RegisteredNode) -> list[_Query]:
@@ -159,7 +159,7 @@ def _identity_queries(node: RegisteredNode) -> list[_Query]:
     return [query for query in queries if query[1]] or [("getPid", frozenset())]
 
 
-def _topics(response: Any) -> frozenset[str]:
+def _parse_topics(response: Any) -> frozenset[str]:
     """Return the topics in a response to ``getPublications`` or ``getSubscriptions``; none if it is malformed."""
     rows = response[2] if isinstance(response, list) and len(response) == 3 and isinstance(response[2], list) else []
     return frozenset(row[0] for row in rows if isinstance(row, list) and row and isinstance(row[0], str))

@@ -5,7 +5,8 @@ A node is registered with its name and API URI as long as it has a publication, 
 subscription (M37). If a node registers under the same name with another URI, it replaces the old one, which is asked to
 shut down and whose registrations are all removed (M34).
 
-Pure: methods change the registry and return the notices to be sent to nodes. All names must be resolved.
+Nothing is sent here: methods change the registry and return the notices to be sent to nodes. All names must be
+resolved.
 """
 
 from __future__ import annotations
@@ -28,8 +29,8 @@ class Notice(NamedTuple):
         method: ``publisherUpdate``, ``paramUpdate`` or ``shutdown``.
         subject: the argument after the caller id: a topic, a key, or the reason.
         value: the arguments after the subject: none or one.
-        is_repeat: whether the node has just received the same value in a response. It is sent again only if an older
-            notice about the same subject is queued or in progress and might arrive later.
+        is_repeat: whether the node has just received the same value in a response. The notice is then sent only if an
+            older one about the same subject is queued or in progress and might arrive later.
     """
 
     api: str
@@ -107,13 +108,13 @@ class Registry:
         return provider[1] if provider is not None else None
 
     def published_topics(self, subgraph: str) -> list[list[str]]:
-        """Return ``[[topic, type], ...]`` of topics with a publisher, in a namespace or (if empty) everywhere (M21)."""
+        """Return ``[[topic, type], ...]`` of the topics with a publisher in a namespace; if empty, in all (M21)."""
         prefix = subgraph if not subgraph or subgraph.endswith(SEP) else subgraph + SEP
         return [[topic, self._types.get(topic, ANY_TYPE)] for topic in self._publishers if topic.startswith(prefix)]
 
     def topic_types(self) -> list[list[str]]:
         """Return ``[[topic, type], ...]`` of all topics whose type has ever been known (M22)."""
-        return [[topic, kind] for topic, kind in self._types.items()]
+        return [[topic, topic_type] for topic, topic_type in self._types.items()]
 
     def system_state(self) -> list[list[list[Any]]]:
         """Return ``[publishers, subscribers, services]``, each of the form ``[[name, [node, ...]], ...]`` (M23)."""
@@ -133,30 +134,30 @@ class Registry:
 
     # ---- changes
 
-    def register_publisher(self, node: str, topic: str, kind: str, api: str) -> list[Notice]:
+    def register_publisher(self, node: str, topic: str, topic_type: str, api: str) -> list[Notice]:
         """Add a publisher. Its type replaces the known type of the topic unless it is ``*`` (M32)."""
         self.version += 1
-        notices = self._claim_api(node, api)
+        notices = self._set_node_api(node, api)
         self._nodes[node].publications.add(topic)
         self._publishers.setdefault(topic, {})[node] = api
-        if kind != ANY_TYPE or topic not in self._types:
-            self._types[topic] = kind
+        if topic_type != ANY_TYPE or topic not in self._types:
+            self._types[topic] = topic_type
         return notices + self._publisher_updates(topic)
 
-    def register_subscriber(self, node: str, topic: str, kind: str, api: str) -> list[Notice]:
+    def register_subscriber(self, node: str, topic: str, topic_type: str, api: str) -> list[Notice]:
         """Add a subscriber. Its type is only used if the topic's type is not known (M32)."""
         self.version += 1
-        notices = self._claim_api(node, api)
+        notices = self._set_node_api(node, api)
         self._nodes[node].subscriptions.add(topic)
         self._subscribers.setdefault(topic, {})[node] = api
-        if kind != ANY_TYPE and topic not in self._types:
-            self._types[topic] = kind
+        if topic_type != ANY_TYPE and topic not in self._types:
+            self._types[topic] = topic_type
         return [*notices, Notice(api, node, "publisherUpdate", topic, (self.publisher_apis(topic),), is_repeat=True)]
 
     def register_service(self, node: str, service: str, uri: str, api: str) -> list[Notice]:
         """Make a node the only provider of a service, replacing any other (M17)."""
         self.version += 1
-        notices = self._claim_api(node, api)
+        notices = self._set_node_api(node, api)
         self._nodes[node].services.add(service)
         self._services[service] = (node, uri)
         return notices
@@ -172,7 +173,7 @@ class Registry:
         if entry is not None and api == entry.replaced_api:
             return []
         self.version += 1
-        notices = self._claim_api(node, api)
+        notices = self._set_node_api(node, api)
         self._nodes[node].parameters.add(key)
         self.param_subscribers.setdefault(key, {})[node] = api
         return notices
@@ -205,7 +206,7 @@ class Registry:
             del self._services[service]
         entry = self._nodes.get(node)
         if entry is not None and (is_current or self._services.get(service, ("", ""))[0] != node):
-            # Even if another node has taken over the service, this one has now stopped providing it.
+            # Even if another node has taken over the service, this node has now stopped providing it.
             self.version += 1
             entry.services.discard(service)
             self._drop_if_idle(node)
@@ -221,7 +222,7 @@ class Registry:
         self._drop_if_idle(node)
 
     def forget(self, node: str, api: str) -> list[Notice]:
-        """Remove a node and all its registrations, if this is its API."""
+        """Remove a node and all its registrations, if ``api`` is its API URI."""
         entry = self._nodes.get(node)
         if entry is None or entry.api != api:
             return []
@@ -266,8 +267,10 @@ class Registry:
         publishers = self.publisher_apis(topic)
         return [Notice(api, node, "publisherUpdate", topic, (publishers,)) for node, api in subscribers.items()]
 
-    def _claim_api(self, node: str, api: str) -> list[Notice]:
-        """Make sure that a node is registered with this API; replace an older node of the same name."""
+    def _set_node_api(self, node: str, api: str) -> list[Notice]:
+        """Make sure that a node is registered with this API; replace an older node of the same name. Return the
+        notices.
+        """
         entry = self._nodes.get(node)
         if entry is not None and entry.api == api:
             return []
@@ -282,7 +285,7 @@ class Registry:
         return notices
 
     def _purge(self, node: str, entry: _Node) -> list[Notice]:
-        """Remove all registrations of a node.
+        """Remove all registrations of a node; return the notices to subscribers.
 
         Unlike stock, this notifies subscribers (M35), which would otherwise keep trying to reach the dead publisher.
         """

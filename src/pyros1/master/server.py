@@ -43,16 +43,16 @@ class Master:
         on_shutdown: called on the master's thread with the reason when a client calls ``shutdown`` (M13). The master
             does not stop by itself: call ``stop`` from another thread.
         notify_timeout: maximum number of seconds for a node to respond to a notification.
-        log_calls: also log each call, with level ``debug``.
-        limits: limits on clients.
+        log_calls: whether to log each call as well, with level ``debug``.
+        limits: limits on the resources that clients may use.
         on_error: called with unexpected exceptions; None to write them to stderr.
         journal: records the state for recovery after a crash; removed by ``stop``. None for no recovery.
-        previous: the journal of the previous master, whose state is restored. Nodes that are gone are removed, and
-            other nodes notified. None to start with an empty state.
+        previous: the journal of the previous master, whose state is restored. Nodes that are gone are removed,
+            and other nodes are notified. None to start with an empty state.
         allowlist: decides which peers may connect; None admits all.
         warn: called on the master's thread with a message for the user when a node cannot be reached.
         on_restored: called on the master's thread when all nodes of the previous master have been checked, with the
-            number of those that are still running and the names of those that are gone.
+            number of the nodes that are still running and the names of those that are gone.
     """
 
     def __init__(
@@ -86,7 +86,7 @@ class Master:
         self._api = MasterApi(
             notify=self._notifier.send,
             log=self._log,
-            on_shutdown=self._shutdown_requested,
+            on_shutdown=self._on_shutdown_request,
             pid=os.getpid(),
             log_calls=log_calls,
             record=None if journal is None else self._record,
@@ -104,7 +104,7 @@ class Master:
         """Start to listen and to serve clients.
 
         Raises:
-            OSError: it is not possible to listen on the port; ``errno.EADDRINUSE`` if it is in use.
+            OSError: the master cannot listen on the port; ``errno.EADDRINUSE`` if the port is in use.
         """
         self._server = XmlRpcServer(
             self._loop,
@@ -133,7 +133,7 @@ class Master:
 
         Args:
             timeout: maximum number of seconds to wait.
-            keep: keep the journal for the next master.
+            keep: whether to keep the journal for the next master.
         """
         self._stopped.set()
         if self._server is not None:
@@ -215,7 +215,7 @@ class Master:
             self._server._close()
         self._caller._close()
 
-    def _shutdown_requested(self, reason: str) -> None:
+    def _on_shutdown_request(self, reason: str) -> None:
         self._shutdown_reason = reason
         # Later, so that the client receives its response first.
         self._loop.call_later(_SHUTDOWN_DELAY_S, self._announce_shutdown, reason)
