@@ -25,7 +25,7 @@ class ClientGoal:
     Attributes:
         name: the goal's name, unique in the ROS system.
         links: the links used to send the goal and to receive its result; empty if one of them did not exist at that
-        time.
+            time.
     """
 
     def __init__(

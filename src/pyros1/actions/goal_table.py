@@ -17,7 +17,7 @@ class Tracked:
         status: the goal's actionlib_msgs/GoalStatus, as published; ``status.goal_id`` contains the goal's name.
         goal: the message of the action's goal topic; None if only a cancel request for it was received.
         ended_at: the time when the goal ended; its status is kept for a while after that. None while the goal is
-        active.
+            active.
     """
 
     def __init__(self, goal_id: Any, status: int = Status.PENDING, goal: Any = None) -> None:

@@ -61,7 +61,7 @@ class Synchronizer(Filter):
     Args:
         inputs: the filters, which must output stamped messages.
         queue_size: maximum number of waiting messages per filter; beyond that, those with the oldest stamps are
-        dropped.
+            dropped.
         slop: the stamps in a set are less than this many seconds apart; None if they must be equal.
         headerless: whether messages without a header are stamped with their arrival time; otherwise they cause an
             error, which the node logs.

@@ -60,10 +60,8 @@ class MasterApi:
         self._pid = pid
         self._log_calls = log_calls
         self._record = record
-        self._cached_state: tuple[int, PreparedList] = (
-            -1,
-            PreparedList(),
-        )  # the registry's version and system state, which tools often request
+        # The registry's version and system state, cached since tools often request it.
+        self._cached_state: tuple[int, PreparedList] = (-1, PreparedList())
 
     def dispatch(self, method: str, params: Sequence[Any]) -> list[Any]:
         """Execute a call and return its response.

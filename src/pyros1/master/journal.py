@@ -109,9 +109,8 @@ def read(path: Path) -> JournalContents | None:
         JournalError: the file is not a journal, belongs to another user, or cannot be read.
     """
     try:
-        descriptor = os.open(
-            path, os.O_RDONLY | _NO_FOLLOW | getattr(os, "O_NONBLOCK", 0)
-        )  # opening a pipe would block
+        # O_NONBLOCK: opening a pipe would block.
+        descriptor = os.open(path, os.O_RDONLY | _NO_FOLLOW | getattr(os, "O_NONBLOCK", 0))
     except FileNotFoundError:
         return None
     except OSError as error:

@@ -102,11 +102,11 @@ class Notifier:
             f"{connectivity_hint(host, error)}"
         )
 
-    def _send_next(self, api: str) -> None:
-        queued = self._queued.get(api)
+    def _send_next(self, api_uri: str) -> None:
+        queued = self._queued.get(api_uri)
         if not queued:
-            self._queued.pop(api, None)
-            del self._in_flight[api]
+            self._queued.pop(api_uri, None)
+            del self._in_flight[api_uri]
             return
         self._call(queued.pop(next(iter(queued))))
 

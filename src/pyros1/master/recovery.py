@@ -53,9 +53,9 @@ def stale_reason(journal: JournalContents, now: float, is_any_reachable: Callabl
     return f"it ended at {ended_at}, and none of its nodes is running"
 
 
-def any_reachable(apis: Iterable[str]) -> bool:
-    """Return whether any of these URIs accepts connections. This takes a few seconds at most."""
-    uris = list(apis)[:_MAX_PROBES]
+def any_reachable(api_uris: Iterable[str]) -> bool:
+    """Return whether any of these API URIs accepts connections. This takes a few seconds at most."""
+    uris = list(api_uris)[:_MAX_PROBES]
     if not uris:
         return False
     from concurrent.futures import ThreadPoolExecutor  # noqa: PLC0415 - rarely needed, and slow to import
@@ -64,9 +64,9 @@ def any_reachable(apis: Iterable[str]) -> bool:
         return any(list(pool.map(_is_reachable, uris)))
 
 
-def _is_reachable(api: str) -> bool:
+def _is_reachable(api_uri: str) -> bool:
     try:
-        blocking_connect(*parse_uri(api), _CONNECT_TIMEOUT_S, lambda: None).close()
+        blocking_connect(*parse_uri(api_uri), _CONNECT_TIMEOUT_S, lambda: None).close()
         return True
     except (OSError, Error):
         return False

@@ -25,8 +25,7 @@ _MAX_CONNECTIONS_PER_TURN: Final = 64  # then the loop serves its other sockets
 
 
 def is_out_of_files(error: BaseException | None) -> bool:
-    """Return whether an error or one of its causes means that this process or the whole system has too many open files.
-    """
+    """Return whether an error, or a cause of it, means that this process or the system has too many open files."""
     while error is not None:
         if isinstance(error, OSError) and error.errno in (errno.EMFILE, errno.ENFILE):
             return True

@@ -36,9 +36,8 @@ def set_nodelay_and_keepalive(sock: socket.socket) -> None:
     """Let a TCP socket send data without delay, and enable keep-alive probes; other sockets need neither."""
     if sock.family in (socket.AF_INET, socket.AF_INET6):
         keep_alive(sock)
-        with contextlib.suppress(
-            OSError
-        ):  # some systems report here that the peer has gone, as the next read will do as well
+        # Some systems report here that the peer has gone, as the next read will do as well
+        with contextlib.suppress(OSError):
             sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
 
 

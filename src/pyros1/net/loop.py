@@ -93,28 +93,28 @@ class _EpollSelector:
 class TimerHandle:
     """A call that is scheduled for later."""
 
-    __slots__ = ("_args", "_fn", "when")
+    __slots__ = ("_args", "_function", "when")
 
-    def __init__(self, when: float, fn: Callable[..., object], args: tuple[Any, ...]) -> None:
+    def __init__(self, when: float, function: Callable[..., object], args: tuple[Any, ...]) -> None:
         self.when = when
-        self._fn: Callable[..., object] | None = fn
+        self._function: Callable[..., object] | None = function
         self._args = args
 
     def cancel(self) -> None:
         """Cancel the call; no effect if it has already been made. Thread-safe."""
-        self._fn = None
+        self._function = None
         self._args = ()
 
     @property
     def cancelled(self) -> bool:
         """Whether the call was cancelled, or has been made."""
-        return self._fn is None
+        return self._function is None
 
     def _run(self) -> None:
-        fn, args = self._fn, self._args
+        function, args = self._function, self._args
         self.cancel()
-        if fn is not None:
-            fn(*args)
+        if function is not None:
+            function(*args)
 
 
 class LoopThread(threading.Thread):
@@ -195,38 +195,38 @@ class Loop:
         """Return whether the caller runs on the loop's thread."""
         return threading.get_ident() == self.thread.ident
 
-    def call_soon(self, fn: Callable[..., object], *args: Any) -> None:
-        """Queue the call ``fn(*args)`` on the loop; it is not made if the loop has stopped."""
-        self._calls.append((fn, args))
+    def call_soon(self, function: Callable[..., object], *args: Any) -> None:
+        """Queue the call ``function(*args)`` on the loop; it is not made if the loop has stopped."""
+        self._calls.append((function, args))
         if not self._is_wake_pending and not self.in_loop():
             self._wake()
 
-    def call_later(self, delay_s: float, fn: Callable[..., object], *args: Any) -> TimerHandle:
-        """Call ``fn(*args)`` on the loop after ``delay_s`` seconds; return a handle that can cancel the call."""
-        handle = TimerHandle(monotonic() + delay_s, fn, args)
+    def call_later(self, delay_s: float, function: Callable[..., object], *args: Any) -> TimerHandle:
+        """Call ``function(*args)`` on the loop after ``delay_s`` seconds; return a handle that can cancel the call."""
+        handle = TimerHandle(monotonic() + delay_s, function, args)
         if self.in_loop():
             self._add_timer(handle)
         else:
             self.call_soon(self._add_timer, handle)
         return handle
 
-    def run(self, fn: Callable[..., ResultT], *args: Any, timeout: float = 5.0) -> ResultT:
-        """Call ``fn(*args)`` on the loop and return its result; if on the loop already, or if it is not running,
+    def run(self, function: Callable[..., ResultT], *args: Any, timeout: float = 5.0) -> ResultT:
+        """Call ``function(*args)`` on the loop and return its result; if on the loop already, or if it is not running,
         directly.
 
         Raises:
             DeadlineError: the loop did not make the call within ``timeout`` seconds.
-            Exception: whatever ``fn`` raises.
+            Exception: whatever ``function`` raises.
         """
         if self.in_loop() or not self.running:
-            return fn(*args)
+            return function(*args)
         done = threading.Event()
         result: list[ResultT] = []
         failure: list[BaseException] = []
 
         def call() -> None:
             try:
-                result.append(fn(*args))
+                result.append(function(*args))
             except BaseException as error:  # noqa: BLE001 - raised again in the caller's thread
                 failure.append(error)
             done.set()
@@ -235,7 +235,7 @@ class Loop:
         deadline = monotonic() + timeout
         while not done.wait(min(0.1, max(0.0, deadline - monotonic()))):
             if not self.thread.is_alive() and not done.is_set():
-                return fn(*args)
+                return function(*args)
             if monotonic() >= deadline:
                 raise DeadlineError(f"the thread {self.name!r} did not answer within {timeout:g} s")
         if failure:
@@ -354,9 +354,9 @@ class Loop:
             self._run_timers()
         # Only the calls queued so far: a call that queues itself must not starve the sockets.
         for _ in range(len(self._calls)):
-            fn, args = self._calls.popleft()
+            function, args = self._calls.popleft()
             try:
-                fn(*args)
+                function(*args)
             except Exception as error:  # noqa: BLE001 - as above
                 self.report(error)
 

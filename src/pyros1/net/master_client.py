@@ -236,29 +236,29 @@ class MasterClient:
         """Shut down the master."""
         self.call("shutdown", reason)
 
-    def register_publisher(self, topic: str, topic_type: str, api: str) -> list[str]:
+    def register_publisher(self, topic: str, topic_type: str, api_uri: str) -> list[str]:
         """Register a publisher; return the API URIs of the topic's subscribers."""
-        return cast("list[str]", self._call_checked(_is_string_list, "registerPublisher", topic, topic_type, api))
+        return cast("list[str]", self._call_checked(_is_string_list, "registerPublisher", topic, topic_type, api_uri))
 
-    def unregister_publisher(self, topic: str, api: str) -> int:
+    def unregister_publisher(self, topic: str, api_uri: str) -> int:
         """Unregister a publisher; return 1, or 0 if it was not registered with that API."""
-        return int(self._call_checked(_is_integer, "unregisterPublisher", topic, api))
+        return int(self._call_checked(_is_integer, "unregisterPublisher", topic, api_uri))
 
-    def register_subscriber(self, topic: str, topic_type: str, api: str) -> list[str]:
+    def register_subscriber(self, topic: str, topic_type: str, api_uri: str) -> list[str]:
         """Register a subscriber, where type ``*`` means any; return the API URIs of the topic's publishers."""
-        return cast("list[str]", self._call_checked(_is_string_list, "registerSubscriber", topic, topic_type, api))
+        return cast("list[str]", self._call_checked(_is_string_list, "registerSubscriber", topic, topic_type, api_uri))
 
-    def unregister_subscriber(self, topic: str, api: str) -> int:
+    def unregister_subscriber(self, topic: str, api_uri: str) -> int:
         """Unregister a subscriber; return 1, or 0 if it was not registered with that API."""
-        return int(self._call_checked(_is_integer, "unregisterSubscriber", topic, api))
+        return int(self._call_checked(_is_integer, "unregisterSubscriber", topic, api_uri))
 
-    def register_service(self, service: str, service_api: str, api: str) -> None:
+    def register_service(self, service: str, service_uri: str, api_uri: str) -> None:
         """Register the provider of a service, replacing any previous one."""
-        self.call("registerService", service, service_api, api)
+        self.call("registerService", service, service_uri, api_uri)
 
-    def unregister_service(self, service: str, service_api: str) -> int:
+    def unregister_service(self, service: str, service_uri: str) -> int:
         """Unregister the provider of a service; return 1, or 0 if it was not registered."""
-        return int(self._call_checked(_is_integer, "unregisterService", service, service_api))
+        return int(self._call_checked(_is_integer, "unregisterService", service, service_uri))
 
     def lookup_service(self, service: str) -> str:
         """Return the ``rosrpc://`` URI of a service's provider."""
@@ -269,8 +269,7 @@ class MasterClient:
         return cast(str, self._call_checked(_is_string, "lookupNode", name))
 
     def get_published_topics(self, subgraph: str = "") -> list[list[str]]:
-        """Return ``[[topic, type], ...]`` for the topics with a publisher in a namespace; if empty, in all namespaces.
-        """
+        """Return ``[[topic, type], ...]`` for the topics with a publisher in a namespace; if empty, in all of them."""
         try:
             return cast("list[list[str]]", self._call_checked(_is_pair_list, "getPublishedTopics", subgraph))
         except MasterMethodError:
@@ -398,12 +397,12 @@ class MasterClient:
         except MasterMethodError:
             return list(_parameter_names("", self.call("getParam", "/")))
 
-    def subscribe_param(self, api: str, key: str) -> Any:
-        """Ask the master to send ``paramUpdate`` calls to ``api``; return the current value, or ``{}`` if it is not
+    def subscribe_param(self, api_uri: str, key: str) -> Any:
+        """Ask the master to send ``paramUpdate`` calls to ``api_uri``; return the current value, or ``{}`` if it is not
         set.
         """
-        return self.call("subscribeParam", api, key)
+        return self.call("subscribeParam", api_uri, key)
 
-    def unsubscribe_param(self, api: str, key: str) -> int:
+    def unsubscribe_param(self, api_uri: str, key: str) -> int:
         """Stop the ``paramUpdate`` calls; return 1, or 0 if there was no such subscription."""
-        return int(self._call_checked(_is_integer, "unsubscribeParam", api, key))
+        return int(self._call_checked(_is_integer, "unsubscribeParam", api_uri, key))

@@ -16,7 +16,7 @@ class _Period:
 
     def __init__(self, emit: Callable[[str], None]) -> None:
         self.emit = emit
-        self.counts: dict[str, int] = {}
+        self.repeat_counts: dict[str, int] = {}
         self.num_suppressed = 0
 
 
@@ -47,12 +47,12 @@ class RepeatCounter:
             is_new = period is None
             if period is None:
                 period = self._periods[site] = _Period(emit)
-            is_known = text in period.counts
-            has_room = len(period.counts) < max_texts
+            is_known = text in period.repeat_counts
+            has_room = len(period.repeat_counts) < max_texts
             if is_known:
-                period.counts[text] += 1
+                period.repeat_counts[text] += 1
             elif has_room:
-                period.counts[text] = 0
+                period.repeat_counts[text] = 0
             else:
                 period.num_suppressed += 1
         if is_new:
@@ -65,7 +65,7 @@ class RepeatCounter:
             period = self._periods.pop(site, None)
         if period is None:
             return
-        for text, count in period.counts.items():
+        for text, count in period.repeat_counts.items():
             if count:
                 period.emit(f"{text} (repeated {count} times)" if count > 1 else f"{text} (repeated once)")
         if period.num_suppressed:

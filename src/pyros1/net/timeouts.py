@@ -68,7 +68,7 @@ def set_socket_timeouts(sock: socket.socket, seconds: float, receive_seconds: fl
         sock: a connected socket.
         seconds: the timeout in seconds; must be positive.
         receive_seconds: the timeout for receiving; None for the same one. Without kernel support, ``seconds`` is used
-        for both.
+            for both.
 
     Returns:
         Whether the timeouts were set in the kernel; otherwise `settimeout` was used.

@@ -206,7 +206,7 @@ class Timer:
         period: seconds between calls.
         callback: called with a TimerEvent.
         oneshot: whether to call only once.
-        callbacks: the callback queue of a node that spins, else None.
+        callback_queue: the callback queue of a node that spins, else None.
         log: logs exceptions raised by the callback.
     """
 
@@ -216,7 +216,7 @@ class Timer:
         period: float,
         callback: Callable[[TimerEvent], object],
         oneshot: bool,
-        callbacks: CallbackQueue | None,
+        callback_queue: CallbackQueue | None,
         log: Log,
     ) -> None:
         check_positive(period, "a timer's period", "s", MAX_PERIOD)
@@ -224,7 +224,7 @@ class Timer:
         self._period = period
         self._callback = callback
         self._oneshot = oneshot
-        self._callbacks = callbacks
+        self._callback_queue = callback_queue
         self._log = log
         self._stopped = Event()
         self._is_queued = False
@@ -235,15 +235,15 @@ class Timer:
     def _run(self) -> None:
         rate = Rate(self._clock, 1.0 / self._period)
         while not self._stopped.is_set():
-            expected = self._clock.now() + Duration.from_sec(max(0.0, rate.remaining()))
+            due_time = self._clock.now() + Duration.from_sec(max(0.0, rate.remaining()))
             alive = self._sleep_simulated(rate) if self._clock.simulated else self._sleep(rate)
             if not alive or self._stopped.is_set():
                 return
-            if self._callbacks is None:
-                self._fire(expected)
+            if self._callback_queue is None:
+                self._fire(due_time)
             elif not self._is_queued:  # a program that spins too rarely receives one call instead of many
                 self._is_queued = True
-                self._callbacks.push(lambda expected=expected: self._fire(expected))  # type: ignore[misc]
+                self._callback_queue.push(lambda due_time=due_time: self._fire(due_time))  # type: ignore[misc]
             if self._oneshot:
                 return
 
@@ -265,23 +265,23 @@ class Timer:
                 return False
         return rate.sleep()
 
-    def _fire(self, expected: Time) -> None:
+    def _fire(self, due_time: Time) -> None:
         self._is_queued = False
         if self._stopped.is_set():
             return
-        real = self._clock.now()
+        called_at = self._clock.now()
         last_call = self._last_call
         event = TimerEvent(
-            last_call and last_call[0], last_call and last_call[1], expected, real, last_call and last_call[2]
+            last_call and last_call[0], last_call and last_call[1], due_time, called_at, last_call and last_call[2]
         )
-        start = time.perf_counter()
+        started_at = time.perf_counter()
         try:
             self._callback(event)
         except NodeShutdownError:
             return
         except Exception as error:  # noqa: BLE001 - raised by user code: the timer continues
             self._log.exception(f"bad timer callback {self._callback!r}", error=error)
-        self._last_call = (expected, real, time.perf_counter() - start)
+        self._last_call = (due_time, called_at, time.perf_counter() - started_at)
 
     @property
     def alive(self) -> bool:
@@ -302,18 +302,18 @@ class Timers:
     """The timers of a node.
 
     Args:
-        clock, callbacks, log: as for each `Timer`.
+        clock, callback_queue, log: as for each `Timer`.
     """
 
-    def __init__(self, clock: Clock, callbacks: CallbackQueue | None, log: Log) -> None:
+    def __init__(self, clock: Clock, callback_queue: CallbackQueue | None, log: Log) -> None:
         self._clock = clock
-        self._callbacks = callbacks
+        self._callback_queue = callback_queue
         self._log = log
         self._timers: list[Timer] = []
 
     def start(self, period: float, callback: Callable[[TimerEvent], object], oneshot: bool) -> Timer:
         """Start a timer and return it."""
-        timer = Timer(self._clock, period, callback, oneshot, self._callbacks, self._log)
+        timer = Timer(self._clock, period, callback, oneshot, self._callback_queue, self._log)
         self._timers = [*(other for other in self._timers if other.alive), timer]
         return timer
 

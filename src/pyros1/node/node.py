@@ -123,15 +123,17 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         loop = Loop(f"{self.name}:loop", on_error=lambda error: self.log.internal(error))  # noqa: PLW0108 - log does not exist yet
         self._sink = LogSink(self.name, environ, log_file, self._clock.read, loop.call_later)
         self.log = Log(self._sink, level=level)
-        self._callbacks = CallbackQueue() if callbacks == "spin" else None
-        self._context = Context(self.name, loop, RpcCaller(loop), self.log, self._callbacks, environ, stopping=stopping)
+        self._callback_queue = CallbackQueue() if callbacks == "spin" else None
+        self._context = Context(
+            self.name, loop, RpcCaller(loop), self.log, self._callback_queue, environ, stopping=stopping
+        )
         self._context.local_key, self._context.local_room = key, local_room
         self._context.warn_publish_after_shutdown = strict_names
         loop.thread.owner = self._context
         self._topics = Topics(self._context, lambda: self._registrar)
         self._services = Services(self._context, lambda: self._registrar, self._service_uri)
-        self._timers = Timers(self._clock, self._callbacks, self.log)
-        self._notifiers = Notifiers(self.log, self._callbacks)
+        self._timers = Timers(self._clock, self._callback_queue, self.log)
+        self._notifiers = Notifiers(self.log, self._callback_queue)
         self._watches = Watches(self._context, self.master_uri, self._notifiers)
         self._shutdown = Shutdown(self._context, self._clock, self._close)
         notify, remappings = self._notifiers.make("changes of parameters").notify, self.arguments.remappings
@@ -258,7 +260,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
 
     def spin(self) -> None:
         """Run callbacks until the node shuts down; in a node with inline callbacks, only wait until it does."""
-        if self._callbacks is None:
+        if self._callback_queue is None:
             self._context.stopping.wait()
             return
         while not self._context.stopping.is_set():
@@ -274,10 +276,10 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
             The number of callbacks that were run; 0 in a node with inline callbacks.
         """
         checks.check_seconds(timeout, "timeout")
-        if self._callbacks is None:
+        if self._callback_queue is None:
             return 0
-        self._callbacks.wait(timeout)
-        return self._callbacks.run_available()
+        self._callback_queue.wait(timeout)
+        return self._callback_queue.run_available()
 
     def on_shutdown(self, hook: Callable[[], object], early: bool = False) -> None:
         """Call ``hook`` when the node starts to shut down. Hooks can still publish. Early hooks run first, while
@@ -326,6 +328,5 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
 
     def __exit__(self, error_class: type[BaseException] | None, *_: object) -> bool:
         self.shutdown()
-        return error_class is not None and issubclass(
-            error_class, NodeShutdownError
-        )  # raised by a wait that the shutdown has interrupted
+        # raised by a wait that the shutdown has interrupted
+        return error_class is not None and issubclass(error_class, NodeShutdownError)

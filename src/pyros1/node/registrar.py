@@ -43,7 +43,7 @@ class _Job:
     """A call to the master for which a thread waits.
 
     Args:
-        call: the call.
+        call: the method to call, and its arguments.
         registration: the registration that the call undoes; None if the call is a registration.
     """
 

@@ -49,7 +49,7 @@ class Shutdown:
         self._closing_thread: int | None = None
         self._done = Event()
         self._signals = SignalHandlers(self._on_signal)
-        self._pid = os.getpid()  # to detect a forked process, which has copies of the sockets, but not the node
+        self._node_pid = os.getpid()  # to detect a forked process, which has copies of the sockets, but not the node
 
     @property
     def signalled(self) -> bool:
@@ -63,7 +63,7 @@ class Shutdown:
             self._signals.install()
 
     def _end_at_exit(self) -> None:
-        if os.getpid() != self._pid:
+        if os.getpid() != self._node_pid:
             return
         try:
             self.end()
@@ -129,7 +129,7 @@ class Shutdown:
             self._hooks_have_run = True
             self._run_hooks(self._hooks)  # those added at the last moment
         finally:  # even if a hook exits the program
-            if os.getpid() == self._pid:
+            if os.getpid() == self._node_pid:
                 self._close()
             atexit.unregister(self._end_at_exit)
 
@@ -146,7 +146,7 @@ class Shutdown:
         threading.Thread(target=self.end, args=(reason,), name=f"{self._context.name}:shutdown").start()
 
     def _on_signal(self, number: int) -> None:
-        if os.getpid() != self._pid:
+        if os.getpid() != self._node_pid:
             if number == signal.SIGINT and not self._not_started:
                 return  # the program's own handler has just been called, and will stop its loops
             signal.signal(number, signal.SIG_DFL)

@@ -212,9 +212,8 @@ class SlaveApi:
         if not isinstance(reason, str):
             raise _BadArgumentError("parameter [msg] must be a string")
         match = re.fullmatch(_NAMESAKE_REASON, reason)
-        if (
-            match is not None and match[1] != self._context.name
-        ):  # another node that has exited used our port before, and was restarted
+        # another node that has exited used our port before, and was restarted
+        if match is not None and match[1] != self._context.name:
             self._context.log.peer(WARN, "ignored a shutdown request that was intended for %s", match[1])
             return [1, "shutdown", 0]
         self._on_shutdown(reason)

@@ -59,7 +59,7 @@ def receive(link: TcpSource, count: int, cls: Any = IMAGE) -> tuple[list[Any], i
             messages.append(decode(cls, body))
             array = len(getattr(messages[-1], where.field))
             if array >= MIN_LARGE_FRAME:
-                link.expect(len(body), array, where.tail, where.has_length_field)
+                link.set_expected_layout(len(body), array, where.tail, where.has_length_field)
     return messages, split
 
 
@@ -106,10 +106,10 @@ def test_undecoded_messages_arrive_in_one_piece(pair: tuple[socket.socket, TcpSo
 def test_a_frame_that_stops_in_the_middle_holds_nobody_up(pair: tuple[socket.socket, TcpSource]) -> None:
     sender, link = pair
     whole = frame(image(1, MIN_LARGE_FRAME))
-    link.expect(len(whole) - 4, MIN_LARGE_FRAME, 0, True)
+    link.set_expected_layout(len(whole) - 4, MIN_LARGE_FRAME, 0, True)
     sender.sendall(whole[:1000])
     batch = link.receive(wait=True)  # the wait is bounded
-    assert batch is not None and not len(batch) and link.bytes_received == 1000 and link.expected is None
+    assert batch is not None and not len(batch) and link.bytes_received == 1000 and link.expected_layout is None
     thread = send(sender, whole[1000:])
     received, _ = receive(link, 1)
     thread.join()
@@ -119,7 +119,7 @@ def test_a_frame_that_stops_in_the_middle_holds_nobody_up(pair: tuple[socket.soc
 def test_a_claimed_size_is_not_believed_beforehand(pair: tuple[socket.socket, TcpSource]) -> None:
     sender, link = pair
     head = frame(image(1, MIN_LARGE_FRAME))[:-MIN_LARGE_FRAME]
-    link.expect(len(head) - 4 + MIN_LARGE_FRAME, MIN_LARGE_FRAME, 0, True)
+    link.set_expected_layout(len(head) - 4 + MIN_LARGE_FRAME, MIN_LARGE_FRAME, 0, True)
     claim = 900_000_000
     sender.sendall((len(head) - 4 + claim).to_bytes(4, "little") + head[4:-4] + claim.to_bytes(4, "little"))
     assert link.receive(wait=True) is not None and link.bytes_received == len(head)
@@ -128,6 +128,6 @@ def test_a_claimed_size_is_not_believed_beforehand(pair: tuple[socket.socket, Tc
 
 def test_the_end_of_the_stream(pair: tuple[socket.socket, TcpSource]) -> None:
     sender, link = pair
-    link.expect(MIN_LARGE_FRAME + 100, MIN_LARGE_FRAME, 0, True)
+    link.set_expected_layout(MIN_LARGE_FRAME + 100, MIN_LARGE_FRAME, 0, True)
     sender.close()
     assert link.receive(wait=True) is None

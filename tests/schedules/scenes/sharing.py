@@ -90,7 +90,7 @@ class Reader:
 
     def _take(self, source: SharedSource) -> None:
         hands: list[tuple[int, Any]] = []
-        batch: Batch | None = source.split(0)
+        batch: Batch | None = source.take_received(0)
         while batch is not None and (self._most is None or len(self.numbers) < self._most):
             hands += map(self._note, batch.newest(len(batch)))
             batch = None  # the memory of messages that nobody keeps may be reused
@@ -99,7 +99,7 @@ class Reader:
             try:
                 batch = source.receive(wait=True)
             except BlockingIOError:
-                batch = source.split(0)
+                batch = source.take_received(0)
                 for held in hands:
                     self._check(*held)
                 hands.clear()

@@ -64,8 +64,7 @@ class ParameterCache:
         """Return whether a change of ``key`` affects a copy or a value that is being fetched."""
         return any(_are_related(name, key) for name in self.names() + [fetch.key for fetch in list(self._fetches)])
 
-    # In the strand, except `begin_fetch`
-    # ------------------------------------------------------------------------------------
+    # In the strand, except `begin_fetch` ------------------------------------------------------------------------------
 
     def begin_fetch(self, key: str) -> Fetch:
         """Record that a value is being fetched; return the fetch, for `complete_fetch` or `abort_fetch`."""

@@ -81,9 +81,8 @@ class Parameters:
             raise SerializationError(
                 f"parameter [{key}]: {error}. A parameter is a bool, number, str, bytes, list or dict of them"
             ) from None
-        self._strand.do(
-            self._cache.set_locally, key, value, versions_before
-        )  # the master notifies only other nodes (M54)
+        # the master notifies only other nodes (M54)
+        self._strand.do(self._cache.set_locally, key, value, versions_before)
 
     def set(self, name: str, value: Any) -> None:
         """Set a parameter; the same as ``params[name] = value``."""

@@ -196,7 +196,7 @@ class Publication(PublisherLinks):
         Args:
             body: the encoded message.
             source: for a latched topic, the source of the message. New subscribers receive the last message of each
-            source.
+                source.
         """
         if self.links or self.latch:
             self.strand.do(self._send, len(body).to_bytes(_LENGTH_SIZE, "little") + body, None, source)

@@ -92,8 +92,7 @@ class Call:
         self.has_header = False
 
     def _connect_local(self, uri: str) -> socket.socket | None:
-        """Return a connection over a Unix socket; None if the provider is on another machine or runs as another user.
-        """
+        """Return a connection over a Unix socket; None if the provider is on another machine or another user's."""
         self._remaining(POLL_INTERVAL)
         key = self._context.local_key
         if not key:

@@ -60,7 +60,7 @@ class ServiceServer:
         unregister: Callable[[ServiceServer], None],
         direct: bool = False,
     ) -> None:
-        self._callbacks = None if direct else context.callbacks  # None: the handler runs in the call's thread
+        self._callback_queue = None if direct else context.callbacks  # None: the handler runs in the call's thread
         self.name = name
         self.uri = uri
         self.type = service_class
@@ -159,8 +159,8 @@ class ServiceServer:
         except MessageError as error:
             return encode_failure(f"service [{self.name}]: {error}")
         request._connection_header = header
-        callbacks = self._callbacks
-        if callbacks is None:
+        callback_queue = self._callback_queue
+        if callback_queue is None:
             return self._handle(request)
         done = threading.Event()
         responses: list[bytes] = []
@@ -173,7 +173,7 @@ class ServiceServer:
                 responses.append(response)
                 done.set()
 
-        callbacks.push(run)
+        callback_queue.push(run)
         warn_at = monotonic() + SPIN_WARNING_DELAY
         while not done.wait(0.2):
             if self._closed or self._context.stopping.is_set():
@@ -199,7 +199,7 @@ class ServiceServer:
             self._context.log.exception(f"error processing a request of {self.name}", error=error)
             return encode_failure(f"error processing request: {error}")
         except BaseException as error:
-            if self._callbacks is not None:
+            if self._callback_queue is not None:
                 raise  # the handler runs in the program's own thread
             text = f"error processing a request of {self.name}"  # asyncio.CancelledError, for example
             if isinstance(error, (SystemExit, KeyboardInterrupt)):

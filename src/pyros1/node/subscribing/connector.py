@@ -284,9 +284,8 @@ class Connector:
             self._close_control_socket()
             try:
                 self._control_socket = socket.socket(fileno=descriptor)
-                self._control_socket.set_inheritable(
-                    False
-                )  # like sockets created by Python; received ones are inheritable
+                # like sockets created by Python; received ones are inheritable
+                self._control_socket.set_inheritable(False)
             except OSError:
                 os.close(descriptor)  # it is not a socket
         return data

@@ -148,9 +148,8 @@ class Deadline:
     # Where callbacks run ----------------------------------------------------------------------------------------------
 
     def _call_on_missed(self, last: float, silent: float) -> None:
-        came_meanwhile = (
-            self._context.callbacks is not None and self._last_time != last
-        )  # it had arrived, but waited for `spin`
+        # it had arrived, but waited for `spin`
+        came_meanwhile = self._context.callbacks is not None and self._last_time != last
         if self._closed or came_meanwhile or self._subscription is None:
             return
         links = self._subscription.links

@@ -156,8 +156,7 @@ class DeliveryLoop:
             self.wake()
 
     def deliver_now(self, source: Source, item: Item) -> bool:
-        """Deliver a message in the calling thread, which is its publisher's; return False if another thread must do it.
-        """
+        """Deliver a message in the publisher's thread, which calls this; return False if another thread must do it."""
         is_acquired = False
         try:
             # No signal handler can run between `acquire` and the assignment.
@@ -382,8 +381,7 @@ class DeliveryLoop:
     # Slow callbacks ---------------------------------------------------------------------------------------------------
 
     def _catch_up(self, batch: Batch, limit: int) -> None:
-        """Deliver the newest messages of each publisher in turn, as long as messages arrive faster than callbacks run.
-        """
+        """Deliver the newest messages of each publisher in turn, while messages arrive faster than callbacks run."""
         backlog = Backlog(limit)
         backlog.put_batch(batch)
         while self._unfinished:  # from before there was a limit
@@ -441,8 +439,7 @@ class DeliveryLoop:
         self._ready_inboxes.append(inbox)
 
     def _mark_empty(self, inbox: Inbox) -> None:
-        has_ended = (
-            not inbox.source.connected
-        )  # read first: the source may be adding its last messages and ending right now
+        # read first: the source may be adding its last messages and ending right now
+        has_ended = not inbox.source.connected
         if self.inboxes.mark_empty(inbox) and has_ended:
             self.forget(inbox.source)

@@ -180,7 +180,7 @@ class Dialogue:
     Attributes:
         state: the current state.
         listed: whether the master lists the publisher.
-        offers_local: whether to offer the local transport; false once it has failed.
+        offers_local: whether to offer the local transport; False once it has failed.
     """
 
     def __init__(

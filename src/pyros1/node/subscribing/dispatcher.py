@@ -180,8 +180,8 @@ class Dispatcher:
         Args:
             subscribers: the subscribers to call.
             source: the source of the message.
-            data: a buffer with a frame's body from ``start`` to ``end``; or an item, if ``end`` is -1.
-            start, end: as above.
+            data: a buffer with a frame's body; or an item, if ``end`` is -1.
+            start, end: bounds of the body in the buffer.
         """
         header = source.header
         message = decoded_by = None
@@ -239,7 +239,7 @@ def _expect_array(source: Source, message: Any, size: int) -> None:
     if array_layout is not None and isinstance(source, TcpSource):
         array = getattr(message, array_layout.field, None)
         if isinstance(array, Sized) and len(array) >= MIN_LARGE_FRAME:  # a program's own class may hold anything there
-            source.expect(size, len(array), array_layout.tail, array_layout.has_length_field)
+            source.set_expected_layout(size, len(array), array_layout.tail, array_layout.has_length_field)
 
 
 class SpinQueue:
@@ -296,17 +296,17 @@ class SpinQueues:
 
     Args:
         dispatcher: runs the callbacks.
-        callbacks: the node's callback queue.
+        callback_queue: the node's callback queue.
 
     Attributes:
         limit: maximum number of waiting messages of each source; None for UNBOUNDED_LIMIT. Beyond that, the oldest
             are dropped.
     """
 
-    def __init__(self, dispatcher: Dispatcher, callbacks: CallbackQueue) -> None:
+    def __init__(self, dispatcher: Dispatcher, callback_queue: CallbackQueue) -> None:
         self.limit: int | None = None
         self._dispatcher = dispatcher
-        self._callbacks = callbacks
+        self._callback_queue = callback_queue
         self._queues: dict[Source, SpinQueue] = {}
         self._ended_queues: list[SpinQueue] = []  # of removed sources whose last messages are still waiting
         self._dropped = 0  # in removed queues
@@ -333,7 +333,7 @@ class SpinQueues:
         if queue is None:
             queue = self._queues[source] = SpinQueue(source, self._dispatcher)
         if queue.put(item, self.limit or UNBOUNDED_LIMIT):
-            self._callbacks.push(queue.deliver_next)
+            self._callback_queue.push(queue.deliver_next)
 
     def forget(self, source: Source) -> None:
         """Remove a source that has ended. Its waiting messages are still delivered by the queued calls."""

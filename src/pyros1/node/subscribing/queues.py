@@ -89,9 +89,8 @@ class Inbox:
     @property
     def dropped(self) -> int:
         """Number of messages lost so far, here or on the way; may briefly be one too low, but never too high."""
-        return self.lost + max(
-            0, self._num_put - len(self) - self._num_taken
-        )  # in this order: other threads add and take
+        # in this order: other threads add and take
+        return self.lost + max(0, self._num_put - len(self) - self._num_taken)
 
     def is_full(self, limit: int) -> bool:
         """Return whether the next message will replace an older one."""

@@ -1,5 +1,5 @@
 """Statistics of the messages of one publisher, for rosgraph_msgs/TopicStatistics
-(https://wiki.ros.org/Topics#Topic_statistics), without clocks and messages.
+(https://wiki.ros.org/Topics#Topic_statistics). This module only computes: the caller passes times and sizes.
 """
 
 from __future__ import annotations

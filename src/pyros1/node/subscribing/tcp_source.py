@@ -32,7 +32,7 @@ before."""
 RECEIVE_TIMEOUT = 0.02
 """Maximum number of seconds that `TcpSource.receive` waits, if asked to wait."""
 SPIN_TIME = 0.002
-"""Seconds for which a link that `spins` polls for the next message."""
+"""Seconds for which a link whose ``spins`` is True polls for the next message."""
 _MSG_WAITALL = getattr(socket, "MSG_WAITALL", 0)
 _unpack_u32 = struct.Struct("<I").unpack_from
 DRAIN_TIME = 0.02
@@ -75,7 +75,7 @@ class TcpSource:
         connected: whether the link is open.
         can_wait: whether `receive` can wait for RECEIVE_TIMEOUT seconds; otherwise it never waits.
         last_time: time at which the socket was last readable, in `perf_counter` seconds.
-        expected: the layout of large frames, taken from the last one; None if all frames go through the buffer.
+        expected_layout: the layout of large frames, taken from the last one; None if all frames go through the buffer.
         spins: whether a `receive` that waits polls for SPIN_TIME seconds before it sleeps. The system needs
             25 to 50 us to wake a sleeping thread; a polling thread occupies a processor meanwhile.
     """
@@ -93,7 +93,7 @@ class TcpSource:
         self.connected = True
         self.can_wait = _set_receive_timeout(sock)
         self.last_time = 0.0
-        self.expected: ArrayLayout | None = None
+        self.expected_layout: ArrayLayout | None = None
         self.spins = False
         if sock.family == getattr(socket, "AF_UNIX", None):
             self.address = f"LOCAL connection on port 0 to [127.0.0.1:0 on socket {self.fd}]"
@@ -121,12 +121,12 @@ class TcpSource:
             ProtocolError: a frame is too large.
         """
         flags = 0 if wait else DONTWAIT
-        if self.expected is not None and not self.buffer.has_partial_frame:
-            return self._receive_large(self.expected, flags)
+        if self.expected_layout is not None and not self.buffer.has_partial_frame:
+            return self._receive_large(self.expected_layout, flags)
         count = self._spin_receive() if wait and self.spins else None
         if count is None:
             count = self.sock.recv_into(self.buffer.writable(), 0, flags)
-        return self.split(count) if count else None
+        return self.take_received(count) if count else None
 
     def _spin_receive(self) -> int | None:
         """Poll for bytes; return how many arrived, 0 at the end of the stream, or None after SPIN_TIME seconds without
@@ -144,7 +144,7 @@ class TcpSource:
         """Close the link's sockets."""
         shutdown_and_close(self.sock)
 
-    def split(self, count: int) -> Batch:
+    def take_received(self, count: int) -> Batch:
         """Account for bytes that were received into the buffer; return the messages that are complete now.
 
         Args:
@@ -164,18 +164,18 @@ class TcpSource:
             return Items(self, self.buffer.take_bodies(frames))
         return Frames(self, self.buffer.take(frames), frames)
 
-    def expect(self, size: int, array: int, tail: int, has_length_field: bool) -> None:
+    def set_expected_layout(self, body_size: int, array_size: int, tail: int, has_length_field: bool) -> None:
         """Note where the array of a large frame is, for further frames of the same layout.
 
         Args:
-            size: size of the frame's body in bytes.
-            array: size of its array in bytes.
+            body_size: size of the frame's body in bytes.
+            array_size: size of its array in bytes.
             tail: number of bytes after the array.
             has_length_field: whether the array has a length field.
         """
-        begin = size - tail - array + 4
+        begin = body_size - tail - array_size + 4
         if self.can_wait and _MSG_WAITALL and begin >= 4:
-            self.expected = ArrayLayout(begin, tail, max(MAX_RESERVED, 2 * array), has_length_field)
+            self.expected_layout = ArrayLayout(begin, tail, max(MAX_RESERVED, 2 * array_size), has_length_field)
 
     def _receive_large(self, expected_layout: ArrayLayout, flags: int) -> Batch | None:
         """Receive a frame of the expected layout; all other bytes go to the buffer.
@@ -194,9 +194,9 @@ class TcpSource:
                     self.bytes_received += size + 4
                     return Items(self, [SplitBody(received[4:-4], data, tail_bytes, has_length_field)])
                 received = b"".join((received, data, tail_bytes))
-        self.expected = None
+        self.expected_layout = None
         self.buffer.feed(received)
-        return self.split(len(received)) if received else None
+        return self.take_received(len(received)) if received else None
 
     def _receive_rest(self, size: int) -> bytes:
         if not size:
@@ -268,15 +268,14 @@ class TcpLinks:
         return self._links.get(fd)
 
     def open(self, link: TcpSource) -> Batch | None:
-        """Start waiting for a new link; return what arrived together with its header; None if the link is lost already.
-        """
+        """Start waiting for a new link; return what arrived with its header, or None if the link is lost already."""
         driver = self._delivery.driver
         if driver.cooperative:
             link.can_wait = False
         self._links[link.fd] = link
         driver.register(link.fd, self._delivery)
         try:
-            return link.split(0)
+            return link.take_received(0)
         except ProtocolError as error:
             self._lose(link, str(error))
             return None

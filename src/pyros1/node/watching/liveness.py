@@ -79,7 +79,7 @@ class WatchedNode:
         """Return whether a response with process id ``pid`` is from another process than the one that was found."""
         return self.state is State.UNSEEN or pid != self._pid
 
-    def looked_up(self, uri: str, now: float) -> list[Sighting]:
+    def on_address(self, uri: str, now: float) -> list[Sighting]:
         """Process the address reported by the master; return the resulting changes."""
         if uri == self.uri:
             return []
@@ -88,7 +88,7 @@ class WatchedNode:
         self._pid = None
         return changes
 
-    def answered(self, pid: int | None, now: float) -> list[Sighting]:
+    def on_response(self, pid: int | None, now: float) -> list[Sighting]:
         """Process a response from the node at `uri`; return the resulting changes."""
         changes: list[Sighting] = []
         if self.state is State.FOUND and pid != self._pid:
@@ -102,23 +102,23 @@ class WatchedNode:
             changes.append(self._sighting("it answers again" if is_same_process else "it answers", 0.0))
         return changes
 
-    def failed(self, reason: str, asked_at: float, now: float, closed: bool = False) -> list[Sighting]:
+    def on_failure(self, reason: str, asked_at: float, now: float, is_port_closed: bool = False) -> list[Sighting]:
         """Process a failed request to the node at `uri`; return the resulting changes.
 
         Args:
             reason: the reason, as a text.
             asked_at: when the request was sent.
             now: the current time.
-            closed: whether the node's machine reports that the port is closed.
+            is_port_closed: whether the node's machine reports that the port is closed.
         """
         if self._failing_since is None:
             self._failing_since = asked_at
-        if closed:
+        if is_port_closed:
             return self._mark_lost(f"its port is closed: it has exited ({reason})", now)
         # A timer may fire a few microseconds early.
         return self._mark_lost(reason, now) if now >= self._failing_since + self._limit - 1e-3 else []
 
-    def stalled(self) -> None:
+    def ignore_failure(self) -> None:
         """Ignore the last failure, since it was this process that was suspended."""
         self._failing_since = None
 

@@ -30,16 +30,16 @@ class Notifier:
     Args:
         subject: the subject of the notifications, for the thread's name and the log.
         log: logs exceptions raised by the functions.
-        callbacks: the callback queue of a node that spins; None to use a thread.
+        callback_queue: the callback queue of a node that spins; None to use a thread.
         max_pending: maximum number of pending calls; beyond that, the oldest are dropped. None for no limit.
     """
 
     def __init__(
-        self, subject: str, log: Log, callbacks: CallbackQueue | None = None, max_pending: int | None = MAX_PENDING
+        self, subject: str, log: Log, callback_queue: CallbackQueue | None = None, max_pending: int | None = MAX_PENDING
     ) -> None:
         self._subject = subject
         self._log = log
-        self._callbacks = callbacks
+        self._callback_queue = callback_queue
         self._max_pending = max_pending
         self._jobs: deque[tuple[Callable[..., object], tuple[Any, ...]]] = deque(maxlen=max_pending)
         self._queued_calls: deque[None] = deque()  # one for each call that waits in the callback queue
@@ -49,15 +49,15 @@ class Notifier:
         self._thread: threading.Thread | None = None
 
     def notify(self, function: Callable[..., object], *args: Any) -> None:
-        """Call ``function(*news)`` soon. Thread-safe, but not allowed in signal handlers."""
+        """Call ``function(*args)`` soon. Thread-safe, but not allowed in signal handlers."""
         if self._closed:
             return
         self._jobs.append((function, args))
-        if self._callbacks is not None:
+        if self._callback_queue is not None:
             # At the limit, the oldest job was dropped, so there are enough queued calls.
             if self._max_pending is None or len(self._queued_calls) < self._max_pending:
                 self._queued_calls.append(None)
-                self._callbacks.push(self._notify_from_queue)
+                self._callback_queue.push(self._notify_from_queue)
             return
         with self._lock:
             if self._is_running:
@@ -96,12 +96,12 @@ class Notifier:
         except NodeShutdownError:
             pass  # the function was waiting when the node started to shut down
         except SystemExit as error:
-            if self._callbacks is not None:
+            if self._callback_queue is not None:
                 raise  # the function runs in the program's own thread
             text = f"{self._subject}: sys.exit() ends a program only from its main thread; call node.shutdown()"
             self._log.exception(text, error=error)
         except BaseException as error:  # raised by user code: later notifications must still be made
-            if self._callbacks is not None and not isinstance(error, Exception):
+            if self._callback_queue is not None and not isinstance(error, Exception):
                 raise
             self._log.exception(f"bad function for {self._subject}: {function!r}", error=error)
 
@@ -110,17 +110,17 @@ class Notifiers:
     """The notifiers of a node.
 
     Args:
-        log, callbacks: as for each `Notifier`.
+        log, callback_queue: as for each `Notifier`.
     """
 
-    def __init__(self, log: Log, callbacks: CallbackQueue | None) -> None:
+    def __init__(self, log: Log, callback_queue: CallbackQueue | None) -> None:
         self._log = log
-        self._callbacks = callbacks
+        self._callback_queue = callback_queue
         self._notifiers: dict[Notifier, None] = {}
 
     def make(self, subject: str) -> Notifier:
         """Create and return a notifier for a subject; see `Notifier`."""
-        notifier = Notifier(subject, self._log, self._callbacks)
+        notifier = Notifier(subject, self._log, self._callback_queue)
         self._notifiers[notifier] = None
         return notifier
 

@@ -114,7 +114,7 @@ class Watch:
         if self.closed:
             return
         previous_uri = self._node.uri
-        self._report(self._node.looked_up(uri, monotonic()))
+        self._report(self._node.on_address(uri, monotonic()))
         if uri != previous_uri:
             self._is_asking = False  # a response from the old address is ignored
             self._ask()
@@ -141,7 +141,7 @@ class Watch:
         if not self._node.is_new(pid):
             self._is_asking = False
             self._was_stall_ignored = False
-            self._report(self._node.answered(pid, monotonic()))
+            self._report(self._node.on_response(pid, monotonic()))
             return
         # If the node has exited, another one may be using its port.
         on_reply = partial(self._on_name, uri, asked_at, pid)
@@ -155,10 +155,10 @@ class Watch:
         now = monotonic()
         if isinstance(name, str) and name != self.name:
             reason = f"{terminal_text.one_line(name)} answers in its place"
-            self._report(self._node.failed(reason, asked_at, now, closed=True))
+            self._report(self._node.on_failure(reason, asked_at, now, is_port_closed=True))
         elif error is None or isinstance(error, XmlRpcFault):  # stock roscpp does not report its name
             self._was_stall_ignored = False
-            self._report(self._node.answered(pid, now))
+            self._report(self._node.on_response(pid, now))
         else:
             self._handle_failure(error, asked_at, self._node.remaining_time(asked_at))
 
@@ -170,10 +170,10 @@ class Watch:
             and not self._was_stall_ignored
         ):
             self._was_stall_ignored = True
-            self._node.stalled()
+            self._node.ignore_failure()
             self._ask()
             return
-        self._report(self._node.failed(str(error), asked_at, now, _is_port_closed(error)))
+        self._report(self._node.on_failure(str(error), asked_at, now, _is_port_closed(error)))
         if self.alive and not isinstance(error, DeadlineError):
             self._loop.call_later(RETRY_DELAY, self._ask)
 
