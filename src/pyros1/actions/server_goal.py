@@ -97,7 +97,7 @@ class ServerGoal:
         self.hear_cancel()
 
     def on_cancel(self, listener: Callable[[], object]) -> None:
-        """Call a function when the goal is requested to stop, in any thread; immediately if it was requested already."""
+        """Call a function when the goal is requested to stop, in any thread; immediately if that happened before."""
         with self._server.lock:
             self._listeners.append(listener)
             already_requested = self.cancel_requested
