@@ -524,7 +524,7 @@ class _Link:
     def __init__(self, messages: list[bytes]) -> None:
         self._messages = messages
 
-    def split(self, _: int) -> Frames:
+    def take_received(self, _: int) -> Frames:
         link: Any = self
         frames = [(i, i + 4) for i in range(0, 4 * len(self._messages), 4)]
         return Frames(link, b"".join(self._messages), frames)
