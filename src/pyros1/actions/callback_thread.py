@@ -30,7 +30,7 @@ class CallbackThread:
         self._check_requested = False
         self._queue: deque[Callable[[], object]] = deque()
         self._lock = threading.RLock()
-        self._condition = Condition()
+        self._callback_added = Condition()
         self._thread: threading.Thread | None = None
 
     def add(self, callback: Callable[[], object]) -> None:
@@ -38,7 +38,7 @@ class CallbackThread:
         with self._lock:
             self._queue.append(callback)
             self._start()
-        self._condition.notify_all()
+        self._callback_added.notify_all()
 
     def keep_checking(self) -> None:
         """Start calling ``check`` regularly, until it returns False."""
@@ -54,7 +54,7 @@ class CallbackThread:
     def _run(self) -> None:
         check_again = False
         while True:
-            self._condition.wait_for(lambda: self._queue, _IDLE_TIMEOUT)
+            self._callback_added.wait_for(lambda: self._queue, _IDLE_TIMEOUT)
             if not self._queue:
                 self._check_requested = False  # before the check, so that a request during it causes another check
                 check_again = self._check()

@@ -125,7 +125,7 @@ class Node:
         self._starting_node: SyncNode | None = None
         self._node: _Node | None = None
         self._loop: asyncio.AbstractEventLoop | None = None
-        self._streams: WeakSet[Messages[Any]] = WeakSet()
+        self._message_streams: WeakSet[Messages[Any]] = WeakSet()
         self._sightings: WeakSet[Sightings] = WeakSet()
         self._driver: LoopDriver | None = None
 
@@ -212,7 +212,7 @@ class Node:
         self.sync.log.exception("internal error in a subscription (please report it)", error=error)
 
     def _end_streams(self) -> None:
-        for stream in list(self._streams):
+        for stream in list(self._message_streams):
             stream.end()
         for sightings in list(self._sightings):
             sightings.close()
@@ -276,7 +276,7 @@ class Node:
         node, loop = self.sync, self._loop
         assert isinstance(node, _Node) and loop is not None
         stream: Messages[_M] = Messages(loop, queue_size, urgent)
-        self._streams.add(stream)
+        self._message_streams.add(stream)
         # Tasks may keep the loop busy, and messages that it does not receive meanwhile cannot replace older ones.
         driver = None if stream.wants_newest else self._driver
 

@@ -50,7 +50,7 @@ class Notifier:
     def send(self, notices: Sequence[Notice]) -> None:
         """Queue notices, in order; those to nodes that are free are sent immediately."""
         for notice in notices:
-            key = _key(notice)
+            key = _notice_key(notice)
             if notice.api not in self._in_flight:
                 if not notice.is_repeat:
                     self._call(notice)
@@ -81,7 +81,7 @@ class Notifier:
             self._send_next(notice.api)
 
         self._log("info", description)
-        self._in_flight[notice.api] = _key(notice)
+        self._in_flight[notice.api] = _notice_key(notice)
         try:
             self._caller.call(notice.api, notice.method, [MASTER_NAME, notice.subject, *notice.value], on_done)
         except Error as error:
@@ -111,6 +111,6 @@ class Notifier:
         self._call(queued.pop(next(iter(queued))))
 
 
-def _key(notice: Notice) -> _Key:
+def _notice_key(notice: Notice) -> _Key:
     """Return the key of a notice; a newer notice replaces an older one with the same key."""
     return notice.node, notice.method, notice.subject

@@ -43,7 +43,7 @@ class ConnectHandle:
         self._timer: TimerHandle | None = None
         self._address_timer: TimerHandle | None = None  # ends the attempt to connect to the current address
         self._deadline = 0.0
-        self._was_refused = False
+        self._is_any_refused = False
 
     @property
     def pending(self) -> bool:
@@ -78,7 +78,7 @@ class ConnectHandle:
         """Try the remaining addresses in order. If any of them has refused, report that error, as the most informative
         one.
         """
-        self._was_refused = self._was_refused or last_error_code == errno.ECONNREFUSED
+        self._is_any_refused = self._is_any_refused or last_error_code == errno.ECONNREFUSED
         while self._addresses:
             address = self._addresses.pop(0)
             family = socket.AF_INET6 if ":" in address else socket.AF_INET
@@ -104,8 +104,8 @@ class ConnectHandle:
                 return
             sock.close()
             last_error_code = error_code
-            self._was_refused = self._was_refused or error_code == errno.ECONNREFUSED
-        if self._was_refused:
+            self._is_any_refused = self._is_any_refused or error_code == errno.ECONNREFUSED
+        if self._is_any_refused:
             last_error_code = errno.ECONNREFUSED
         failure = UnreachableError(f"cannot connect to {self._host}:{self._port}: {os.strerror(last_error_code)}")
         failure.__cause__ = OSError(last_error_code, os.strerror(last_error_code))

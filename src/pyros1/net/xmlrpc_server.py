@@ -159,10 +159,10 @@ class _Connection:
                 self.request_started_at = self.last_active_at
                 self.closes_after_response = not request.keep_alive
                 self.server.caller = self.sock
-                self._write(self.server.answer(request))
+                self._write(self.server.respond(request))
         except HttpError as error:
             self.closes_after_response = True
-            self._write(self.server.refusal(error.status, str(error), keep_alive=False))
+            self._write(self.server.error_response(error.status, str(error), keep_alive=False))
         if not self.server.account_buffered(self, self.parser.buffered):
             self.close()
 
@@ -276,17 +276,17 @@ class XmlRpcServer:
 
     # ---- on the loop, for the connections
 
-    def answer(self, request: Request) -> bytes:
+    def respond(self, request: Request) -> bytes:
         """Return the complete HTTP response to a request."""
         if request.method != "POST":
-            return self.refusal(501, f"Unsupported method ({request.method!r})", keep_alive=request.keep_alive)
+            return self.error_response(501, f"Unsupported method ({request.method!r})", keep_alive=request.keep_alive)
         if request.path not in _PATHS:
-            return self.refusal(404, "No such page", keep_alive=request.keep_alive)
+            return self.error_response(404, "No such page", keep_alive=request.keep_alive)
         if request.from_page:  # a website open in a browser on this machine must not control the robot
-            return self.refusal(403, "Web pages may not call this", keep_alive=request.keep_alive)
+            return self.error_response(403, "Web pages may not call this", keep_alive=request.keep_alive)
         return build_response(200, self._call(request.body), keep_alive=request.keep_alive, date=self._date())
 
-    def refusal(self, status: int, text: str, *, keep_alive: bool) -> bytes:
+    def error_response(self, status: int, text: str, *, keep_alive: bool) -> bytes:
         """Return the complete HTTP error response to a request that is not served."""
         return build_response(status, text.encode(), keep_alive=keep_alive, content_type=_TEXT_TYPE, date=self._date())
 

@@ -74,8 +74,8 @@ class Clock:
         """Return the time in seconds, for measuring durations: monotonic time, which never jumps, or simulated time."""
         return self._now.to_sec() if self.simulated else time.monotonic()
 
-    def read(self) -> tuple[Time, bool]:
-        """Return the current time, and whether it is simulated."""
+    def now_with_kind(self) -> tuple[Time, bool]:
+        """Return the current time, and whether it is simulated time."""
         return self.now(), self.simulated
 
     def sleep(self, seconds: float) -> bool:

@@ -121,7 +121,7 @@ class Node(TopicMethods, ServiceMethods, TimeMethods):
         self._clock = Clock(stopping)
         log_file = default_log_file(self.name, environ, special)
         loop = Loop(f"{self.name}:loop", on_error=lambda error: self.log.internal(error))  # noqa: PLW0108 - log does not exist yet
-        self._sink = LogSink(self.name, environ, log_file, self._clock.read, loop.call_later)
+        self._sink = LogSink(self.name, environ, log_file, self._clock.now_with_kind, loop.call_later)
         self.log = Log(self._sink, level=level)
         self._callback_queue = CallbackQueue() if callbacks == "spin" else None
         self._context = Context(

@@ -310,13 +310,13 @@ class Dialogues(RuleBasedStateMachine):
     @invariant()
     def never_deaf(self) -> None:
         """A publisher that is listed is linked, or will be tried, unless it has refused."""
-        if self.talk.listed:
+        if self.talk.is_listed:
             assert self.talk.state in {State.LINKED, State.REFUSED, *IN_PROGRESS} or self.resting
 
     @invariant()
     def never_busy_for_nobody(self) -> None:
         """One that is not listed is not waited for, and forgotten once nothing is linked or under way."""
-        if not self.talk.listed:
+        if not self.talk.is_listed:
             assert not self.resting
             assert self.talk.state in {State.LINKED, State.GONE, *IN_PROGRESS}
             assert self.stopped or self.forgotten or self.talk.state is not State.GONE

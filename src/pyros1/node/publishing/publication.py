@@ -54,7 +54,7 @@ class Publication(PublisherLinks):
         message_class()
         self._encode = message_class._encode_frame
         self.num_publishers = 0
-        self._seq = _sequence_numbers() if message_class._has_header else None
+        self._sequence_numbers = _sequence_numbers() if message_class._has_header else None
         self.publish: Callable[[Any], None] = self._publish
         """Send a message to all links; see Publisher.publish."""
 
@@ -76,8 +76,8 @@ class Publication(PublisherLinks):
             strand.worker = thread_id
             try:
                 has_turn = not strand.jobs or strand.run_pending()
-                if has_turn and self._seq is not None:
-                    message.header.seq = next(self._seq)
+                if has_turn and self._sequence_numbers is not None:
+                    message.header.seq = next(self._sequence_numbers)
                 if not has_turn:  # some of the other jobs may be from this thread: this one comes after them
                     strand.jobs.append((self._send_posted, (message, *_snapshot(*self._prepare(message)))))
                 elif self._local and not (self._remote or self.latch):
@@ -159,8 +159,8 @@ class Publication(PublisherLinks):
 
     def _send_posted(self, message: Any, frame: Frame | None, copy: Any) -> None:
         """Send a message that was posted to the strand, with the sequence number of its turn."""
-        if self._seq is not None:
-            message.header.seq = number = next(self._seq)
+        if self._sequence_numbers is not None:
+            message.header.seq = number = next(self._sequence_numbers)
             if copy is not None:
                 copy.header.seq = number
             if frame is not None:
@@ -205,8 +205,8 @@ class Publication(PublisherLinks):
 
     def publish_to(self, link: Link, message: Any) -> None:
         """Send a message to one link; see ``Peer.publish``."""
-        if self._seq is not None:
-            message.header.seq = next(self._seq)
+        if self._sequence_numbers is not None:
+            message.header.seq = next(self._sequence_numbers)
         try:
             frame = message.__class__._encode_frame(message)
         except SerializationError as error:

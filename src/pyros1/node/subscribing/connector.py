@@ -57,7 +57,7 @@ class Connector:
         )
         self._subscription = subscription
         self._context = subscription.context
-        self._attempt = 0  # events of older attempts are ignored
+        self._attempt_number = 0  # events of older attempts are ignored
         self._timer: TimerHandle | None = None  # of the pause, or of the current step
         self._silence_timer: TimerHandle | None = None
         self._sock: socket.socket | None = None
@@ -128,10 +128,10 @@ class Connector:
         """Return a callback that calls ``function`` only during the current attempt; later, it closes the socket it
         gets.
         """
-        attempt = self._attempt
+        attempt_number = self._attempt_number
 
         def call_if_current(*args: Any) -> None:
-            if attempt == self._attempt:
+            if attempt_number == self._attempt_number:
                 function(*args)
             elif args and isinstance(args[0], socket.socket):
                 args[0].close()
@@ -139,7 +139,7 @@ class Connector:
         return call_if_current
 
     def _drop(self) -> None:
-        self._attempt += 1
+        self._attempt_number += 1
         self._stop_timers()
         self._unsent_header = b""
         sock, self._sock = self._sock, None

@@ -179,7 +179,7 @@ class Dialogue:
 
     Attributes:
         state: the current state.
-        listed: whether the master lists the publisher.
+        is_listed: whether the master lists the publisher.
         offers_local: whether to offer the local transport; False once it has failed.
     """
 
@@ -193,7 +193,7 @@ class Dialogue:
         takes_tcp: bool = True,
     ) -> None:
         self.state = State.GONE
-        self.listed = False
+        self.is_listed = False
         self.offers_local = True
         self._uses_local = False
         self._topic = topic
@@ -216,7 +216,7 @@ class Dialogue:
         """Return the actions to take when the master lists the publisher, again or for the first time."""
         # The updates for a publisher that left and for a new one may have been merged.
         self._announced_again = self.state in IN_PROGRESS
-        self.listed = True
+        self.is_listed = True
         if self.state in IN_PROGRESS or self.state is State.LINKED:
             return []
         self._reported_refusal = ""
@@ -227,7 +227,7 @@ class Dialogue:
 
     def publisher_unlisted(self) -> list[Action]:
         """Return the actions to take when the master no longer lists the publisher."""
-        self.listed = False
+        self.is_listed = False
         if self.state in IN_PROGRESS:
             return []
         if self.state is State.LINKED:  # no datagram signals that the publisher is gone
@@ -237,7 +237,7 @@ class Dialogue:
 
     def stop(self) -> list[Action]:
         """Return the actions to take when the subscription has ended. An open link remains."""
-        self.listed = False
+        self.is_listed = False
         self.state = State.GONE
         return [Drop()]
 
@@ -314,7 +314,7 @@ class Dialogue:
 
     def attempt_failed(self, error: Exception | None = None) -> list[Action]:
         """Return the actions to take when the publisher was not reached or did not respond in time: try again later."""
-        if isinstance(error, UnknownHostError) and self.listed:
+        if isinstance(error, UnknownHostError) and self.is_listed:
             return [LogHostMessage(error), *self._retry()]
         if isinstance(error, (ProtocolError, XmlRpcFault)):
             return self._fail(str(error), _PORT_TAKEN)
@@ -325,10 +325,10 @@ class Dialogue:
     def publisher_refused(self, reason: str) -> list[Action]:
         """Return the actions to take when the publisher has refused, or does not match the subscription."""
         report: list[Action] = []
-        if self.listed and reason != self._reported_refusal:
+        if self.is_listed and reason != self._reported_refusal:
             self._reported_refusal = reason
             report = [LogMessage(True, "%s", (reason,))]
-        if self._announced_again or not self.listed:
+        if self._announced_again or not self.is_listed:
             return report + self._retry()
         self.state = State.REFUSED
         return [*report, Drop()]
@@ -392,13 +392,13 @@ class Dialogue:
 
     def _fail(self, reason: str, hint: str) -> list[Action]:
         """Pause; log the reason, but only once until there is a link or the master lists the publisher again."""
-        if not self.listed or self._silence_reported:
+        if not self.is_listed or self._silence_reported:
             return self._retry()
         self._silence_reported = True
         return [LogMessage(False, _UNREACHABLE, (self._topic, self._uri, reason, hint)), *self._retry()]
 
     def _retry(self) -> list[Action]:
-        if not self.listed:
+        if not self.is_listed:
             self.state = State.GONE
             return [Drop(), Forget()]
         self.state = State.BACKING_OFF

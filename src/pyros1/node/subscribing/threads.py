@@ -72,7 +72,7 @@ class DeliveryThreads:
         self._on_error = on_error
         self._poller = Poller()
         self._deliveries: dict[int, DeliveryLoop] = {}
-        self._woken: deque[DeliveryLoop] = deque()
+        self._woken_deliveries: deque[DeliveryLoop] = deque()
         self._lock = threading.RLock()  # a signal handler that interrupts a method of this object may wake a loop
         self._num_waiting = 0
         self._start_failed = False  # the system could not start another thread
@@ -97,7 +97,7 @@ class DeliveryThreads:
 
     def wake(self, delivery: DeliveryLoop) -> None:
         """Run a delivery loop soon, on one of the threads."""
-        self._woken.append(delivery)
+        self._woken_deliveries.append(delivery)
         self._poller.wake()
         self._ensure_started()
 
@@ -198,9 +198,9 @@ class DeliveryThreads:
                 delivery.run(fd)
             return
         try:
-            delivery = self._woken.popleft()
+            delivery = self._woken_deliveries.popleft()
         except IndexError:
             return  # another thread was quicker
-        if self._woken:
+        if self._woken_deliveries:
             self._poller.wake()  # several wake-ups may have been merged into one
         delivery.run(None)
