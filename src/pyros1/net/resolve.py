@@ -83,7 +83,7 @@ class HostLookup:
         self._done.set()
 
     def wait(self, seconds: float) -> list[str]:
-        """Wait for the addresses and return them. After a timeout it may be called again.
+        """Wait for the addresses and return them. After a timeout, call it again to continue waiting.
 
         Args:
             seconds: maximum number of seconds to wait.

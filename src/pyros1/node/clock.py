@@ -36,7 +36,7 @@ class Clock:
         stopping: set when the node shuts down; interrupts all sleeps.
 
     Attributes:
-        simulated: whether the time comes from /clock.
+        simulated: whether the time is the one published on /clock.
         ending: whether the node has started to shut down; its early hooks may still sleep.
         tick_listeners: functions to call after each change of simulated time, in the thread that receives it.
     """

@@ -79,7 +79,7 @@ class Registrar:
         self._on_restart = on_restart
         self._can_be_looked_up = not set(": ") & set(context.name)  # masters refuse to look up other names
         self._registrations: dict[Call, None] = {}
-        # Unregistrations that the master has not received, as it did not respond; it may come back with its old state.
+        # Unregistrations for which the master did not respond; after an outage it may still have its old registrations.
         self._pending_unregistrations: dict[Call, None] = {}
         self._jobs: deque[_Job] = deque()
         self._changed = Condition()

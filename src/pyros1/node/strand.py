@@ -1,9 +1,9 @@
 """A strand: runs jobs one at a time, in the order in which they were added, without making any thread wait.
 
-A thread that brings a job to a free strand does the job. If the strand is busy, the thread leaves the job there and
+A thread that adds a job to a free strand does the job. If the strand is busy, the thread leaves the job there and
 continues; the thread that works in the strand does it before it stops. So all links of a topic see one order, whichever
-thread publishes; and a signal handler may run at any moment, even on top of a function that works here: the handler's
-jobs are done when that function continues.
+thread publishes; and a signal handler may run at any moment, even if it interrupts a function that works here: the
+handler's jobs are done when that function continues.
 
 Nothing can hang: no thread waits for a strand, and jobs do not wait, so each strand becomes free again. No job is
 lost: a worker looks for jobs again after it has freed the strand, and a thread that has left a job checks

@@ -1,7 +1,7 @@
 """Local copies of parameters, and whether they are up to date.
 
 The master notifies a node of changes by other nodes, in order, but not of the node's own changes (M54). If this node
-and another node change a parameter at the same time, this node cannot know which change came last. The copy is then
+and another node change a parameter at the same time, this node cannot know which change was made last. The copy is then
 *stale*, and the next read fetches it again. This can happen
 
 * if there is a change by another node, or a second one by this node, while a change by this node is in progress;

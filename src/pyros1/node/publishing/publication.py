@@ -78,7 +78,7 @@ class Publication(PublisherLinks):
                 has_turn = not strand.jobs or strand.run_pending()
                 if has_turn and self._sequence_numbers is not None:
                     message.header.seq = next(self._sequence_numbers)
-                if not has_turn:  # some of the other jobs may be from this thread: this one comes after them
+                if not has_turn:  # some of the other jobs may be from this thread, and must be done first
                     strand.jobs.append((self._send_posted, (message, *_snapshot(*self._prepare(message)))))
                 elif self._local and not (self._remote or self.latch):
                     try:

@@ -138,7 +138,7 @@ class UdpLink:
             self._close_now()
 
     def _send_datagrams(self, data: bytes) -> bool:
-        """Send the datagrams of a frame; return False if nobody is listening any more."""
+        """Send the datagrams of a frame; return False if nobody is listening anymore."""
         sock = self._sock
         if sock is None:
             return False

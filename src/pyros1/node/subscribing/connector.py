@@ -63,7 +63,9 @@ class Connector:
         self._sock: socket.socket | None = None
         self._offered_source: UdpSource | None = None  # offered to the publisher, or linked
         self._unsent_header = b""  # the part of our header that has not been sent
-        self._control_socket: socket.socket | None = None  # came with the publisher's header, see `pyros1.wire.local`
+        self._control_socket: socket.socket | None = (
+            None  # received with the publisher's header; see `pyros1.wire.local`
+        )
 
     @property
     def is_finished(self) -> bool:
@@ -276,7 +278,7 @@ class Connector:
             self._execute(self.dialogue.attempt_failed())
 
     def _receive(self, sock: socket.socket) -> bytes:
-        """Receive bytes; over a Unix socket, also keep the control socket whose descriptor comes with a header."""
+        """Receive bytes; over a Unix socket, also keep the control socket whose descriptor is sent with a header."""
         if sock.family in (socket.AF_INET, socket.AF_INET6):
             return sock.recv(_RECEIVE_SIZE)
         data, descriptors, _, _ = socket.recv_fds(sock, _RECEIVE_SIZE, 2)

@@ -256,7 +256,7 @@ class DeliveryLoop:
         cooperative = self.driver.cooperative
         while not self._closed and self._has_work:
             self._run_jobs()
-            # One turn for each source in line now; sources that are added come after them.
+            # One turn for each source that is queued now; sources that are added get their turn later.
             for _ in range(len(self._new_links)):
                 # If callbacks fall behind, `_catch_up` drains the other sources as well.
                 if self._new_links and (batch := self.links.open(self._new_links.pop(0))):

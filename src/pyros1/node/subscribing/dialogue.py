@@ -202,7 +202,7 @@ class Dialogue:
         self._own_host = own_host
         self._takes_tcp = takes_tcp
         self._is_udp_link = False
-        self._announced_again = False  # announced again during an attempt, whose answer may come from the old publisher
+        self._announced_again = False  # listed again during an attempt; the response may be from the old publisher
         self._reported_refusal = ""  # the reason for which it refused
         self._peer_address: tuple[str, int] | None = None
         self._silence_reported = False  # whether it was logged as not answering

@@ -148,7 +148,9 @@ class DeliveryThreads:
             fd = wait(-1 if self._num_waiting <= MIN_WAITING_THREADS else IDLE_TIMEOUT)
             with self._lock:
                 if fd is None and self._num_waiting > MIN_WAITING_THREADS:
-                    self._remove_thread(threading.current_thread())  # under the same lock, or all would end at once
+                    self._remove_thread(
+                        threading.current_thread()
+                    )  # under the same lock, or all threads would exit together
                     return
                 if fd is None or self._closed:
                     continue
