@@ -66,16 +66,16 @@ def subscribe_tests(node: Node) -> dict[str, Test]:
     }
 
 
-def _check_names(node: Node, expected: list[dict[str, Any]], list_names: _ListNames, type_of: _TypeOf) -> None:
+def _check_names(node: Node, entries: list[dict[str, Any]], list_names: _ListNames, type_of: _TypeOf) -> None:
     """Check repeatedly until all names have appeared, or until the longest timeout.
 
     Args:
-        expected: entries whose names should appear, or should not.
-        list_names: returns the registered names.
+        entries: the entries of the parameter, whose names should appear, or should not.
+        list_names: returns the names that are registered now.
         type_of: returns the type of a name; None if it is unknown.
     """
     wait_for_clock(node)
-    missing = {entry["name"]: entry for entry in expected}
+    missing = {entry["name"]: entry for entry in entries}
     timeout = max((float(entry["timeout"]) for entry in missing.values()), default=0.0)
     start = time.monotonic()
     while missing and (elapsed := time.monotonic() - start) <= timeout:
@@ -88,9 +88,9 @@ def _check_names(node: Node, expected: list[dict[str, Any]], list_names: _ListNa
 
 
 def _check_entry(entry: dict[str, Any], elapsed: float, type_of: _TypeOf) -> None:
-    name, expected = entry["name"], entry["type"]
+    name, expected_type = entry["name"], entry["type"]
     require(not entry["negative"], f"{name} exists, but should not")
     require(elapsed < float(entry["timeout"]), f"{name} appeared only after {elapsed:.1f} s")
-    if expected is not None:
-        actual = type_of(name)
-        require(actual == expected, f"{name} should be of type {expected}, but is of type {actual}")
+    if expected_type is not None:
+        actual_type = type_of(name)
+        require(actual_type == expected_type, f"{name} should be of type {expected_type}, but is of type {actual_type}")

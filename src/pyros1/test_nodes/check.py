@@ -46,7 +46,7 @@ def required_params(node: Node, *names: str) -> list[Any]:
     """Return the values of private parameters.
 
     Raises:
-        FailedError: one of them is not set.
+        FailedError: at least one of them is not set.
     """
     missing = [name for name in names if f"~{name}" not in node.params]
     require(not missing, f"not set: {', '.join(node.resolve(f'~{name}') for name in missing)}")
@@ -58,7 +58,7 @@ def list_param(node: Node, name: str, defaults: Mapping[str, Any]) -> list[dict[
 
     Args:
         node: the node.
-        name: the parameter's name; the list is empty if it is not set.
+        name: the parameter's name. If the parameter is not set, the list is empty.
         defaults: values for keys that an entry does not have.
 
     Raises:
@@ -73,7 +73,7 @@ def list_param(node: Node, name: str, defaults: Mapping[str, Any]) -> list[dict[
 
 
 def pause(node: Node, seconds: float) -> None:
-    """Sleep in wall time.
+    """Sleep for a number of seconds of wall time.
 
     Raises:
         Error: the node was shut down, so that the test has no result.
@@ -109,7 +109,7 @@ def run_case(name: str, classname: str, test: Test) -> Case:
         test: the test case.
 
     Returns:
-        The result: a failure if the system does not meet the expectations, an error if this could not be checked.
+        The result: a failure if the system does not meet the expectations, an error if that could not be checked.
     """
     case = Case(name, classname)
     start = time.monotonic()

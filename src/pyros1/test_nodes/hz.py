@@ -1,4 +1,4 @@
-"""hztest checks the rate of messages (https://wiki.ros.org/rostest/Nodes)."""
+"""hztest checks the rate of the messages on a topic (https://wiki.ros.org/rostest/Nodes)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pyros1.test_nodes.check import POLL_INTERVAL, Test, pause, require, require
 if TYPE_CHECKING:
     from pyros1.node import Node
 
-_DEFAULT_WAIT = 20.0
+_DEFAULT_WAIT_TIME = 20.0
 
 
 class Meter:
@@ -25,7 +25,7 @@ class Meter:
 
     Attributes:
         any_received: set when a message has arrived.
-        count: number of messages since the clock started, or jumped back to before the first message.
+        count: number of messages since the clock started, or since it last jumped back to before the first of them.
     """
 
     def __init__(self, hz: float, hzerror: float, *, check_intervals: bool = False) -> None:
@@ -42,7 +42,8 @@ class Meter:
         """Count a message.
 
         Args:
-            now: the time in seconds; 0 before simulated time has started: the message is noted, but not measured.
+            now: the time in seconds; 0 before simulated time has started: such a message sets `any_received`, but is
+                not counted.
         """
         self.any_received.set()
         with self._lock:
@@ -104,7 +105,7 @@ def tests(node: Node) -> dict[str, Test]:
 def _test_hz(node: Node) -> None:
     hz, duration, topic = required_params(node, "hz", "test_duration", "topic")
     hz, duration, hzerror = float(hz), float(duration), 0.0
-    wait = float(node.params.get("~wait_time", _DEFAULT_WAIT))
+    timeout = float(node.params.get("~wait_time", _DEFAULT_WAIT_TIME))
     if hz:
         hzerror = float(required_params(node, "hzerror")[0])
     check_intervals = bool(node.params.get("~check_intervals", False))
@@ -121,12 +122,12 @@ def _test_hz(node: Node) -> None:
         meter.add(time.monotonic() if wall_clock else node.now().to_sec())
 
     subscriber = node.subscribe(topic, AnyMsg, on_message)
-    node.log.info(f"waiting up to {wait:g} s for the first message")
-    deadline = time.monotonic() + wait
+    node.log.info(f"waiting up to {timeout:g} s for the first message")
+    deadline = time.monotonic() + timeout
     while not meter.any_received.is_set() and time.monotonic() < deadline:
-        pause(node, min(POLL_INTERVAL, wait))
+        pause(node, min(POLL_INTERVAL, timeout))
     if hz:
-        require(meter.any_received.is_set(), f"no message on {subscriber.name} within {wait:g} s")
+        require(meter.any_received.is_set(), f"no message on {subscriber.name} within {timeout:g} s")
     else:
         require(not meter.any_received.is_set(), f"a message arrived on {subscriber.name}")
     node.log.info(f"measuring for {duration:g} s")

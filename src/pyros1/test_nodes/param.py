@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from pyros1.node import Node
 
 _DEFAULT_DURATION = 5.0
-_DEFAULT_WAIT = 20.0
+_DEFAULT_WAIT_TIME = 20.0
 
 
 def tests(node: Node) -> dict[str, Test]:
@@ -27,16 +27,16 @@ def _test_param(node: Node) -> None:
     (name,) = required_params(node, "param_name_target")
     expected = node.params.get("~param_value_expected")
     duration = float(node.params.get("~test_duration", _DEFAULT_DURATION))
-    wait = float(node.params.get("~wait_time", _DEFAULT_WAIT))
-    node.log.info(f"waiting up to {wait:g} s for {name}")
+    timeout = float(node.params.get("~wait_time", _DEFAULT_WAIT_TIME))
+    node.log.info(f"waiting up to {timeout:g} s for {name}")
     require(duration > 0, f"~test_duration must be greater than 0: {duration}")
     require(name, "~param_name_target is empty")
     value = None
-    deadline = time.monotonic() + wait
+    deadline = time.monotonic() + timeout
     while value is None and time.monotonic() < deadline:
         value = node.params.get(name)
         if value is None:
             pause(node, POLL_INTERVAL)
-    require(value is not None, f"{node.resolve(name)} was not set within {wait:g} s")
+    require(value is not None, f"{node.resolve(name)} was not set within {timeout:g} s")
     # As in stock, the values 0, False and empty cannot be expected: any value is accepted then.
     require(not expected or value == expected, f"{node.resolve(name)} should be {expected!r}, but is {value!r}")

@@ -13,7 +13,7 @@ from pyros1.test_nodes import advertise, hz, param, publish
 from pyros1.test_nodes.check import run_case
 
 _OUTPUT_OPTION = "--gtest_output=xml:"
-_SUITE = "unittest.suite.TestSuite"
+_SUITE_NAME = "unittest.suite.TestSuite"
 NODES = {
     "hztest": ("HzTest", hz.tests),
     "paramtest": ("ParamTest", param.tests),
@@ -21,7 +21,7 @@ NODES = {
     "advertisetest": ("AdvertiseTest", advertise.advertise_tests),
     "subscribetest": ("SubscribeTest", advertise.subscribe_tests),
 }
-"""Node -> its class name in stock's results, and a function that returns its test cases."""
+"""Name of a node -> its class name in stock's results, and a function that returns its test cases."""
 
 
 def main(argv: list[str]) -> int:
@@ -40,10 +40,12 @@ def main(argv: list[str]) -> int:
         with Node(name, argv=argv[1:]) as node:
             cases = [run_case(case_name, f"__main__.{classname}", test) for case_name, test in make_tests(node).items()]
         results = Results(cases)
-        files = [argument.removeprefix(_OUTPUT_OPTION) for argument in argv if argument.startswith(_OUTPUT_OPTION)]
-        if files and "--text" not in argv:
-            os.makedirs(os.path.dirname(files[-1]) or ".", exist_ok=True)
-            write_results(Path(files[-1]), _SUITE, results, "", "")
+        result_files = [
+            argument.removeprefix(_OUTPUT_OPTION) for argument in argv if argument.startswith(_OUTPUT_OPTION)
+        ]
+        if result_files and "--text" not in argv:
+            os.makedirs(os.path.dirname(result_files[-1]) or ".", exist_ok=True)
+            write_results(Path(result_files[-1]), _SUITE_NAME, results, "", "")
     except (Error, OSError) as error:
         sys.stderr.write(f"ERROR: {name}: {error}\n")
         return 1

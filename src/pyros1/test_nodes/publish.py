@@ -57,8 +57,8 @@ class _TopicCheck:
 def _test_publish(node: Node, topics: list[dict[str, Any]]) -> None:
     wait_for_clock(node)
     for topic in topics:
-        expected = "no message" if topic["negative"] else "a message"
-        node.log.info(f"waiting up to {topic['timeout']} s for {expected} on {topic['name']}")
+        expectation = "no message" if topic["negative"] else "a message"
+        node.log.info(f"waiting up to {topic['timeout']} s for {expectation} on {topic['name']}")
     pending = [_TopicCheck(node, topic) for topic in topics]
     while pending := [check for check in pending if not check.is_complete()]:
         pause(node, POLL_INTERVAL / 5)
