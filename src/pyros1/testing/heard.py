@@ -15,7 +15,7 @@ MAX_MESSAGES = 10_000
 """Maximum number of messages kept; older ones are discarded."""
 DEFAULT_TIMEOUT = 10.0
 """Default timeout of waits, in seconds."""
-_MAX_LENGTH = 300  # maximum number of characters printed of a message
+_MAX_PRINTED_LENGTH = 300  # maximum number of characters of a message in an error message
 
 
 class Heard(Generic[M]):
@@ -79,16 +79,16 @@ class Heard(Generic[M]):
                 raise AssertionError(
                     f"{arrived} of {count} messages arrived within {timeout:g} s. {self._describe_state()}"
                 )
-            skipped = self._num_returned - (self.count - len(self._messages))
-            if skipped < 0:
+            first_index = self._num_returned - (self.count - len(self._messages))
+            if first_index < 0:
                 raise AssertionError(
-                    f"{-skipped} messages of {self.topic} were discarded: only the newest {MAX_MESSAGES} are kept"
+                    f"{-first_index} messages of {self.topic} were discarded: only the newest {MAX_MESSAGES} are kept"
                 )
             self._num_returned += count
-            return list(self._messages)[skipped : skipped + count]
+            return list(self._messages)[first_index : first_index + count]
 
     def first(self, fits: Callable[[M], object] = lambda _: True, timeout: float = DEFAULT_TIMEOUT) -> M:
-        """Return the first matching message, whether it has already arrived or arrives now.
+        """Return the first matching message, which may already have arrived or may arrive within the timeout.
 
         Args:
             fits: called with each message; returns true if it matches.
@@ -110,7 +110,7 @@ class Heard(Generic[M]):
                     raise AssertionError(f"no matching message arrived within {timeout:g} s. {self._describe_state()}")
 
     def nothing(self, seconds: float) -> None:
-        """Wait, and verify that there is no message that neither `next` nor `wait` has returned.
+        """Verify, for a number of seconds, that there are no messages except those returned by `next` and `wait`.
 
         Args:
             seconds: how long to wait.
@@ -129,12 +129,12 @@ class Heard(Generic[M]):
             self.count = self._num_returned = 0
 
     def _describe_state(self) -> str:
-        """Return a description that helps to find out why a message is missing."""
+        """Return a description of the state that helps to find out why a message is missing or unexpected."""
         connected = self._subscriber.num_connections
         if not connected:
             return f"{self.topic}: no node publishes this topic, or it has a different type: see `pyros1 topic info`."
         if not self.count:
             return f"{self.topic}: connected to {connected} publisher(s), which sent nothing."
         last = str(self._messages[-1])
-        last = last[:_MAX_LENGTH] + "..." * (len(last) > _MAX_LENGTH)
+        last = last[:_MAX_PRINTED_LENGTH] + "..." * (len(last) > _MAX_PRINTED_LENGTH)
         return f"{self.topic}: {self.count} messages arrived in total, the last one:\n{last}"

@@ -13,13 +13,14 @@ from collections.abc import Mapping, Sequence
 from pyros1.testing.heard import DEFAULT_TIMEOUT
 
 MAX_OUTPUT = 1_000_000
-"""Maximum number of characters kept of a program's output; the beginning is discarded."""
+"""Maximum number of characters of a program's output that are kept; the beginning is discarded."""
 STOP_TIMEOUTS = (10.0, 3.0, 10.0)
-"""Seconds to wait for a program to exit after SIGINT, SIGTERM and SIGKILL."""
+"""Seconds to wait for a program to exit after SIGINT, SIGTERM and SIGKILL, respectively."""
 
 
 class Program:
-    """A process whose output a test can wait for. It has its own session, so all its processes end with the test.
+    """A process whose output a test can wait for. It has its own session, so that its child processes can be killed as
+    well.
 
     Args:
         words: the command line.
@@ -30,7 +31,7 @@ class Program:
         self.words = list(words)
         self._changed = threading.Condition()
         self._output = ""
-        self._closed = False
+        self._output_ended = False
         self._process = subprocess.Popen(
             self.words,
             env={**environ, "PYTHONUNBUFFERED": "1"},
@@ -50,7 +51,7 @@ class Program:
                     self._output = (self._output + data.decode("utf-8", "replace"))[-MAX_OUTPUT:]
                     self._changed.notify_all()
         with self._changed:
-            self._closed = True
+            self._output_ended = True
             self._changed.notify_all()
 
     @property
@@ -65,7 +66,7 @@ class Program:
         return self._process.poll() is None
 
     def wait_for(self, pattern: str, timeout: float = DEFAULT_TIMEOUT) -> re.Match[str]:
-        """Wait until the program's output matches a pattern.
+        """Wait until the program's output matches a pattern; return the match.
 
         Args:
             pattern: a regular expression, used with `re.search` on the whole output; ``^`` and ``$`` match at the start
@@ -73,15 +74,16 @@ class Program:
             timeout: maximum number of seconds to wait.
 
         Raises:
-            AssertionError: the program exited without a match, or there was none in time; the message has the output.
+            AssertionError: the program exited without a match, or there was no match in time; the message contains the
+                output.
         """
         regex = re.compile(pattern, re.MULTILINE)
         with self._changed:
-            self._changed.wait_for(lambda: regex.search(self._output) or self._closed, timeout)
+            self._changed.wait_for(lambda: regex.search(self._output) or self._output_ended, timeout)
             found = regex.search(self._output)
             if found:
                 return found
-            problem = "exited without printing" if self._closed else f"did not print within {timeout:g} s"
+            problem = "exited without printing" if self._output_ended else f"did not print within {timeout:g} s"
             raise AssertionError(f"{' '.join(self.words)}\n{problem} {pattern!r}, but:\n{self._output or '(nothing)'}")
 
     def wait(self, timeout: float = DEFAULT_TIMEOUT) -> int:
@@ -91,7 +93,7 @@ class Program:
             timeout: maximum number of seconds to wait.
 
         Returns:
-            The exit code; the negative signal number if a signal ended the program.
+            The exit code; the negative signal number if a signal killed the program.
 
         Raises:
             AssertionError: the program is still running.
@@ -107,7 +109,7 @@ class Program:
         """Interrupt the program like Ctrl-C, and kill it if it does not exit. It may already have exited.
 
         Returns:
-            The exit code; the negative signal number if a signal ended the program.
+            The exit code; the negative signal number if a signal killed the program.
         """
         actions = (self._interrupt, self._process.terminate, self._process.kill)
         for stop, timeout in zip(actions, STOP_TIMEOUTS, strict=True):
@@ -134,7 +136,7 @@ class Program:
             return
         try:
             os.killpg(self._process.pid, signal.SIGKILL)
-        except (ProcessLookupError, PermissionError):  # no process is left, for which macOS raises the latter
+        except (ProcessLookupError, PermissionError):  # no process is left, in which case macOS raises the latter
             return
 
 
