@@ -49,7 +49,7 @@ def render_blocks(
 
 
 def _shrink(picture: Any, new_width: int, new_height: int) -> Any:
-    """Return a smaller picture, as lists; each pixel is the one of its area that differs most from the background."""
+    """Return a smaller picture, as lists; each pixel is the one in its area that differs most from the background."""
     height, width, _ = picture.shape
     rows = numpy.arange(new_height * _OVERSAMPLING) * height // (new_height * _OVERSAMPLING)
     columns = numpy.arange(new_width * _OVERSAMPLING) * width // (new_width * _OVERSAMPLING)

@@ -1,4 +1,4 @@
-"""The turtles' drawing, as pixels: this limits its size, and lets a turtle see the colour below it."""
+"""The turtles' drawing, as pixels: this bounds the memory that it needs, and lets a turtle see the colour below it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ class Canvas:
         background: colour of the background.
 
     Attributes:
-        version: a different number after each change.
+        version: a number that increases with each change.
     """
 
     def __init__(self, background: Colour) -> None:

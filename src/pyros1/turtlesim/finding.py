@@ -8,20 +8,20 @@ _POSE_TYPE = "turtlesim/Pose"
 
 
 def find_simulators(topics: Mapping[str, str], publishers: Mapping[str, Iterable[str]]) -> dict[str, dict[str, str]]:
-    """Return the simulating nodes: node -> turtle -> topic of its pose, sorted.
+    """Return the nodes that simulate turtles, sorted: node -> turtle -> topic of the turtle's pose.
 
     Args:
         topics: topic -> type.
         publishers: topic -> nodes.
     """
-    found: dict[str, dict[str, str]] = {}
+    simulators: dict[str, dict[str, str]] = {}
     for topic in sorted(topics):
-        turtle, _, name = topic.rpartition("/")
-        if topics[topic] == _POSE_TYPE and name == "pose":
+        turtle, _, base_name = topic.rpartition("/")
+        if topics[topic] == _POSE_TYPE and base_name == "pose":
             for node in publishers.get(topic, ()):
                 namespace = node.rpartition("/")[0] + "/"
-                found.setdefault(node, {})[turtle.removeprefix(namespace)] = topic
-    return dict(sorted(found.items()))
+                simulators.setdefault(node, {})[turtle.removeprefix(namespace)] = topic
+    return dict(sorted(simulators.items()))
 
 
 def drawing_topic(node: str) -> str:

@@ -15,7 +15,7 @@ from pyros1.msgs.turtlesim.srv import Spawn
 from pyros1.node import Node
 from pyros1.tf import Buffer, TransformBroadcaster, TransformException, TransformListener
 
-_HZ = 10.0
+_STEPS_PER_SECOND = 10.0
 _WORLD = "world"
 
 
@@ -110,9 +110,9 @@ def follow(argv: list[str]) -> int:
         node.wait_for_service("spawn")
         try:
             node.service("spawn", Spawn)(4.0, 2.0, 0.0, turtle)
-        except ServiceError as error:  # it exists already
+        except ServiceError as error:  # the turtle exists already
             node.log.warn("%s", error)
-        rate = node.rate(_HZ)
+        rate = node.rate(_STEPS_PER_SECOND)
         while node.ok():
             follower.step()
             rate.sleep()

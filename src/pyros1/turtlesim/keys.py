@@ -14,7 +14,7 @@ from typing import Any
 from pyros1.ground.errors import Error
 
 _PARTIAL_KEY = re.compile(r"\x1b[\[O]?\Z")
-_ARROWS = {"A": "up", "B": "down", "C": "right", "D": "left"}
+_ARROW_NAMES = {"A": "up", "B": "down", "C": "right", "D": "left"}
 
 
 class NoTerminalError(Error):
@@ -22,12 +22,12 @@ class NoTerminalError(Error):
 
 
 class KeyReader:
-    """Reads keys from the terminal at standard input. A context manager that restores the terminal.
+    """Reads keys from the terminal at standard input. A context manager, which restores the terminal at the end.
 
     A stopped job reads keys again after it is continued.
 
     Raises:
-        NoTerminalError: on entering, there is no terminal, or other programs read from it.
+        NoTerminalError: on entering the context, if there is no terminal, or this process runs in the background.
     """
 
     def __init__(self) -> None:
@@ -71,7 +71,7 @@ class KeyReader:
                 tty.setcbreak(self._descriptor)
 
     def read(self, timeout: float) -> list[str] | None:
-        """Wait for keys and return their names, see `key_names`; None if the terminal is closed."""
+        """Wait for keys and return the names of those pressed, see `key_names`; None if the terminal is closed."""
         with contextlib.suppress(OSError):
             ready, _, _ = select.select([self._descriptor], [], [], timeout)
             if not ready:
@@ -90,14 +90,14 @@ def key_names(text: str) -> list[str]:
     characters = iter(text)
     for character in characters:
         if character == "\x1b" and next(characters, "") in ("[", "O"):
-            found.append(_ARROWS.get(next(characters, ""), ""))
+            found.append(_ARROW_NAMES.get(next(characters, ""), ""))
         else:
             found.append(character)
     return [name for name in found if name]
 
 
 def _in_foreground(descriptor: int) -> bool:
-    """Return whether this process receives keys: in the foreground, or outside the shell's job control."""
+    """Return whether this process receives keys: it is in the foreground, or outside the shell's job control."""
     try:
         return os.tcgetpgrp(descriptor) == os.getpgrp()
     except OSError as error:

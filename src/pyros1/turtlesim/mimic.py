@@ -18,9 +18,9 @@ class Mimic:
 
     def __init__(self, node: Node) -> None:
         self._publisher = node.advertise("output/cmd_vel", Twist, queue_size=1)
-        node.subscribe("input/pose", Pose, self._follow, queue_size=1)
+        node.subscribe("input/pose", Pose, self._copy_speeds, queue_size=1)
 
-    def _follow(self, pose: Any) -> None:
+    def _copy_speeds(self, pose: Any) -> None:
         twist = Twist()
         twist.linear.x, twist.angular.z = pose.linear_velocity, pose.angular_velocity
         self._publisher.publish(twist)

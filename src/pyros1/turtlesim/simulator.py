@@ -31,7 +31,7 @@ DRAWING_TOPIC = "~drawing"
 """Topic of the turtles' drawing; stock has no such topic, since its window displays the drawing."""
 _DRAWING_PERIOD = 0.1
 """Minimum number of seconds between published drawings."""
-_COLOURS = ("r", "g", "b")
+_COLOUR_COMPONENTS = ("r", "g", "b")
 
 
 class Simulator:
@@ -48,10 +48,10 @@ class Simulator:
         self._population_lock = threading.Lock()  # guards the set of turtles; held during slow calls to the master
         self._interfaces: dict[str, _TurtleInterface] = {}
         self._drawn_version, self._drawn_at = -1, float("-inf")
-        for name, value in zip(_COLOURS, BACKGROUND, strict=True):
+        for name, value in zip(_COLOUR_COMPONENTS, BACKGROUND, strict=True):
             if f"~background_{name}" not in node.params:
                 node.params[f"~background_{name}"] = value
-        self._drawing = node.advertise(DRAWING_TOPIC, Image, queue_size=1, latch=True)
+        self._drawing_publisher = node.advertise(DRAWING_TOPIC, Image, queue_size=1, latch=True)
         node.log.info("Starting turtlesim with node name %s", node.name)
         self._clear()
         self._spawn("", SIZE / 2, SIZE / 2, 0.0)
@@ -111,7 +111,7 @@ class Simulator:
 
     def _background(self) -> Colour:
         red, green, blue = (
-            self._colour_param(name, default) for name, default in zip(_COLOURS, BACKGROUND, strict=True)
+            self._colour_param(name, default) for name, default in zip(_COLOUR_COMPONENTS, BACKGROUND, strict=True)
         )
         return red, green, blue
 
@@ -126,16 +126,16 @@ class Simulator:
     # Steps ------------------------------------------------------------------------------------------------------------
 
     def step(self) -> None:
-        """Advance all turtles in time, and publish their new state."""
+        """Move all turtles by one step, and publish their new state."""
         with self._lock:
-            steps = self._world.step(monotonic())
-        for step in steps:
-            interface = self._interfaces.get(step.name)
+            results = self._world.step(monotonic())
+        for result in results:
+            interface = self._interfaces.get(result.name)
             if interface is not None:  # else it is being spawned or killed
-                interface.publish(step)
-        self._draw()
+                interface.publish(result)
+        self._publish_drawing()
 
-    def _draw(self) -> None:
+    def _publish_drawing(self) -> None:
         with self._lock:
             version, now = self._world.canvas.version, monotonic()
             if version == self._drawn_version or now - self._drawn_at < _DRAWING_PERIOD:
@@ -144,7 +144,7 @@ class Simulator:
         self._drawn_version, self._drawn_at = version, now
         message = Image(height=PIXELS, width=PIXELS, encoding="rgb8", step=3 * PIXELS, data=pixels)
         message.header.stamp = self._node.now()
-        self._drawing.publish(message)
+        self._drawing_publisher.publish(message)
 
     def run(self) -> None:
         """Simulate until the node shuts down."""
@@ -158,7 +158,8 @@ class _TurtleInterface:
     """The topics and services of a turtle.
 
     Raises:
-        Error: the turtle's name cannot be part of their names, or another node uses one of them with another type.
+        Error: the turtle's name cannot be part of a topic's name, or another node uses one of these topics or services
+            with another type.
     """
 
     def __init__(self, node: Node, name: str, world: World, lock: threading.Lock) -> None:
@@ -172,37 +173,41 @@ class _TurtleInterface:
             cleanup.callback(self._pose.unregister)
             self._colour = node.advertise(f"{base}/color_sensor", Color, queue_size=1)
             cleanup.callback(self._colour.unregister)
-            commands = node.subscribe(f"{base}/cmd_vel", Twist, self._command, queue_size=1)
-            cleanup.callback(commands.unregister)
+            command_subscriber = node.subscribe(f"{base}/cmd_vel", Twist, self._on_command, queue_size=1)
+            cleanup.callback(command_subscriber.unregister)
             services: tuple[tuple[str, Any, Callable[[Any], None]], ...] = (
                 ("set_pen", SetPen, self._set_pen),
                 ("teleport_absolute", TeleportAbsolute, self._teleport_absolute),
                 ("teleport_relative", TeleportRelative, self._teleport_relative),
             )
-            for service, kind, call in services:
-                cleanup.callback(node.advertise_service(f"{base}/{service}", kind, self._handler(kind, call)).shutdown)
+            for service, service_type, call in services:
+                cleanup.callback(
+                    node.advertise_service(
+                        f"{base}/{service}", service_type, self._make_handler(service_type, call)
+                    ).shutdown
+                )
             self._cleanup = cleanup.pop_all()
 
     def close(self) -> None:
-        """Remove these topics and services."""
+        """Remove the turtle's topics and services."""
         self._cleanup.close()
 
-    def publish(self, step: StepResult) -> None:
+    def publish(self, result: StepResult) -> None:
         """Publish the result of a step, and log a warning if it ended at a wall."""
-        turtle = step.turtle
-        if step.requested is not None:
+        turtle = result.turtle
+        if result.requested is not None:
             # Worded like stock, whose y is that of its window: downwards.
-            x, y = step.requested.x, SIZE - step.requested.y
+            x, y = result.requested.x, SIZE - result.requested.y
             self._node.log.warn("Oh no! I hit the wall! (Clamping from [x=%f, y=%f])", x, y)
         with suppress(NodeError):  # it is being killed
             self._pose.publish(Pose(turtle.x, turtle.y, turtle.theta, turtle.speed, turtle.turning))
-            self._colour.publish(Color(*step.colour))
+            self._colour.publish(Color(*result.colour))
 
-    def _handler(self, kind: Any, call: Callable[[Any], None]) -> Callable[[Any], Any]:
+    def _make_handler(self, service_type: Any, call: Callable[[Any], None]) -> Callable[[Any], Any]:
         def handle(request: Any) -> Any:
             with _report_errors(self._node), self._lock:
                 call(request)
-            return kind._response_class()
+            return service_type._response_class()
 
         return handle
 
@@ -216,7 +221,7 @@ class _TurtleInterface:
     def _teleport_relative(self, request: Any) -> None:
         self._world.teleport_relative(self._name, request.linear, request.angular)
 
-    def _command(self, message: Any) -> None:
+    def _on_command(self, message: Any) -> None:
         try:
             with self._lock:
                 speeds = message.linear.x, message.linear.y, message.angular.z

@@ -1,4 +1,4 @@
-"""draw_square: turtle1 walks around a square repeatedly (https://wiki.ros.org/turtlesim)."""
+"""draw_square: turtle1 repeatedly walks around a square (https://wiki.ros.org/turtlesim)."""
 
 from __future__ import annotations
 

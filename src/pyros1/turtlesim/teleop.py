@@ -28,7 +28,7 @@ Use g|b|v|c|d|e|r|t keys to look where the key lies from f, and f to stop.
 _POLL_PERIOD = 0.2
 """Seconds between checks for a shutdown of the node."""
 _SERVICE_TIMEOUT = 2.0
-"""Timeout in seconds of the service that turns the turtle."""
+"""Seconds to wait for the response of the service that turns the turtle."""
 
 
 class Teleop:

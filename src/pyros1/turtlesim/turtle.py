@@ -76,7 +76,7 @@ class Turtle:
         return hypot(self.forward, self.sideways)
 
     def command(self, forward: float, sideways: float, turning: float, now: float) -> None:
-        """Set the speeds that apply from the next step on, see the attributes."""
+        """Set the speeds that apply from the next step on; see the attributes."""
         self.forward, self.sideways, self.turning, self.commanded_at = forward, sideways, turning, now
 
     def teleport_absolute(self, x: float, y: float, theta: float) -> None:
@@ -90,10 +90,11 @@ class Turtle:
         self.y += sin(self.theta) * distance
 
     def step(self, now: float, seconds: float = PERIOD) -> Position | None:
-        """Move for some time: turn first, then move forward.
+        """Move for a number of seconds: turn first, then move forward.
 
         Args:
-            now: the time in seconds by any clock, for the age of the command.
+            now: the current time in seconds, by the same clock as in `command`, to find out whether the command still
+                applies.
             seconds: duration of the movement.
 
         Returns:

@@ -20,12 +20,12 @@ from pyros1.turtlesim.finding import drawing_topic, find_simulators
 from pyros1.turtlesim.turtle import PIXELS
 from pyros1.turtlesim.world import BACKGROUND
 
-_HZ = 10.0
+_FRAMES_PER_SECOND = 10.0
 _REFRESH_PERIOD = 1.0
 """Seconds between checks for new turtles."""
 _ENTER_SCREEN = "\x1b[?1049h\x1b[?25l\x1b[2J"
 _LEAVE_SCREEN = "\x1b[?25h\x1b[?1049l"
-_HOME = "\x1b[H"
+_CURSOR_HOME = "\x1b[H"
 _CLEAR_LINE, _CLEAR_SCREEN = "\x1b[K", "\x1b[J"
 
 
@@ -44,7 +44,7 @@ class View:
         self._displayed_node = ""  # the simulating node that is displayed
         self._poses: dict[str, Any] = {}
         self._subscribers: dict[str, Any] = {}  # topic -> subscriber
-        self._pixels = self._blank = Canvas(BACKGROUND).pixels()
+        self._pixels = self._blank_pixels = Canvas(BACKGROUND).pixels()
         self._refreshed_at = float("-inf")
 
     def lines(self, columns: int, rows: int) -> list[str]:
@@ -66,24 +66,24 @@ class View:
 
     def _refresh(self) -> None:
         try:
-            found = find_simulators(self._graph.published_types(), self._graph.state().publishers)
+            simulators = find_simulators(self._graph.published_types(), self._graph.state().publishers)
         except Error:
             return  # the master is unreachable; the turtles keep moving
-        node = self._requested_node or next(iter(found), "")
-        turtles = found.get(node, {})
+        node = self._requested_node or next(iter(simulators), "")
+        turtles = simulators.get(node, {})
         topics: dict[str, tuple[Any, Callable[[Any], object]]] = {
             topic: (Pose, self._pose_callback(turtle)) for turtle, topic in turtles.items()
         }
         if turtles:
-            topics[drawing_topic(node)] = (Image, self._draw)
+            topics[drawing_topic(node)] = (Image, self._on_drawing)
         for topic in self._subscribers.keys() - topics.keys():
             self._subscribers.pop(topic).unregister()
         for topic in topics.keys() - self._subscribers.keys():
-            kind, callback = topics[topic]
-            self._subscribers[topic] = self._node.subscribe(topic, kind, callback, queue_size=1)
+            message_type, callback = topics[topic]
+            self._subscribers[topic] = self._node.subscribe(topic, message_type, callback, queue_size=1)
         self._poses = {name: pose for name, pose in self._poses.copy().items() if name in turtles}
         if node != self._displayed_node:
-            self._pixels = self._blank
+            self._pixels = self._blank_pixels
         self._displayed_node = node if turtles else ""
 
     def _pose_callback(self, turtle: str) -> Callable[[Any], None]:
@@ -92,7 +92,7 @@ class View:
 
         return on_pose
 
-    def _draw(self, image: Any) -> None:
+    def _on_drawing(self, image: Any) -> None:
         if (image.encoding, image.width, image.height) == ("rgb8", PIXELS, PIXELS) and len(image.data) == 3 * PIXELS**2:
             self._pixels = image.data
 
@@ -101,11 +101,11 @@ def show(view: View, node: Node, out: TextIO) -> None:
     """Draw in a terminal until the node shuts down, then restore the terminal's previous content."""
     out.write(_ENTER_SCREEN)
     try:
-        rate = node.rate(_HZ)
+        rate = node.rate(_FRAMES_PER_SECOND)
         while node.ok():
             size = shutil.get_terminal_size()
             lines = f"{_CLEAR_LINE}\r\n".join(view.lines(size.columns, size.lines))
-            out.write(f"{_HOME}{lines}{_CLEAR_LINE}{_CLEAR_SCREEN}")
+            out.write(f"{_CURSOR_HOME}{lines}{_CLEAR_LINE}{_CLEAR_SCREEN}")
             out.flush()
             rate.sleep()
     finally:

@@ -56,7 +56,7 @@ class World:
             x, y, theta: the turtle's pose in units and radians.
 
         Raises:
-            TurtleError: a turtle has that name already, there are too many, or the pose is not valid.
+            TurtleError: a turtle has that name already, there are `MAX_TURTLES` turtles, or the pose is not valid.
         """
         if len(self.turtles) >= MAX_TURTLES:
             raise TurtleError(f"There are {MAX_TURTLES} turtles already")
@@ -139,16 +139,16 @@ class World:
             raise TurtleError(f"there is no turtle [{name}]") from None
 
     def step(self, now: float, seconds: float = PERIOD) -> list[StepResult]:
-        """Move all turtles, see `Turtle.step`."""
-        steps = []
+        """Move all turtles, see `Turtle.step`; return the result for each of them."""
+        results = []
         for name, turtle in self.turtles.items():
             previous = turtle.position
             requested = turtle.step(now, seconds)
             # The colour comes first: a turtle does not see the line that it is drawing.
-            steps.append(StepResult(name, replace(turtle), self.canvas.colour_at(turtle.position), requested))
+            results.append(StepResult(name, replace(turtle), self.canvas.colour_at(turtle.position), requested))
             if turtle.position != previous:
                 self.canvas.draw_line(previous, turtle.position, turtle.pen)
-        return steps
+        return results
 
 
 def check_range(**numbers: float) -> None:
