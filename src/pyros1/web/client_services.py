@@ -17,7 +17,7 @@ Handler = Callable[[Any], Message]
 
 
 class ClientServices:
-    """The services, by full name. If several clients provide one, the last one to advertise it gets the calls.
+    """The services, by full name. If several clients provide the same one, the last to advertise it gets the calls.
 
     A client that reconnects thus regains its service, although the server may notice only seconds later that the old
     connection is dead. Callers do not notice the change. While the master is slow to respond for one service, clients
@@ -57,7 +57,7 @@ class ClientServices:
                 service.server = self._node().advertise_service(name, cls, service.handle)
                 self._services[name] = service
             service.handler = handler
-        return lambda: self._unprovide(name, handler)
+        return lambda: self._stop_providing(name, handler)
 
     def _lock_of(self, name: str) -> threading.Lock:
         """Return the lock of a service, which exists as long as a thread holds it or waits for it."""
@@ -71,7 +71,7 @@ class ClientServices:
         except MasterUnreachableError:
             return True  # the node will register it again when the master is back
 
-    def _unprovide(self, name: str, handler: Handler) -> None:
+    def _stop_providing(self, name: str, handler: Handler) -> None:
         with self._lock_of(name):
             service = self._services.get(name)
             if service is not None and service.handler is handler:

@@ -28,10 +28,11 @@ MAX_BYTES = 32 << 20
 """Maximum bytes of a publisher's messages queued for slow listeners, and of a topic's stored latched messages; one
 message of any size is always kept."""
 _LINK_GRACE_PERIOD = 1.0
-"""Seconds for which the link of a message may not be listed yet: within a process, the message arrives first."""
+"""Seconds after the arrival of a message for which its link may not be listed yet: within a process, the message
+arrives first."""
 _MAX_CONCURRENT = 16
 """Maximum number of concurrent attempts to subscribe; further ones wait."""
-_view = numpy_view(np)
+_numpy_view = numpy_view(np)
 Listener = Callable[["Arrival"], object]
 """Called with each message, in a thread of the node. It must be quick and must not raise."""
 
@@ -94,7 +95,7 @@ class Arrival:
         """
         if self._arrays is None:
             self._check_fields()
-            self._arrays = self.message_class._decode_arrays(self.raw._buff, 0, len(self.raw._buff), _view)
+            self._arrays = self.message_class._decode_arrays(self.raw._buff, 0, len(self.raw._buff), _numpy_view)
         return self._arrays
 
     def _check_fields(self) -> None:
@@ -111,7 +112,11 @@ def _has_installed_fields(cls: type[Message]) -> bool:
     """
     classes = (cls, load_message(cls._type))
     fields, installed = (dict(zip(each.__slots__, each._slot_types, strict=True)) for each in classes)
-    nested = [cls._classes[base] for kind in installed.values() if (base := kind.partition("[")[0]) in cls._classes]
+    nested = [
+        cls._classes[base]
+        for field_type in installed.values()
+        if (base := field_type.partition("[")[0]) in cls._classes
+    ]
     return installed.items() <= fields.items() and all(map(_has_installed_fields, nested))
 
 
@@ -230,6 +235,8 @@ class _LateListener:
 
 
 class _Feed:
+    """The subscription to one topic, and its listeners."""
+
     def __init__(self, now: Callable[[], float]) -> None:
         self._now = now
         self._decoder = Decoder()
@@ -253,7 +260,7 @@ class _Feed:
         return False
 
     def call_when_ready(self, ready: Callable[[], object]) -> None:
-        """Call a function when `set_ready` is called, or now if it has been."""
+        """Call a function when `set_ready` is called, or now if it has already been called."""
         with self._lock:
             if not self._is_ready:
                 self._ready_callbacks.append(ready)
@@ -289,13 +296,13 @@ class _Feed:
         with self._lock:
             if self._latched and self._subscriber is not None:
                 headers = [link.header for link in self._subscriber.links if link.header]
-                names = {header.get("callerid", "") for header in headers}
-                recent = monotonic() - _LINK_GRACE_PERIOD
+                publishers = {header.get("callerid", "") for header in headers}
+                grace_period_start = monotonic() - _LINK_GRACE_PERIOD
                 self._latched = {
                     name: arrival
                     for name, arrival in self._latched.items()  # each connection has its own header
                     if any(header is arrival.raw._connection_header for header in headers)
-                    or (name not in names and arrival.at > recent)
+                    or (name not in publishers and arrival.at > grace_period_start)
                 }
             late_listener = _LateListener(listener, self._latched.values()) if self._latched else None
             self._listeners[token] = late_listener or listener

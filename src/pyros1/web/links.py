@@ -53,7 +53,9 @@ def link_file(home: Path, master_uri: str) -> Path:
 
 @contextlib.contextmanager
 def link_published(file: Path, link: str) -> Iterator[None]:
-    """Publish a server's link in a file while the server runs; only its user can read it, as it contains the token."""
+    """Publish a server's link in a file while the server runs. Only the server's user can read the file, as it contains
+    the token.
+    """
     with contextlib.suppress(OSError):  # other commands start their own servers then
         file.parent.mkdir(parents=True, exist_ok=True)
         file.unlink(missing_ok=True)
@@ -84,12 +86,12 @@ def startup_lock(file: Path) -> Iterator[Callable[[], None]]:
             import fcntl  # noqa: PLC0415 - Unix only
 
             file.parent.mkdir(parents=True, exist_ok=True)
-            folder = os.open(file.parent, os.O_RDONLY)
-            stack.callback(os.close, folder)
+            descriptor = os.open(file.parent, os.O_RDONLY)
+            stack.callback(os.close, descriptor)
             deadline = time.monotonic() + _LOCK_TIMEOUT
             while time.monotonic() < deadline:
                 try:
-                    fcntl.flock(folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                    fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
                     break
                 except BlockingIOError:
                     time.sleep(_LOCK_POLL_PERIOD)
@@ -97,7 +99,7 @@ def startup_lock(file: Path) -> Iterator[Callable[[], None]]:
 
 
 def running_link(file: Path) -> str | None:
-    """Return the link in the file if its server still responds."""
+    """Return the link in the file if the server still responds, else None."""
     try:
         link = json.loads(file.read_text(encoding="utf-8")[:_MAX_BYTES])["link"]
         base = link.partition("?")[0]

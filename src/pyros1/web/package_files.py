@@ -18,7 +18,7 @@ MAX_SIZE = 64 << 20
 _MAX_URI_LENGTH = 2_000
 _INDEX_MAX_AGE = 10.0
 """Seconds for which a package that is missing from an index is assumed not to exist."""
-_FLAGS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # Windows has neither
+_SAFE_OPEN_FLAGS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # Windows has neither
 
 
 class FileError(Error):
@@ -29,8 +29,8 @@ class PackageFiles:
     """The files of the ROS packages.
 
     Args:
-        make_index: creates an index of the packages; called again when a package is not found, as it may be new, but
-            not too often, since it takes a while.
+        make_index: creates an index of the packages. When a package is not found, this is called again, since the
+            package may be new; but not too often, since it takes a while.
         max_size: maximum size of a file in bytes.
         clock: returns the time in seconds.
     """
@@ -101,7 +101,7 @@ class PackageFiles:
     def _read(self, uri: str, path: str) -> bytes:
         try:
             # Links were resolved before: a link created meanwhile is not followed. Opening a pipe does not block.
-            with open(path, "rb", opener=lambda name, flags: os.open(name, flags | _FLAGS)) as file:
+            with open(path, "rb", opener=lambda name, flags: os.open(name, flags | _SAFE_OPEN_FLAGS)) as file:
                 info = os.fstat(file.fileno())
                 if not stat.S_ISREG(info.st_mode):
                     raise FileError(f"{uri} is not a file")

@@ -40,7 +40,7 @@ class Parameters:
         """
         name = _full_name(name)
         try:
-            value = self._visible(name.rstrip("/"), self._master.get_param(name))
+            value = self._visible_part(name.rstrip("/"), self._master.get_param(name))
         except ParameterNotSetError:
             self._check_visible(name)
             raise
@@ -57,7 +57,7 @@ class Parameters:
         if not self._access.topics:
             return self._master.has_param(name)
         try:
-            return self._visible(name.rstrip("/"), self._master.get_param(name)) is not _HIDDEN
+            return self._visible_part(name.rstrip("/"), self._master.get_param(name)) is not _HIDDEN
         except ParameterNotSetError:
             return False
 
@@ -73,8 +73,8 @@ class Parameters:
             MasterUnreachableError: the master does not respond.
         """
         name = _full_name(name)
-        self._check_all(name, value)
-        self._check_all(name)
+        self._check_all_visible(name, value)
+        self._check_all_visible(name)
         self._master.set_param(name, value)
 
     def delete(self, name: str) -> None:
@@ -86,38 +86,38 @@ class Parameters:
             MasterUnreachableError: the master does not respond.
         """
         name = _full_name(name)
-        self._check_all(name)
+        self._check_all_visible(name)
         self._master.delete_param(name)
 
-    def _visible(self, name: str, value: Any) -> Any:
+    def _visible_part(self, name: str, value: Any) -> Any:
         if not self._access.topics:
             return value
         if isinstance(value, dict) and value:
-            inner = {key: self._visible(f"{name}/{key}", child) for key, child in value.items()}
-            return {key: child for key, child in inner.items() if child is not _HIDDEN} or _HIDDEN
+            children = {key: self._visible_part(f"{name}/{key}", child) for key, child in value.items()}
+            return {key: child for key, child in children.items() if child is not _HIDDEN} or _HIDDEN
         return value if self._access.may_see(name or "/") else _HIDDEN
 
-    def _check_all(self, name: str, value: Any = _HIDDEN) -> None:
+    def _check_all_visible(self, name: str, value: Any = _HIDDEN) -> None:
         """Check that pages may see all parameters in a value; without a value, those in the current one."""
         if not self._access.topics:
             return
         if value is _HIDDEN:
-            known: Any = self._master.get_param("/")
+            current: Any = self._master.get_param("/")
             path = ""
             for part in filter(None, name.split("/")):
-                if not isinstance(known, dict):
+                if not isinstance(current, dict):
                     self._check_visible(path)  # a plain value that a namespace would replace
                     return
-                if part not in known:
+                if part not in current:
                     self._check_visible(name)
                     return
-                known, path = known[part], f"{path}/{part}"
-            value = known
+                current, path = current[part], f"{path}/{part}"
+            value = current
         if not isinstance(value, dict) or not value:
             self._check_visible(name)
             return
-        for inner, _ in flatten(value):
-            self._check_visible(name.rstrip("/") + inner)
+        for child_name, _ in flatten(value):
+            self._check_visible(name.rstrip("/") + child_name)
 
 
 def _full_name(name: str) -> str:

@@ -44,7 +44,7 @@ class Publishing:
         clock: Callable[[], float] = monotonic,
     ) -> None:
         self._node = node
-        self._find = find
+        self._find_class = find
         self._clock = clock
         self._lock = threading.Lock()
         # The publishers and the times of their last use; the least recently used one is first.
@@ -68,9 +68,9 @@ class Publishing:
             RequestError: other nodes use the topic with another type.
         """
         node = self._node()
-        cls = self._find(type_name)
+        cls = self._find_class(type_name)
         message = from_json(cls, value, node.now())
-        publisher = self._publisher(node, topic, cls, latch)
+        publisher = self._get_publisher(node, topic, cls, latch)
         publisher.publish(message)
         connections: int = publisher.num_connections
         return connections
@@ -82,9 +82,9 @@ class Publishing:
             MessageError: the type does not exist.
             NodeError: the server publishes the topic with another type.
         """
-        self._publisher(self._node(), topic, self._find(type_name), False)
+        self._get_publisher(self._node(), topic, self._find_class(type_name), False)
 
-    def _publisher(self, node: Node, topic: str, cls: type[Message], latch: bool) -> Any:
+    def _get_publisher(self, node: Node, topic: str, cls: type[Message], latch: bool) -> Any:
         key = _Key(topic, cls._type, cls._md5sum, latch)
         with self._lock:
             existing, _ = self._publishers.pop(key, (None, 0.0))
@@ -121,11 +121,11 @@ class Publishing:
         """Close publishers that have not been used for a while."""
         now = self._clock()
         with self._lock:
-            idle = {key: now - used for key, (_, used) in self._publishers.items()}
-            old = [
+            idle = {key: now - last_used_at for key, (_, last_used_at) in self._publishers.items()}
+            expired = [
                 key for key, seconds in idle.items() if seconds > (LATCHED_IDLE_TIMEOUT if key.latch else IDLE_TIMEOUT)
             ]
-            removed = [self._publishers.pop(key) for key in old]
+            removed = [self._publishers.pop(key) for key in expired]
         _unregister_all(removed)
 
     def close(self) -> None:
@@ -135,14 +135,14 @@ class Publishing:
         _unregister_all(removed)
 
 
-def _check_type(node: Node, topic: str, kind: str) -> None:
+def _check_type(node: Node, topic: str, type_name: str) -> None:
     """Reject a type that differs from that of the topic's other nodes: registering it would affect all of them."""
     graph = Graph(node.master)
     state = graph.state()
     others = {*state.publishers.get(topic, ()), *state.subscribers.get(topic, ())} - {node.name}
     existing = graph.topic_types().get(topic, "") if others else ""
-    if existing not in ("", "*", kind):
-        raise RequestError(f"{topic} has the type {existing}, so no subscriber would accept a {kind}")
+    if existing not in ("", "*", type_name):
+        raise RequestError(f"{topic} has the type {existing}, so no subscriber would accept a {type_name}")
 
 
 def _unregister_all(publishers: Iterable[tuple[Any, float]]) -> None:

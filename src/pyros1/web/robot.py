@@ -40,7 +40,7 @@ _CALLER_ID = "/pyros1_web"
 
 
 class Robot:
-    """The robot. Waits until a master is running, and continues when a master that was lost is back.
+    """The robot. Waits until a master is running; if the master is lost, continues when it is back.
 
     Args:
         master_uri: URI of the master.
@@ -48,7 +48,7 @@ class Robot:
         make_node: creates the server's node; raises MasterUnreachableError immediately if no master responds.
 
     Attributes:
-        movers: topic -> the view that publishes joint states on it: only the first of several pages may.
+        movers: topic -> the view that publishes joint states on it; only one view may do so at a time.
         when_killed: called from any thread when another program has shut down the server's node.
     """
 
@@ -74,7 +74,7 @@ class Robot:
         self.types = Types(self.listen)
         self.publishing = Publishing(lambda: self.node, self.types.find)
         self.client_services = ClientServices(lambda: self.node)
-        self._thread = threading.Thread(target=self._start, name="web: search for the master", daemon=True)
+        self._thread = threading.Thread(target=self._search_for_master, name="web: search for the master", daemon=True)
 
     def start(self) -> None:
         """Start looking for the master, in a thread."""
@@ -135,10 +135,10 @@ class Robot:
         Raises:
             MasterUnreachableError: the master does not respond.
         """
-        kind = self.graph.topic_types().get(topic, "*")
-        if kind == "*" or kind != (expected or kind):
-            kind = Graph(self.master).topic_types().get(topic, "*")
-        return kind
+        type_name = self.graph.topic_types().get(topic, "*")
+        if type_name == "*" or type_name != (expected or type_name):
+            type_name = Graph(self.master).topic_types().get(topic, "*")
+        return type_name
 
     def why_no_master(self) -> str:
         """Return why the master does not respond; empty if it does."""
@@ -184,7 +184,7 @@ class Robot:
         self._hub.close()
         self.publishing.close()
 
-    def _start(self) -> None:
+    def _search_for_master(self) -> None:
         while not self._closed.is_set():
             try:
                 node = self._make_node()
@@ -227,8 +227,8 @@ class Robot:
 
     def _queue_size(self, topic: str) -> int:
         try:
-            kind = self.graph.topic_types().get(topic, "")
-            return _SMALL_QUEUE if "uint8[]" in load_message(kind)._full_text else _LARGE_QUEUE
+            type_name = self.graph.topic_types().get(topic, "")
+            return _SMALL_QUEUE if "uint8[]" in load_message(type_name)._full_text else _LARGE_QUEUE
         except (MasterError, ProtocolError, MessageError):
             return _MEDIUM_QUEUE
 

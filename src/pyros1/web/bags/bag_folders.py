@@ -1,4 +1,4 @@
-"""The folders whose bags pages may see. Paths are resolved first, so symbolic links cannot lead outside."""
+"""The folders whose bags pages may see. Paths are resolved first, so that no symbolic link can lead out of them."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ class BagFolders:
 
     def __init__(self, roots: Iterable[str], also_allowed: Container[Path] = ()) -> None:
         self._also_allowed = also_allowed
-        found = [Path(os.path.realpath(root)) for root in roots]
-        self.folders = list(dict.fromkeys(path for path in found if path.is_dir()))
-        self._files = {path for path in found if path.is_file()}
+        paths = [Path(os.path.realpath(root)) for root in roots]
+        self.folders = list(dict.fromkeys(path for path in paths if path.is_dir()))
+        self._files = {path for path in paths if path.is_file()}
 
     def file(self, raw_path: str) -> Path:
         """Return the path of a bag.
@@ -69,11 +69,13 @@ class BagFolders:
         """Return the contents of a folder, for a page.
 
         Args:
-            raw_path: the folder's path; if it is empty, the only folder, or a list of all folders, is returned.
+            raw_path: the folder's path; if it is empty, the contents of the only folder are returned, or a list of the
+                folders if there are several.
 
         Returns:
             ``{"folder", "up", "folders": [{"name", "path"}], "files": [{"name", "path", "size", "time"}], "more",
-            "writable"}``. Names that are not UTF-8 are omitted; ``up`` is null for the topmost folder.
+            "writable"}``. ``up`` is the path of the parent folder, or null for the topmost folder; ``more``: whether
+            entries are omitted because there are too many. Names that are not UTF-8 are always omitted.
 
         Raises:
             RequestError: see `folder`.

@@ -14,32 +14,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 MAX_EXACT = 500_000
-"""Maximum number of messages whose exact times are requested per call."""
+"""Maximum number of messages whose exact times are requested per histogram."""
 ReadTimes = Callable[[int], Iterable[tuple[int, "NDArray[np.int64]"]]]
-"""Function of a chunk's number that returns pairs of a row and the times of its messages in nanoseconds."""
+"""Takes a chunk's number; returns, for each row, its number and the times of its messages in nanoseconds."""
 
 
 class Density:
     """The distribution of a bag's messages over time.
 
     Args:
-        chunks: the first and last time of each chunk in nanoseconds, and its number of messages by row.
+        chunks: the first and last time of each chunk in nanoseconds, and its numbers of messages, as pairs of row and
+        number.
     """
 
     def __init__(self, chunks: Iterable[tuple[int, int, Iterable[tuple[int, int]]]]) -> None:
-        numbers, rows, counts = array("q"), array("q"), array("q")
+        chunk_numbers, rows, counts = array("q"), array("q"), array("q")
         starts, ends, totals = array("q"), array("q"), array("q")
         for number, (start, end, by_row) in enumerate(chunks):
             starts.append(start)
             ends.append(end)
             total = 0
             for row, count in by_row:
-                numbers.append(number)
+                chunk_numbers.append(number)
                 rows.append(row)
                 counts.append(count)
                 total += count
             totals.append(total)
-        self._chunks, self._rows, self._counts = (np.asarray(values, np.int64) for values in (numbers, rows, counts))
+        self._chunks, self._rows, self._counts = (
+            np.asarray(values, np.int64) for values in (chunk_numbers, rows, counts)
+        )
         self._starts, self._ends, self._totals = (np.asarray(values, np.int64) for values in (starts, ends, totals))
 
     def histogram(
@@ -56,7 +59,8 @@ class Density:
             max_chunks: maximum number of chunks for which `read_times` is called.
 
         Returns:
-            An array of shape (rows, columns), and whether all messages are at most one column off.
+            An array of shape (rows, columns), and whether all messages are counted at most one column away from their
+            own.
         """
         grid = np.zeros((len(rows), columns + 1), np.float64)
         grid_row = np.full(int(max(self._rows, default=0)) + 2, -1, np.int64)  # the last entry is for row -1: no row

@@ -16,13 +16,13 @@ class Envelope:
 
     def __init__(self, begin: float, end: float, parts: int) -> None:
         self._begin = begin
-        self._scale = parts / (end - begin)
+        self._parts_per_second = parts / (end - begin)
         self._last_index = parts - 1
         self._parts: dict[int, list[tuple[float, float]]] = {}
 
     def add(self, time: float, value: float) -> None:
         """Add a point; a time outside the span is assigned to its nearest part. NaN is neither lowest nor highest."""
-        index = min(self._last_index, max(0, int((time - self._begin) * self._scale)))
+        index = min(self._last_index, max(0, int((time - self._begin) * self._parts_per_second)))
         point = (time, value)
         part = self._parts.get(index)
         if part is None:

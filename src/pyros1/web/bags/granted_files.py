@@ -1,8 +1,8 @@
 """Bags that the user of a running server has named in a terminal: pages may open them wherever they are stored.
 
-The command in the terminal writes their paths into a file next to the server's own (see `pyros1.web.links`), which only
-that user can read and write. Access to a bag thus depends on the user's rights on this machine, not on the token, which
-other people may have.
+The command in the terminal writes their paths into a file next to the file with the server's link (see
+`pyros1.web.links`). Only that user can read and write this list. Access to a bag thus depends on the user's rights on
+this machine, not on the token, which other people may have.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from pathlib import Path
 MAX_BYTES = 1 << 20
 """Maximum size of the list in bytes; beyond that, the oldest paths are dropped."""
 _GROUP_OR_OTHERS = 0o077
-"""Permission bits of other users."""
+"""Permission bits of the file's group and of all other users."""
 
 
 class GrantedFiles:
-    """The list of these bags.
+    """The list of bags that pages may open wherever they are stored.
 
     Args:
         file: path of the file that contains the list, with one path per line, as JSON.
@@ -33,7 +33,7 @@ class GrantedFiles:
         self._file = file
 
     def add(self, paths: Iterable[str]) -> None:
-        """Add bags. Only one program may do so at a time.
+        """Add bags to the list. Only one program may do so at a time.
 
         Raises:
             OSError: the file cannot be written; or it exists, but cannot be trusted, since it is a link, belongs to
@@ -61,28 +61,30 @@ class GrantedFiles:
             return False
 
     def clear(self) -> None:
-        """Remove all bags."""
+        """Remove all bags from the list."""
         with contextlib.suppress(OSError):
             self._file.unlink()
 
     def _lines(self) -> list[str]:
         """Return the lines of the file. Raises OSError, including when the file cannot be trusted."""
         if self._file.is_symlink():
-            raise self._refuse("is a symbolic link")
+            raise self._permission_error("is a symbolic link")
         flags = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)  # opening a pipe would block
         with open(os.open(self._file, flags), "rb") as file:
             info = os.fstat(file.fileno())
             if not stat.S_ISREG(info.st_mode):
-                raise self._refuse("is not a file")
+                raise self._permission_error("is not a file")
             if hasattr(os, "geteuid"):
                 if info.st_uid != os.geteuid():
-                    raise self._refuse("belongs to another user")
+                    raise self._permission_error("belongs to another user")
                 if info.st_mode & _GROUP_OR_OTHERS:
-                    raise self._refuse(f"can be read or written by other users (mode {stat.S_IMODE(info.st_mode):o})")
+                    raise self._permission_error(
+                        f"can be read or written by other users (mode {stat.S_IMODE(info.st_mode):o})"
+                    )
             text = file.read(MAX_BYTES).decode("ascii", errors="replace")
         return [line for line in text.split("\n")[:-1] if line and line.isascii()]  # the last line may be cut off
 
-    def _refuse(self, reason: str) -> OSError:
+    def _permission_error(self, reason: str) -> OSError:
         return PermissionError(errno.EPERM, f"the list of bags {reason}: remove it", str(self._file))
 
     def _replace(self, text: str) -> None:

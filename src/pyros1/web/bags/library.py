@@ -33,7 +33,7 @@ class _Entry:
 
 
 class Library:
-    """Opens bags, and runs the recording.
+    """Keeps track of the open bags and of the recording.
 
     Args:
         bag_folders: the folders that pages may see.
@@ -53,17 +53,18 @@ class Library:
         self._entries: dict[_FileKey, _Entry] = {}
 
     def open(self, raw_path: str, progress: Callable[[int], object]) -> OpenBag:
-        """Open a bag, or return it if it is open. It stays open until `release` has been called as often as `open`.
+        """Open a bag, or return it if it is already open. Each call must be followed by one of `release`.
 
         Args:
             raw_path: the bag's path, as sent by the page.
-            progress: called with the number of bytes read, while a bag without an index is scanned; may raise an error.
+            progress: called with the number of bytes read, while a bag without an index is scanned; may raise an error
+                to stop the scan.
 
         Raises:
             RequestError: pages may not see the bag, or too many bags are open.
             BagError: the bag cannot be read.
         """
-        key = self._key(raw_path)
+        key = self._file_key(raw_path)
         with self._lock:
             entry = self._entries.get(key)
             if entry is None:
@@ -83,12 +84,12 @@ class Library:
             raise
 
     def borrow(self, raw_path: str) -> OpenBag:
-        """Return an open bag, which stays open until `release` is called.
+        """Return a bag that is already open; it stays open at least until `release` is called.
 
         Raises:
             RequestError: the bag is not open.
         """
-        key = self._key(raw_path)
+        key = self._file_key(raw_path)
         with self._lock:
             entry = self._entries.get(key)
             if entry is None or entry.bag is None:
@@ -128,7 +129,7 @@ class Library:
             if entry.bag is not None:
                 entry.bag.close()
 
-    def _key(self, raw_path: str) -> _FileKey:
+    def _file_key(self, raw_path: str) -> _FileKey:
         path = self.bag_folders.file(raw_path)
         try:
             info = path.stat()

@@ -31,7 +31,7 @@ _MAX_CACHED_BYTES = 64 << 20
 """Maximum size of the cached chunks in bytes, so that small movements of the cursor need no reading."""
 _MAX_CACHED_TIMES = 4_000_000
 """Maximum number of cached message times, 8 bytes each."""
-_MAX_LISTED_DAMAGES = 5
+_MAX_DISPLAYED_DAMAGES = 5
 _MAX_CHUNKS_READ = 200
 """Maximum number of chunks whose index is read per call, which takes up to 0.3 s."""
 _MAX_CHUNKS_UNPACKED = 20
@@ -46,7 +46,7 @@ class BagTopic:
         name: the name as recorded.
         type: the type of the messages.
         count: number of messages.
-        publishers: number of connections.
+        publishers: number of recorded connections, usually one per publisher.
     """
 
     name: str
@@ -67,6 +67,7 @@ class OpenBag:
     Attributes:
         bag: the bag's thread-safe reader.
         topics: the topics that pages may see, by name.
+        begin, end: the times of the first and the last message, in nanoseconds.
 
     Raises:
         BagError: the bag cannot be read; the message says why and what to do.
@@ -79,21 +80,23 @@ class OpenBag:
         except OSError as error:
             raise RequestError(f"{untrusted(path)}: {error.strerror or error}") from None
         try:
-            self.topics = self._topics(may_see)
+            self.topics = self._visible_topics(may_see)
             self.begin, self.end = self.bag.reader.start, self.bag.reader.end
-            self._rows = {name: row for row, name in enumerate(self.topics)}
+            self._row_by_topic = {name: row for row, name in enumerate(self.topics)}
             connections = self.bag.reader.connections
-            rows = {conn: self._rows.get(connection.topic, -1) for conn, connection in connections.items()}
-            self._row_by_conn = rows
+            row_by_conn = {
+                conn: self._row_by_topic.get(connection.topic, -1) for conn, connection in connections.items()
+            }
+            self._row_by_conn = row_by_conn
             self._density = Density(
-                (chunk.start, chunk.end, [(rows.get(conn, -1), count) for conn, count in chunk.counts.items()])
+                (chunk.start, chunk.end, [(row_by_conn.get(conn, -1), count) for conn, count in chunk.counts.items()])
                 for chunk in self.bag.reader.chunks
             )
         except BaseException:
             self.bag.close()
             raise
-        self._times: OrderedDict[int, list[tuple[int, NDArray[np.int64]]]] = OrderedDict()
-        self._cached_count = 0
+        self._cached_times: OrderedDict[int, list[tuple[int, NDArray[np.int64]]]] = OrderedDict()
+        self._num_cached_times = 0
         self._lock = threading.Lock()
 
     @property
@@ -129,10 +132,10 @@ class OpenBag:
                 "this bag was not closed, or is damaged: it had to be read completely; `pyros1 bag reindex` repairs it"
             )
         problems += [
-            f"at byte {damage.offset}: {untrusted(damage.reason)}" for damage in reader.damages[:_MAX_LISTED_DAMAGES]
+            f"at byte {damage.offset}: {untrusted(damage.reason)}" for damage in reader.damages[:_MAX_DISPLAYED_DAMAGES]
         ]
-        if len(reader.damages) > _MAX_LISTED_DAMAGES:
-            problems.append(f"and {len(reader.damages) - _MAX_LISTED_DAMAGES} more damaged places")
+        if len(reader.damages) > _MAX_DISPLAYED_DAMAGES:
+            problems.append(f"and {len(reader.damages) - _MAX_DISPLAYED_DAMAGES} more damaged places")
         topics = list(self.topics.values())[:MAX_TOPICS]
         return {
             "path": untrusted(reader.path),
@@ -170,7 +173,7 @@ class OpenBag:
         """Count the messages per column; see `Density.histogram`. Times are in seconds since the bag's start."""
         first = self.nanoseconds(begin)
         last = max(first + columns, self.nanoseconds(end))
-        rows = [self._rows[name] for name in topics]
+        rows = [self._row_by_topic[name] for name in topics]
         max_chunks = _MAX_CHUNKS_UNPACKED if self.bag.reader.scanned else _MAX_CHUNKS_READ
         return self._density.histogram(first, last, columns, rows, self._chunk_times, max_chunks)
 
@@ -178,15 +181,17 @@ class OpenBag:
         """Return the last message of each topic at or before a time in seconds since the bag's start."""
         return self.bag.at(Time.from_nsec(max(0, self.nanoseconds(time))), topics) if topics else {}
 
-    def step(self, time: float, topics: Collection[str], forward: bool) -> float | None:
-        """Return the time of the next or previous message of some topics; None if there is none."""
-        now = self.nanoseconds(time)
+    def adjacent_time(self, time: float, topics: Collection[str], forward: bool) -> float | None:
+        """Return the time of the message after or before a time, on any of some topics; None if there is none."""
+        nanoseconds = self.nanoseconds(time)
         ids = self.bag.reader.ids(topics)
         if forward:
-            return next((self.seconds(message.time) for message in self.bag.reader.messages(ids, now + 1)), None)
-        if now <= self.begin:
+            return next(
+                (self.seconds(message.time) for message in self.bag.reader.messages(ids, nanoseconds + 1)), None
+            )
+        if nanoseconds <= self.begin:
             return None
-        previous = self.bag.at(Time.from_nsec(now - 1), topics)
+        previous = self.bag.at(Time.from_nsec(nanoseconds - 1), topics)
         return max((self.seconds(message.time.to_nsec()) for message in previous.values()), default=None)
 
     def find_topic(self, text: str) -> tuple[str, str, str] | None:
@@ -202,7 +207,7 @@ class OpenBag:
         """Close the file."""
         self.bag.close()
 
-    def _topics(self, may_see: Callable[[str], bool]) -> dict[str, BagTopic]:
+    def _visible_topics(self, may_see: Callable[[str], bool]) -> dict[str, BagTopic]:
         reader = self.bag.reader
         counts: dict[int, int] = {}
         for chunk in reader.chunks:
@@ -220,28 +225,28 @@ class OpenBag:
     def _chunk_times(self, number: int) -> Iterable[tuple[int, NDArray[np.int64]]]:
         """Return the times of a chunk's messages by row, from its index; see `Density.histogram`."""
         with self._lock:
-            known = self._times.get(number)
+            known = self._cached_times.get(number)
             if known is not None:
-                self._times.move_to_end(number)
+                self._cached_times.move_to_end(number)
         if known is None:
             known = self._read_times(self.bag.reader.chunks[number])
             with self._lock:
-                self._times[number] = known
-                self._cached_count += sum(len(times) for _, times in known)
-                while self._cached_count > _MAX_CACHED_TIMES and len(self._times) > 1:
-                    _, old = self._times.popitem(last=False)
-                    self._cached_count -= sum(len(times) for _, times in old)
+                self._cached_times[number] = known
+                self._num_cached_times += sum(len(times) for _, times in known)
+                while self._num_cached_times > _MAX_CACHED_TIMES and len(self._cached_times) > 1:
+                    _, old = self._cached_times.popitem(last=False)
+                    self._num_cached_times -= sum(len(times) for _, times in old)
         return known
 
     def _read_times(self, chunk: Chunk) -> list[tuple[int, NDArray[np.int64]]]:
         reader = self.bag.reader
-        index_places = None if reader.scanned else entry_ranges(reader.file, chunk, reader.header(chunk))
-        if index_places is None:
-            found = reader.content(chunk)[1]
-            conns, times = np.asarray(found.conns, np.int64), np.asarray(found.times, np.int64)
+        index_ranges = None if reader.scanned else entry_ranges(reader.file, chunk, reader.header(chunk))
+        if index_ranges is None:
+            messages = reader.content(chunk)[1]
+            conns, times = np.asarray(messages.conns, np.int64), np.asarray(messages.times, np.int64)
             return [(self._row_by_conn.get(int(conn), -1), times[conns == conn]) for conn in np.unique(conns)]
         by_row = []
-        for conn, start, size in index_places:
+        for conn, start, size in index_ranges:
             data = reader.file.read(start, size)
             entries = np.frombuffer(data[: len(data) // INDEX_ENTRY.size * INDEX_ENTRY.size], "<u4").reshape(-1, 3)
             by_row.append((self._row_by_conn.get(conn, -1), entries[:, 0].astype(np.int64) * NS + entries[:, 1]))

@@ -1,4 +1,4 @@
-"""Plays a bag into the running ROS system; each seek creates a new player."""
+"""Publishes the messages of a bag in the running ROS system; each seek creates a new player."""
 
 from __future__ import annotations
 
@@ -22,6 +22,7 @@ _MIN_LOOP_SECONDS = 0.1
 """Minimum duration of a loop iteration in seconds, however short the bag is."""
 _MAX_UNPLAYABLE = 20
 CLOCK_RATE = 100.0
+"""Number of messages per second on /clock."""
 
 
 @dataclass(frozen=True)
@@ -48,56 +49,56 @@ class Playback:
 
     Args:
         node: the publishing node, which is not closed here.
-        bag: the bag, which must stay open meanwhile.
+        bag: the bag, which must stay open until `close` returns.
         settings: the initial settings.
         start: where to start, in seconds since the bag's start.
-        changed: called from the thread after each change of `status`.
+        on_change: called from the thread after each change of `status`.
     """
 
     def __init__(
-        self, node: Node, bag: OpenBag, settings: PlaybackSettings, start: float, changed: Callable[[], object]
+        self, node: Node, bag: OpenBag, settings: PlaybackSettings, start: float, on_change: Callable[[], object]
     ) -> None:
         self._node = node
         self._bag = bag
         self._settings = settings
         self._time = start
-        self._changed = changed
+        self._on_change = on_change
         self._lock = threading.Lock()
         self._control: Control | None = None
-        self._restart = False  # whether to play again from self._time
+        self._restart_requested = False  # whether to play again from self._time
         self._closed = False
         self._resume = threading.Event()  # ends the wait at the end of the bag
         self._state = "paused" if settings.paused else "running"
         self._problem = ""
-        self._dropped = 0
+        self._num_dropped = 0
         self._unplayable: dict[str, str] = {}
         self._thread = threading.Thread(target=self._run, name="web: playback", daemon=True)
         self._thread.start()
 
     def change(self, settings: PlaybackSettings, start: float | None) -> None:
-        """Change the settings, or continue from another time."""
+        """Change the settings; continue from `start`, or from the current time if it is None."""
         with self._lock:
             old, self._settings = self._settings, settings
             if start is not None:
                 self._time = start
             if start is not None or replace(old, paused=settings.paused, loop=settings.loop) != settings:
-                self._restart = True
+                self._restart_requested = True
                 if self._control is not None:
                     self._control.end()
             elif self._control is not None:
                 self._control.set_paused(settings.paused)
-            if self._restart or old.paused != settings.paused:
+            if self._restart_requested or old.paused != settings.paused:
                 self._resume.set()
 
     def status(self) -> dict[str, Any]:
-        """Return the state of playback; the time is in seconds since the bag's start."""
+        """Return the state of playback for a page; the time is in seconds since the bag's start."""
         with self._lock:
             unplayable = dict(list(self._unplayable.items())[:_MAX_UNPLAYABLE])
             return {
                 "state": self._state,
                 "time": self._time,
                 "problem": self._problem,
-                "dropped": self._dropped,
+                "dropped": self._num_dropped,
                 "unplayable": {untrusted(topic): untrusted(reason) for topic, reason in unplayable.items()},
             }
 
@@ -123,20 +124,20 @@ class Playback:
                 player, problem = None, f"internal server error: {error!r:.500}"
             with self._lock:
                 self._problem = problem
-                if self._closed or self._restart:
+                if self._closed or self._restart_requested:
                     continue
                 loop = self._settings.loop and not problem
                 if loop:
                     self._time = 0.0
                 else:
                     self._state, self._time = ("failed", self._time) if problem else ("ended", self._bag.length)
-            self._changed()
+            self._on_change()
             if loop:
                 self._resume.wait(max(0.0, _MIN_LOOP_SECONDS - (monotonic() - started_at)))
                 continue
             self._resume.wait()  # ends on a change, or on `close`
             with self._lock:
-                if not self._restart and not self._closed:
+                if not self._restart_requested and not self._closed:
                     self._time = 0.0  # resuming at the end means starting again
         if player is not None:
             player.close()
@@ -144,7 +145,7 @@ class Playback:
     def _play(self, previous: Player | None) -> Player:
         """Play until the end of the bag or a change. The previous player is closed as soon as the new one is ready."""
         with self._lock:
-            settings, start, self._restart = self._settings, self._time, False
+            settings, start, self._restart_requested = self._settings, self._time, False
             control = self._control = Control(settings.paused)
             if self._closed:
                 control.end()
@@ -170,7 +171,7 @@ class Playback:
                 with self._lock:
                     self._control = None
                 control.close()
-                self._dropped = player.dropped()
+                self._num_dropped = player.dropped()
         return player
 
     @staticmethod
@@ -181,6 +182,6 @@ class Playback:
 
     def _on_status(self, status: Status) -> None:
         with self._lock:
-            if not self._restart:
+            if not self._restart_requested:
                 self._time, self._state = max(0.0, status.passed), status.state.lower()
-        self._changed()
+        self._on_change()

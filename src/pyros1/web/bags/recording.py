@@ -25,7 +25,7 @@ COMPRESSIONS = ("none", "lz4", "bz2")
 _POLL_PERIOD = 1.0
 """Seconds between checks for new topics."""
 _MAX_TOPICS = 500
-_PREFIX = re.compile(r"[\w+=-][\w.+=-]{0,99}\Z", re.ASCII)
+_PREFIX_PATTERN = re.compile(r"[\w+=-][\w.+=-]{0,99}\Z", re.ASCII)
 
 
 class Recording:
@@ -38,6 +38,9 @@ class Recording:
         topics: full names of the topics; None for all, including those that appear later.
         compression: one of `COMPRESSIONS`.
         may_see: returns whether a topic may be recorded.
+
+    Attributes:
+        running: whether the recording is running.
 
     Raises:
         RequestError: the name or the compression is invalid, or the file cannot be created.
@@ -52,7 +55,7 @@ class Recording:
         compression: str,
         may_see: Callable[[str], bool],
     ) -> None:
-        if prefix and not _PREFIX.match(prefix):
+        if prefix and not _PREFIX_PATTERN.match(prefix):
             raise RequestError(
                 "the name may contain only letters, digits, dots, + = - and _, and must not begin with a dot"
             )
@@ -63,13 +66,13 @@ class Recording:
         self._warning = ""
         self._path = ""
         self._started_at = monotonic()
-        self._seconds = 0.0
+        self._duration = 0.0
         self._last_counts: dict[str, tuple[int, int]] = {}
         self._measured_at = self._started_at
         self._topic_rows: list[dict[str, Any]] = []
         self._lock = threading.Lock()
         self._stop_event = threading.Event()
-        self._search = TopicSearch(node, Selection(topics or (), all_topics=topics is None))
+        self._topic_search = TopicSearch(node, Selection(topics or (), all_topics=topics is None))
         options = RecordOptions(names=_FileNamesInFolder(prefix, folder=folder), compression=compression)
         events = Events(opened=self._on_opened, warning=self._on_warning, ended=self._stop_event.set)
         try:
@@ -87,19 +90,22 @@ class Recording:
         self._thread.join()
 
     def status(self) -> dict[str, Any]:
-        """Return the state of the recording. Rates are measured since a call at least a second ago, or null."""
+        """Return the state of the recording for a page.
+
+        Rates are averages since an earlier call, at least a second ago; null if there is none.
+        """
         with self._lock:
             now = monotonic()
             elapsed = now - self._measured_at
             if elapsed >= _POLL_PERIOD or not self.running:
-                self._measured_at, self._topic_rows = now, self._make_rows(elapsed)
+                self._measured_at, self._topic_rows = now, self._make_topic_rows(elapsed)
             elif len(self._topic_rows) < len(self._recorder.topics):
-                self._topic_rows = self._make_rows(0.0)
+                self._topic_rows = self._make_topic_rows(0.0)
             error = self._recorder.error
             return {
                 "running": self.running,
                 "path": untrusted(self._path),
-                "seconds": round(now - self._started_at if self.running else self._seconds, 1),
+                "seconds": round(now - self._started_at if self.running else self._duration, 1),
                 "bytes": self._recorder.size,
                 "messages": sum(topic.written for topic in list(self._recorder.topics.values())),
                 "topics": self._topic_rows[:_MAX_TOPICS],
@@ -108,7 +114,7 @@ class Recording:
                 "error": "" if error is None else _error_text(error),
             }
 
-    def _make_rows(self, elapsed: float) -> list[dict[str, Any]]:
+    def _make_topic_rows(self, elapsed: float) -> list[dict[str, Any]]:
         rows = []
         for topic in sorted(self._recorder.topics.values(), key=lambda topic: topic.name):
             previous = self._last_counts.get(topic.name)
@@ -131,7 +137,7 @@ class Recording:
     def _run(self) -> None:
         try:
             while not self._stop_event.is_set():
-                for name in self._search.new_topics():
+                for name in self._topic_search.new_topics():
                     if names.is_legal_name(name) and self._may_see(name):
                         self._recorder.subscribe(name)
                 self._stop_event.wait(_POLL_PERIOD)
@@ -143,7 +149,7 @@ class Recording:
             if topic.subscriber is not None:
                 topic.subscriber.unregister()
         self._recorder.close()
-        self._seconds = monotonic() - self._started_at
+        self._duration = monotonic() - self._started_at
         self.running = False
 
     def _on_opened(self, path: str) -> None:

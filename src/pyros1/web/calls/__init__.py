@@ -1,7 +1,8 @@
-"""Calls: single requests of a page. Each is a function in a module of this package, with the robot and the arguments.
+"""Calls: single requests from a page. Each is a function in a module of this package that takes the robot and the
+arguments.
 
-A call is named ``MODULE.FUNCTION``, such as ``topics.publish``. Functions in a module's ``CHANGES`` are refused by a
-read-only server. Those in `LONG_CALLS` may take long; they also get the page's `ServiceExchanges`.
+A call is named ``MODULE.FUNCTION``, such as ``topics.publish``. A read-only server refuses the functions in a
+module's ``CHANGES``. Those in `LONG_CALLS` may take long; they also take the page's `ServiceExchanges`.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ LONG_CALLS = frozenset({"services.call", "guide.check"})
 
 
 def run(robot: Robot, name: str, args: Mapping[str, Any], exchanges: ServiceExchanges | None = None) -> Any:
-    """Run a call and return its result, for JSON.
+    """Run a call and return its result, as a value for JSON.
 
     Args:
         robot: the robot that the call concerns.

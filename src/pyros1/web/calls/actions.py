@@ -42,7 +42,7 @@ def send(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def cancel(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
-    """Request servers to cancel a goal; return how many were reached. Args: action, id (empty for all goals)."""
+    """Request servers to cancel a goal; return the number of servers. Args: action, id (empty for all goals)."""
     topic = f"{string_arg(args, 'action')}/cancel"
     robot.check_visible(topic)
     servers = robot.publishing.publish(topic, "actionlib_msgs/GoalID", {"id": string_arg(args, "id")})
@@ -50,10 +50,10 @@ def cancel(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _goal_type(robot: Robot, name: str) -> str:
-    kind = robot.type_of(f"{name}/goal")
-    if "/" not in kind:
+    type_name = robot.type_of(f"{name}/goal")
+    if "/" not in type_name:
         raise RequestError(f"the type of {name}/goal is unknown")
-    return kind
+    return type_name
 
 
 CALLS: dict[str, Callable[[Robot, Mapping[str, Any]], Any]] = {"form": form, "send": send, "cancel": cancel}

@@ -19,13 +19,13 @@ def files(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def step(robot: Robot, args: Mapping[str, Any]) -> float | None:
-    """Return the time of the next message. Args: path, time, topics, forward. Times as in `BagCursorView`."""
+    """Return the time of an adjacent message. Args: path, time, topics, forward. Times as in `BagCursorView`."""
     from pyros1.web.views.bag.file import topics  # noqa: PLC0415 - rarely needed
 
     bag = robot.bags.borrow(string_arg(args, "path"))
     try:
         time = number_arg(args, "time", -_MAX_SECONDS, _MAX_SECONDS, 0.0)
-        return bag.step(time, bag.recorded_names(topics(args, _MAX_TOPICS)), args.get("forward") is not False)
+        return bag.adjacent_time(time, bag.recorded_names(topics(args, _MAX_TOPICS)), args.get("forward") is not False)
     finally:
         robot.bags.release(bag)
 

@@ -21,7 +21,7 @@ _MAX_ITEMS = 100
 _MAX_NODES = 200
 """Maximum number of nodes that are queried."""
 _GLOBAL_KINDS = frozenset({"no-clock", "unused-clock"})
-"""Findings that do not mention a topic, but may be the reason why no messages arrive."""
+"""Kinds of findings that do not mention a topic, but may be the reason why no messages arrive."""
 _NAME = re.compile(r"/[A-Za-z0-9_/]*[A-Za-z0-9_]")
 
 
@@ -52,8 +52,8 @@ def node(robot: Robot, args: Mapping[str, Any]) -> list[dict[str, Any]]:
 def _find_problems(robot: Robot, name: str, nodes: Iterable[str]) -> list[dict[str, Any]]:
     system = collect_system(robot.master, list(dict.fromkeys(nodes))[:_MAX_NODES])
     machine = collect_machine({**os.environ, "ROS_MASTER_URI": robot.master_uri})
-    known = {*system.state.publishers, *system.state.subscribers, *system.state.services}
-    hidden = {known_name for known_name in known if not robot.access.may_see(known_name)}
+    all_names = {*system.state.publishers, *system.state.subscribers, *system.state.services}
+    hidden = {name_in_use for name_in_use in all_names if not robot.access.may_see(name_in_use)}
     found = [*check_connectivity(system, machine), *findings_about(check_topics(system), name)]
     return [finding.as_json() for finding in without_hidden(found, hidden)]
 
@@ -72,7 +72,7 @@ def findings_about(findings: Iterable[Finding], name: str) -> list[Finding]:
 
 
 def without_hidden(findings: Iterable[Finding], hidden: Collection[str]) -> list[Finding]:
-    """Return the findings without those findings and items that mention names that pages may not see."""
+    """Remove the findings, and the items of findings, that mention names which pages may not see; return the others."""
     found = []
     for finding in findings:
         items = tuple(item for item in finding.items if _names(item).isdisjoint(hidden))

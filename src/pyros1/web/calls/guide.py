@@ -40,7 +40,8 @@ def check(robot: Robot, args: Mapping[str, Any], exchanges: ServiceExchanges) ->
     """Check the exercise of a step, as ``pyros1 guide check`` does. Args: step (its number).
 
     Returns:
-        What is missing (empty if the exercise is done), and the folder that was checked, which is the server's.
+        What is missing (empty if the exercise is done), and the folder that was checked, which is the server's current
+        folder.
 
     Raises:
         RequestError: the step does not exist, or the pages of this server may see only some topics.
@@ -60,4 +61,4 @@ def check(robot: Robot, args: Mapping[str, Any], exchanges: ServiceExchanges) ->
 
 CALLS: dict[str, Callable[..., Any]] = {"steps": steps, "pages": pages, "check": check}
 CHANGES: frozenset[str] = frozenset({"check"})
-"""Calls refused in read-only mode: some checks call services, send goals, or run the reader's test."""
+"""Calls refused in read-only mode: some checks call services, send goals, or run the test that the reader wrote."""

@@ -15,11 +15,11 @@ from pyros1.web.views.view import string_arg
 
 _TIMEOUT = 3.0
 _VERBS = ("stop", "start", "restart")
-_MAX_LOG_LENGTH = 20_000
+_MAX_TEXT_LENGTH = 20_000
 
 
 def find(robot: Robot, args: Mapping[str, Any]) -> Launch:
-    """Return a launch; the caller must close it. Args: launch: name of its parameter.
+    """Return a launch; the caller must close it. Args: launch: name of the parameter that it has set.
 
     Raises:
         RequestError: no launch with this name is registered.
@@ -52,11 +52,11 @@ def info(robot: Robot, args: Mapping[str, Any]) -> dict[str, str]:
         launch.close()
     arguments = found.get("args")
     arguments = [each for each in arguments if isinstance(each, str)] if isinstance(arguments, list) else []
-    return {"command": shlex.join(arguments)[:_MAX_LOG_LENGTH], "cwd": str(found.get("cwd", ""))[:_MAX_LOG_LENGTH]}
+    return {"command": shlex.join(arguments)[:_MAX_TEXT_LENGTH], "cwd": str(found.get("cwd", ""))[:_MAX_TEXT_LENGTH]}
 
 
 def forget(robot: Robot, args: Mapping[str, Any]) -> None:
-    """Delete the parameter of a launch that was killed. Args: launch: its name."""
+    """Delete the parameter of a launch that was killed. Args: launch: name of the parameter."""
     param = string_arg(args, "launch")
     if param not in launch_uris(robot.master):
         return

@@ -76,9 +76,9 @@ def _uri(robot: Robot, name: str) -> str:
     return uri
 
 
-def _call(robot: Robot, node: str, service: str, kind: str, request: dict[str, str]) -> Any:
+def _call(robot: Robot, node: str, service: str, type_name: str, request: dict[str, str]) -> Any:
     robot.check_visible(f"{node}/{service}")
-    with robot.node.service(f"{node}/{service}", kind) as client:
+    with robot.node.service(f"{node}/{service}", type_name) as client:
         try:
             return client.call(client.type._request_class(**request), _TIMEOUT)
         except ServiceError as error:

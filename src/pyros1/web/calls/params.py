@@ -42,9 +42,9 @@ def delete(robot: Robot, args: Mapping[str, Any]) -> None:
 
 def _to_json(value: Any) -> Any:
     if isinstance(value, dict):
-        return {str(key): _to_json(inner) for key, inner in value.items()}
+        return {str(key): _to_json(child) for key, child in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_to_json(inner) for inner in value]
+        return [_to_json(child) for child in value]
     if isinstance(value, float) and not math.isfinite(value):
         return str(value)
     if isinstance(value, str):

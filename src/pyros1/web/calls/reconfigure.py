@@ -1,4 +1,4 @@
-"""Calls about parameters of dynamic_reconfigure."""
+"""Calls about dynamic_reconfigure parameters."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def update(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 def turn(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     """Turn groups on and off.
 
-    Args: node, groups (all groups, as objects with name, state, id and parent, as C++ nodes need all). Returns the
-    node's new values.
+    Args: node, groups (all groups, as objects with name, state, id and parent, since C++ nodes need all of them).
+    Returns the node's new values.
     """
     config = Config()
     try:

@@ -25,10 +25,10 @@ _MAX_TYPES = 50
 
 def form(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
     """Return a service's type, and the forms of its request and response. Args: service."""
-    service = _type(robot, string_arg(args, "service"))
-    cls = load_service(service)
+    type_name = _probe_type(robot, string_arg(args, "service"))
+    cls = load_service(type_name)
     return {
-        "type": service,
+        "type": type_name,
         "request": form_of(cls._request_class),
         "response": form_of(cls._response_class),
     }
@@ -39,7 +39,7 @@ def types(robot: Robot, args: Mapping[str, Any]) -> dict[str, str]:
     names = args.get("services")
     if not isinstance(names, list) or len(names) > _MAX_TYPES or not all(isinstance(name, str) for name in names):
         raise RequestError(f"services must be a list of at most {_MAX_TYPES} names")
-    responses = run_concurrently({name: partial(_type, robot, name) for name in names}, _PROBE_TIMEOUT + 0.5)
+    responses = run_concurrently({name: partial(_probe_type, robot, name) for name in names}, _PROBE_TIMEOUT + 0.5)
     return {name: response if isinstance(response, str) else "" for name, response in responses.items()}
 
 
@@ -47,14 +47,14 @@ def call(robot: Robot, args: Mapping[str, Any], exchanges: ServiceExchanges) -> 
     """Call a service. Args: service, value, timeout (s). Returns the response as a tree, and the duration."""
     name = string_arg(args, "service")
     robot.check_visible(name)
-    cls = load_service(_type(robot, name))
+    cls = load_service(_probe_type(robot, name))
     request = from_json(cls._request_class, args.get("value"), robot.node.now())
     start = monotonic()
     response = exchanges.call(robot.node, name, cls, request, number_arg(args, "timeout", 0.1, _MAX_CALL_SECONDS, 10.0))
     return {"value": tree(response), "seconds": monotonic() - start}
 
 
-def _type(robot: Robot, name: str) -> str:
+def _probe_type(robot: Robot, name: str) -> str:
     robot.check_visible(name)
     uri = robot.graph.service_uri(name)
     if uri is None:

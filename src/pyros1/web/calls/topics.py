@@ -46,9 +46,9 @@ def advertise(robot: Robot, args: Mapping[str, Any]) -> None:
 
 
 def types(robot: Robot, args: Mapping[str, Any]) -> list[str]:
-    """Return the names of installed types that complete a text field. Args: begin (the current text).
+    """Return completions for a text field: names of installed types. Args: begin (the current text).
 
-    If the text contains no package, the packages with messages are returned.
+    If the text contains no slash, the packages that have messages are returned, with a slash.
     """
     begin = string_arg(args, "begin", "")
     package, slash, _ = begin.partition("/")
@@ -62,14 +62,14 @@ def types(robot: Robot, args: Mapping[str, Any]) -> list[str]:
 
 
 def fields(robot: Robot, args: Mapping[str, Any]) -> list[str]:
-    """Return the paths of numeric fields that complete a text field. Args: begin (the current text)."""
+    """Return completions for a text field: paths of numeric fields. Args: begin (the current text)."""
     begin = string_arg(args, "begin", "")
     found: list[str] = []
-    for topic, kind in sorted(robot.graph.topic_types().items()):
+    for topic, type_name in sorted(robot.graph.topic_types().items()):
         if not robot.access.may_see(topic) or not (topic.startswith(begin) or begin.startswith(topic)):
             continue
         try:
-            found += [path for path in numeric_paths(load_message(kind), topic) if path.startswith(begin)]
+            found += [path for path in numeric_paths(load_message(type_name), topic) if path.startswith(begin)]
         except MessageError:
             continue  # a type that is not installed, or no type at all
         if len(found) >= _MAX_FIELDS:

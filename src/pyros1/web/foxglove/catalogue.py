@@ -28,7 +28,7 @@ _NODE_TIMEOUT = 1.0
 _MAX_QUERIES = 64
 """Maximum number of concurrent requests to nodes."""
 _RETRY_DELAY = 10.0
-"""Seconds until a failed request is repeated."""
+"""Seconds after which a failed request to a node is repeated."""
 _MAX_STALE_IDS = 10_000
 _MAX_NEW_HEADERS = 1_000
 _MAX_PUBLISHERS = 50
@@ -64,14 +64,14 @@ class Catalogue:
         self._refreshed_at = float("-inf")
         self._offers = Offers()
         self._ids: dict[Hashable, int] = {}
-        self._numbers = count(1)
+        self._next_ids = count(1)
         # By publisher, where they differ from the installed ones. The first publisher that is still registered decides.
         self._topic_definitions: dict[str, dict[str, _Definition]] = {}
         self._unusable: dict[str, tuple[str, str]] = {}  # topic -> (publisher, problem)
         self._service_types: dict[str, tuple[list[str], str]] = {}  # service -> (its nodes, its type)
         self._pending_queries: dict[str, Callable[[], _TopicReply | str]] = {}
         self._retry_at: dict[str, float] = {}
-        self._failure = ""  # of the last request to the master
+        self._master_problem = ""  # of the last request to the master
         self._new_headers: deque[tuple[str, dict[str, str]]] = deque(maxlen=_MAX_NEW_HEADERS)
         self._problems: dict[str, str] = {}
 
@@ -79,7 +79,8 @@ class Catalogue:
         """Return the current offers.
 
         Args:
-            max_age: maximum age in seconds of results that are reused. With 0, waits for the request of another thread.
+            max_age: maximum age in seconds of results that are reused. With 0, this waits for a request that another
+                thread has sent.
 
         Raises:
             RequestError: the master does not respond.
@@ -92,8 +93,8 @@ class Catalogue:
                     self._refresh()
             finally:
                 self._lock.release()
-        if self._failure:
-            raise RequestError(self._failure)
+        if self._master_problem:
+            raise RequestError(self._master_problem)
         return self._offers
 
     def query_nodes(self) -> None:
@@ -116,25 +117,25 @@ class Catalogue:
                 self._refresh()
 
     def add_header(self, channel: Channel, header: Mapping[str, str]) -> None:
-        """Process a publisher's header whose definition differs from the channel's. May be called by any thread."""
+        """Process a publisher's header whose definition differs from the channel's. Thread-safe."""
         self._new_headers.append((channel.topic, dict(header)))
 
     def _apply_header(self, topic: str, header: Mapping[str, str]) -> None:
         publisher = header.get("callerid", "")
         try:
-            found = _checked_definition(
+            definition = _checked_definition(
                 header.get("type", ""), header.get("md5sum", ANY), header.get("message_definition", "")
             )
         except MessageError as error:
             problem = f"{topic}: the definition of {untrusted(publisher) or 'a publisher'} is unusable: {error}"
             self._unusable[topic] = (publisher, problem)
             return
-        self._store_definition(topic, publisher, found)
+        self._store_definition(topic, publisher, definition)
 
     def _store_definition(self, topic: str, publisher: str, definition: _Definition) -> None:
-        known = self._topic_definitions.setdefault(topic, {})
-        if len(known) < _MAX_PUBLISHERS or publisher in known:
-            known[publisher] = definition
+        definitions = self._topic_definitions.setdefault(topic, {})
+        if len(definitions) < _MAX_PUBLISHERS or publisher in definitions:
+            definitions[publisher] = definition
 
     def _forget_unregistered(self, nodes: Nodes) -> None:
         """Remove the definitions of publishers that are gone: their successors may have different ones."""
@@ -151,9 +152,9 @@ class Catalogue:
             if publisher and publisher not in nodes.publishers.get(topic, ()):
                 del self._unusable[topic]
 
-    def _conflicting_topics(self) -> dict[str, str]:
-        """Return the problems of topics whose publishers have different or unusable definitions."""
-        found: dict[str, str] = {}
+    def _definition_problems(self) -> dict[str, str]:
+        """Return a description for each topic whose publishers have different or unusable definitions."""
+        problems: dict[str, str] = {}
         for topic, definitions in self._topic_definitions.items():
             first = next(iter(definitions.values()))
             for publisher, definition in definitions.items():
@@ -161,75 +162,81 @@ class Catalogue:
                     problem = (
                         f"{untrusted(publisher)} publishes a different {untrusted(definition.type)} than other nodes"
                     )
-                    found[topic] = f"{topic}: {problem}; its messages are omitted"
-        return {**found, **{topic: text for topic, (_, text) in self._unusable.items()}}
+                    problems[topic] = f"{topic}: {problem}; its messages are omitted"
+        return {**problems, **{topic: text for topic, (_, text) in self._unusable.items()}}
 
     def _refresh(self) -> None:
         try:
             state, types = self._graph.state(), self._graph.topic_types()
         except Error as error:
-            self._failure, self._refreshed_at = str(error), self._clock()
+            self._master_problem, self._refreshed_at = str(error), self._clock()
             return
-        self._failure = ""
+        self._master_problem = ""
         while self._new_headers:
             self._apply_header(*self._new_headers.popleft())
-        self._update(state, {name: kind for name, kind in types.items() if self._may_see(name)})
+        self._update(state, {name: type_name for name, type_name in types.items() if self._may_see(name)})
 
     def _update(self, state: SystemState, types: Mapping[str, str]) -> None:
         tables = [self._visible(table) for table in state]
         nodes = Nodes(*tables)
-        for known in (self._topic_definitions, self._retry_at, self._problems, self._service_types, self._unusable):
-            for name in [name for name in known if name not in types and name not in nodes.services]:
-                del known[name]
+        for entries in (self._topic_definitions, self._retry_at, self._problems, self._service_types, self._unusable):
+            for name in [name for name in entries if name not in types and name not in nodes.services]:
+                del entries[name]
         self._forget_unregistered(nodes)
         for name, (providers, _) in list(self._service_types.items()):
             if nodes.services.get(name) != providers:  # another node may have another type
                 del self._service_types[name]
-        channels = {each.topic: each for name, kind in types.items() if (each := self._channel(name, kind, nodes))}
-        services = {each.name: each for each in map(self._service, nodes.services) if each}
+        channels = {
+            offer.topic: offer for name, type_name in types.items() if (offer := self._channel(name, type_name, nodes))
+        }
+        services = {offer.name: offer for offer in map(self._service, nodes.services) if offer}
         if len(self._ids) > 2 * (len(channels) + len(services)) + _MAX_STALE_IDS:
-            current = {*(each.id for each in channels.values()), *(each.id for each in services.values())}
+            current = {*(offer.id for offer in channels.values()), *(offer.id for offer in services.values())}
             self._ids = {key: number for key, number in self._ids.items() if number in current}
         self._pending_queries = self._new_queries(channels, nodes)
-        problems = {**self._problems, **self._conflicting_topics()}
+        problems = {**self._problems, **self._definition_problems()}
         self._offers = Offers(channels, services, nodes, problems, has_pending_queries=bool(self._pending_queries))
         self._refreshed_at = self._clock()
 
     def _visible(self, table: Table) -> Table:
         return {name: nodes for name, nodes in table.items() if self._may_see(name)}
 
-    def _channel(self, topic: str, kind: str, nodes: Nodes) -> Channel | None:
+    def _channel(self, topic: str, type_name: str, nodes: Nodes) -> Channel | None:
         if topic not in nodes.publishers and topic not in nodes.subscribers:
             return None
         definitions = self._topic_definitions.get(topic)
         definition = next(iter(definitions.values())) if definitions else None
         if definition is None:
             try:
-                cls = load_message(kind)
+                cls = load_message(type_name)
             except MessageError:
                 return None
-            definition = _Definition(kind, cls._md5sum, cls._full_text)
+            definition = _Definition(type_name, cls._md5sum, cls._full_text)
         return Channel(
-            self._id("topic", topic, *definition), topic, definition.type, definition.text, definition.md5sum
+            self._id_for("topic", topic, *definition), topic, definition.type, definition.text, definition.md5sum
         )
 
     def _service(self, name: str) -> Service | None:
         known = self._service_types.get(name)
         if known is None:
             return None
-        kind = known[1]
+        type_name = known[1]
         try:
-            cls = load_service(kind)
+            cls = load_service(type_name)
         except MessageError:
-            self._problems[name] = f"{name}: the definition of its type {kind} is not installed here"
+            self._problems[name] = f"{name}: the definition of its type {type_name} is not installed here"
             return None
         return Service(
-            self._id("service", name, kind), name, kind, cls._request_class._full_text, cls._response_class._full_text
+            self._id_for("service", name, type_name),
+            name,
+            type_name,
+            cls._request_class._full_text,
+            cls._response_class._full_text,
         )
 
-    def _id(self, *key: Hashable) -> int:
+    def _id_for(self, *key: Hashable) -> int:
         if key not in self._ids:
-            self._ids[key] = next(self._numbers)
+            self._ids[key] = next(self._next_ids)
         return self._ids[key]
 
     def _new_queries(self, channels: Mapping[str, Channel], nodes: Nodes) -> dict[str, Callable[[], _TopicReply | str]]:
@@ -257,22 +264,22 @@ class Catalogue:
         uri = self._graph.service_uri(name)
         if uri is None:
             raise MessageError("no node provides this service")
-        kind = probe_service(name, uri, self._graph.master.caller_id, _NODE_TIMEOUT).get("type")
-        if not kind:
+        type_name = probe_service(name, uri, self._graph.master.caller_id, _NODE_TIMEOUT).get("type")
+        if not type_name:
             raise MessageError("its provider does not report its type")
-        return kind
+        return type_name
 
 
-def _checked_definition(kind: str, md5sum: str, text: str) -> _Definition:
+def _checked_definition(type_name: str, md5sum: str, text: str) -> _Definition:
     """Return a publisher's definition after checking it.
 
     Raises:
         MessageError: viewers cannot use the definition.
     """
     try:
-        cls = load_message(kind)
+        cls = load_message(type_name)
         if md5sum == cls._md5sum:
-            return _Definition(kind, md5sum, cls._full_text)
+            return _Definition(type_name, md5sum, cls._full_text)
     except Error:
         pass  # the type is not installed here
-    return _Definition(kind, md5sum, DefinitionCache().get(kind, md5sum, text)._full_text)
+    return _Definition(type_name, md5sum, DefinitionCache().get(type_name, md5sum, text)._full_text)

@@ -1,4 +1,4 @@
-"""Drives a `Machine` over a WebSocket: it reads requests, and runs tasks that send messages, send the time
+"""Drives a `Machine` over a WebSocket: this module reads requests, and runs tasks that send messages, send the time
 and look for new topics and services.
 """
 
@@ -37,9 +37,10 @@ _BATCH_BYTES = 64 << 10
 _MAX_JOBS = 100
 """Maximum number of a viewer's pending service calls and file requests."""
 _MAX_CONCURRENT_JOBS = 4
-"""Maximum number of these that are processed concurrently."""
+"""Maximum number of these calls and requests that are processed concurrently."""
 _MAX_UNSENT_BYTES = 1 << 20
-"""Bytes that the system buffers for a slow connection: they become stale, as newer messages cannot overtake them."""
+"""Maximum number of bytes that the operating system buffers for a slow connection. Buffered messages become stale, as
+newer ones cannot overtake them."""
 _MAX_MISMATCHED = 1_000
 REPORT_PERIOD = 2.0
 """Seconds after which a publisher whose definition differs from its channel's is reported again."""
@@ -62,9 +63,9 @@ class Viewer:
         self._connection = connection
         self._shared = shared
         self._robot = shared.robot
-        self._pushes = pushes
-        self._calls = calls
-        self._services = services
+        self._short_task_threads = pushes
+        self._long_task_threads = calls
+        self._service_threads = services
         self._exchanges = ServiceExchanges()
         self._loop = asyncio.get_running_loop()
         self._machine = Machine(self._robot.access.read_only)
@@ -79,9 +80,9 @@ class Viewer:
         self._subscribing = Pending(lambda: self._call_soon(self._may_resume.set))
         self._messages_available = asyncio.Event()
         self._wake_scheduled = False
-        self._changed = asyncio.Event()
+        self._offers_may_have_changed = asyncio.Event()
         self._mismatched_publishers: dict[tuple[int, str, str], float] = {}  # -> when they were last reported
-        self._announced_simulated = False
+        self._announced_simulated_time = False
 
     async def run(self) -> None:
         """Serve the viewer until it disconnects."""
@@ -114,16 +115,16 @@ class Viewer:
                     socket.IPPROTO_TCP, option, _MAX_UNSENT_BYTES
                 )
 
-    def _simulated(self) -> bool:
+    def _uses_simulated_time(self) -> bool:
         try:
             return self._robot.node.simulated_time
         except Error:
             return False
 
     async def _send_hello(self) -> None:
-        self._announced_simulated = self._simulated()
+        self._announced_simulated_time = self._uses_simulated_time()
         name = f"pyros1 {__version__}, {self._robot.master_uri}"
-        await self._send(self._machine.hello(name, self._shared.session, self._announced_simulated))
+        await self._send(self._machine.hello(name, self._shared.session, self._announced_simulated_time))
 
     def _clean_up(self) -> None:
         for unsubscribe in list(self._unsubscribers.values()):
@@ -150,7 +151,7 @@ class Viewer:
                     ]
                     if len(outgoing) > 1 and self._connection.state is State.OPEN:
                         # Small messages are sent together: sending each one would cost ten times as much.
-                        self._connection.transport.write(b"".join(map(frames.binary, outgoing[:-1])))
+                        self._connection.transport.write(b"".join(map(frames.websocket_frame, outgoing[:-1])))
                     for last in outgoing[-1:]:
                         await self._connection.send(last)  # waits while the viewer is slow
                     await asyncio.sleep(0)  # lets other tasks run
@@ -160,30 +161,30 @@ class Viewer:
         last_time = -1
         with contextlib.suppress(ConnectionClosed):
             while True:
-                if self._announced_simulated:
+                if self._announced_simulated_time:
                     now = self._robot.node.now()
                     nanoseconds = now.secs * 1_000_000_000 + now.nsecs
                     if nanoseconds != last_time:
                         last_time = nanoseconds
                         await self._connection.send(frames.time(nanoseconds))
-                await asyncio.sleep(_TIME_PERIOD if self._announced_simulated else _POLL_PERIOD)
+                await asyncio.sleep(_TIME_PERIOD if self._announced_simulated_time else _POLL_PERIOD)
 
     async def _push_offers(self) -> None:
         """Keep the viewer informed about topics and services."""
         with contextlib.suppress(ConnectionClosed):
             while True:
-                self._changed.clear()
+                self._offers_may_have_changed.clear()
                 try:
                     if await self._push_offers_once():
                         continue
                 except Error as error:
                     await self._send(self._machine.problems({"master": str(error)}))
-                await wait_for_event(self._changed, _POLL_PERIOD)
+                await wait_for_event(self._offers_may_have_changed, _POLL_PERIOD)
 
     async def _push_offers_once(self) -> bool:
-        """Return whether to check again immediately."""
+        """Send the viewer what has changed; return whether to check again immediately."""
         _ = self._robot.node
-        if self._simulated() != self._announced_simulated:
+        if self._uses_simulated_time() != self._announced_simulated_time:
             await self._send_hello()  # the master was started after the viewer
         catalogue = self._shared.catalogue
         offers = await self._run_long(catalogue.current_offers, _POLL_PERIOD * 0.8)
@@ -227,12 +228,12 @@ class Viewer:
                 if len(self._jobs) >= _MAX_JOBS:
                     return [frames.service_failure(action.service.id, action.call, "too many calls at once")]
                 self._start_job(
-                    self._run_job(self._services, partial(viewer_actions.call_service, self._exchanges), action)
+                    self._run_job(self._service_threads, partial(viewer_actions.call_service, self._exchanges), action)
                 )
             case requests.FetchAsset():
                 if len(self._jobs) >= _MAX_JOBS:
                     return [frames.asset_failure(action.id, "too many files at once")]
-                self._start_job(self._run_job(self._calls, viewer_actions.fetch, action))
+                self._start_job(self._run_job(self._long_task_threads, viewer_actions.fetch, action))
             case requests.GetParameters():
                 return list(await self._run_long(viewer_actions.get_parameters, self._shared, action))
             case requests.SetParameters():
@@ -242,17 +243,17 @@ class Viewer:
         return []
 
     async def _listen(self, subscription: int, channel: Channel) -> None:
-        known: dict[str, str] | None = None  # the last accepted header; each connection has its own
+        accepted_header: dict[str, str] | None = None  # the last accepted header; each connection has its own
         latched_by: str | None = None
 
         def on_arrival(arrival: Arrival) -> None:
-            nonlocal known, latched_by
+            nonlocal accepted_header, latched_by
             header = arrival.raw._connection_header or {}
-            if header is not known:
+            if header is not accepted_header:
                 if not channel.carries(header):
                     self._report_mismatch(channel, header, arrival.at)
                     return
-                known = header
+                accepted_header = header
                 latched_by = header.get("callerid", "") if header.get("latching") == "1" else None
             self._outbox.put(
                 QueuedMessage(ticket, frames.nanoseconds(arrival.time), arrival.raw._buff, latched_by, arrival.at)
@@ -277,7 +278,7 @@ class Viewer:
         self._unsubscribers[subscription] = unsubscribe
 
     def _report_mismatch(self, channel: Channel, header: dict[str, str], now: float) -> None:
-        """Process a publisher's header that does not match; called for each of its messages."""
+        """Process a publisher's header that does not match the channel; called for each message of this publisher."""
         mismatch = (channel.id, header.get("callerid", ""), header.get("md5sum", ""))
         last_time = self._mismatched_publishers.get(mismatch, now - REPORT_PERIOD)
         if now >= last_time + REPORT_PERIOD and (
@@ -285,7 +286,7 @@ class Viewer:
         ):
             self._mismatched_publishers[mismatch] = now
             self._shared.catalogue.add_header(channel, header)
-            self._call_soon(self._changed.set)
+            self._call_soon(self._offers_may_have_changed.set)
 
     def _start_job(self, job: Coroutine[Any, Any, None]) -> None:
         task = asyncio.create_task(job)
@@ -299,10 +300,10 @@ class Viewer:
                 await self._connection.send(frame)
 
     async def _run_short(self, function: Callable[..., Any], *args: Any) -> Any:
-        return await self._loop.run_in_executor(self._pushes, function, *args)
+        return await self._loop.run_in_executor(self._short_task_threads, function, *args)
 
     async def _run_long(self, function: Callable[..., Any], *args: Any) -> Any:
-        return await self._loop.run_in_executor(self._calls, function, *args)
+        return await self._loop.run_in_executor(self._long_task_threads, function, *args)
 
     def _wake(self) -> None:
         if not self._wake_scheduled:

@@ -115,7 +115,7 @@ def message(subscription: int, time: int, payload: bytes) -> bytes:
     return _MESSAGE_HEADER.pack(1, subscription, time) + payload
 
 
-def binary(frame: bytes) -> bytes:
+def websocket_frame(frame: bytes) -> bytes:
     """Return a WebSocket frame with a binary payload (RFC 6455, 5.2), as servers send it: unfragmented and unmasked."""
     length = len(frame)
     if length < 126:

@@ -20,7 +20,7 @@ MAX_WATCHED = 10_000
 _MAX_PROBLEMS = 100
 _MAX_PER_FRAME = 200
 """Maximum number of channels or services per frame, since their definitions are long."""
-_READ_ONLY = "this server is read-only (--read-only)"
+_READ_ONLY_MESSAGE = "this server is read-only (--read-only)"
 
 
 @dataclass(frozen=True)
@@ -100,9 +100,9 @@ class Machine:
         self._services: dict[int, Service] = {}
         self._subscriptions: dict[int, int] = {}  # the viewer's id of the subscription -> channel
         self._client_channels: dict[int, ClientChannel] = {}
-        self._watched: dict[str, Any] = {}  # parameter -> value as last sent
-        self._graph: Nodes | None = None  # the graph as last sent; None if it is not watched
-        self._problems: dict[str, str] = {}
+        self._watched_values: dict[str, Any] = {}  # parameter -> value as last sent
+        self._sent_graph: Nodes | None = None  # the graph as last sent; None if it is not watched
+        self._sent_problems: dict[str, str] = {}
 
     # Connecting -------------------------------------------------------------------------------------------------------
 
@@ -124,61 +124,63 @@ class Machine:
     # Events -----------------------------------------------------------------------------------------------------------
 
     def offer(self, offers: Offers) -> Result:
-        """Process the current offers."""
+        """Process the current offers; return the actions to perform and the frames to send."""
         self._offers = offers
         actions: list[Action] = []
-        found: list[Frame] = []
-        channels = {each.id: each for each in offers.channels.values()}
-        stale = [number for number in self._channels if number not in channels]
-        for subscription in [each for each, number in self._subscriptions.items() if number not in channels]:
+        response: list[Frame] = []
+        channels = {item.id: item for item in offers.channels.values()}
+        stale = [channel_id for channel_id in self._channels if channel_id not in channels]
+        for subscription in [item for item, channel_id in self._subscriptions.items() if channel_id not in channels]:
             del self._subscriptions[subscription]
             actions.append(StopListening(subscription))
         if stale:
-            found.append(frames.unadvertise(stale))
-        new = [each for number, each in channels.items() if number not in self._channels]
-        found += [frames.advertise(batch) for batch in _batches(new)]
+            response.append(frames.unadvertise(stale))
+        new_channels = [item for channel_id, item in channels.items() if channel_id not in self._channels]
+        response += [frames.advertise(batch) for batch in _batches(new_channels)]
         self._channels = channels
         if not self._read_only:
-            found += self._offer_services({each.id: each for each in offers.services.values()})
-        if self._graph is not None:
-            found += self._graph_update()
-        return actions, [*found, *self.problems(offers.problems)]
+            response += self._offer_services({item.id: item for item in offers.services.values()})
+        if self._sent_graph is not None:
+            response += self._graph_update()
+        return actions, [*response, *self.problems(offers.problems)]
 
     def _offer_services(self, services: dict[int, Service]) -> list[Frame]:
-        stale = [number for number in self._services if number not in services]
-        new = [each for number, each in services.items() if number not in self._services]
+        stale = [service_id for service_id in self._services if service_id not in services]
+        new_services = [service for service_id, service in services.items() if service_id not in self._services]
         self._services = services
         unadvertised = [frames.unadvertise_services(stale)] if stale else []
-        return [*unadvertised, *(frames.advertise_services(batch) for batch in _batches(new))]
+        return [*unadvertised, *(frames.advertise_services(batch) for batch in _batches(new_services))]
 
     def _graph_update(self) -> list[Frame]:
-        frame = frames.graph_update(self._graph or NO_NODES, self._offers.nodes)
-        self._graph = self._offers.nodes
+        frame = frames.graph_update(self._sent_graph or NO_NODES, self._offers.nodes)
+        self._sent_graph = self._offers.nodes
         return [] if frame is None else [frame]
 
     def problems(self, problems: Mapping[str, str]) -> list[Frame]:
         """Process the current problems, given by id; return frames for the new and the resolved ones."""
-        now = dict(islice(problems.items(), _MAX_PROBLEMS))
-        resolved = [name for name in self._problems if name not in now]
-        found = [
-            frames.status(Level.WARNING, text, name) for name, text in now.items() if self._problems.get(name) != text
+        current = dict(islice(problems.items(), _MAX_PROBLEMS))
+        resolved = [name for name in self._sent_problems if name not in current]
+        updates = [
+            frames.status(Level.WARNING, text, name)
+            for name, text in current.items()
+            if self._sent_problems.get(name) != text
         ]
-        self._problems = now
-        return [frames.remove_status(resolved), *found] if resolved else found
+        self._sent_problems = current
+        return [frames.remove_status(resolved), *updates] if resolved else updates
 
     @property
     def watches_parameters(self) -> bool:
         """Whether the viewer watches parameters."""
-        return bool(self._watched)
+        return bool(self._watched_values)
 
     def parameters(self, values: ParameterValues) -> list[Frame]:
         """Process the current parameters; return frames with those that have changed."""
         changed: dict[str, Any] = {}
-        for name, old in self._watched.items():
+        for name, old in self._watched_values.items():
             new = values.get(name)
             if not _is_same(new, old):
                 changed[name] = new
-        self._watched.update(changed)
+        self._watched_values.update(changed)
         if not changed:
             return []
         return [frames.parameter_values([parameters.entry(*each) for each in changed.items()])]
@@ -193,19 +195,19 @@ class Machine:
         Returns:
             Frames with the current values of parameters that were not watched yet.
         """
-        unwatched = [name for name in (tuple(names) or values.flat) if name not in self._watched]
-        capacity = MAX_WATCHED - len(self._watched)
+        unwatched = [name for name in (tuple(names) or values.flat) if name not in self._watched_values]
+        capacity = MAX_WATCHED - len(self._watched_values)
         new = {name: values.get(name) for name in unwatched[:capacity]}
-        self._watched.update(new)
-        found: list[Frame] = []
+        self._watched_values.update(new)
+        response: list[Frame] = []
         if new:
-            found.append(frames.parameter_values([parameters.entry(*each) for each in new.items()]))
+            response.append(frames.parameter_values([parameters.entry(*each) for each in new.items()]))
         if len(unwatched) > capacity:
-            found.append(frames.status(Level.WARNING, f"at most {MAX_WATCHED} parameters can be watched"))
-        return found
+            response.append(frames.status(Level.WARNING, f"at most {MAX_WATCHED} parameters can be watched"))
+        return response
 
     def refuse(self, subscription: int) -> None:
-        """Remove a subscription that failed."""
+        """Remove a subscription that could not be established."""
         self._subscriptions.pop(subscription, None)
 
     # Requests of the viewer -------------------------------------------------------------------------------------------
@@ -229,7 +231,9 @@ class Machine:
             case requests.ClientMessage(number, payload):
                 channel = self._client_channels.get(number)
                 if channel is None:
-                    raise FrameError(_READ_ONLY if self._read_only else f"you have not advertised a channel {number}")
+                    raise FrameError(
+                        _READ_ONLY_MESSAGE if self._read_only else f"you have not advertised a channel {number}"
+                    )
                 return [Publish(channel, payload)], []
             case requests.CallService():
                 return self._call(request)
@@ -241,16 +245,16 @@ class Machine:
             case requests.SetParameters() if self._read_only:
                 names = tuple(each.name for each in request.parameters)
                 reread: list[Action] = [requests.GetParameters(names, request.id)] if names else []
-                return reread, [frames.status(Level.ERROR, _READ_ONLY)]
+                return reread, [frames.status(Level.ERROR, _READ_ONLY_MESSAGE)]
             case requests.UnwatchParameters(watched):
-                for name in watched or tuple(self._watched):
-                    self._watched.pop(name, None)
+                for name in watched or tuple(self._watched_values):
+                    self._watched_values.pop(name, None)
                 return [], []
             case requests.WatchGraph():
-                self._graph = self._graph or NO_NODES
+                self._sent_graph = self._sent_graph or NO_NODES
                 return [], self._graph_update()
             case requests.UnwatchGraph():
-                self._graph = None
+                self._sent_graph = None
                 return [], []
         return [request], []
 
@@ -258,25 +262,25 @@ class Machine:
         actions: list[Action] = []
         problems: list[str] = []
         subscribed = {*self._subscriptions.values()}
-        for subscription, number in pairs:
-            channel = self._channels.get(number)
+        for subscription, channel_id in pairs:
+            channel = self._channels.get(channel_id)
             if subscription in self._subscriptions:
                 problems.append(f"you already have a subscription {subscription}")
             elif channel is None:
-                problems.append(f"there is no channel {number}")
-            elif number in subscribed:
+                problems.append(f"there is no channel {channel_id}")
+            elif channel_id in subscribed:
                 problems.append(f"you already have a subscription to {channel.topic}")
             elif len(self._subscriptions) >= MAX_SUBSCRIPTIONS:
                 problems.append(f"a viewer can have at most {MAX_SUBSCRIPTIONS} subscriptions")
             else:
-                self._subscriptions[subscription] = number
-                subscribed.add(number)
+                self._subscriptions[subscription] = channel_id
+                subscribed.add(channel_id)
                 actions.append(Listen(subscription, channel))
         return actions, _warnings(problems)
 
     def _advertise(self, channels: Iterable[ClientChannel]) -> Result:
         if self._read_only:
-            raise FrameError(_READ_ONLY)
+            raise FrameError(_READ_ONLY_MESSAGE)
         actions: list[Action] = []
         problems: list[str] = []
         for channel in channels:
@@ -303,7 +307,7 @@ class Machine:
         service = self._services.get(request.service)
         reason = ""
         if self._read_only:
-            reason = _READ_ONLY
+            reason = _READ_ONLY_MESSAGE
         elif service is None:
             reason = f"there is no service {request.service}"
         else:

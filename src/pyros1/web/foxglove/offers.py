@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 Table = Mapping[str, list[str]]
-"""Names of topics or services, with the names of their nodes."""
+"""Name of a topic or service -> the names of its nodes."""
 ANY = "*"
+"""Stands for a checksum that is not known; it matches every other one."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ class Offers:
     Attributes:
         channels: by topic.
         services: by name.
-        nodes: the graph.
+        nodes: the nodes of each topic and service.
         problems: descriptions of the problems of topics and services, by id.
         has_pending_queries: whether definitions are still to be requested from nodes.
     """

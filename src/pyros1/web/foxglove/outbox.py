@@ -23,7 +23,7 @@ class QueuedMessage(NamedTuple):
         time: time of reception in nanoseconds.
         payload: the serialized message.
         latched_by: name of the publisher of a latched message, which may never be sent again; the newest one is kept.
-        at: time of reception in seconds of a monotonic clock.
+        at: time of reception in seconds, by a monotonic clock.
     """
 
     ticket: int
@@ -154,10 +154,10 @@ class Outbox:
                     self._ready.rotate(-1)
                 else:
                     self._ready.popleft()
-        messages.sort(key=_at)
+        messages.sort(key=_arrival_time)
         return messages
 
-    def _make_room(self, newest: int) -> bool:
+    def _make_room(self, newest_ticket: int) -> bool:
         """Drop a message of the largest subscription; return whether one could be dropped."""
         largest_first = sorted(self._ready, key=lambda each: self._queues[each].size, reverse=True)
         for ticket in largest_first:
@@ -168,7 +168,7 @@ class Outbox:
                 return True
         for ticket in largest_first:  # only messages that should be kept are left, but they are still too large
             queue = self._queues[ticket]
-            if ticket != newest or len(queue) > 1:
+            if ticket != newest_ticket or len(queue) > 1:
                 self._size -= queue.take().size
                 if not queue:
                     self._ready.remove(ticket)
@@ -176,4 +176,4 @@ class Outbox:
         return False
 
 
-_at = attrgetter("at")
+_arrival_time = attrgetter("at")

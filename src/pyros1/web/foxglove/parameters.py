@@ -32,7 +32,7 @@ class ParameterValues:
         while pending and len(self.flat) < MAX_VALUES:
             name, value = pending.pop()
             if isinstance(value, Mapping) and (value or not name):
-                pending += [(f"{name}/{key}", inner) for key, inner in value.items()]
+                pending += [(f"{name}/{key}", child) for key, child in value.items()]
             elif may_see(name):
                 self._add(name, value)
         self.flat = dict(sorted(self.flat.items()))
@@ -51,12 +51,12 @@ class ParameterValues:
         """Return a parameter's value, the tree of a namespace, or None if there is neither."""
         if name in self.flat:
             return self.flat[name]
-        found: Any = self._tree
+        subtree: Any = self._tree
         for part in filter(None, name.split("/")):
-            if not isinstance(found, dict) or part not in found:
+            if not isinstance(subtree, dict) or part not in subtree:
                 return None
-            found = found[part]
-        return found
+            subtree = subtree[part]
+        return subtree
 
 
 def entry(name: str, value: Any) -> dict[str, Any]:
@@ -69,12 +69,12 @@ def entry(name: str, value: Any) -> dict[str, Any]:
         return {"name": name}
     if isinstance(value, (bytes, bytearray)):
         return {"name": name, "value": base64.b64encode(value).decode("ascii"), "type": "byte_array"}
-    found = {"name": name, "value": _plain(value)}
+    fields = {"name": name, "value": _to_json_types(value)}
     if _is_float(value):
-        found["type"] = "float64"  # otherwise 3.0 could not be distinguished from 3
+        fields["type"] = "float64"  # otherwise 3.0 could not be distinguished from 3
     elif isinstance(value, (list, tuple)) and value and all(map(_is_float, value)):
-        found["type"] = "float64_array"
-    return found
+        fields["type"] = "float64_array"
+    return fields
 
 
 def entries(values: ParameterValues, names: Iterable[str]) -> list[dict[str, Any]]:
@@ -122,12 +122,12 @@ def _is_float(value: Any) -> bool:
     return isinstance(value, float) and math.isfinite(value)
 
 
-def _plain(value: Any) -> Any:
+def _to_json_types(value: Any) -> Any:
     """Return a value as JSON types."""
     if isinstance(value, dict):
-        return {str(key): _plain(inner) for key, inner in value.items()}
+        return {str(key): _to_json_types(child) for key, child in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(inner) for inner in value]
+        return [_to_json_types(child) for child in value]
     if isinstance(value, (bytes, bytearray)):
         return base64.b64encode(value).decode("ascii")
     if isinstance(value, float):

@@ -1,4 +1,4 @@
-"""Messages in the encodings that viewers may use. Pure except for the definitions."""
+"""Messages in the encodings that viewers may use. Pure, except that definitions are looked up."""
 
 from __future__ import annotations
 
@@ -51,16 +51,16 @@ def decode(cls: type[Message], encoding: str, payload: bytes, now: Time) -> Mess
         now: the time that ``now`` in JSON stands for.
 
     Raises:
-        MessageError: the payload is not such a message.
+        MessageError: the payload is not a message of this class in this encoding.
     """
     if encoding == "ros1":
         try:
-            found: Message = cls._decode(payload, 0, len(payload), True)
+            message: Message = cls._decode(payload, 0, len(payload), True)
         except LengthError as error:
             if error.surplus < 0:
                 raise
-            found = cls._decode(payload, 0, len(payload))  # trailing bytes are ignored, as in stock ROS
-        return found
+            message = cls._decode(payload, 0, len(payload))  # trailing bytes are ignored, as in stock ROS
+        return message
     try:
         value = loads(payload)
     except ValueError:
@@ -68,10 +68,10 @@ def decode(cls: type[Message], encoding: str, payload: bytes, now: Time) -> Mess
     try:
         return from_json(cls, value, now)
     except MessageError:
-        changed = _with_ros_times(value)
-        if changed == value:
+        converted = _with_ros_times(value)
+        if converted == value:
             raise
-        return from_json(cls, changed, now)
+        return from_json(cls, converted, now)
 
 
 def encode(message: Message, encoding: str) -> bytes:

@@ -1,4 +1,4 @@
-"""The requests of a viewer, parsed. Pure."""
+"""Parses the requests of viewers (pure)."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _MAX_QUOTED_LENGTH = 100
 
 
 class FrameError(Error):
-    """A viewer has violated the protocol. The error message is sent to it as a status."""
+    """A viewer has violated the protocol. The error message is sent to the viewer as a status."""
 
 
 @dataclass(frozen=True)

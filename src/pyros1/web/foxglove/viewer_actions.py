@@ -32,7 +32,7 @@ class Publishers:
         """Start publishing.
 
         Raises:
-            Error: the topic's name or type is wrong, or the server publishes it with another type.
+            Error: the topic's name or type is wrong, or the server already publishes the topic with another type.
         """
         node = self._robot.node
         name = self._robot.full_name(channel.topic)
@@ -45,7 +45,7 @@ class Publishers:
         """Publish a message.
 
         Raises:
-            Error: the payload is not such a message, or the channel cannot be advertised.
+            Error: the payload is not a message of the channel's type, or the channel cannot be advertised.
         """
         if channel.id not in self._publishers:
             self.advertise(channel)  # this failed before, but may work now
@@ -71,7 +71,7 @@ class Publishers:
 
 
 def call_service(exchanges: ServiceExchanges, shared: ViewerContext, call: machine.Call) -> Frame:
-    """Call a service; return the frame with its response."""
+    """Call a service; return the frame with its response, or with the reason why it failed."""
     service_id = call.service.id
     try:
         node = shared.robot.node
@@ -84,7 +84,7 @@ def call_service(exchanges: ServiceExchanges, shared: ViewerContext, call: machi
 
 
 def fetch(shared: ViewerContext, request: requests.FetchAsset) -> Frame:
-    """Return the frame with a file."""
+    """Read a file; return the frame with the file, or with the reason why it cannot be sent."""
     try:
         return frames.asset(request.id, shared.files.read(request.uri))
     except Error as error:
@@ -106,16 +106,16 @@ def set_parameters(shared: ViewerContext, request: requests.SetParameters) -> li
     Raises:
         MasterUnreachableError: the master does not respond.
     """
-    found: list[Frame] = []
+    response: list[Frame] = []
     for parameter in request.parameters:
         try:
             _set_parameter(shared, parameter)
         except Error as error:
-            found.append(frames.status(Level.ERROR, f"{parameter.name[:200]} cannot be set: {error}"))
+            response.append(frames.status(Level.ERROR, f"{parameter.name[:200]} cannot be set: {error}"))
     if request.id is not None and request.parameters:
         names = tuple(each.name for each in request.parameters)
-        found += get_parameters(shared, requests.GetParameters(names, request.id))
-    return found
+        response += get_parameters(shared, requests.GetParameters(names, request.id))
+    return response
 
 
 def _set_parameter(shared: ViewerContext, parameter: requests.SetParameter) -> None:

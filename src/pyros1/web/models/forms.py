@@ -14,13 +14,13 @@ from pyros1.values.writing import dump
 
 _MAX_DEPTH = 12
 _MAX_SAFE_INTEGER = 1 << 53
-_INTEGERS = frozenset(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)) | {"byte", "char"}
-_COUNTED_FIELDS = frozenset({"id", "seq"})
+_INTEGER_TYPES = frozenset(f"{sign}int{bits}" for sign in ("", "u") for bits in (8, 16, 32, 64)) | {"byte", "char"}
+_COUNTER_FIELDS = frozenset({"id", "seq"})
 """Fields that are counters, to which no constants belong."""
 
 
 def form(cls: type[Message]) -> dict[str, Any]:
-    """Return the data for a form of a message.
+    """Return the data for a form in which a message is edited.
 
     Returns:
         - type: the type's name
@@ -35,22 +35,22 @@ def _default_value(cls: type[Message]) -> dict[str, Any]:
     value: dict[str, Any] = to_json(cls())
     if cls._type == "geometry_msgs/Quaternion":
         value["w"] = 1.0  # all zeros is not an orientation, and programs reject it
-    for name, kind in zip(cls.__slots__, cls._slot_types, strict=True):
-        if (nested := cls._classes.get(kind)) is not None:
+    for name, field_type in zip(cls.__slots__, cls._slot_types, strict=True):
+        if (nested := cls._classes.get(field_type)) is not None:
             value[name] = _default_value(nested)
     return value
 
 
 def numeric_paths(cls: type[Message], path: str, depth: int = 0) -> Iterator[str]:
     """Yield the paths of the numeric fields of a message; for arrays, those of the first element."""
-    for name, kind in zip(cls.__slots__, cls._slot_types, strict=True):
-        base, bracket, _ = kind.partition("[")
-        inner = f"{path}/{name}[0]" if bracket else f"{path}/{name}"
+    for name, field_type in zip(cls.__slots__, cls._slot_types, strict=True):
+        base, bracket, _ = field_type.partition("[")
+        field_path = f"{path}/{name}[0]" if bracket else f"{path}/{name}"
         if "/" not in base:
             if base != "string":
-                yield inner
+                yield field_path
         elif depth < _MAX_DEPTH:
-            yield from numeric_paths(cls._classes[base], inner, depth + 1)
+            yield from numeric_paths(cls._classes[base], field_path, depth + 1)
 
 
 def to_yaml(value: Mapping[str, Any]) -> str:
@@ -61,8 +61,8 @@ def to_yaml(value: Mapping[str, Any]) -> str:
     """
 
     def is_short(part: Any) -> bool:
-        inner = part.values() if isinstance(part, Mapping) else part
-        return not any(isinstance(each, (list, dict)) for each in inner) and (
+        children = part.values() if isinstance(part, Mapping) else part
+        return not any(isinstance(each, (list, dict)) for each in children) and (
             isinstance(part, list) or part.keys() == {"secs", "nsecs"}
         )
 
@@ -73,7 +73,7 @@ def from_yaml(cls: type[Message], value: Any) -> Any:
     """Return a message as JSON in which every field has a value, from the partial message in a YAML text.
 
     Raises:
-        MessageError: a field does not exist, or this is not a message.
+        MessageError: a field does not exist, or the value is not a message.
     """
     if value is None:
         value = {}
@@ -98,9 +98,9 @@ def _to_json(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return "NaN" if math.isnan(value) else f"{'-' * (value < 0)}Infinity"
     if isinstance(value, dict):
-        return {str(key): _to_json(inner) for key, inner in value.items()}
+        return {str(key): _to_json(child) for key, child in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_to_json(inner) for inner in value]
+        return [_to_json(child) for child in value]
     if isinstance(value, (bytes, bytearray)):
         return list(value)
     return value if isinstance(value, (str, int, float, bool)) or value is None else str(value)
@@ -109,9 +109,9 @@ def _to_json(value: Any) -> Any:
 def to_page_json(value: Any) -> Any:
     """Return a value for a page, with integers that JavaScript would round and non-finite floats as strings."""
     if isinstance(value, dict):
-        return {name: to_page_json(inner) for name, inner in value.items()}
+        return {name: to_page_json(child) for name, child in value.items()}
     if isinstance(value, list):
-        return [to_page_json(inner) for inner in value]
+        return [to_page_json(child) for child in value]
     if isinstance(value, float):
         return _to_json(value)
     return str(value) if isinstance(value, int) and not -_MAX_SAFE_INTEGER < value < _MAX_SAFE_INTEGER else value
@@ -120,32 +120,33 @@ def to_page_json(value: Any) -> Any:
 def choices(cls: type[Message]) -> dict[str, list[list[Any]]]:
     """Return the constants that are possible values of a message's fields, by field, as name and value.
 
-    A definition does not specify this. Constants that begin with a field's name belong to it; others to the fields of
-    their type or, if there are none and they are integers, to the integer fields: one run of values to each, or all.
+    A definition does not specify to which fields its constants belong. Constants that begin with a field's name belong
+    to it; others to the fields of their type or, if there are none and they are integers, to the integer fields: one
+    run of values to each, or all.
     """
     try:
         constants = parse_message(cls._type, cls._full_text.split("\n" + "=" * 10, 1)[0]).constants
     except MessageError:
         return {}
-    fields = [pair for pair in zip(cls.__slots__, cls._slot_types, strict=True) if pair[0] not in _COUNTED_FIELDS]
+    fields = [pair for pair in zip(cls.__slots__, cls._slot_types, strict=True) if pair[0] not in _COUNTER_FIELDS]
     found: dict[str, list[list[Any]]] = {}
     unassigned: list[Constant] = []
     for constant in constants:
         owners = [
             name
-            for name, kind in fields
+            for name, field_type in fields
             if constant.name.upper().startswith(f"{name.upper()}_")
-            and (kind == constant.type or {kind, constant.type} <= _INTEGERS)
+            and (field_type == constant.type or {field_type, constant.type} <= _INTEGER_TYPES)
         ]
         if owners:
             found.setdefault(max(owners, key=len), []).append([constant.name, to_page_json(constant.value)])
         else:
             unassigned.append(constant)
-    for kind in dict.fromkeys(constant.type for constant in unassigned):
-        names = [name for name, field_kind in fields if field_kind == kind]
-        if not names and kind in _INTEGERS:
-            names = [name for name, field_kind in fields if field_kind in _INTEGERS]
-        runs = _runs([constant for constant in unassigned if constant.type == kind])
+    for field_type in dict.fromkeys(constant.type for constant in unassigned):
+        names = [name for name, other_type in fields if other_type == field_type]
+        if not names and field_type in _INTEGER_TYPES:
+            names = [name for name, other_type in fields if other_type in _INTEGER_TYPES]
+        runs = _runs([constant for constant in unassigned if constant.type == field_type])
         for number, name in enumerate(names):
             field_runs = [runs[number]] if len(runs) == len(names) else runs
             found.setdefault(name, []).extend(
@@ -170,9 +171,12 @@ def _runs(constants: list[Constant]) -> list[list[Constant]]:
 def _fields(cls: type[Message], depth: int) -> list[list[Any]]:
     field_choices = choices(cls)
     slots = zip(cls.__slots__, cls._slot_types, strict=True)
-    return [[name, kind, _nested_fields(cls, kind, depth), field_choices.get(name)] for name, kind in slots]
+    return [
+        [name, field_type, _nested_fields(cls, field_type, depth), field_choices.get(name)]
+        for name, field_type in slots
+    ]
 
 
-def _nested_fields(cls: type[Message], kind: str, depth: int) -> list[list[Any]] | None:
-    nested = cls._classes.get(kind.partition("[")[0])
+def _nested_fields(cls: type[Message], field_type: str, depth: int) -> list[list[Any]] | None:
+    nested = cls._classes.get(field_type.partition("[")[0])
     return None if nested is None or depth >= _MAX_DEPTH else _fields(nested, depth + 1)

@@ -8,10 +8,11 @@ from typing import Any
 MAX_GOALS = 50
 """Maximum number of goals that are kept; the oldest are dropped."""
 _ACTIVE = frozenset({0, 1, 6, 7})
+"""Statuses of active goals."""
 LOST = 9
-"""Statuses of active goals, and of a goal that its server no longer knows."""
+"""Status of a goal that its server no longer knows."""
 _MAX_MISSED = 2
-"""Number of consecutive status lists without a known goal from which the server is assumed to have restarted."""
+"""Number of consecutive status lists without a known goal after which the server is assumed to have restarted."""
 
 
 @dataclass
@@ -47,7 +48,7 @@ class Goals:
     def add_statuses(self, array: Any) -> None:
         """Process an actionlib_msgs/GoalStatusArray."""
         for status in array.status_list[-MAX_GOALS:]:
-            self._goal_of(status).missed = 0
+            self._update_goal(status).missed = 0
         known = {status.goal_id.id for status in array.status_list}
         for goal in self._goals.values():
             if goal.id not in known and goal.missed is not None:
@@ -57,25 +58,25 @@ class Goals:
 
     def add_feedback(self, message: Any) -> None:
         """Process a message of the feedback topic."""
-        goal = self._goal_of(message.status)
+        goal = self._update_goal(message.status)
         goal.feedback = message.feedback
         goal.feedbacks += 1
 
     def add_result(self, message: Any) -> None:
         """Process a message of the result topic."""
-        self._goal_of(message.status).result = message.result
+        self._update_goal(message.status).result = message.result
 
     def all(self) -> list[Goal]:
         """Return the goals, newest first."""
         return sorted(self._goals.values(), key=lambda goal: goal.stamp, reverse=True)
 
-    def _goal_of(self, status: Any) -> Goal:
-        name = status.goal_id.id
-        goal = self._goals.get(name)
+    def _update_goal(self, status: Any) -> Goal:
+        goal_id = status.goal_id.id
+        goal = self._goals.get(goal_id)
         if goal is None:
             if len(self._goals) >= MAX_GOALS:
                 del self._goals[min(self._goals.values(), key=lambda each: each.stamp).id]
-            goal = self._goals[name] = Goal(name)
+            goal = self._goals[goal_id] = Goal(goal_id)
         goal.stamp, goal.status = status.goal_id.stamp.to_sec(), status.status
         goal.text = status.text[:500]
         return goal

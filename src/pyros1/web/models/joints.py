@@ -17,7 +17,7 @@ _MAX_SOURCES = 20
 
 
 def describe(states: JointStates) -> list[dict[str, Any]]:
-    """Return name, type, lower, upper and zero of up to `MAX_JOINTS` joints; and ``follows`` of mimic joints."""
+    """Return name, type, lower, upper and zero of the first `MAX_JOINTS` joints; of mimic joints, also ``follows``."""
     return [_joint(states, name) for name in states.names[:MAX_JOINTS]]
 
 
@@ -38,7 +38,7 @@ def _joint(states: JointStates, name: str) -> dict[str, Any]:
 
 
 def publisher_options(params: object) -> Options:
-    """Return the options of a node that publishes joints; the defaults if its parameters have another meaning."""
+    """Return the options of a node that publishes joints; the defaults if its parameters are not valid options."""
     values = params if isinstance(params, Mapping) else {}
     try:
         return options(values.get)

@@ -14,7 +14,7 @@ MAX_PROCESSES = 500
 _MAX_TAIL_BYTES = 32_000
 _MAX_LINES = 200
 _SUFFIXES = (".log", "-stdout.log", "-stderr.log")
-_EXITS = {
+_EXIT_CODE_MEANINGS = {
     126: "the program cannot be executed",
     127: "a command was not found",
     255: "a connection was lost, or the program returned this code",
@@ -43,7 +43,7 @@ def describe(report: Report, now: float, earlier: Mapping[tuple[str, int], CpuTi
     return {
         "title": report.title,
         "pid": report.pid,
-        "uptime": _finite(report.uptime),
+        "uptime": _none_if_unknown(report.uptime),
         "expected": report.expected,
         "refusal": report.refusal,
         "count": len(report.processes),
@@ -59,9 +59,9 @@ def _describe(entry: Status, now: float, earlier: Mapping[tuple[str, int], CpuTi
         "state": entry.state,
         "pid": entry.pid if is_running and entry.pid > 0 else None,
         "starts": entry.starts,
-        "uptime": _finite(entry.uptime),
-        "cpu": _percentage(entry, now, earlier.get((entry.label, entry.pid))),
-        "memory": _finite(entry.memory),
+        "uptime": _none_if_unknown(entry.uptime),
+        "cpu": _cpu_percentage(entry, now, earlier.get((entry.label, entry.pid))),
+        "memory": _none_if_unknown(entry.memory),
         "machine": entry.machine,
         "exit": "" if is_running or entry.exit_code is None else describe_exit(entry.exit_code),
         "required": entry.required,
@@ -75,13 +75,13 @@ def cpu_times(report: Report, now: float) -> dict[tuple[str, int], CpuTime]:
     return {(entry.label, entry.pid): (now, entry.cpu) for entry in report.processes if entry.cpu >= 0}
 
 
-def _percentage(entry: Status, now: float, earlier: CpuTime | None) -> float | None:
+def _cpu_percentage(entry: Status, now: float, earlier: CpuTime | None) -> float | None:
     if earlier is None or entry.cpu < 0 or now <= earlier[0]:
         return None
     return max(0.0, round(100 * (entry.cpu - earlier[1]) / (now - earlier[0]), 1))
 
 
-def _finite(value: float) -> float | None:
+def _none_if_unknown(value: float) -> float | None:
     return value if 0 <= value < float("inf") else None
 
 
@@ -98,7 +98,7 @@ def describe_exit(code: int) -> str:
             return f"ended by signal {-code}"
     if code == 0:
         return "exit code 0"
-    reason = _EXITS.get(code)
+    reason = _EXIT_CODE_MEANINGS.get(code)
     return f"exit code {code}: {reason}" if reason else f"exit code {code}"
 
 

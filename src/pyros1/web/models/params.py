@@ -15,8 +15,8 @@ MAX_PARAMETERS = 20_000
 _MAX_TEXT = 300
 """Maximum number of displayed characters of a value; the whole value is requested when it is edited."""
 _MAX_ITEMS = 60
-_SPECIAL = {"nan": ".nan", "inf": ".inf", "-inf": "-.inf"}
-_KINDS = {str: "text", bool: "bool", int: "int", float: "double", list: "list", tuple: "list", dict: "dict"}
+_NON_FINITE_NUMBERS = {"nan": ".nan", "inf": ".inf", "-inf": "-.inf"}
+_KIND_BY_TYPE = {str: "text", bool: "bool", int: "int", float: "double", list: "list", tuple: "list", dict: "dict"}
 
 
 class ValueSummary(NamedTuple):
@@ -33,18 +33,18 @@ def flatten(tree: Any) -> Iterator[tuple[str, Any]]:
     while pending:
         name, value = pending.pop()
         if isinstance(value, dict) and (value or not name):
-            pending.extend((f"{name}/{key!s}", inner) for key, inner in reversed(value.items()))
+            pending.extend((f"{name}/{key!s}", child) for key, child in reversed(value.items()))
         else:
             yield name, value
 
 
 def summarize(value: Any) -> ValueSummary:
     """Return the summary of a value."""
-    kind = _KINDS.get(value.__class__, "null" if value is None else "other")
+    kind = _KIND_BY_TYPE.get(value.__class__, "null" if value is None else "other")
     if isinstance(value, str):
         return ValueSummary(kind, value[:_MAX_TEXT], len(value) > _MAX_TEXT)
     if isinstance(value, float):
-        return ValueSummary(kind, str(value) if math.isfinite(value) else _SPECIAL[str(value)], False)
+        return ValueSummary(kind, str(value) if math.isfinite(value) else _NON_FINITE_NUMBERS[str(value)], False)
     if isinstance(value, (bool, int)):
         return ValueSummary(kind, str(value).lower(), False)
     is_cut = isinstance(value, (list, tuple)) and len(value) > _MAX_ITEMS
@@ -61,7 +61,7 @@ class Changes:
 
     def __init__(self) -> None:
         self._known: dict[str, ValueSummary] | None = None
-        self._raw = ""
+        self._last_repr = ""
 
     def update(self, tree: Any, may_see: Callable[[str], bool]) -> dict[str, Any] | None:
         """Return what has changed since the last update.
@@ -75,9 +75,9 @@ class Changes:
             ``more``: number of parameters that are omitted because there are too many. None if nothing has changed.
         """
         raw = repr(tree)  # unlike ==, this distinguishes 1, 1.0 and true
-        if self._known is not None and raw == self._raw:
+        if self._known is not None and raw == self._last_repr:
             return None
-        self._raw = raw
+        self._last_repr = raw
         visible = [(name, value) for name, value in flatten(tree) if may_see(name)]
         current = {name: summarize(value) for name, value in sorted(visible[:MAX_PARAMETERS], key=lambda pair: pair[0])}
         previous, self._known = self._known, current
@@ -111,7 +111,12 @@ def editable_yaml(value: Any) -> str:
 
 def _block(value: str) -> str:
     """Return a multi-line string as a YAML block; this is not possible for all strings."""
-    end = "-" if not value.endswith("\n") else "+" if value.endswith("\n\n") or not value.strip("\n") else ""
-    lines = value.removesuffix("\n").split("\n") if end != "-" else value.split("\n")
-    indent = "2" if lines[0].startswith((" ", "\t")) or not lines[0] else ""  # YAML detects the indentation otherwise
-    return f"|{indent}{end}\n" + "".join(f"  {line}\n" if line else "\n" for line in lines)
+    chomping_indicator = (
+        "-" if not value.endswith("\n") else "+" if value.endswith("\n\n") or not value.strip("\n") else ""
+    )
+    lines = value.removesuffix("\n").split("\n") if chomping_indicator != "-" else value.split("\n")
+    # Without an indicator, YAML detects the indentation.
+    indentation_indicator = "2" if lines[0].startswith((" ", "\t")) or not lines[0] else ""
+    return f"|{indentation_indicator}{chomping_indicator}\n" + "".join(
+        f"  {line}\n" if line else "\n" for line in lines
+    )

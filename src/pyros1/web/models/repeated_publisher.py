@@ -13,12 +13,12 @@ class RepeatedPublisher:
     """Calls a function at a rate. Calls that would be too late are skipped.
 
     Args:
-        publish: publishes, and returns the number of subscribers; after an `Error`, it is called again.
+        publish: publishes, and returns the number of subscribers; it may raise `Error`, and is called again anyway.
         hz: calls per second, more than 0.
 
     Attributes:
         sent: number of successful calls.
-        subscribers: the result of the last call.
+        subscribers: the result of the last successful call.
         problem: why the last call failed; empty if it did not.
     """
 
@@ -39,13 +39,13 @@ class RepeatedPublisher:
         self._changed.set()
 
     def close(self) -> None:
-        """Stop after the current call."""
+        """Stop after the current call, and wait for it for up to 5 seconds."""
         self._ended.set()
         self._changed.set()
         self._thread.join(5)
 
     def _run(self) -> None:
-        due = monotonic()
+        next_time = monotonic()
         while not self._ended.is_set():
             try:
                 self.subscribers = self.publish()
@@ -53,7 +53,7 @@ class RepeatedPublisher:
                 self.problem = ""
             except Error as error:
                 self.problem = str(error)
-            due = max(due + 1 / self.hz, monotonic())
-            if self._changed.wait(max(0.0, due - monotonic())):
+            next_time = max(next_time + 1 / self.hz, monotonic())
+            if self._changed.wait(max(0.0, next_time - monotonic())):
                 self._changed.clear()
-                due = monotonic()
+                next_time = monotonic()
