@@ -63,15 +63,15 @@ def rosbridge(data: bytes) -> None:
 def _answered(message: Any) -> None:
     """Send a message back, as JSON and as CBOR."""
     sent = values.decode(_IMU, encode(message))
-    json.loads(frames.text(values.for_json(sent)))
-    frames.binary(values.for_cbor(sent))
+    json.loads(frames.to_json(values.for_json(sent)))
+    frames.to_cbor(values.for_cbor(sent))
 
 
 def cbor(data: bytes) -> None:
     """Write what a robot sends for clients."""
     sent = values.decode(_IMU, data)
-    json.loads(frames.text(values.for_json(sent)))
-    frames.binary(values.for_cbor(sent))
+    json.loads(frames.to_json(values.for_json(sent)))
+    frames.to_cbor(values.for_cbor(sent))
 
 
 def foxglove(data: bytes) -> None:

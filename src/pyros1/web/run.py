@@ -15,7 +15,7 @@ _SHUTDOWN_TIMEOUT = 10.0
 """Maximum duration of the shutdown in seconds."""
 
 
-def run_server(robot: Robot, access: Access, host: str, port: int, started: Callable[[int], object]) -> bool:
+def run_server(robot: Robot, access: Access, host: str, port: int, on_started: Callable[[int], object]) -> bool:
     """Run until SIGINT or SIGTERM (in the main thread only), or until the server's node is requested to shut down.
 
     Args:
@@ -23,7 +23,7 @@ def run_server(robot: Robot, access: Access, host: str, port: int, started: Call
         access: the access rules.
         host: name or address of the network interface.
         port: the port; 0 for any free port.
-        started: called with the port as soon as pages can connect.
+        on_started: called with the port as soon as pages can connect.
 
     Returns:
         Whether the node was requested to shut down.
@@ -32,20 +32,20 @@ def run_server(robot: Robot, access: Access, host: str, port: int, started: Call
         OSError: the port is not available.
     """
     try:
-        return asyncio.run(_serve(robot, access, host, port, started))
+        return asyncio.run(_serve(robot, access, host, port, on_started))
     except KeyboardInterrupt:
         return False
     finally:
         robot.close()
 
 
-async def _serve(robot: Robot, access: Access, host: str, port: int, started: Callable[[int], object]) -> bool:
+async def _serve(robot: Robot, access: Access, host: str, port: int, on_started: Callable[[int], object]) -> bool:
     exit_requested = asyncio.Event()
     was_killed = False
     loop = asyncio.get_running_loop()
-    for number in (signal.SIGINT, signal.SIGTERM):
+    for signal_number in (signal.SIGINT, signal.SIGTERM):
         with contextlib.suppress(NotImplementedError, RuntimeError, ValueError):  # Windows; not the main thread
-            loop.add_signal_handler(number, exit_requested.set)
+            loop.add_signal_handler(signal_number, exit_requested.set)
 
     def on_killed() -> None:
         nonlocal was_killed
@@ -56,7 +56,7 @@ async def _serve(robot: Robot, access: Access, host: str, port: int, started: Ca
     robot.when_killed = on_killed
     async with WebServer(robot, access).listen(host, port) as server:
         robot.start()
-        started(next(iter(server.sockets)).getsockname()[1])
+        on_started(next(iter(server.sockets)).getsockname()[1])
         await exit_requested.wait()
         # Before the pages are closed: closing the robot ends everything that they wait for.
         with contextlib.suppress(asyncio.TimeoutError):

@@ -1,4 +1,4 @@
-"""The service calls of a connection, which may take long, and are cancelled when it ends."""
+"""The service calls of a connection; they may take long, and are cancelled when the connection ends."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class ServiceExchanges:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._pending: set[Any] = set()
+        self._active_clients: set[Any] = set()
         self._closed = False
 
     def call(self, node: Node, name: str, service_class: Any, request: Any, timeout: float) -> Any:
@@ -38,17 +38,17 @@ class ServiceExchanges:
             with self._lock:
                 if self._closed:
                     raise RequestError("the caller has disconnected")
-                self._pending.add(client)
+                self._active_clients.add(client)
             try:
                 return client.call(request, timeout)
             finally:
                 with self._lock:
-                    self._pending.discard(client)
+                    self._active_clients.discard(client)
 
     def close(self) -> None:
         """Cancel all calls."""
         with self._lock:
             self._closed = True
-            pending = list(self._pending)
-        for client in pending:
+            clients = list(self._active_clients)
+        for client in clients:
             client.close()

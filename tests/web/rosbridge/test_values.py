@@ -46,7 +46,7 @@ def sent(message: Message) -> Message:
 
 
 def as_json(message: Message) -> Any:
-    return json.loads(frames.text(values.for_json(sent(message))))
+    return json.loads(frames.to_json(values.for_json(sent(message))))
 
 
 def test_json() -> None:
@@ -95,19 +95,19 @@ def test_json() -> None:
 
 def test_json_of_messages_that_were_not_received() -> None:
     message = Imu()
-    assert frames.text(values.for_json(message)) == frames.text(values.for_json(sent(message)))
+    assert frames.to_json(values.for_json(message)) == frames.to_json(values.for_json(sent(message)))
     assert values.for_json(CompressedImage(data=b"abc"))["data"] == "YWJj"
 
 
 def test_cbor() -> None:
     scan = LaserScan(ranges=[0.5, math.inf], range_max=2.0)
-    found = cbor2.loads(frames.binary(values.for_cbor(sent(scan))))
+    found = cbor2.loads(frames.to_cbor(values.for_cbor(sent(scan))))
     assert found["range_max"] == 2.0
     assert (found["ranges"].tag, found["ranges"].value) == (85, b"\x00\x00\x00\x3f\x00\x00\x80\x7f")
-    assert cbor2.loads(frames.binary(values.for_cbor(sent(CompressedImage(data=b"abc")))))["data"] == b"abc"
+    assert cbor2.loads(frames.to_cbor(values.for_cbor(sent(CompressedImage(data=b"abc")))))["data"] == b"abc"
     tags = {
         name: value.tag
-        for name, value in cbor2.loads(frames.binary(values.for_cbor(sent(ALL(i64=[1, 2]))))).items()
+        for name, value in cbor2.loads(frames.to_cbor(values.for_cbor(sent(ALL(i64=[1, 2]))))).items()
         if isinstance(value, cbor2.CBORTag)
     }
     assert tags == {"small": 72, "octets": 72, "u16": 69, "i64": 79, "f32": 85, "f64": 86}

@@ -202,7 +202,7 @@ def test_which_points_of_the_message_they_are_and_their_values() -> None:
         "<f4,<f4,<f4,<f4",
         [PointField("i", 12, 7, 1)],
     )
-    facts, blob = clouds.point_cloud2(message, "i", max_points=3, numbers=True)
+    facts, blob = clouds.point_cloud2(message, "i", max_points=3, with_indices=True)
     assert (facts["count"], facts["every"], facts["numbers"]) == (2, 2, True)
     places, indices, values, levels = blob[:24], blob[24:32], blob[32:40], blob[40:]
     assert np.frombuffer(places, np.float32).tolist() == [9, 9, 9, 4, 5, 6]
@@ -210,9 +210,9 @@ def test_which_points_of_the_message_they_are_and_their_values() -> None:
     assert np.frombuffer(values, np.float32).tolist() == [9.0, 0.125]
     assert levels == bytes([255, 0])
     assert "numbers" not in clouds.point_cloud2(message, "i", max_points=3)[0]
-    _, blob = clouds.point_cloud2(message, "z", numbers=True)
+    _, blob = clouds.point_cloud2(message, "z", with_indices=True)
     assert np.frombuffer(blob[48:], np.uint32).tolist() == [1, 2, 3, 4]  # the heights are in the places
     older = PointCloud(points=[Point32(nan, 2, 3), Point32(4, 5, 6)], channels=[ChannelFloat32("heat", [1.5, 2.5])])
-    _, blob = clouds.point_cloud(older, "heat", numbers=True)
+    _, blob = clouds.point_cloud(older, "heat", with_indices=True)
     assert np.frombuffer(blob[12:16], np.uint32).tolist() == [1]
     assert np.frombuffer(blob[16:20], np.float32).tolist() == [2.5]

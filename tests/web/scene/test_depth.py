@@ -129,7 +129,7 @@ def test_colours_of_other_kinds() -> None:
 
 def test_which_pixels_the_points_are() -> None:
     depth = np.array([[0, 0, 1], [0, 0, 0], [1, 0, 1]], np.float32)
-    facts, blob = depth_cloud(depth, CAMERA, None, 100, numbers=True)
+    facts, blob = depth_cloud(depth, CAMERA, None, 100, with_indices=True)
     assert (facts["numbers"], np.frombuffer(blob[36:], np.uint32).tolist()) == (True, [2, 6, 8])
-    _, blob = depth_cloud(np.ones((4, 4), np.float32), CAMERA, None, 4, numbers=True)
+    _, blob = depth_cloud(np.ones((4, 4), np.float32), CAMERA, None, 4, with_indices=True)
     assert np.frombuffer(blob[48:], np.uint32).tolist() == [0, 2, 8, 10]

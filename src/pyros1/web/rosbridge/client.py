@@ -1,7 +1,7 @@
 """One client: handles its frames and creates the frames for it. No sockets here.
 
-`handle` and `take` are called by one thread at a time each. Operations are performed in the order of their frames; one
-that follows subscriptions waits until they are established.
+`handle` may be called by only one thread at a time, and so may `take`. Operations are performed in the order of their
+frames; an operation that follows subscriptions waits until they are established.
 """
 
 from __future__ import annotations
@@ -56,16 +56,16 @@ class Client:
         self.outbox = Outbox(wake)
         self.subscribing = Pending(resume)
         self._frames_to_handle: deque[str | bytes] = deque()
-        self._deferred: tuple[Id, Action] | None = None  # an operation that waits for subscriptions
+        self._deferred_operation: tuple[Id, Action] | None = None  # an operation that waits for subscriptions
         self._decoder = FrameDecoder()
-        self._level = LEVELS.index("error")
+        self._status_level = LEVELS.index("error")
         self._queues: dict[str, TopicQueue] = {}
         self._publishers = Publishers(robot)
         self._provided_services = ProvidedServices(robot, self.outbox)
         self._service_caller = ServiceCaller(robot)
         self._calls_lock = threading.Lock()
         self._queued_calls: deque[tuple[Id, operations.CallService]] = deque()
-        self._num_running = 0
+        self._num_running_calls = 0
         self._num_messages = 0
 
     def handle(self, received: Iterable[str | bytes]) -> bool:
@@ -75,7 +75,7 @@ class Client:
             Whether all frames were handled. If not, call it again, without frames, as soon as `subscribing` is done.
         """
         self._frames_to_handle.extend(received)
-        while self._deferred is not None or self._frames_to_handle:
+        while self._deferred_operation is not None or self._frames_to_handle:
             if not self._handle_next():
                 return False
         return True
@@ -84,13 +84,13 @@ class Client:
         """Handle one operation; return False if it must wait."""
         id: Id = None
         try:
-            found = self._deferred or self._decoder.decode(self._frames_to_handle.popleft())
-            if found is not None:
-                id, action = found
+            operation = self._deferred_operation or self._decoder.decode(self._frames_to_handle.popleft())
+            if operation is not None:
+                id, action = operation
                 if self.subscribing and not isinstance(action, operations.Subscribe):
-                    self._deferred = found
+                    self._deferred_operation = operation
                     return False
-                self._deferred = None
+                self._deferred_operation = None
                 self._perform(id, action)
         except BridgeError as error:
             self._send_status("error", str(error), id if error.id is None else error.id)
@@ -124,23 +124,23 @@ class Client:
             case operations.ServiceResponse():
                 self._provided_services.pass_response(id, action)
             case operations.SetLevel():
-                self._level = LEVELS.index(action.level)
+                self._status_level = LEVELS.index(action.level)
 
     def _check_may_change(self) -> None:
         if self._robot.access.read_only:
             raise BridgeError("this server is read-only (--read-only)")
 
     def _send_status(self, level: str, message: str, id: Id = None) -> None:
-        if LEVELS.index(level) <= self._level:
+        if LEVELS.index(level) <= self._status_level:
             self.outbox.enqueue(frames.status(level, message, id))
 
     def _subscribe(self, request: operations.Subscribe) -> None:
         topic = self._robot.full_name(request.topic)
         self._robot.check_visible(topic)
         if request.type:
-            kind = self._robot.type_of(topic, request.type)
-            if kind not in ("*", request.type):
-                raise BridgeError(f"{topic} has messages of the type {kind}, not {request.type}")
+            type_name = self._robot.type_of(topic, request.type)
+            if type_name not in ("*", request.type):
+                raise BridgeError(f"{topic} has messages of the type {type_name}, not {request.type}")
         queue = self._queues.get(request.topic)
         if queue is None:
             if len(self._queues) >= MAX_TOPICS:
@@ -150,7 +150,7 @@ class Client:
         elif request.key not in queue.requests and len(queue.requests) >= MAX_TOPICS:
             raise BridgeError(f"a client can subscribe to a topic at most {MAX_TOPICS} times")
         queue.add_subscription(request)
-        unsubscribe_previous, queue.last = queue.unsubscribe, None
+        unsubscribe_previous, queue.last_arrival = queue.unsubscribe, None
         done = self.subscribing.begin()
         try:
             # Listen again for each subscription, since later ones must receive latched messages as well.
@@ -174,12 +174,12 @@ class Client:
 
     def _call(self, id: Id, call: operations.CallService) -> None:
         with self._calls_lock:
-            is_refused = self._num_running + len(self._queued_calls) >= MAX_CALLS
+            is_refused = self._num_running_calls + len(self._queued_calls) >= MAX_CALLS
             if not is_refused:
                 self._queued_calls.append((id, call))
         if is_refused:
             self.outbox.enqueue(
-                frames.text(frames.response(call.service, id, "too many calls at the same time", False))
+                frames.to_json(frames.response(call.service, id, "too many calls at the same time", False))
             )
         self._start_calls()
 
@@ -187,19 +187,19 @@ class Client:
         """Start queued calls, unless the client does not read its responses."""
         while not self.outbox.is_full():
             with self._calls_lock:
-                if not self._queued_calls or self._num_running >= MAX_CONCURRENT_CALLS:
+                if not self._queued_calls or self._num_running_calls >= MAX_CONCURRENT_CALLS:
                     return
-                self._num_running += 1
+                self._num_running_calls += 1
                 id, call = self._queued_calls.popleft()
-            self._start(partial(self._run, id, call))
+            self._start(partial(self._run_call, id, call))
 
-    def _run(self, id: Id, call: operations.CallService) -> None:
+    def _run_call(self, id: Id, call: operations.CallService) -> None:
         try:
             for frame in self._service_caller.call(id, call):
                 self.outbox.enqueue(frame)
         finally:
             with self._calls_lock:
-                self._num_running -= 1
+                self._num_running_calls -= 1
         self._start_calls()
 
     def take(self, now: float) -> tuple[Iterator[Frame], float | None]:
@@ -231,15 +231,15 @@ class Client:
         frame: dict[str, Any] = {"op": "publish", "topic": queue.name}
         data = arrival.raw._buff
         if queue.compression == "cbor-raw":
-            secs, part = divmod(arrival.time, 1)
-            yield frames.binary({**frame, "msg": {"secs": int(secs), "nsecs": int(part * 1e9), "bytes": data}})
+            secs, fraction = divmod(arrival.time, 1)
+            yield frames.to_cbor({**frame, "msg": {"secs": int(secs), "nsecs": int(fraction * 1e9), "bytes": data}})
             return
         message = values.decode(arrival.message_class, data)
         if queue.compression == "cbor":
-            yield frames.binary({**frame, "msg": values.for_cbor(message)})
+            yield frames.to_cbor({**frame, "msg": values.for_cbor(message)})
             return
         self._num_messages += 1
-        text = frames.text({**frame, "msg": values.for_json(message)})
+        text = frames.to_json({**frame, "msg": values.for_json(message)})
         yield from frames.packed(text, queue.compression, queue.fragment_size, f"{queue.name}:{self._num_messages}")
 
     def close(self) -> None:

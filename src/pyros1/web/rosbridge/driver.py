@@ -24,16 +24,16 @@ _MAX_READ_AHEAD = 1 << 20
 """Maximum number of bytes of frames that are read ahead; one frame of any size is always read."""
 _FRAME_OVERHEAD = 1_000
 """Memory overhead of a frame in bytes."""
-_LARGE_BYTES = 1 << 20
-"""Size in bytes above which frames are decoded for one client at a time, since this needs much more memory."""
-_MAX_LARGE = 1
+_LARGE_INPUT_BYTES = 1 << 20
+"""Size in bytes above which frames are decoded for one client at a time, since decoding them needs much more memory."""
+_MAX_LARGE_INPUTS = 1
 _BATCH_FRAMES = 64
 """Number of frames created at a time."""
 _POLL_PERIOD = 0.02
 """Seconds between checks whether the client has read its responses."""
 _START_TIMEOUT = 10.0
 """Seconds for which a client waits for the server's node before it receives an error."""
-_THREADS = 32
+_MAX_THREADS = 32
 """Maximum number of threads for operations and messages of all clients."""
 
 
@@ -47,13 +47,15 @@ class Bridge:
 
     def __init__(self, robot: Robot, calls: ThreadPool) -> None:
         self._robot = robot
-        self._threads = ThreadPool(_THREADS, "web: clients")
+        self._threads = ThreadPool(_MAX_THREADS, "web: clients")
         self._calls = calls
-        self._large_input_slots = asyncio.Semaphore(_MAX_LARGE)
+        self._large_input_slots = asyncio.Semaphore(_MAX_LARGE_INPUTS)
 
-    async def serve(self, socket: ServerConnection) -> None:
+    async def serve(self, connection: ServerConnection) -> None:
         """Serve a client until it disconnects."""
-        await _Driver(socket, self._robot, self._threads.queue(), self._calls.queue(), self._large_input_slots).run()
+        await _Driver(
+            connection, self._robot, self._threads.queue(), self._calls.queue(), self._large_input_slots
+        ).run()
 
     def close(self) -> None:
         """Stop starting new tasks."""
@@ -63,13 +65,13 @@ class Bridge:
 class _Driver:
     def __init__(
         self,
-        socket: ServerConnection,
+        connection: ServerConnection,
         robot: Robot,
         threads: Executor,
         calls: Executor,
         large_input_slots: asyncio.Semaphore,
     ) -> None:
-        self._socket = socket
+        self._connection = connection
         self._robot = robot
         self._threads = threads
         self._large_input_slots = large_input_slots
@@ -95,11 +97,11 @@ class _Driver:
             for task in tasks:
                 task.cancel()
             await asyncio.gather(*tasks, return_exceptions=True)
-            await self._in_thread(self._client.close)
+            await self._run_in_thread(self._client.close)
 
     async def _receive(self) -> None:
         with contextlib.suppress(ConnectionClosed):
-            async for frame in self._socket:
+            async for frame in self._connection:
                 self._input.append(frame)
                 self._input_size += len(frame) + _FRAME_OVERHEAD
                 self._input_ready.set()
@@ -123,12 +125,12 @@ class _Driver:
             frames, self._input = self._input, deque()
             size, self._input_size = self._input_size, 0
             self._input_drained.set()
-            async with self._large_input_slots if size > _LARGE_BYTES else contextlib.nullcontext():
-                done = await self._in_thread(self._client.handle, frames)
+            async with self._large_input_slots if size > _LARGE_INPUT_BYTES else contextlib.nullcontext():
+                done = await self._run_in_thread(self._client.handle, frames)
                 del frames
             while not done:
                 await wait_until_done(self._client.subscribing, self._may_resume, MAX_PENDING_SECONDS)
-                done = await self._in_thread(self._client.handle, ())
+                done = await self._run_in_thread(self._client.handle, ())
             while (
                 self._client.outbox.is_full() and not self._disconnected
             ):  # the client sends requests faster than it reads responses
@@ -143,19 +145,21 @@ class _Driver:
             while not self._disconnected:
                 self._wake_event.clear()
                 self._wake_scheduled = False
-                frames, frame_iterator, next_time = await self._in_thread(self._next_frames)
+                frames, frame_iterator, next_time = await self._run_in_thread(self._next_frames)
                 while frames:
                     for frame in frames:
-                        await self._socket.send(frame)  # the only wait for a slow client
-                    frames = await self._in_thread(_next_batch, frame_iterator) if len(frames) == _BATCH_FRAMES else []
-                wait = None if next_time is None else max(0.0, next_time - monotonic())
-                await wait_for_event(self._wake_event, wait)
+                        await self._connection.send(frame)  # the only wait for a slow client
+                    frames = (
+                        await self._run_in_thread(_next_batch, frame_iterator) if len(frames) == _BATCH_FRAMES else []
+                    )
+                timeout = None if next_time is None else max(0.0, next_time - monotonic())
+                await wait_for_event(self._wake_event, timeout)
 
     def _next_frames(self) -> tuple[list[Frame], Iterator[Frame], float | None]:
         frame_iterator, next_time = self._client.take(monotonic())
         return _next_batch(frame_iterator), frame_iterator, next_time
 
-    async def _in_thread(self, function: Callable[..., Any], *args: Any) -> Any:
+    async def _run_in_thread(self, function: Callable[..., Any], *args: Any) -> Any:
         return await self._loop.run_in_executor(self._threads, function, *args)
 
     def _wake(self) -> None:

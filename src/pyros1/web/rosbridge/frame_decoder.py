@@ -1,4 +1,4 @@
-"""Decodes a client's frames to operations: joins fragments and decodes PNG pictures (pure, bounded memory)."""
+"""Decodes a client's frames into operations: joins fragments and decodes PNG pictures (pure, bounded memory)."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class FrameDecoder:
         self._partial_frames: dict[tuple[str, Id], _PartialFrame] = {}
 
     def decode(self, frame: str | bytes) -> tuple[Id, Action] | None:
-        """Return the operation that a frame completes, with its id; None if more fragments are missing.
+        """Return the operation that a frame completes, with its id; None if fragments are still missing.
 
         Raises:
             BridgeError: the frame is not a valid operation.
@@ -33,18 +33,18 @@ class FrameDecoder:
         for _ in range(_MAX_NESTING):
             text = _to_text(frame)
             value = _parse_json(text)
-            id, found = parse(value)
-            if not isinstance(found, Part):
+            id, action = parse(value)
+            if not isinstance(action, Part):
                 if "\\ud" in text or "\\uD" in text:
                     _check_unicode(value, id)
-                return id, found
+                return id, action
             try:
-                joined = self._join(id, found)
+                joined = self._join(id, action)
                 if joined is None:
                     return None
-                frame = picture.unpack(joined, MAX_FRAME) if found.op == "png" else joined
+                frame = picture.unpack(joined, MAX_FRAME) if action.op == "png" else joined
             except BridgeError as error:
-                raise BridgeError(f"{found.op}: {error}", id) from None
+                raise BridgeError(f"{action.op}: {error}", id) from None
         raise BridgeError("fragments and pictures are nested too deeply")
 
     def _join(self, id: Id, part: Part) -> str | None:

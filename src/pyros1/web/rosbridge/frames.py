@@ -13,7 +13,7 @@ from pyros1.web.rosbridge.operations import BridgeError, Id
 _encode = json.JSONEncoder(ensure_ascii=True, allow_nan=False, separators=(",", ":")).encode
 
 
-def text(value: Any) -> str:
+def to_json(value: Any) -> str:
     """Return a value as JSON, with null for NaN and infinity."""
     try:
         return _encode(value)
@@ -25,13 +25,13 @@ def _finite(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, dict):
-        return {name: _finite(inner) for name, inner in value.items()}
+        return {name: _finite(child) for name, child in value.items()}
     if isinstance(value, list):
-        return [_finite(inner) for inner in value]
+        return [_finite(child) for child in value]
     return value
 
 
-def binary(value: Any) -> bytes:
+def to_cbor(value: Any) -> bytes:
     """Return a value as CBOR.
 
     Raises:
@@ -59,7 +59,7 @@ def _cbor() -> Any:
 
 def status(level: str, message: str, id: Id = None) -> str:
     """Return the frame with a status message."""
-    return text({"op": "status", **_id_field(id), "level": level, "msg": message})
+    return to_json({"op": "status", **_id_field(id), "level": level, "msg": message})
 
 
 def response(service: str, id: Id, values: Any, result: bool) -> dict[str, Any]:
@@ -69,7 +69,7 @@ def response(service: str, id: Id, values: Any, result: bool) -> dict[str, Any]:
 
 def call(service: str, id: str, args: Any) -> str:
     """Return the frame that calls a service of the client."""
-    return text({"op": "call_service", "id": id, "service": service, "args": args})
+    return to_json({"op": "call_service", "id": id, "service": service, "args": args})
 
 
 def _id_field(id: Id) -> dict[str, Any]:
@@ -89,11 +89,11 @@ def packed(frame: str, compression: str, fragment_size: int | None, id: str) -> 
         BridgeError: Pillow is not installed.
     """
     if compression == "png":
-        frame = text({"op": "png", "data": picture.pack(frame)})
+        frame = to_json({"op": "png", "data": picture.pack(frame)})
     if fragment_size is None or len(frame) <= fragment_size:
         yield frame
         return
     total = -(-len(frame) // fragment_size)
     for number in range(total):
         data = frame[number * fragment_size : (number + 1) * fragment_size]
-        yield text({"op": "fragment", "id": id, "data": data, "num": number, "total": total})
+        yield to_json({"op": "fragment", "id": id, "data": data, "num": number, "total": total})

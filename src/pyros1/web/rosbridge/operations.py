@@ -1,4 +1,4 @@
-"""The operations of clients: JSON objects with an ``op``, checked and typed (pure).
+"""The operations that clients request: JSON objects with an ``op``, checked and typed (pure).
 
 See https://github.com/RobotWebTools/rosbridge_suite/blob/ros1/ROSBRIDGE_PROTOCOL.md.
 """
@@ -22,7 +22,7 @@ _MAX_NUMBER = 1 << 31
 
 
 class BridgeError(Error):
-    """A frame is not a valid operation, or the operation failed. The client receives the message.
+    """A frame is not a valid operation, or the operation failed. The client receives the error message.
 
     Attributes:
         id: the operation's id.
@@ -61,7 +61,7 @@ class Publish:
 
 @dataclass(frozen=True)
 class Subscribe:
-    """Send messages of a topic.
+    """Send the messages of a topic to the client.
 
     Attributes:
         type: the expected type; empty for any.
@@ -124,7 +124,7 @@ class ServiceResponse:
 
 @dataclass(frozen=True)
 class SetLevel:
-    """Set the level from which the client receives status messages."""
+    """Set the least severe level of the status messages that the client receives."""
 
     level: str
 

@@ -21,7 +21,7 @@ MAX_TOTAL_BYTES = 32 << 20
 """Like `MAX_BYTES`, but for all topics together."""
 MAX_FRAME_BYTES = 1 << 20
 """Size in bytes of queued responses above which nothing more is read from the client."""
-_BATCH_BYTES = 1 << 20
+_BATCH_SIZE = 1 << 20
 """Number of bytes of messages that `take` returns at a time."""
 
 
@@ -46,7 +46,7 @@ class TopicQueue:
         self.size = 0
         self.max_length = MAX_MESSAGES
         self.throttle = 0.0
-        self.last: Arrival | None = None
+        self.last_arrival: Arrival | None = None
         self.next_time = float("-inf")
 
     def add_subscription(self, request: Subscribe) -> None:
@@ -74,7 +74,7 @@ class TopicQueue:
         self.fragment_size = min((request.fragment_size for request in requests if request.fragment_size), default=None)
         self.compression = requests[-1].compression
 
-    def due(self) -> float | None:
+    def due_time(self) -> float | None:
         """Return when the next message may be sent; None if none is queued."""
         return self.next_time if self.messages else None
 
@@ -115,21 +115,21 @@ class Outbox:
         return self._frames_size > MAX_TOTAL_BYTES
 
     def add(self, queue: TopicQueue) -> None:
-        """Add a topic."""
+        """Add a topic's queue."""
         with self._lock:
             self._queues.append(queue)
 
     def remove(self, queue: TopicQueue) -> None:
-        """Remove a topic and its queued messages."""
+        """Remove a topic's queue with its messages."""
         with self._lock:
             self._queues = [each for each in self._queues if each is not queue]
 
     def put(self, queue: TopicQueue, arrival: Arrival) -> None:
         """Add a message; the oldest ones are dropped if there is no space."""
         with self._lock:
-            if arrival is queue.last:
+            if arrival is queue.last_arrival:
                 return  # while the client subscribes again, a message arrives twice
-            queue.last = arrival
+            queue.last_arrival = arrival
             queue.messages.append(arrival)
             queue.size += len(arrival.raw._buff)
             while len(queue.messages) > 1 and (
@@ -152,20 +152,20 @@ class Outbox:
         """
         with self._lock:
             ready_frames, self._frames, self._frames_size = list(self._frames), deque(), 0
-            due = [queue for queue in self._queues if (time := queue.due()) is not None and time <= now]
-            found: list[tuple[TopicQueue, Arrival]] = []
+            due_queues = [queue for queue in self._queues if (time := queue.due_time()) is not None and time <= now]
+            arrivals: list[tuple[TopicQueue, Arrival]] = []
             size = 0
-            while due and size < _BATCH_BYTES:
-                for queue in due:
+            while due_queues and size < _BATCH_SIZE:
+                for queue in due_queues:
                     arrival = queue.pop()
                     size += len(arrival.raw._buff)
-                    found.append((queue, arrival))
+                    arrivals.append((queue, arrival))
                     queue.next_time = now + queue.throttle
-                    if size >= _BATCH_BYTES:
+                    if size >= _BATCH_SIZE:
                         break
-                due = [queue for queue in due if queue.messages and not queue.throttle]
-            if found:  # queues that were served last come first next time
+                due_queues = [queue for queue in due_queues if queue.messages and not queue.throttle]
+            if arrivals:  # queues that were served last come first next time
                 self._queues.sort(key=lambda queue: queue.next_time)
-            next_time = min((time for queue in self._queues if (time := queue.due()) is not None), default=None)
-        found.sort(key=lambda each: each[1].at)
-        return ready_frames, found, next_time
+            next_time = min((time for queue in self._queues if (time := queue.due_time()) is not None), default=None)
+        arrivals.sort(key=lambda each: each[1].at)
+        return ready_frames, arrivals, next_time

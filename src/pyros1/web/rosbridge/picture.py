@@ -15,7 +15,7 @@ from typing import Any
 
 from pyros1.web.rosbridge.operations import BridgeError
 
-_LEVEL = 1
+_COMPRESSION_LEVEL = 1
 """Compression level: higher levels take several times as long and save only a few percent."""
 
 
@@ -31,7 +31,7 @@ def pack(text: str) -> str:
     height = math.ceil(pixels / width)
     file = io.BytesIO()
     picture = _pillow().frombytes("RGB", (width, height), data.ljust(width * height * 3, b"\n"))
-    picture.save(file, "PNG", compress_level=_LEVEL)
+    picture.save(file, "PNG", compress_level=_COMPRESSION_LEVEL)
     return base64.b64encode(file.getvalue()).decode("ascii")
 
 
@@ -43,15 +43,15 @@ def unpack(data: str, limit: int) -> bytes:
         limit: maximum size of the string in bytes. A picture that claims to have more is not decoded.
 
     Raises:
-        BridgeError: the data is not such a picture, or Pillow is not installed.
+        BridgeError: the data is not a picture of this form, or Pillow is not installed.
     """
     pillow = _pillow()
     try:
         with pillow.open(io.BytesIO(base64.b64decode(data, validate=True)), formats=["PNG"]) as picture:
             if picture.width * picture.height * 4 > limit * 4 // 3 or picture.mode not in ("RGB", "RGBA"):
                 raise BridgeError(f"a picture must be RGB and contain at most {limit} bytes")
-            found: bytes = picture.convert("RGB").tobytes()
-            return found
+            text: bytes = picture.convert("RGB").tobytes()
+            return text
     except (binascii.Error, OSError, ValueError, SyntaxError, pillow.DecompressionBombError) as error:
         raise BridgeError(f"the image cannot be read: {error}") from None
 

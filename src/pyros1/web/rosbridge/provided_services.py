@@ -32,12 +32,12 @@ class ProvidedServices:
         self._outbox = outbox
         self._unadvertisers: dict[str, Callable[[], None]] = {}  # by the client's name of the service
         self._lock = threading.Lock()
-        self._pending_calls: dict[str, _Call] = {}
+        self._pending_calls: dict[str, _PendingCall] = {}
         self._call_numbers = count(1)
         self._closed = False
 
-    def advertise(self, name: str, kind: str) -> None:
-        """Provide a service, replacing any other client that provides it.
+    def advertise(self, name: str, type_name: str) -> None:
+        """Provide a service, in place of any other client that provides it.
 
         Raises:
             BridgeError: the client provides too many services.
@@ -45,7 +45,7 @@ class ProvidedServices:
         """
         full_name = self._robot.full_name(name)
         self._robot.check_visible(full_name)
-        cls = load_service(kind)
+        cls = load_service(type_name)
         if name not in self._unadvertisers and len(self._unadvertisers) >= MAX_SERVICES:
             raise BridgeError(f"a client can provide at most {MAX_SERVICES} services")
         self._unadvertisers[name] = self._robot.client_services.provide(
@@ -68,7 +68,7 @@ class ProvidedServices:
         """Pass a response to the call that waits for it.
 
         Raises:
-            BridgeError: no call waits for it.
+            BridgeError: no call waits for this response.
         """
         call = self._pending_calls.get(id) if isinstance(id, str) else None
         if call is None or call.service != response.service:
@@ -90,7 +90,7 @@ class ProvidedServices:
             call.done.set()
 
     def _call_client(self, name: str, cls: type[Message], request: Message) -> Message:
-        call = _Call(name)
+        call = _PendingCall(name)
         id = f"service_request:{name}:{next(self._call_numbers)}"
         with self._lock:
             if self._closed or len(self._pending_calls) >= MAX_CALLS or self._outbox.is_overfull():
@@ -110,7 +110,7 @@ class ProvidedServices:
                 else f"{name}: the client does not respond"
             )
         if not response.result:
-            reason = response.values if isinstance(response.values, str) else frames.text(response.values)
+            reason = response.values if isinstance(response.values, str) else frames.to_json(response.values)
             raise ServiceRefusal(reason[:1000])
         try:
             message = from_args(cls, response.values, self._robot.node.now())
@@ -120,7 +120,7 @@ class ProvidedServices:
             raise ServiceRefusal(f"the client that provides {name} sent an invalid response: {error}"[:1000]) from None
 
 
-class _Call:
+class _PendingCall:
     def __init__(self, service: str) -> None:
         self.service = service
         self.done = threading.Event()

@@ -28,7 +28,7 @@ class Publishers:
     """The publishers of one client, by the topic names that it sent.
 
     Args:
-        robot: the robot to which they publish.
+        robot: the robot whose topics they publish on.
     """
 
     def __init__(self, robot: Robot) -> None:
@@ -46,9 +46,9 @@ class Publishers:
         topic = self._robot.full_name(request.topic)
         self._robot.check_visible(topic)
         cls = load_message(request.type)
-        known = self._robot.type_of(topic, request.type)
-        if known not in ("*", request.type):
-            raise BridgeError(f"{topic} has messages of the type {known}, not {request.type}")
+        current_type = self._robot.type_of(topic, request.type)
+        if current_type not in ("*", request.type):
+            raise BridgeError(f"{topic} has messages of the type {current_type}, not {request.type}")
         entry = self._topics.get(request.topic)
         if entry is not None and (entry.request, entry.cls) == (request, cls):
             entry.ids.add(id)
@@ -72,7 +72,9 @@ class Publishers:
         previous.unregister()  # the subscribers of the node's topic stay connected
 
     def unadvertise(self, name: str, id: Id = None) -> bool:
-        """Stop publishing on a topic; with an id, only that part of the client stops, and the topic ends with the last.
+        """Stop publishing on a topic; with an id, only that part of the client stops.
+
+        The topic is removed when no part of the client publishes on it any more.
 
         Returns:
             Whether the client was publishing on the topic.
@@ -97,10 +99,10 @@ class Publishers:
         if name not in self._topics:
             topic = self._robot.full_name(name)
             self._robot.check_visible(topic)
-            kind = self._robot.type_of(topic)
-            if kind == "*":
+            type_name = self._robot.type_of(topic)
+            if type_name == "*":
                 raise BridgeError(f"the type of {topic} is unknown: advertise it")
-            self.advertise(Advertise(name, kind, request.latch, 0))
+            self.advertise(Advertise(name, type_name, request.latch, 0))
         publisher = self._topics[name].publisher
         message = from_client(self._topics[name].cls, request.message, self._robot.node.now())
         if name in self._never_published:

@@ -35,43 +35,43 @@ class ServiceCaller:
     def call(self, id: Id, call: CallService) -> list[Frame]:
         """Call a service and return the frames with the response or the error. This may take long."""
         try:
-            values, result = self._values(call), True
+            values, result = self._call_service(call), True
         except Error as error:
             values, result = str(error), False
         response = frames.response(call.service, id, values, result)
         try:
-            cbor = call.compression.startswith("cbor")
-            encoded = frames.binary(response) if cbor else frames.text(response)
+            uses_cbor = call.compression.startswith("cbor")
+            encoded = frames.to_cbor(response) if uses_cbor else frames.to_json(response)
             if len(encoded) > MAX_CHARACTERS:
                 raise BridgeError(f"the response has {len(encoded)} characters; the limit is {MAX_CHARACTERS}")
             if isinstance(encoded, bytes):
                 return [encoded]
             return [*frames.packed(encoded, call.compression, call.fragment_size, f"{id}:parts")]
         except BridgeError as error:
-            return [frames.text(frames.response(call.service, id, str(error), False))]
+            return [frames.to_json(frames.response(call.service, id, str(error), False))]
 
     def close(self) -> None:
         """End all calls."""
         self._exchanges.close()
 
-    def _values(self, call: CallService) -> Any:
+    def _call_service(self, call: CallService) -> Any:
         name = self._robot.full_name(call.service)
-        if rosapi.has(name):
+        if rosapi.provides(name):
             return rosapi.run(self._robot, name, call.args)
         if self._robot.access.read_only:
             raise BridgeError("this server is read-only (--read-only)")
         self._robot.check_visible(name)
         key = (name, self._uri(name))
         try:
-            response = self._exchange(name, self._type(*key), call)
+            response = self._exchange(name, self._find_type(*key), call)
         except ServiceError:
             self._types.pop(key, None)  # perhaps another node provides it now
             raise
         return (for_cbor if call.compression.startswith("cbor") else for_json)(response)
 
-    def _exchange(self, name: str, kind: str, call: CallService) -> Any:
+    def _exchange(self, name: str, type_name: str, call: CallService) -> Any:
         node = self._robot.node
-        cls = load_service(kind)
+        cls = load_service(type_name)
         request = from_args(cls._request_class, call.args, node.now())
         return self._exchanges.call(node, name, cls, request, call.timeout)
 
@@ -81,13 +81,13 @@ class ServiceCaller:
             raise BridgeError(f"Service {name} does not exist")
         return uri
 
-    def _type(self, name: str, uri: str) -> str:
-        kind = self._types.get((name, uri))
-        if kind is None:
-            kind = probe_service(name, uri, self._robot.node.name, _PROBE_TIMEOUT).get("type", "")
-            if not kind:
+    def _find_type(self, name: str, uri: str) -> str:
+        type_name = self._types.get((name, uri))
+        if type_name is None:
+            type_name = probe_service(name, uri, self._robot.node.name, _PROBE_TIMEOUT).get("type", "")
+            if not type_name:
                 raise BridgeError(f"the provider of {name} does not report its type")
             if len(self._types) >= _MAX_TYPES:
                 self._types.clear()
-            self._types[name, uri] = kind
-        return kind
+            self._types[name, uri] = type_name
+        return type_name

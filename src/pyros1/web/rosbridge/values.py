@@ -22,9 +22,9 @@ from pyros1.msgs.array_views import numpy_view
 from pyros1.msgs.json_form import from_json
 from pyros1.web.rosbridge.frames import tagged
 
-_BYTES = ("uint8", "char")
-_FLOATS = ("float32", "float64")
-_TAGS = {
+_BYTE_TYPES = ("uint8", "char")
+_FLOAT_TYPES = ("float32", "float64")
+_CBOR_TAGS = {
     "uint16": 69,
     "uint32": 70,
     "uint64": 71,
@@ -37,19 +37,19 @@ _TAGS = {
     "float64": 86,
 }
 """CBOR tags of arrays of little-endian numbers."""
-_TIMES = ("time", "duration")
-_HEADERS = ("std_msgs/Header", "roslib/Header")
+_TIME_TYPES = ("time", "duration")
+_HEADER_TYPES = ("std_msgs/Header", "roslib/Header")
 _Convert = Callable[[Any], Any]
-_view = numpy_view(np)
+_numpy_view = numpy_view(np)
 
 
 def decode(cls: type[Message], data: bytes) -> Message:
     """Return a message whose arrays of numbers are numpy arrays.
 
     Raises:
-        MessageError: the bytes are not such a message.
+        MessageError: the bytes are not a message of this class.
     """
-    message: Message = cls._decode_arrays(data, 0, len(data), _view)
+    message: Message = cls._decode_arrays(data, 0, len(data), _numpy_view)
     return message
 
 
@@ -67,29 +67,32 @@ def for_cbor(message: Message) -> dict[str, Any]:
     return _to_dict(message, _cbor_array)
 
 
-def _to_dict(message: Message, array: Callable[[Any, str], Any]) -> dict[str, Any]:
-    found = {}
-    for name, convert in _converters(type(message), array):
+def _to_dict(message: Message, convert_array: Callable[[Any, str], Any]) -> dict[str, Any]:
+    fields = {}
+    for name, convert in _converters(type(message), convert_array):
         value = getattr(message, name)
-        found[name] = value if convert is None else convert(value)
-    return found
+        fields[name] = value if convert is None else convert(value)
+    return fields
 
 
 @lru_cache(2000)
-def _converters(cls: type[Message], array: Callable[[Any, str], Any]) -> list[tuple[str, _Convert | None]]:
-    return [(name, _converter(cls, kind, array)) for name, kind in zip(cls.__slots__, cls._slot_types, strict=True)]
+def _converters(cls: type[Message], convert_array: Callable[[Any, str], Any]) -> list[tuple[str, _Convert | None]]:
+    return [
+        (name, _converter(cls, field_type, convert_array))
+        for name, field_type in zip(cls.__slots__, cls._slot_types, strict=True)
+    ]
 
 
-def _converter(cls: type[Message], kind: str, array: Callable[[Any, str], Any]) -> _Convert | None:
-    base, bracket, _ = kind.partition("[")
+def _converter(cls: type[Message], field_type: str, convert_array: Callable[[Any, str], Any]) -> _Convert | None:
+    base, bracket, _ = field_type.partition("[")
     if base in cls._classes:
-        convert_element: _Convert = lambda value: _to_dict(value, array)  # noqa: E731 - it needs no name
-    elif base in _TIMES:
+        convert_element: _Convert = lambda value: _to_dict(value, convert_array)  # noqa: E731 - it needs no name
+    elif base in _TIME_TYPES:
         convert_element = _time
     elif not bracket:
         return None
     else:
-        return list if base == "string" else lambda value: array(value, base)
+        return list if base == "string" else lambda value: convert_array(value, base)
     return (lambda values: [convert_element(value) for value in values]) if bracket else convert_element
 
 
@@ -98,18 +101,18 @@ def _time(value: Any) -> dict[str, int]:
 
 
 def _json_array(value: Any, base: str) -> Any:
-    if base in _BYTES:
+    if base in _BYTE_TYPES:
         return base64.b64encode(value.data if isinstance(value, np.ndarray) else bytes(value)).decode("ascii")
     return value.tolist() if isinstance(value, np.ndarray) else list(value)
 
 
 def _cbor_array(value: Any, base: str) -> Any:
-    if base in _BYTES:
+    if base in _BYTE_TYPES:
         return bytes(value)
-    if base not in _TAGS:
+    if base not in _CBOR_TAGS:
         return [bool(each) for each in value]
     array = np.asarray(value, _dtype(base))
-    return tagged(_TAGS[base], array.tobytes())
+    return tagged(_CBOR_TAGS[base], array.tobytes())
 
 
 def _dtype(base: str) -> str:
@@ -159,21 +162,21 @@ def _prepare(cls: type[Message], value: Any, now: Time) -> Any:
     if not isinstance(value, dict):
         return value
     types = dict(zip(cls.__slots__, cls._slot_types, strict=True))
-    found = {name: _field(cls, types.get(name, ""), inner, now) for name, inner in value.items()}
-    if cls._type in _HEADERS:
-        found["stamp"] = {"secs": now.secs, "nsecs": now.nsecs} | _time_fields(value.get("stamp"))
-    return found
+    fields = {name: _field(cls, types.get(name, ""), child, now) for name, child in value.items()}
+    if cls._type in _HEADER_TYPES:
+        fields["stamp"] = {"secs": now.secs, "nsecs": now.nsecs} | _time_fields(value.get("stamp"))
+    return fields
 
 
-def _field(cls: type[Message], kind: str, value: Any, now: Time) -> Any:
-    base, bracket, _ = kind.partition("[")
-    if bracket and isinstance(value, list) and (base in _TIMES or base in cls._classes or None in value):
+def _field(cls: type[Message], field_type: str, value: Any, now: Time) -> Any:
+    base, bracket, _ = field_type.partition("[")
+    if bracket and isinstance(value, list) and (base in _TIME_TYPES or base in cls._classes or None in value):
         return [_field(cls, base, each, now) for each in value]
-    if bracket and base in _BYTES and isinstance(value, str):
+    if bracket and base in _BYTE_TYPES and isinstance(value, str):
         return _decode_base64(value)
-    if base in _FLOATS:  # clients receive null for NaN
+    if base in _FLOAT_TYPES:  # clients receive null for NaN
         return math.nan if value is None else value
-    if base in _TIMES and not bracket:
+    if base in _TIME_TYPES and not bracket:
         return value if base == "time" and value == "now" else _time_fields(value)
     nested = cls._classes.get(base)
     if nested is None or bracket:

@@ -65,7 +65,7 @@ def info_topic(topic: str, compressed: bool = False) -> str:
 
     Args:
         topic: the full name of the image topic.
-        compressed: whether the last part of the name is a compressed transport.
+        compressed: whether the last part of the name is that of a compressed transport.
     """
     base = topic.rpartition("/")[0] if compressed else topic
     return f"{base.rpartition('/')[0]}/camera_info"

@@ -13,15 +13,15 @@ from pyros1.web.scene.shape import Shape, ShapeError
 MAX_POINTS = 1_500_000
 """Maximum number of points of a cloud that are sent."""
 _DATATYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}
-"""Types of sensor_msgs/PointField -> their numpy names."""
-_PACKED = ("rgb", "rgba")
+"""Datatype in a sensor_msgs/PointField -> its name in numpy."""
+_PACKED_COLOUR_FIELDS = ("rgb", "rgba")
 _XYZ = ("x", "y", "z")
 RED_GREEN_BLUE = "r, g, b"
 """Colour points by their three fields of these names, from 0 to 1 (RGBF32 in rviz)."""
 MONO = "rgb as grey"
 """Colour points by the brightness of their "rgb" or "rgba" (MONO8 in rviz)."""
-_COMPUTED = (RED_GREEN_BLUE, MONO)
-_PREFERRED = (*_PACKED, RED_GREEN_BLUE, "intensity")
+_COMPUTED_COLOURS = (RED_GREEN_BLUE, MONO)
+_PREFERRED_COLOUR_FIELDS = (*_PACKED_COLOUR_FIELDS, RED_GREEN_BLUE, "intensity")
 Bounds = tuple[float, float]
 """The minimum and maximum of the colour scale."""
 _Floats = NDArray[np.float32]
@@ -31,17 +31,17 @@ def point_cloud2(
     cloud: Any,
     colour_field: str = "",
     max_points: int = MAX_POINTS,
-    numbers: bool = False,
+    with_indices: bool = False,
     bounds: Bounds | None = None,
 ) -> Shape:
-    """Return a sensor_msgs/PointCloud2.
+    """Return the shape of a sensor_msgs/PointCloud2.
 
     Args:
         cloud: the message.
         colour_field: the field that colours the points, `RED_GREEN_BLUE` or `MONO`; if empty, the first existing one
             of "rgb", "intensity" and "z".
         max_points: maximum number of points that are sent; of larger clouds, every second, third ... point is sent.
-        numbers: whether to send the points' indices in the message and their values as well.
+        with_indices: whether to send the points' indices in the message and their values as well.
         bounds: the values at both ends of the colour scale; None for their minimum and maximum.
 
     Returns:
@@ -67,9 +67,9 @@ def point_cloud2(
         for index, name in enumerate("xyz"):
             positions[:, index] = points[name]
     if colour_field not in fields:
-        colour_field = next((name for name in _PREFERRED if name in fields), "z")
+        colour_field = next((name for name in _PREFERRED_COLOUR_FIELDS if name in fields), "z")
     colours = _colours(colour_field, points.dtype.names or (), lambda name: points[name]).copy()
-    indices = np.arange(len(points), dtype=np.uint32) * np.uint32(stride) if numbers else None
+    indices = np.arange(len(points), dtype=np.uint32) * np.uint32(stride) if with_indices else None
     with np.errstate(all="ignore"):
         all_finite = np.isfinite(positions.sum())  # most clouds; checking each point takes five times as long
     if not all_finite:
@@ -84,10 +84,10 @@ def point_cloud(
     cloud: Any,
     colour_field: str = "",
     max_points: int = MAX_POINTS,
-    numbers: bool = False,
+    with_indices: bool = False,
     bounds: Bounds | None = None,
 ) -> Shape:
-    """Return a sensor_msgs/PointCloud; like `point_cloud2`. Its channels are fields."""
+    """Return the shape of a sensor_msgs/PointCloud, like `point_cloud2`. Its channels count as fields."""
     stride = -(-len(cloud.points) // max_points) or 1
     channels = {
         "intensity" if one.name == "intensities" else one.name: one.values  # as in rviz
@@ -96,7 +96,7 @@ def point_cloud(
     }
     fields = _colour_choices([*_XYZ, *channels])
     if colour_field not in fields:
-        colour_field = next((name for name in _PREFERRED if name in fields), "z")
+        colour_field = next((name for name in _PREFERRED_COLOUR_FIELDS if name in fields), "z")
 
     def channel(name: str) -> NDArray[Any]:
         return np.asarray(channels[name], np.float32)[::stride]
@@ -111,7 +111,7 @@ def point_cloud(
             values = _colours(colour_field, [*channels], channel)
     valid = np.isfinite(positions).all(axis=1)
     description = {"kind": "cloud", "count": int(valid.sum()), "every": stride, "fields": fields}
-    indices = (np.flatnonzero(valid) * stride).astype(np.uint32) if numbers else None
+    indices = (np.flatnonzero(valid) * stride).astype(np.uint32) if with_indices else None
     return _add_colours(description, positions[valid], values[valid], colour_field, indices, bounds)
 
 
@@ -129,20 +129,20 @@ def _points(cloud: Any) -> NDArray[Any]:
     ):
         raise ShapeError(f"{width} x {height} points of {step} bytes do not fit into {len(cloud.data)} bytes")
     order = ">" if cloud.is_bigendian else "<"
-    known = {
+    fields = {
         field.name: (order + _DATATYPES[field.datatype], field.offset) for field in cloud.fields if _is_usable(field)
     }
-    if any(offset + np.dtype(kind).itemsize > step for kind, offset in known.values()):
+    if any(offset + np.dtype(dtype).itemsize > step for dtype, offset in fields.values()):
         raise ShapeError(f"a field extends beyond its point, which has {step} bytes")
-    if not {"x", "y", "z"} <= known.keys():
+    if not {"x", "y", "z"} <= fields.keys():
         raise ShapeError("x, y and z of the points are not of a known numeric type")
     if not width or not height:
-        return np.empty(0, [(name, kind) for name, (kind, _) in known.items()])
+        return np.empty(0, [(name, dtype) for name, (dtype, _) in fields.items()])
     layout = np.dtype(
         {
-            "names": [*known],
-            "formats": [kind for kind, _ in known.values()],
-            "offsets": [offset for _, offset in known.values()],
+            "names": [*fields],
+            "formats": [dtype for dtype, _ in fields.values()],
+            "offsets": [offset for _, offset in fields.values()],
             "itemsize": step,
         }
     )
@@ -155,7 +155,7 @@ def _points(cloud: Any) -> NDArray[Any]:
 def _colour_choices(fields: list[str]) -> list[str]:
     """Return the possible ways to colour a cloud with these fields."""
     combined = [RED_GREEN_BLUE] if {"r", "g", "b"} <= {*fields} else []
-    return [*fields, *combined, *([MONO] if {*_PACKED} & {*fields} else [])]
+    return [*fields, *combined, *([MONO] if {*_PACKED_COLOUR_FIELDS} & {*fields} else [])]
 
 
 def _colours(colour_field: str, fields: Sequence[str], column: Callable[[str], NDArray[Any]]) -> NDArray[Any]:
@@ -165,7 +165,7 @@ def _colours(colour_field: str, fields: Sequence[str], column: Callable[[str], N
     if colour_field == RED_GREEN_BLUE:
         levels = [255 * column(name).astype(np.float32) for name in "rgb"]
     else:
-        numbers = _as_integers(column(next(name for name in _PACKED if name in fields)))
+        numbers = _as_integers(column(next(name for name in _PACKED_COLOUR_FIELDS if name in fields)))
         parts = [(numbers >> shift & 255).astype(np.float32) for shift in (16, 8, 0)]
         levels = [0.299 * parts[0] + 0.587 * parts[1] + 0.114 * parts[2]] * 3
     red, green, blue = (np.nan_to_num(level).clip(0, 255).round().astype(np.uint32) for level in levels)
@@ -196,7 +196,7 @@ def _add_colours(
     if indices is not None:
         description["numbers"] = True
         blob += indices.tobytes()
-    if colour_field in (*_PACKED, *_COMPUTED) and values.dtype.itemsize == 4:
+    if colour_field in (*_PACKED_COLOUR_FIELDS, *_COMPUTED_COLOURS) and values.dtype.itemsize == 4:
         return {**description, "colour": "rgba" if colour_field == "rgba" else "rgb"}, blob + _as_integers(
             values
         ).tobytes()

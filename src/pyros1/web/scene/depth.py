@@ -31,16 +31,16 @@ def depths(message: Any) -> NDArray[np.float32]:
     """
     try:
         if message._type == _COMPRESSED:
-            found = decode_depth(message.format, bytes(message.data), MAX_PIXELS)
+            image = decode_depth(message.format, bytes(message.data), MAX_PIXELS)
         else:
-            found = pixels(message)
+            image = pixels(message)
     except MessageError as error:
         raise ShapeError(str(error)) from None
-    if found.ndim == 2 and found.dtype == np.uint16:
-        return _to_metres(found)
-    if found.ndim == 2 and found.dtype.kind == "f":
+    if image.ndim == 2 and image.dtype == np.uint16:
+        return _to_metres(image)
+    if image.ndim == 2 and image.dtype.kind == "f":
         with np.errstate(over="ignore"):
-            return found.astype(np.float32)
+            return image.astype(np.float32)
     raise ShapeError(f"depth images must be 16UC1 or 32FC1, but this one is {message.encoding}"[:200])
 
 
@@ -52,15 +52,15 @@ def colours(message: Any) -> NDArray[np.uint8]:
     """
     try:
         if message._type == _COMPRESSED:
-            found = to_8_bits(decode(bytes(message.data), MAX_PIXELS))
+            image = to_8_bits(decode(bytes(message.data), MAX_PIXELS))
         else:
-            found = to_8_bits(pixels(message))
+            image = to_8_bits(pixels(message))
     except MessageError as error:
         raise ShapeError(f"colours: {error}") from None
-    if found.ndim == 2:
-        found = found[:, :, None]
-    packed = np.zeros((*found.shape[:2], 4), np.uint8)
-    packed[:, :, :3] = found[:, :, 2::-1] if found.shape[2] > 2 else found[:, :, :1]
+    if image.ndim == 2:
+        image = image[:, :, None]
+    packed = np.zeros((*image.shape[:2], 4), np.uint8)
+    packed[:, :, :3] = image[:, :, 2::-1] if image.shape[2] > 2 else image[:, :, :1]
     return packed
 
 
@@ -69,16 +69,16 @@ def depth_cloud(
     camera: Camera,
     picture: NDArray[np.uint8] | None,
     max_points: int,
-    numbers: bool = False,
+    with_indices: bool = False,
 ) -> Shape:
     """Return a cloud in the camera's frame, like `pyros1.web.scene.clouds.point_cloud2`.
 
     Args:
         depth: see `depths`.
         camera: the depth camera.
-        picture: colours from the same viewpoint; see `colours`. with None, points are coloured by depth.
+        picture: colours from the same viewpoint; see `colours`. With None, points are coloured by depth.
         max_points: approximate maximum of points; of more, only every second, third ... row and column is used.
-        numbers: whether to send the points' indices in the image as well, counted row by row.
+        with_indices: whether to send the points' indices in the image as well, counted row by row.
     """
     height, width = depth.shape
     camera = camera.resized(width, height)
@@ -98,13 +98,13 @@ def depth_cloud(
         distances, positions = distances[valid], positions[valid]
     description: dict[str, Any] = {"kind": "cloud", "count": len(distances), "every": step * step, "fields": ["z"]}
     blob = positions.tobytes()
-    if numbers:
+    if with_indices:
         description["numbers"] = True
         blob += (down[:, None] * width + across)[measured].astype(np.uint32).tobytes()
     if picture is not None:
-        high, wide = picture.shape[:2]
+        picture_height, picture_width = picture.shape[:2]
         packed_pixels = picture.view(np.uint32)[:, :, 0]  # one number per pixel
-        sampled = packed_pixels[np.ix_(down * high // height, across * wide // width)][measured]
+        sampled = packed_pixels[np.ix_(down * picture_height // height, across * picture_width // width)][measured]
         return {**description, "by": "rgb", "colour": "rgb", "least": 0.0, "most": 1.0}, blob + sampled.tobytes()
     nearest, farthest = (float(distances.min()), float(distances.max())) if len(distances) else (0.0, 1.0)
     return {**description, "by": "z", "colour": "z", "least": nearest, "most": farthest}, blob

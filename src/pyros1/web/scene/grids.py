@@ -20,7 +20,7 @@ class Grid:
     def __init__(self) -> None:
         self._description: dict[str, Any] = {}
         self._cells: NDArray[np.int8] | None = None
-        self._changed: tuple[int, int, int, int] | None = None  # left, bottom, right, top
+        self._changed_area: tuple[int, int, int, int] | None = None  # left, bottom, right, top
         self._send_all = True
         self.message: Any = None
 
@@ -53,26 +53,26 @@ class Grid:
         if len(message.data) != message.width * message.height:
             raise ShapeError(f"an update of {message.width} x {message.height} cells has {len(message.data)} values")
         self._cells[low:high, left:right] = np.asarray(message.data, np.int8).reshape(message.height, message.width)
-        if self._changed is not None:
-            previous = self._changed
+        if self._changed_area is not None:
+            previous = self._changed_area
             left, low, right, high = (
                 min(left, previous[0]),
                 min(low, previous[1]),
                 max(right, previous[2]),
                 max(high, previous[3]),
             )
-        self._changed = (left, low, right, high)
+        self._changed_area = (left, low, right, high)
 
     def resend(self) -> None:
         """Let `take` return the whole grid next time."""
-        self._send_all, self._changed = True, None
+        self._send_all, self._changed_area = True, None
 
     def take(self) -> Shape | None:
-        """Return the grid if it is new, the changed part with its position "x" and "y" in cells, or None."""
+        """Return the grid if it is new, else the changed part with its position "x" and "y" in cells; None if unchanged."""
         if self._cells is None:
             return None
-        changed, send_all = self._changed, self._send_all
-        self._changed, self._send_all = None, False
+        changed, send_all = self._changed_area, self._send_all
+        self._changed_area, self._send_all = None, False
         if send_all:
             return {**self._description}, self._cells.tobytes()
         if changed is None:

@@ -32,14 +32,14 @@ class InteractiveMarkers:
 
     def __init__(self) -> None:
         self._markers: dict[Key, tuple[int, dict[str, Any]]] = {}  # (version in which it was added, marker)
-        self._points: dict[Key, int] = {}
-        self._moved: dict[Key, int] = {}
-        self._removed: dict[Key, int] = {}
+        self._num_points: dict[Key, int] = {}
+        self._moved: dict[Key, int] = {}  # version in which it was moved
+        self._removed: dict[Key, int] = {}  # version in which it was removed
         self._servers: dict[str, tuple[int, float]] = {}  # (newest sequence number, time of the last message)
         self._version = 0
 
     def init(self, message: Any, now: float) -> None:
-        """Process a visualization_msgs/InteractiveMarkerInit received at a time in seconds."""
+        """Process a visualization_msgs/InteractiveMarkerInit; ``now`` is the time of its arrival in seconds."""
         server = message.server_id
         if server not in self._servers and len(self._servers) >= _MAX_SERVERS:
             return
@@ -60,13 +60,13 @@ class InteractiveMarkers:
         previous = self._servers.get(message.server_id)
         if previous is None:
             return False
-        number, _ = previous
+        sequence_number, _ = previous
         if message.type != _UPDATE:
-            self._servers[message.server_id] = (number, now)
-            return bool(message.seq_num <= number)
-        if message.seq_num <= number:
+            self._servers[message.server_id] = (sequence_number, now)
+            return bool(message.seq_num <= sequence_number)
+        if message.seq_num <= sequence_number:
             return True
-        if message.seq_num != number + 1:
+        if message.seq_num != sequence_number + 1:
             return False
         self._version += 1
         self._servers[message.server_id] = (message.seq_num, now)
@@ -85,7 +85,9 @@ class InteractiveMarkers:
 
     def remove_expired(self, now: float) -> None:
         """Remove servers that are gone, with their markers."""
-        for server in [server for server, (_, last_time) in self._servers.items() if now > last_time + _SERVER_TIMEOUT]:
+        for server in [
+            server for server, (_, received_at) in self._servers.items() if now > received_at + _SERVER_TIMEOUT
+        ]:
             del self._servers[server]
             self._version += 1
             for key in [key for key in self._markers if key[0] == server]:
@@ -95,7 +97,7 @@ class InteractiveMarkers:
         """Return the changes since a version.
 
         Args:
-            seen: the version up to which all changes are known; 0 if nothing is known.
+            known_version: the version up to which all changes are known; 0 if nothing is known.
 
         Returns:
             The current version; new or changed markers; "server", "name", "frame" and "pose" of markers that have
@@ -115,9 +117,9 @@ class InteractiveMarkers:
         if key not in self._markers and len(self._markers) >= MAX_MARKERS:
             return
         points = sum(len(each.points) + len(each.colors) for control in marker.controls for each in control.markers)
-        if sum(self._points.values()) - self._points.get(key, 0) + points > MAX_POINTS:
+        if sum(self._num_points.values()) - self._num_points.get(key, 0) + points > MAX_POINTS:
             return
-        self._points[key] = points
+        self._num_points[key] = points
         description = {"server": server, **_to_json(marker)}
         if key in self._markers:
             version, previous = self._markers[key]
@@ -134,7 +136,7 @@ class InteractiveMarkers:
 
     def _remove(self, key: Key) -> None:
         if self._markers.pop(key, None) is not None:
-            self._points.pop(key, None)
+            self._num_points.pop(key, None)
             self._moved.pop(key, None)
             self._removed.pop(key, None)
             if len(self._removed) >= MAX_MARKERS:
@@ -145,10 +147,12 @@ class InteractiveMarkers:
 def pose_of(pose: Any) -> list[float]:
     """Return a pose as x, y, z in metres and a quaternion x, y, z, w, with 0 for non-finite values."""
     position, orientation = pose.position, pose.orientation
-    return _finite(position.x, position.y, position.z, orientation.x, orientation.y, orientation.z, orientation.w)
+    return _finite_or_zero(
+        position.x, position.y, position.z, orientation.x, orientation.y, orientation.z, orientation.w
+    )
 
 
-def _finite(*numbers: float) -> list[float]:
+def _finite_or_zero(*numbers: float) -> list[float]:
     return [number if abs(number) < MAX_MAGNITUDE else 0.0 for number in numbers]
 
 
@@ -167,7 +171,7 @@ def _to_json(marker: Any) -> dict[str, Any]:
         "controls": [
             {
                 "name": control.name,
-                "turn": _finite(
+                "turn": _finite_or_zero(
                     control.orientation.x, control.orientation.y, control.orientation.z, control.orientation.w
                 ),
                 "mode": control.interaction_mode,

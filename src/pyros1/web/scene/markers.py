@@ -1,7 +1,7 @@
 """The current markers of a topic (https://wiki.ros.org/rviz/DisplayTypes/Marker) (pure).
 
-Unlike other messages, markers accumulate: each has a namespace and an id, replaces an earlier one with the same, and
-stays until it is deleted or its lifetime has passed.
+Unlike other messages, markers accumulate: each has a namespace and an id, replaces an earlier marker with the
+same ones, and stays until it is deleted or its lifetime has passed.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Markers:
         """Return the changes since a version.
 
         Args:
-            seen: the version up to which all changes are known; 0 if nothing is known.
+            known_version: the version up to which all changes are known; 0 if nothing is known.
             now: the time in seconds.
 
         Returns:
@@ -100,10 +100,10 @@ class Markers:
 
     def _discard(self, key: Key) -> bool:
         """Remove a marker without recording it; return whether it existed."""
-        known = self._markers.pop(key, None)
-        if known is not None:
-            self._bytes -= known[2]
-        return known is not None
+        entry = self._markers.pop(key, None)
+        if entry is not None:
+            self._bytes -= entry[2]
+        return entry is not None
 
 
 def _size(marker: Any) -> int:
@@ -125,12 +125,12 @@ def as_json(marker: Any) -> dict[str, Any]:
         "type": marker.type,
         "frame": _frame(marker),
         "locked": bool(marker.frame_locked),
-        "pose": _numbers(
+        "pose": _finite_or_zero(
             position.x, position.y, position.z, orientation.x, orientation.y, orientation.z, orientation.w
         ),
-        "scale": _numbers(size.x, size.y, size.z),
+        "scale": _finite_or_zero(size.x, size.y, size.z),
         "color": _colour(marker.color),
-        "points": [_numbers(point.x, point.y, point.z) for point in marker.points[:MAX_POINTS]],
+        "points": [_finite_or_zero(point.x, point.y, point.z) for point in marker.points[:MAX_POINTS]],
         "colors": [_colour(colour) for colour in marker.colors[:MAX_POINTS]],
         "text": marker.text[:1000],
         "mesh": marker.mesh_resource[:1000],
@@ -156,7 +156,7 @@ def _frame(marker: Any) -> str:
     return frame
 
 
-def _numbers(*values: float) -> list[float]:
+def _finite_or_zero(*values: float) -> list[float]:
     return [value if abs(value) < MAX_MAGNITUDE else 0.0 for value in values]
 
 

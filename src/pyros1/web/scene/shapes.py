@@ -108,12 +108,12 @@ def range_(message: Any) -> Shape:
 
     A fixed-distance ranger has the same minimum and maximum range; -inf means that an object was detected (REP 117).
     """
-    near = message.min_range == message.max_range and message.range == -math.inf
+    detects_object = message.min_range == message.max_range and message.range == -math.inf
     description = {
         "kind": "range",
-        "range": _finite(message.min_range if near else message.range),
+        "range": _finite(message.min_range if detects_object else message.range),
         "angle": _finite(message.field_of_view),
-        "inside": near or message.min_range <= message.range <= message.max_range,
+        "inside": detects_object or message.min_range <= message.range <= message.max_range,
     }
     return description, b""
 
@@ -131,13 +131,13 @@ def imu(message: Any) -> Shape:
 
 def polygon(message: Any) -> Shape:
     """Return the corners as float32: x, y, z."""
-    corners = _rows([(point.x, point.y, point.z) for point in message.polygon.points[:MAX_POSES]], 3)
+    corners = _finite_rows([(point.x, point.y, point.z) for point in message.polygon.points[:MAX_POSES]], 3)
     return {"kind": "polygon", "count": len(corners)}, corners.tobytes()
 
 
 def grid_cells(message: Any) -> Shape:
     """Return the width and height of the cells, and their centres as float32: x, y, z."""
-    centres = _rows([(cell.x, cell.y, cell.z) for cell in message.cells[:MAX_POSES]], 3)
+    centres = _finite_rows([(cell.x, cell.y, cell.z) for cell in message.cells[:MAX_POSES]], 3)
     description = {"kind": "cells", "count": len(centres), "more": len(message.cells) - len(centres)}
     return {**description, "size": [_finite(message.cell_width), _finite(message.cell_height)]}, centres.tobytes()
 
@@ -160,8 +160,12 @@ def accel(message: Any) -> Shape:
 def joint_efforts(message: Any) -> Shape:
     """Return the "names" and "efforts" (in newtons or newton metres) of the joints that have an effort."""
     pairs = [(name, _finite(value)) for name, value in zip(message.name, message.effort, strict=False)][:MAX_JOINTS]
-    known = [(name[:200], value) for name, value in pairs if value is not None]
-    description = {"kind": "efforts", "names": [name for name, _ in known], "efforts": [value for _, value in known]}
+    joints_with_effort = [(name[:200], value) for name, value in pairs if value is not None]
+    description = {
+        "kind": "efforts",
+        "names": [name for name, _ in joints_with_effort],
+        "efforts": [value for _, value in joints_with_effort],
+    }
     return description, b""
 
 
@@ -247,7 +251,7 @@ def _ellipsoid(covariance: Any) -> dict[str, Any]:
     return {"spread": semi_axes.T.tolist(), "turn": math.sqrt(max(0.0, float(matrix[5, 5])))}
 
 
-def _rows(rows: Sequence[tuple[float, ...]], size: int, num_required: int = 3) -> NDArray[np.float32]:
+def _finite_rows(rows: Sequence[tuple[float, ...]], size: int, num_required: int = 3) -> NDArray[np.float32]:
     """Return rows of numbers as an array, omitting rows whose first ``num_required`` numbers are not all finite."""
     all_rows = np.array(rows, float).reshape(-1, size)
     valid = np.abs(all_rows) < MAX_MAGNITUDE
@@ -268,10 +272,13 @@ def _poses(kind: str, poses: list[Any], needs_orientation: bool = False) -> Shap
         (position.x, position.y, position.z, orientation.x, orientation.y, orientation.z, orientation.w)
         for position, orientation in ((pose.position, pose.orientation) for pose in poses)
     ]
-    found = _rows(rows, 7, 7 if needs_orientation else 3)
-    description = {"kind": kind, "count": len(found)}
-    odd = len(rows) - len(found)
-    return {**description, **({"odd": f"{odd} of {len(rows)} omitted: not finite"} if odd else {})}, found.tobytes()
+    valid_rows = _finite_rows(rows, 7, 7 if needs_orientation else 3)
+    description = {"kind": kind, "count": len(valid_rows)}
+    num_omitted = len(rows) - len(valid_rows)
+    return {
+        **description,
+        **({"odd": f"{num_omitted} of {len(rows)} omitted: not finite"} if num_omitted else {}),
+    }, valid_rows.tobytes()
 
 
 def _finite(value: float) -> float | None:

@@ -39,22 +39,22 @@ class World:
         self._unsubscribers: list[Callable[[], None]] = []
         self._listeners: tuple[Callable[[], object], ...] = ()
         self._newest_stamps: dict[str, float] = {}
-        self._now = float("-inf")
+        self._newest_time = float("-inf")
         self.buffer = Buffer(warn=lambda text: None)
 
     def watch(self, listener: Callable[[], object]) -> Callable[[], None]:
-        """Fill the buffer until the returned function is called.
+        """Fill the buffer, and call a listener after each change.
 
         Args:
             listener: called after each change, in a thread of the node.
 
         Returns:
-            A function that stops this.
+            A function that removes the listener; without listeners, the buffer is no longer filled.
         """
         with self._lock:
             if not self._num_watchers:
                 self.buffer = Buffer(warn=lambda text: None)
-                self._newest_stamps, self._now = {}, float("-inf")
+                self._newest_stamps, self._newest_time = {}, float("-inf")
                 self._unsubscribers.append(self._listen("/tf", self._on_tf))
                 try:
                     self._unsubscribers.append(self._listen("/tf_static", self._on_tf_static))
@@ -81,26 +81,26 @@ class World:
 
         return unwatch
 
-    def pose(self, fixed: str, frame: str, stamp: Time | None = None) -> Pose | None:
+    def pose(self, fixed_frame: str, frame: str, stamp: Time | None = None) -> Pose | None:
         """Return the pose of a frame.
 
         Args:
-            fixed: the frame in which the pose is expressed.
+            fixed_frame: the frame in which the pose is expressed.
             frame: the frame whose pose is returned.
             stamp: the time; None, or a time for which the buffer has no data, stands for the latest one.
 
         Returns:
             The pose; None if there is no connection between the frames, or a transform has non-finite numbers.
         """
-        fixed, frame = fixed.lstrip("/"), frame.lstrip("/")
-        if fixed == frame:
+        fixed_frame, frame = fixed_frame.lstrip("/"), frame.lstrip("/")
+        if fixed_frame == frame:
             return list(IDENTITY)
         for time in (stamp, None) if stamp else (None,):
             try:
-                found = self.buffer.lookup_transform(fixed, frame, time)
+                stamped_transform = self.buffer.lookup_transform(fixed_frame, frame, time)
             except TransformException:
                 continue
-            translation, rotation = found.transform.translation, found.transform.rotation
+            translation, rotation = stamped_transform.transform.translation, stamped_transform.transform.rotation
             pose = [translation.x, translation.y, translation.z, rotation.x, rotation.y, rotation.z, rotation.w]
             return pose if all(abs(value) < MAX_MAGNITUDE for value in pose) else None
         return None
@@ -110,7 +110,7 @@ class World:
         if not stamps:
             return
         newest = self._newest_stamps.get(publisher, 0.0)
-        previous, self._now = self._now, now
+        previous, self._newest_time = self._newest_time, now
         if max(stamps) < newest - _MAX_STAMP_STEP_BACK or now < previous - _MAX_CLOCK_STEP_BACK:
             self.buffer.clear()  # static transforms stay
             self._newest_stamps.clear()
@@ -126,16 +126,18 @@ class World:
     def _add(self, arrival: Arrival, static: bool) -> None:
         try:
             message: Any = arrival.message
-            self._put(message.transforms, arrival, static)
+            self._store(message.transforms, arrival, static)
         except (MessageError, AttributeError, TypeError):
             return  # not transforms, which the frames panel reports
         for listener in self._listeners:
             listener()
 
-    def _put(self, transforms: Any, arrival: Arrival, static: bool) -> None:
+    def _store(self, transforms: Any, arrival: Arrival, static: bool) -> None:
         publisher = (arrival.raw._connection_header or {}).get("callerid", "")
         if not static:
             self._reset_if_time_jumped_back(transforms, publisher, arrival.time)
         if len(self.buffer.frames()) > MAX_FRAMES:
-            transforms = [one for one in transforms if self.buffer.has_frame(one.child_frame_id.lstrip("/"))]
+            transforms = [
+                transform for transform in transforms if self.buffer.has_frame(transform.child_frame_id.lstrip("/"))
+            ]
         self.buffer.set_transforms(transforms, publisher, static=static)

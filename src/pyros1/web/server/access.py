@@ -22,7 +22,9 @@ if TYPE_CHECKING:
 
 MAX_PAGES = 64
 LOOPBACK = frozenset({"localhost", "127.0.0.1", "::1"})
-_HOST = re.compile(r"(?:\[(?P<six>[0-9A-Fa-f:.]+)\]|(?P<name>[A-Za-z0-9._-]+))(?::(?P<port>\d{1,5}))?\Z", re.ASCII)
+_HOST_PATTERN = re.compile(
+    r"(?:\[(?P<six>[0-9A-Fa-f:.]+)\]|(?P<name>[A-Za-z0-9._-]+))(?::(?P<port>\d{1,5}))?\Z", re.ASCII
+)
 
 
 _STALE_TOKEN = "This link is from an earlier run of the server: pyros1 web creates a new token each time it starts."
@@ -63,7 +65,7 @@ class Access:
 
     def is_own_name(self, host: str | None) -> bool:
         """Return whether a Host header contains a name of this server."""
-        match = _HOST.match(host or "")
+        match = _HOST_PATTERN.match(host or "")
         if match is None:
             return False
         name = (match["six"] or match["name"]).lower()

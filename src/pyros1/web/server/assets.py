@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 PAGE_FOLDER = Path(__file__).parents[1] / "page"
-_TYPES = {
+_CONTENT_TYPES = {
     ".html": "text/html; charset=utf-8",
     ".js": "text/javascript; charset=utf-8",
     ".css": "text/css; charset=utf-8",
@@ -53,11 +53,11 @@ class Assets:
     def get(self, path: str) -> Asset | None:
         """Return the file at a URL path; None if it does not exist."""
         file = self._paths.get(path)
-        kind = _TYPES.get(file.suffix) if file else None
-        if file is None or kind is None:
+        content_type = _CONTENT_TYPES.get(file.suffix) if file else None
+        if file is None or content_type is None:
             return None
         try:
             body = file.read_bytes()  # read each time, for developers of panels who reload the page
         except OSError:
             return None
-        return Asset(body, kind, f'"{hashlib.sha256(body).hexdigest()[:20]}"')
+        return Asset(body, content_type, f'"{hashlib.sha256(body).hexdigest()[:20]}"')

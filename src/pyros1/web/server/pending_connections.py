@@ -25,7 +25,7 @@ class PendingConnections:
 
     Args:
         allowlist: decides which machines may connect; None for all.
-        max_pending: maximum number of connections.
+        max_pending: maximum number of pending connections; the oldest ones are closed.
     """
 
     def __init__(self, allowlist: Allowlist | None = None, max_pending: int = MAX_PENDING) -> None:
@@ -33,12 +33,12 @@ class PendingConnections:
         self._max_pending = max_pending
         self._transports: dict[_Connection, BaseTransport] = {}
 
-    def connection(self, *args: Any, **options: Any) -> ServerConnection:
+    def create_connection(self, *args: Any, **options: Any) -> ServerConnection:
         """Create a connection; to be passed to websockets as ``create_connection``."""
         return _Connection(self, *args, **options)
 
     def add(self, connection: _Connection, transport: BaseTransport) -> None:
-        """Add a new connection, or close it before anything is read."""
+        """Add a new connection, or close it, before anything is read, if its machine may not connect."""
         peer, local = transport.get_extra_info("peername"), transport.get_extra_info("sockname")
         if self._allowlist is not None and not (peer and local and self._allowlist.admit_address(peer[0], local[0])):
             transport.abort()  # type: ignore[attr-defined]

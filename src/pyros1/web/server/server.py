@@ -28,7 +28,7 @@ from websockets.protocol import State
 from websockets.typing import Subprotocol
 
 from pyros1.web import calls
-from pyros1.web.foxglove import PROTOCOLS as FOXGLOVE
+from pyros1.web.foxglove import PROTOCOLS as FOXGLOVE_PROTOCOLS
 from pyros1.web.foxglove.connection import Viewer
 from pyros1.web.foxglove.shared import ViewerContext
 from pyros1.web.package_files import FileError
@@ -93,10 +93,10 @@ class WebServer:
         self._robot = robot
         self._access = access
         self._assets = Assets()
-        self._pushes = ThreadPool(_MAX_THREADS, "web: pushes")
-        self._calls = ThreadPool(_MAX_THREADS, "web: calls")
-        self._services = ThreadPool(MAX_PAGES * MAX_CONCURRENT_CALLS, "web: services")
-        self._bridge = Bridge(robot, self._services)
+        self._push_threads = ThreadPool(_MAX_THREADS, "web: pushes")
+        self._call_threads = ThreadPool(_MAX_THREADS, "web: calls")
+        self._service_threads = ThreadPool(MAX_PAGES * MAX_CONCURRENT_CALLS, "web: services")
+        self._bridge = Bridge(robot, self._service_threads)
         self._viewers = ViewerContext(robot)
         self._pending_connections = PendingConnections(access.allowlist)
         self._num_pages = 0
@@ -127,7 +127,7 @@ class WebServer:
                 finally:
                     cleanup_task.cancel()
         finally:
-            for threads in (self._pushes, self._calls, self._services):
+            for threads in (self._push_threads, self._call_threads, self._service_threads):
                 threads.shutdown(wait=False, cancel_futures=True)
             self._bridge.close()
 
@@ -139,7 +139,7 @@ class WebServer:
                     self._serve_connection,
                     host,
                     port or await _free_port(host),
-                    create_connection=self._pending_connections.connection,  # type: ignore[arg-type]  # returns a connection
+                    create_connection=self._pending_connections.create_connection,  # type: ignore[arg-type]  # returns a connection
                     process_request=self._process_request,
                     select_subprotocol=_choose_protocol,
                     max_size=MAX_FRAME,
@@ -160,7 +160,7 @@ class WebServer:
     async def _clean_up_periodically(self) -> None:
         while True:
             await asyncio.sleep(_CLEANUP_PERIOD)
-            await asyncio.get_running_loop().run_in_executor(self._calls, self._robot.clean_up)
+            await asyncio.get_running_loop().run_in_executor(self._call_threads, self._robot.clean_up)
 
     async def _process_request(self, connection: ServerConnection, request: Request) -> Response | None:
         """Return the response to an HTTP request; None accepts a WebSocket."""
@@ -182,14 +182,14 @@ class WebServer:
             if problem := self._access.token_problem(request.path):
                 return _text_response(HTTPStatus.UNAUTHORIZED, f"{problem}\n")
             loop = asyncio.get_running_loop()
-            return await loop.run_in_executor(self._calls, self._package_file, request.path)
-        return self._file(path, request.headers.get("If-None-Match"))
+            return await loop.run_in_executor(self._call_threads, self._package_file, request.path)
+        return self._page_file(path, request.headers.get("If-None-Match"))
 
     def _admit(self, request: Request) -> Response | None:
         """Return None to accept a WebSocket, or a refusal. See `Access.allows_programs_from_anywhere`."""
         origin, host = request.headers.get("Origin"), request.headers.get("Host")
-        from_anywhere = _is_from_program(request) and self._access.allows_programs_from_anywhere
-        if not from_anywhere and not self._access.is_own_page(origin, host):
+        is_allowed_program = _is_from_program(request) and self._access.allows_programs_from_anywhere
+        if not is_allowed_program and not self._access.is_own_page(origin, host):
             return _text_response(HTTPStatus.FORBIDDEN, "Pages of other sites may not connect.\n")
         if problem := self._access.token_problem(request.path):
             return _text_response(HTTPStatus.UNAUTHORIZED, f"{problem}\n")
@@ -198,7 +198,7 @@ class WebServer:
             return _text_response(HTTPStatus.SERVICE_UNAVAILABLE, message)
         return None
 
-    def _file(self, path: str, etag: str | None) -> Response:
+    def _page_file(self, path: str, etag: str | None) -> Response:
         if path == "/panels.json":
             return _response(
                 HTTPStatus.OK, json.dumps(self._assets.panels).encode(), {"Content-Type": "application/json"}
@@ -229,13 +229,15 @@ class WebServer:
         self._num_pages += 1
         try:
             # The tasks of each connection take turns with those of the others.
-            pushes, calls, services = (threads.queue() for threads in (self._pushes, self._calls, self._services))
-            if connection.subprotocol in FOXGLOVE:
-                await Viewer(connection, self._viewers, pushes, calls, services).run()
+            push_queue, call_queue, service_queue = (
+                threads.queue() for threads in (self._push_threads, self._call_threads, self._service_threads)
+            )
+            if connection.subprotocol in FOXGLOVE_PROTOCOLS:
+                await Viewer(connection, self._viewers, push_queue, call_queue, service_queue).run()
             elif connection.request is not None and urlsplit(connection.request.path).path in _ROSBRIDGE_PATHS:
                 await self._bridge.serve(connection)
             else:
-                await _Page(connection, self._robot, pushes, calls, services).run()
+                await _Page(connection, self._robot, push_queue, call_queue, service_queue).run()
         finally:
             self._num_pages -= 1
 
@@ -244,27 +246,32 @@ class _Page:
     """Drives a `Session`: one task reads, one checks for due pushes, and there is one task per push and per call."""
 
     def __init__(
-        self, socket: ServerConnection, robot: Robot, pushes: Executor, calls: Executor, services: Executor
+        self,
+        connection: ServerConnection,
+        robot: Robot,
+        push_threads: Executor,
+        call_threads: Executor,
+        service_threads: Executor,
     ) -> None:
-        self._socket = socket
-        self._pushes = pushes
-        self._calls = calls
-        self._services = services
+        self._connection = connection
+        self._push_threads = push_threads
+        self._call_threads = call_threads
+        self._service_threads = service_threads
         self._loop = asyncio.get_running_loop()
         self._wake_event = asyncio.Event()
         self._wake_scheduled = False
         self._session = Session(robot, self._wake)
         self._tasks: set[asyncio.Task[None]] = set()
         self._call_slots = asyncio.Semaphore(_MAX_CALLS)
-        self._running_service_calls = 0  # no other request waits for these calls to finish
+        self._num_running_service_calls = 0  # no other request waits for these calls to finish
 
     async def run(self) -> None:
         self._start_task(self._push_due_streams)
         remaining = _MAX_FINAL_REQUESTS
         try:
-            async for text in self._socket:
+            async for text in self._connection:
                 await self._handle_request(text)
-                remaining -= self._socket.state is not State.OPEN
+                remaining -= self._connection.state is not State.OPEN
                 if remaining <= 0:
                     break
         except ConnectionClosed:
@@ -273,58 +280,58 @@ class _Page:
             for task in self._tasks:
                 task.cancel()
             await asyncio.gather(*self._tasks, return_exceptions=True)
-            await self._loop.run_in_executor(self._pushes, self._session.close)
+            await self._loop.run_in_executor(self._push_threads, self._session.close)
 
     async def _handle_request(self, text: str | bytes) -> None:
         try:
             request = wire.parse(text)
         except RequestError as error:
-            await self._socket.close(1008, str(error)[:100])
+            await self._connection.close(1008, str(error)[:100])
             return
         if isinstance(request, wire.Call):
             if request.name in calls.LONG_CALLS:
-                if self._running_service_calls < MAX_CONCURRENT_CALLS:
-                    self._running_service_calls += 1
-                    self._start_task(self._call_service, request)
+                if self._num_running_service_calls < MAX_CONCURRENT_CALLS:
+                    self._num_running_service_calls += 1
+                    self._start_task(self._run_long_call, request)
                 else:
                     problem = f"{MAX_CONCURRENT_CALLS} service calls are already waiting for responses"
-                    await self._socket.send(wire.failure(request.id, problem))
+                    await self._connection.send(wire.failure(request.id, problem))
                 return
             await self._call_slots.acquire()
-            self._start_task(self._call, request)
+            self._start_task(self._run_call, request)
             return
-        for frame in await self._loop.run_in_executor(self._pushes, self._session.handle, request):
-            await self._socket.send(frame)
+        for frame in await self._loop.run_in_executor(self._push_threads, self._session.handle, request):
+            await self._connection.send(frame)
 
-    async def _call(self, call: wire.Call) -> None:
+    async def _run_call(self, call: wire.Call) -> None:
         try:
-            frame = await self._loop.run_in_executor(self._calls, self._session.run_call, call)
-            await self._socket.send(frame)
+            frame = await self._loop.run_in_executor(self._call_threads, self._session.run_call, call)
+            await self._connection.send(frame)
         finally:
             self._call_slots.release()
 
-    async def _call_service(self, call: wire.Call) -> None:
+    async def _run_long_call(self, call: wire.Call) -> None:
         try:
-            frame = await self._loop.run_in_executor(self._services, self._session.run_call, call)
-            await self._socket.send(frame)
+            frame = await self._loop.run_in_executor(self._service_threads, self._session.run_call, call)
+            await self._connection.send(frame)
         finally:
-            self._running_service_calls -= 1
+            self._num_running_service_calls -= 1
 
     async def _push_due_streams(self) -> None:
         while True:
             self._wake_event.clear()
             self._wake_scheduled = False
-            numbers, next_time = self._session.due(monotonic())
-            for number in numbers:
+            stream_numbers, next_time = self._session.due(monotonic())
+            for number in stream_numbers:
                 self._start_task(self._push, number)
-            wait = None if next_time is None else max(0.0, next_time - monotonic())
-            await wait_for_event(self._wake_event, wait)
+            timeout = None if next_time is None else max(0.0, next_time - monotonic())
+            await wait_for_event(self._wake_event, timeout)
             await asyncio.sleep(_COALESCE_DELAY)
 
     async def _push(self, number: int) -> None:
-        frame = await self._loop.run_in_executor(self._pushes, self._session.push, number)
+        frame = await self._loop.run_in_executor(self._push_threads, self._session.push, number)
         if frame is not None:
-            await self._socket.send(frame)  # waits while the page is slow
+            await self._connection.send(frame)  # waits while the page is slow
 
     def _start_task(self, work: Callable[..., Coroutine[Any, Any, None]], *args: Any) -> None:
         async def guarded() -> None:
@@ -358,8 +365,8 @@ class _LoopErrorLog:
 async def _free_port(host: str) -> int:
     """Return a port that is free at one address of a host, and so probably at the others; 0 if there is none."""
     getaddrinfo = asyncio.get_running_loop().getaddrinfo
-    for family, kind, protocol, _, address in await getaddrinfo(host or None, None, type=socket.SOCK_STREAM):
-        with contextlib.suppress(OSError), closing(socket.socket(family, kind, protocol)) as probe:
+    for family, socket_type, protocol, _, address in await getaddrinfo(host or None, None, type=socket.SOCK_STREAM):
+        with contextlib.suppress(OSError), closing(socket.socket(family, socket_type, protocol)) as probe:
             probe.bind((address[0], 0, *address[2:]))
             port: int = probe.getsockname()[1]
             return port
@@ -375,12 +382,12 @@ def _is_from_program(request: Request) -> bool:
     offered = [
         name.strip() for header in request.headers.get_all("Sec-WebSocket-Protocol") for name in header.split(",")
     ]
-    is_viewer = not {*FOXGLOVE}.isdisjoint(offered)
+    is_viewer = not {*FOXGLOVE_PROTOCOLS}.isdisjoint(offered)
     return PROTOCOL not in offered and (is_viewer or urlsplit(request.path).path in _ROSBRIDGE_PATHS)
 
 
 def _choose_protocol(_: ServerConnection, offered: Sequence[Subprotocol]) -> Subprotocol | None:
-    return next((Subprotocol(name) for name in (PROTOCOL, *FOXGLOVE) if name in offered), None)
+    return next((Subprotocol(name) for name in (PROTOCOL, *FOXGLOVE_PROTOCOLS) if name in offered), None)
 
 
 def _text_response(status: HTTPStatus, text: str) -> Response:

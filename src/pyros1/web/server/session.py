@@ -16,7 +16,7 @@ from pyros1.web.views.view import View
 
 MAX_STREAMS = 200
 _RETRY_DELAY = 1.0
-"""Seconds until the creation of a failed view is retried."""
+"""Seconds after which the creation of a view that has failed is retried."""
 
 
 class _Stream:
@@ -32,20 +32,20 @@ class _Stream:
         self.args = args
         self.lock = threading.Lock()  # guards the view, which may be slow and must not delay others
         self.view: View | None = None
-        self.busy = False
+        self.is_pushing = False
         self.closed = False
         self.acknowledged = True  # the page has displayed the last push
-        self.updated = True
+        self.has_update = True
         self.pushed_at = float("-inf")
         self.problem = ""
 
-    def due(self) -> float | None:
+    def due_time(self) -> float | None:
         """Return when the next push is due; None if not before an event."""
-        if self.busy or self.closed:
+        if self.is_pushing or self.closed:
             return None
         if self.view is None:
             return self.pushed_at + _RETRY_DELAY
-        if not self.acknowledged or not (self.updated or self.view.polled):
+        if not self.acknowledged or not (self.has_update or self.view.polled):
             return None
         return self.pushed_at + self.view.period
 
@@ -79,11 +79,11 @@ class Session:
         numbers: list[int] = []
         next_time: float | None = None
         for number, stream in list(self._streams.items()):
-            due = stream.due()
+            due = stream.due_time()
             if due is None:
                 continue
             if due <= now:
-                stream.busy, stream.pushed_at, stream.updated = True, now, False
+                stream.is_pushing, stream.pushed_at, stream.has_update = True, now, False
                 numbers.append(number)
             else:
                 next_time = due if next_time is None else min(due, next_time)
@@ -98,7 +98,7 @@ class Session:
             try:
                 return self._frame(number, stream)
             finally:
-                stream.busy = False
+                stream.is_pushing = False
                 self._wake()
 
     def handle(self, request: wire.Open | wire.Change | wire.Next | wire.Close) -> list[str]:
@@ -144,7 +144,7 @@ class Session:
         view_class = views.view_class(name)
 
         def on_update() -> None:
-            stream.updated = True
+            stream.has_update = True
             self._wake()
 
         stream = self._streams[number] = _Stream(lambda args: view_class(self._robot, args, on_update), args)
@@ -158,7 +158,7 @@ class Session:
             stream.args = args
             if stream.view is not None:
                 stream.view.change(args)
-            stream.updated, stream.pushed_at, stream.problem = True, float("-inf"), ""
+            stream.has_update, stream.pushed_at, stream.problem = True, float("-inf"), ""
         self._wake()
 
     def _frame(self, number: int, stream: _Stream) -> str | bytes | None:

@@ -1,4 +1,4 @@
-"""A thread pool for work that may take long. One of `concurrent.futures` would delay the exit of the program."""
+"""A thread pool for work that may take long. A pool from `concurrent.futures` would delay the exit of the program."""
 
 from __future__ import annotations
 
@@ -37,11 +37,11 @@ class ThreadPool(Executor):
         self._num_queued = 0
         self._num_idle = 0
         self._threads: set[threading.Thread] = set()
-        self._started_count = 0
+        self._num_started = 0
         self._ended = False
 
     def queue(self) -> Executor:
-        """Return an executor on the same threads whose work takes turns with that of other queues.
+        """Return an executor that uses the same threads, and whose work takes turns with that of other queues.
 
         A busy queue thus delays others by only one job at a time.
         """
@@ -52,7 +52,11 @@ class ThreadPool(Executor):
         return self.submit_to(self, fn, *args, **kwargs)
 
     def submit_to(self, queue: object, fn: Callable[..., _T], /, *args: Any, **kwargs: Any) -> Future[_T]:
-        """Submit work to a queue."""
+        """Submit work to a queue.
+
+        Raises:
+            RuntimeError: the pool has been shut down.
+        """
         future: Future[_T] = Future()
         with self._changed:
             if self._ended:
@@ -60,8 +64,8 @@ class ThreadPool(Executor):
             self._queues.setdefault(queue, deque()).append(_Job(future, fn, args, kwargs))
             self._num_queued += 1
             if self._num_queued > self._num_idle and len(self._threads) < self._max_threads:
-                self._started_count += 1
-                thread = threading.Thread(target=self._worker, name=f"{self._name} {self._started_count}", daemon=True)
+                self._num_started += 1
+                thread = threading.Thread(target=self._run_jobs, name=f"{self._name} {self._num_started}", daemon=True)
                 self._threads.add(thread)
                 thread.start()
             else:
@@ -89,8 +93,8 @@ class ThreadPool(Executor):
             for thread in threads:
                 thread.join()
 
-    def _worker(self) -> None:
-        while (job := self._next()) is not None:
+    def _run_jobs(self) -> None:
+        while (job := self._next_job()) is not None:
             if job.future.set_running_or_notify_cancel():
                 try:
                     job.future.set_result(job.function(*job.args, **job.kwargs))
@@ -98,7 +102,7 @@ class ThreadPool(Executor):
                     job.future.set_exception(error)
             del job  # keep no references while the thread waits
 
-    def _next(self) -> _Job | None:
+    def _next_job(self) -> _Job | None:
         """Wait for a job and return it; None if the thread should end."""
         with self._changed:
             while not self._queues:

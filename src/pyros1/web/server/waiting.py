@@ -1,4 +1,4 @@
-"""Waiting in the server's loop, with a timeout, and for a client's pending operations."""
+"""Waits in the server's event loop: for an event, and for a client's pending operations, each with a timeout."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ class Pending:
     def __init__(self, wake: Callable[[], object]) -> None:
         self._wake = wake
         self._lock = threading.Lock()
-        self._pending: set[object] = set()
+        self._tokens: set[object] = set()  # one for each operation in progress
 
     def __bool__(self) -> bool:
         """Return whether an operation is in progress."""
-        return bool(self._pending)
+        return bool(self._tokens)
 
     def begin(self) -> Callable[[], None]:
         """Record that an operation is in progress; return the function to call when it is done."""
         token = object()
         with self._lock:
-            self._pending.add(token)
+            self._tokens.add(token)
 
         def done() -> None:
             with self._lock:
-                self._pending.discard(token)
-                is_done = not self._pending
+                self._tokens.discard(token)
+                is_done = not self._tokens
             if is_done:
                 self._wake()
 
@@ -45,11 +45,11 @@ class Pending:
     def abandon(self) -> None:
         """Stop waiting for the operations in progress."""
         with self._lock:
-            self._pending.clear()
+            self._tokens.clear()
 
 
 async def wait_for_event(event: asyncio.Event, seconds: float | None) -> None:
-    """Wait until an event is set, for at most this many seconds; None for no limit.
+    """Wait until an event is set, for a maximum number of seconds; None for no limit.
 
     Before Python 3.12, `asyncio.wait_for` may swallow a cancellation that arrives together with the event, and a loop
     around it then never ends (https://github.com/python/cpython/issues/86296).
@@ -62,7 +62,7 @@ async def wait_for_event(event: asyncio.Event, seconds: float | None) -> None:
 
 
 async def wait_until_done(pending: Pending, wake_event: asyncio.Event, seconds: float) -> None:
-    """Wait until no operation is pending, for at most this many seconds; then abandon those that are left.
+    """Wait until no operation is pending; after a maximum number of seconds, abandon those that are left.
 
     Args:
         pending: the operations in progress.

@@ -129,24 +129,24 @@ def _number(value: object) -> int:
     return value
 
 
-def result(number: int, value: Any) -> str:
+def result(call_id: int, value: Any) -> str:
     """Return the frame with the result of a call."""
-    return _dumps({"id": number, "result": value})
+    return _dumps({"id": call_id, "result": value})
 
 
-def failure(number: int, text: str) -> str:
+def failure(call_id: int, text: str) -> str:
     """Return the frame with the reason why a call failed."""
-    return _dumps({"id": number, "error": text})
+    return _dumps({"id": call_id, "error": text})
 
 
-def push(stream: int, data: Push) -> str | bytes:
+def push(stream: int, update: Push) -> str | bytes:
     """Return the frame of a push."""
-    text = _dumps({"stream": stream, "data": data.data})
-    if data.blob is None:
+    text = _dumps({"stream": stream, "data": update.data})
+    if update.blob is None:
         return text
     header = text.encode("ascii")
     header += b" " * (-(4 + len(header)) % _ALIGNMENT)
-    return struct.pack("<I", len(header)) + header + data.blob
+    return struct.pack("<I", len(header)) + header + update.blob
 
 
 def problem(stream: int, text: str) -> str:

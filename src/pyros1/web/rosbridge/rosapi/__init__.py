@@ -1,8 +1,8 @@
 """The services of rosapi for clients: lists of nodes, topics and services, their details, and parameters.
 
 They run here, without a node or a registration. Each is a function in a module of this package, called with the robot
-and the arguments, and returns the values of the response. `SERVICES` of a module has them by name, with the fields of
-the request. See https://wiki.ros.org/rosapi.
+and the arguments, and returns the values of the response. `SERVICES` of a module lists them by name, with the names
+of the fields of the request. See https://wiki.ros.org/rosapi.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ _MODULES = ("topics", "services", "nodes", "params", "details")
 
 
 def _services() -> Services:
-    found: Services = {}
+    services: Services = {}
     for name in _MODULES:
-        found.update(import_module(f"{__name__}.{name}").SERVICES)
-    return found
+        services.update(import_module(f"{__name__}.{name}").SERVICES)
+    return services
 
 
-def has(name: str) -> bool:
+def provides(name: str) -> bool:
     """Return whether a service's full name is that of a rosapi service."""
     return name.startswith(PREFIX)
 
@@ -62,7 +62,7 @@ def _string_args(fields: tuple[str, ...], args: Any) -> dict[str, str]:
     """
     if isinstance(args, list):
         args = args[0] if len(args) == 1 and isinstance(args[0], dict) else dict(zip(fields, args, strict=False))
-    found = {name: args.get(name, "") if isinstance(args, dict) else "" for name in fields}
-    if not all(isinstance(value, str) for value in found.values()):
+    string_args = {name: args.get(name, "") if isinstance(args, dict) else "" for name in fields}
+    if not all(isinstance(value, str) for value in string_args.values()):
         raise BridgeError(f"the arguments must be strings: {', '.join(fields)}")
-    return found
+    return string_args

@@ -12,14 +12,14 @@ from pyros1.web.rosbridge.rosapi import Services
 
 _NO_ARRAY = -1
 _ANY_LENGTH = 0
-_TIMES = ("time", "duration")
+_TIME_TYPES = ("time", "duration")
 
 
 def _message(_: Robot, args: Mapping[str, str]) -> dict[str, Any]:
-    kind = args["type"]
-    if kind in BUILTINS:
-        return {"typedefs": [_time(kind)] if kind in _TIMES else []}
-    return _definitions(load_message(kind))
+    type_name = args["type"]
+    if type_name in BUILTINS:
+        return {"typedefs": [_time_definition(type_name)] if type_name in _TIME_TYPES else []}
+    return _definitions(load_message(type_name))
 
 
 def _request(_: Robot, args: Mapping[str, str]) -> dict[str, Any]:
@@ -38,20 +38,20 @@ def _nested_definitions(cls: type[Message], seen: set[str]) -> Iterator[dict[str
     """Yield the definition of a class, and those of its fields' types, each once."""
     seen.add(cls._type)
     yield _definition(cls)
-    for kind in cls._slot_types:
-        base = kind.partition("[")[0]
+    for field_type in cls._slot_types:
+        base = field_type.partition("[")[0]
         if base in seen:
             continue
-        if base in _TIMES:
+        if base in _TIME_TYPES:
             seen.add(base)
-            yield _time(base)
+            yield _time_definition(base)
         elif base in cls._classes:
             yield from _nested_definitions(cls._classes[base], seen)
 
 
-def _time(kind: str) -> dict[str, Any]:
+def _time_definition(type_name: str) -> dict[str, Any]:
     return {
-        "type": kind,
+        "type": type_name,
         "fieldnames": ["secs", "nsecs"],
         "fieldtypes": ["int32", "int32"],
         "fieldarraylen": [_NO_ARRAY, _NO_ARRAY],
@@ -62,20 +62,22 @@ def _time(kind: str) -> dict[str, Any]:
 
 
 def _definition(cls: type[Message]) -> dict[str, Any]:
-    fields = [(name, *kind.partition("[")) for name, kind in zip(cls.__slots__, cls._slot_types, strict=True)]
+    fields = [
+        (name, *field_type.partition("[")) for name, field_type in zip(cls.__slots__, cls._slot_types, strict=True)
+    ]
     constants = sorted(cls._text_source[1].constants, key=lambda constant: constant.name)
     return {
         "type": cls._type,
         "fieldnames": [name for name, *_ in fields],
         "fieldtypes": [base for _, base, *_ in fields],
-        "fieldarraylen": [_length(bracket, rest) for *_, bracket, rest in fields],
+        "fieldarraylen": [_array_length(bracket, rest) for *_, bracket, rest in fields],
         "examples": [_example(base, bracket, cls) for _, base, bracket, _ in fields],
         "constnames": [constant.name for constant in constants],
         "constvalues": [str(constant.value) for constant in constants],
     }
 
 
-def _length(bracket: str, rest: str) -> int:
+def _array_length(bracket: str, rest: str) -> int:
     if not bracket:
         return _NO_ARRAY
     return int(rest[:-1]) if rest != "]" else _ANY_LENGTH
@@ -84,7 +86,7 @@ def _length(bracket: str, rest: str) -> int:
 def _example(base: str, bracket: str, cls: type[Message]) -> str:
     if bracket:
         return "[]"
-    if base in cls._classes or base in _TIMES:
+    if base in cls._classes or base in _TIME_TYPES:
         return "{}"
     return {"string": "", "bool": "False", "float32": "0.0", "float64": "0.0"}.get(base, "0")
 

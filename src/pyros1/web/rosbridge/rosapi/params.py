@@ -8,7 +8,7 @@ from typing import Any
 from pyros1.ground.errors import InvalidNameError, ParameterNotSetError
 from pyros1.web.client_json import loads
 from pyros1.web.robot import Robot
-from pyros1.web.rosbridge.frames import text
+from pyros1.web.rosbridge.frames import to_json
 from pyros1.web.rosbridge.operations import BridgeError
 from pyros1.web.rosbridge.rosapi import Services
 
@@ -30,24 +30,24 @@ def _get(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     except ParameterNotSetError:
         return {"value": _default(args["default"])}
     try:
-        return {"value": text(value)}
+        return {"value": to_json(value)}
     except (TypeError, ValueError):
-        return {"value": text(_plain(value))}  # dates and bytes
+        return {"value": to_json(_to_json_types(value))}  # dates and bytes
 
 
 def _default(default: str) -> str:
     """Return a default value as JSON; a default that is not JSON is taken as a string."""
     try:
-        return text(loads(default) if default else None)
+        return to_json(loads(default) if default else None)
     except ValueError:
-        return text(default)
+        return to_json(default)
 
 
-def _plain(value: Any) -> Any:
+def _to_json_types(value: Any) -> Any:
     if isinstance(value, dict):
-        return {str(name): _plain(inner) for name, inner in value.items()}
+        return {str(name): _to_json_types(child) for name, child in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_plain(inner) for inner in value]
+        return [_to_json_types(child) for child in value]
     return value if value is None or isinstance(value, (str, int, float)) else str(value)
 
 
@@ -80,8 +80,8 @@ def _has(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
 
 
 def _search(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
-    found = (robot.master.search_param(args["name"]) if args["name"] else None) or ""
-    return {"global_name": found if found and robot.parameters.has(found) else ""}
+    full_name = (robot.master.search_param(args["name"]) if args["name"] else None) or ""
+    return {"global_name": full_name if full_name and robot.parameters.has(full_name) else ""}
 
 
 def _names(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:

@@ -39,9 +39,11 @@ def _type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     return {"type": _type_of(robot, args["service"])}
 
 
-def _with_type(robot: Robot, names: Iterable[str], kind: str) -> list[str]:
-    types = run_concurrently({name: partial(_type_of, robot, name) for name in names}, _PROBE_TIMEOUT) if kind else {}
-    return [name for name, found in types.items() if found == kind]
+def _with_type(robot: Robot, names: Iterable[str], type_name: str) -> list[str]:
+    types = (
+        run_concurrently({name: partial(_type_of, robot, name) for name in names}, _PROBE_TIMEOUT) if type_name else {}
+    )
+    return [name for name, actual_type in types.items() if actual_type == type_name]
 
 
 def _of_type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:

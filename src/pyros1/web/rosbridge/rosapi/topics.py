@@ -11,7 +11,7 @@ from pyros1.msgs import load_message
 from pyros1.web.robot import Robot
 from pyros1.web.rosbridge.rosapi import Services
 
-_ACTION = {"goal": "ActionGoal", "result": "ActionResult", "feedback": "ActionFeedback"}
+_ACTION_TYPE_SUFFIXES = {"goal": "ActionGoal", "result": "ActionResult", "feedback": "ActionFeedback"}
 """Last parts of an action's topics, and the suffixes of their types."""
 
 
@@ -31,34 +31,38 @@ def _topics(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
 
 def _raw_types(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
     types = _types(robot)
-    definitions = {kind: _definition(kind) for kind in set(types.values())}
+    definitions = {type_name: _definition(type_name) for type_name in set(types.values())}
     return {
         "topics": list(types),
         "types": list(types.values()),
-        "typedefs_full_text": [definitions[kind] for kind in types.values()],
+        "typedefs_full_text": [definitions[type_name] for type_name in types.values()],
     }
 
 
-def _definition(kind: str) -> str:
+def _definition(type_name: str) -> str:
     try:
-        return load_message(kind)._full_text if kind else ""
+        return load_message(type_name)._full_text if type_name else ""
     except MessageError:
         return ""  # not installed here
 
 
 def _of_type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
-    return {"topics": [name for name, kind in _types(robot).items() if kind and kind == args["type"]]}
+    return {"topics": [name for name, type_name in _types(robot).items() if type_name and type_name == args["type"]]}
 
 
 def _type(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
     """Return the type of a topic; for a field of a topic, such as ``/odom/pose``, the type of its topic."""
     topic = args["topic"]
     robot.check_visible(topic)
-    kind = robot.type_of(topic)
-    if kind == "*":
-        types = {name: kind for name, kind in Graph(robot.master).topic_types().items() if topic.startswith(name + "/")}
-        kind = types.get(max(robot.access.visible(types), key=len, default=""), "")
-    return {"type": kind.replace("*", "")}
+    type_name = robot.type_of(topic)
+    if type_name == "*":
+        types = {
+            name: type_name
+            for name, type_name in Graph(robot.master).topic_types().items()
+            if topic.startswith(name + "/")
+        }
+        type_name = types.get(max(robot.access.visible(types), key=len, default=""), "")
+    return {"type": type_name.replace("*", "")}
 
 
 def _publishers(robot: Robot, args: Mapping[str, str]) -> dict[str, Any]:
@@ -78,7 +82,10 @@ def _action_servers(robot: Robot, _: Mapping[str, str]) -> dict[str, Any]:
         "action_servers": [
             name
             for name in names
-            if all(types.get(f"{name}/{end}", "").endswith(kind) for end, kind in _ACTION.items())
+            if all(
+                types.get(f"{name}/{end}", "").endswith(type_suffix)
+                for end, type_suffix in _ACTION_TYPE_SUFFIXES.items()
+            )
         ]
     }
 

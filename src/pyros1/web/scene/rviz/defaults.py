@@ -77,7 +77,7 @@ _SCALAR_DEFAULTS: Mapping[str, Any] = {  # of displays of one number, which are 
     "Use Fixed Frame": True,
     "Use rainbow": True,
 }
-_DEFAULTS_BY_KIND: Mapping[str, Mapping[str, Any]] = {
+_DEFAULTS_BY_CLASS: Mapping[str, Mapping[str, Any]] = {
     "FluidPressure": {
         **_SCALAR_DEFAULTS,
         "Channel Name": "fluid_pressure",
@@ -110,11 +110,11 @@ _DEFAULTS_BY_KIND: Mapping[str, Mapping[str, Any]] = {
 }
 
 
-def differs_from_default(kind: str, name: str, value: Any) -> bool:
+def differs_from_default(class_name: str, name: str, value: Any) -> bool:
     """Return whether a property differs from rviz's default.
 
     Args:
-        kind: the class of the object that has the property, without "rviz/".
+        class_name: the class of the object that has the property, without "rviz/".
         name: the property's name; for a nested property, all names joined by ``/``.
         value: the value in the file.
     """
@@ -122,7 +122,7 @@ def differs_from_default(kind: str, name: str, value: Any) -> bool:
         return False
     if name.startswith("Visibility/"):
         return value is not True
-    defaults = _DEFAULTS_BY_KIND.get(kind, _DEFAULTS)
+    defaults = _DEFAULTS_BY_CLASS.get(class_name, _DEFAULTS)
     if name not in defaults:
         defaults = _DEFAULTS
     if name not in defaults:

@@ -16,13 +16,13 @@ from pyros1.web.scene.rviz.defaults import differs_from_default
 from pyros1.web.scene.rviz.kinds import KINDS, Options
 from pyros1.web.scene.rviz.values import (
     Properties,
-    chosen,
+    boolean,
     class_of,
     colour,
-    flag,
-    given,
-    listed,
-    mapping,
+    drop_none,
+    list_or_empty,
+    mapped_choice,
+    mapping_or_empty,
     number,
     point,
     text,
@@ -34,13 +34,13 @@ MAX_BYTES = 2_000_000
 _MAX_DISPLAYS = 200
 _MAX_DEPTH = 10
 _MAX_NOTES = 40
-_WINDOW = 800.0
+_WINDOW_HEIGHT = 800.0
 """Height of rviz's window in pixels, if the file does not specify it."""
 _AXES_LENGTH = 0.2
 """Length of TF's axes in metres, at rviz's marker scale 1."""
-_GREY = "#a0a0a4"
+_GRID_COLOUR = "#a0a0a4"
 """rviz's default colour of grids; the page's default depends on its light or dark theme."""
-_BACKGROUND = "#303030"
+_BACKGROUND_COLOUR = "#303030"
 """rviz's default background colour; the page's default depends on its theme."""
 _MAX_HIDDEN_PARTS = 200
 _FRAMES = "frames"
@@ -71,7 +71,7 @@ def read_rviz(content: str, resolve: Callable[[str], str]) -> RvizFile:
         resolve: returns the full name of a topic or parameter.
 
     Raises:
-        RvizFileError: it is not an rviz file; the message, which lacks the file's name, says why.
+        RvizFileError: the content is not an rviz file; the message, which lacks the file's name, says why.
     """
     if len(content) > MAX_BYTES:
         raise RvizFileError(f"is longer than {MAX_BYTES} characters, which no rviz file is")
@@ -79,7 +79,7 @@ def read_rviz(content: str, resolve: Callable[[str], str]) -> RvizFile:
         data = load_yaml(content)
     except YamlError as error:
         raise RvizFileError(f"is not YAML: {one_line(str(error))}") from None
-    manager = mapping(mapping(data).get("Visualization Manager"))
+    manager = mapping_or_empty(mapping_or_empty(data).get("Visualization Manager"))
     if not manager:
         raise RvizFileError('has no "Visualization Manager": it was not saved by rviz')
     return _Reader(resolve).read(data, manager)
@@ -89,7 +89,7 @@ _PANELS = frozenset({"Displays", "Help", "Selection", "Time", "Tool Properties",
 _TOOLS = frozenset(
     {"FocusCamera", "Interact", "Measure", "MoveCamera", "PublishPoint", "Select", "SetGoal", "SetInitialPose"}
 )
-_PUBLISHING = {
+_PUBLISHING_TOOLS = {
     "SetGoal": ("goal", "/move_base_simple/goal"),
     "SetInitialPose": ("estimate", "/initialpose"),
     "PublishPoint": ("point", "/clicked_point"),
@@ -110,23 +110,23 @@ class _Reader:
         self._notes: list[str] = []
 
     def read(self, data: Mapping[Any, Any], manager: Mapping[Any, Any]) -> RvizFile:
-        global_options = Properties(mapping(manager.get("Global Options")))
+        global_options = Properties(mapping_or_empty(manager.get("Global Options")))
         fixed = text(global_options, "Fixed Frame").lstrip("/")
         visible = {_FRAMES: False, _GRID: False}
         for count, (display, enabled) in enumerate(self._displays(manager.get("Displays"))):
             if count == _MAX_DISPLAYS:
                 self._note(f"more than {_MAX_DISPLAYS} displays: the others are ignored")
                 break
-            self._display(display, enabled, visible)
+            self._read_display(display, enabled, visible)
         self._hidden += [key for key, is_visible in visible.items() if not is_visible]
-        height = number(mapping(data.get("Window Geometry")), "Height", 100, 10_000) or _WINDOW
-        current = Properties(mapping(mapping(manager.get("Views")).get("Current")))
-        view, note = view_settings(current, height)
+        height = number(mapping_or_empty(data.get("Window Geometry")), "Height", 100, 10_000) or _WINDOW_HEIGHT
+        current_view = Properties(mapping_or_empty(mapping_or_empty(manager.get("Views")).get("Current")))
+        view, note = view_settings(current_view, height)
         self._note(note)
         if not note:
-            self._note_missing(current, f"view {class_of(current)}")
+            self._note_unsupported(current_view, f"view {class_of(current_view)}")
         background = colour(global_options, "Background Color")
-        self._note_missing(global_options, "Global Options")
+        self._note_unsupported(global_options, "Global Options")
         settings = {
             "fixed": "" if fixed == FIXED else fixed,
             "topics": self._topics,
@@ -135,7 +135,7 @@ class _Reader:
             "hidden": self._hidden,
             **view,
         }
-        if background not in (None, _BACKGROUND):
+        if background not in (None, _BACKGROUND_COLOUR):
             settings["background"] = background
         self._read_tools_and_panels(data, manager)
         if self._tools:
@@ -146,41 +146,41 @@ class _Reader:
 
     def _displays(self, displays: Any, enabled: bool = True, depth: int = 0) -> Iterator[tuple[Properties, bool]]:
         """Yield the displays, including those in groups, and whether each is enabled."""
-        for values in map(mapping, listed(displays)):
+        for values in map(mapping_or_empty, list_or_empty(displays)):
             display = Properties(values)
-            is_enabled = enabled and flag(display, "Enabled") is not False
+            is_enabled = enabled and boolean(display, "Enabled") is not False
             if class_of(display) != "Group":
                 yield display, is_enabled
             elif depth < _MAX_DEPTH:
                 yield from self._displays(display.get("Displays"), is_enabled, depth + 1)
 
-    def _display(self, display: Properties, enabled: bool, visible: dict[str, bool]) -> None:
-        kind = class_of(display)
-        if kind == "TF":
+    def _read_display(self, display: Properties, enabled: bool, visible: dict[str, bool]) -> None:
+        class_name = class_of(display)
+        if class_name == "TF":
             visible[_FRAMES] = visible[_FRAMES] or enabled
-            self._frames(display)
-        elif kind == "Grid":
+            self._read_frames(display)
+        elif class_name == "Grid":
             visible[_GRID] = visible[_GRID] or enabled
-            self._grid(display)
-        elif kind == "Axes":
+            self._read_grid(display)
+        elif class_name == "Axes":
             if enabled:
                 self._note(f"{_name(display)}: use the TF display for axes of frames")
-        elif kind == "RobotModel":
-            self._robot(display, enabled)
-        elif kind in KINDS:
-            self._topic(display, enabled, kind)
+        elif class_name == "RobotModel":
+            self._read_robot(display, enabled)
+        elif class_name in KINDS:
+            self._read_topic(display, enabled, class_name)
         else:
             self._note(f"{_name(display)}: unsupported display {one_line(text(display, 'Class')) or 'without a class'}")
 
-    def _topic(self, display: Properties, enabled: bool, kind: str) -> None:
-        options, keys, prefix, transport = KINDS[kind]
+    def _read_topic(self, display: Properties, enabled: bool, class_name: str) -> None:
+        options, keys, prefix, shows_images = KINDS[class_name]
         topic = text(display, *keys)
         if not topic:
             self._note(f"{_name(display)}: it has no topic")
             return
         name = self._resolve(topic)
         hint = text(display, "Transport Hint")
-        if transport and hint in ("compressed", "compressedDepth"):
+        if shows_images and hint in ("compressed", "compressedDepth"):
             name = f"{name}/{hint}"
         key = f"{prefix}{name}"
         if key in self._topics:
@@ -188,97 +188,97 @@ class _Reader:
             return
         self._topics.append(key)
         self._options[key] = options(display)
-        if kind == "DepthCloud" and (colours := text(display, "Color Image Topic")):
+        if class_name == "DepthCloud" and (colours := text(display, "Color Image Topic")):
             self._options[key]["colour"] = self._resolve(colours)
-        if kind == "Effort" and (description := text(display, "Robot Description")):
+        if class_name == "Effort" and (description := text(display, "Robot Description")):
             self._options[key]["description"] = self._resolve(description)
         if not enabled:
             self._hidden.append(key)
-        self._note_missing(display)
+        self._note_unsupported(display)
 
-    def _note_missing(self, values: Properties, name: str = "", ignored: tuple[str, ...] = ()) -> None:
+    def _note_unsupported(self, values: Properties, name: str = "", ignored: tuple[str, ...] = ()) -> None:
         """Note the properties that are not supported, unless they have rviz's default values."""
-        kind = class_of(values)
+        class_name = class_of(values)
         missing = [
             f"{key} {value}" if isinstance(value, str) and value else key
             for key, value in values.unread()
-            if key.partition("/")[0] not in ignored and differs_from_default(kind, key, value)
+            if key.partition("/")[0] not in ignored and differs_from_default(class_name, key, value)
         ]
         if missing:
             self._note(one_line(f"{name or _name(values)}: not supported: {', '.join(missing)}"))
 
-    def _robot(self, display: Properties, enabled: bool) -> None:
+    def _read_robot(self, display: Properties, enabled: bool) -> None:
         name = self._resolve(text(display, "Robot Description") or "robot_description")
         key = f"robot:{name}"
         if name in self._robots:
             self._note(f"{_name(display)}: the robot in {one_line(name)} is displayed only once")
             return
         self._robots.append(name)
-        self._options[key] = given(
-            visual=flag(display, "Visual Enabled"),
-            collision=flag(display, "Collision Enabled"),
+        self._options[key] = drop_none(
+            visual=boolean(display, "Visual Enabled"),
+            collision=boolean(display, "Collision Enabled"),
             alpha=number(display, "Alpha", 0, 1),
             prefix=text(display, "TF Prefix") or None,
             concealed=_hidden_parts(display.get("Links")),
         )
         if not enabled:
             self._hidden.append(key)
-        links = [mapping(link) for link in mapping(display.get("Links")).values()]
+        links = [mapping_or_empty(link) for link in mapping_or_empty(display.get("Links")).values()]
         if any(
-            flag(link, "Show Axes") or flag(link, "Show Trail") or number(link, "Alpha", 0, 1) not in (None, 1)
+            boolean(link, "Show Axes") or boolean(link, "Show Trail") or number(link, "Alpha", 0, 1) not in (None, 1)
             for link in links
         ):
             self._note(f"{_name(display)}: axes, trails and the alpha of single links are not supported")
-        self._note_missing(display, ignored=("Links",))
+        self._note_unsupported(display, ignored=("Links",))
 
-    def _frames(self, display: Properties) -> None:
+    def _read_frames(self, display: Properties) -> None:
         scale = number(display, "Marker Scale", 0.05, 300)
-        self._options[_FRAMES] = given(
-            names=flag(display, "Show Names"),
-            axes=flag(display, "Show Axes"),
-            lines=flag(display, "Show Arrows"),
+        self._options[_FRAMES] = drop_none(
+            names=boolean(display, "Show Names"),
+            axes=boolean(display, "Show Axes"),
+            lines=boolean(display, "Show Arrows"),
             size=None if scale is None else round(_AXES_LENGTH * scale, 3),
             concealed=_hidden_parts(display.get("Frames")),
         )
-        self._note_missing(display, ignored=("Frames", "Tree"))
+        self._note_unsupported(display, ignored=("Frames", "Tree"))
 
-    def _grid(self, display: Properties) -> None:
+    def _read_grid(self, display: Properties) -> None:
         if _GRID in self._options:
             self._note(f"{_name(display)}: only one grid is supported")
             return
         tint = colour(display)
         count = number(display, "Plane Cell Count", 1, 200)
-        line = mapping(display.get("Line Style"))
+        line = mapping_or_empty(display.get("Line Style"))
         offset = display.get("Offset")
-        chosen(display, {FIXED: FIXED}, "Reference Frame")
-        self._options[_GRID] = given(
+        mapped_choice(display, {FIXED: FIXED}, "Reference Frame")
+        self._options[_GRID] = drop_none(
             count=None if count is None else int(count),
             cell=number(display, "Cell Size", 0.01, 1000),
-            flat=tint not in (None, _GREY) or None,
+            flat=tint not in (None, _GRID_COLOUR) or None,
             tint=tint,
             alpha=number(display, "Alpha", 0, 1),
-            line=chosen(line, {"Lines": "pixel", "Billboards": "metres"}, "Value"),
+            line=mapped_choice(line, {"Lines": "pixel", "Billboards": "metres"}, "Value"),
             width=number(line, "Line Width", 0.001, 100),
-            plane=chosen(display, {"XY": "xy", "XZ": "xz", "YZ": "yz"}, "Plane"),
+            plane=mapped_choice(display, {"XY": "xy", "XZ": "xz", "YZ": "yz"}, "Plane"),
         ) | (dict(zip("xyz", point(offset), strict=True)) if any(point(offset)) else {})
-        self._note_missing(display)
+        self._note_unsupported(display)
 
     def _read_tools_and_panels(self, data: Mapping[Any, Any], manager: Mapping[Any, Any]) -> None:
-        for tool in map(Properties, map(mapping, listed(manager.get("Tools")))):
-            kind = class_of(tool)
+        for tool in map(Properties, map(mapping_or_empty, list_or_empty(manager.get("Tools")))):
+            class_name = class_of(tool)
             topic = text(tool, "Topic")
-            if kind not in _TOOLS:
+            if class_name not in _TOOLS:
                 self._note(f"unsupported tool {one_line(text(tool, 'Class')) or 'without a class'}")
                 continue
-            if kind in _PUBLISHING and topic:
-                name, default = _PUBLISHING[kind]
+            if class_name in _PUBLISHING_TOOLS and topic:
+                name, default = _PUBLISHING_TOOLS[class_name]
                 if (full_name := self._resolve(topic)) != default:
                     self._tools[name] = full_name
-            self._note_missing(tool, f"tool {kind}")
-        for panel in map(mapping, listed(data.get("Panels"))):
+            self._note_unsupported(tool, f"tool {class_name}")
+        for panel in map(mapping_or_empty, list_or_empty(data.get("Panels"))):
             if class_of(panel) not in _PANELS:
                 self._note(f"unsupported panel {one_line(text(panel, 'Class')) or 'without a class'}")
-        if listed(mapping(manager.get("Views")).get("Saved")):
+        if list_or_empty(mapping_or_empty(manager.get("Views")).get("Saved")):
             self._note("saved views are ignored; views are saved with the page's layouts")
 
     def _note(self, line: str) -> None:
@@ -288,10 +288,12 @@ class _Reader:
 
 def _hidden_parts(parts: Any) -> list[str] | None:
     """Return the frames or links that are hidden individually; None if there are none."""
-    hidden = (name for name, part in mapping(parts).items() if flag(mapping(part), "Value") is False)
+    hidden = (
+        name for name, part in mapping_or_empty(parts).items() if boolean(mapping_or_empty(part), "Value") is False
+    )
     return [name for name in hidden if isinstance(name, str)][:_MAX_HIDDEN_PARTS] or None
 
 
 def _name(display: Mapping[Any, Any]) -> str:
-    name, kind = text(display, "Name"), class_of(display)
-    return one_line(f"{kind} {name!r}" if name and name != kind else kind or "a display")
+    name, class_name = text(display, "Name"), class_of(display)
+    return one_line(f"{class_name} {name!r}" if name and name != class_name else class_name or "a display")

@@ -10,7 +10,7 @@ MAX_NAME_LENGTH = 200
 
 
 class Properties(Mapping[Any, Any]):
-    """Properties that track which of them were read, so that the unread ones can be reported."""
+    """A mapping of properties that keeps track of those that were read, so that the unread ones can be reported."""
 
     def __init__(self, values: Mapping[Any, Any]) -> None:
         self._values = values
@@ -38,19 +38,19 @@ class Properties(Mapping[Any, Any]):
         """Yield the names and values of unread properties; names of nested ones are like ``Line Style/Value``."""
         for key, value in self._values.items():
             if isinstance(value, dict):
-                for name, inner in self._nested.get(key, Properties(value)).unread():
-                    yield f"{key}/{name}", inner
+                for name, child in self._nested.get(key, Properties(value)).unread():
+                    yield f"{key}/{name}", child
             elif key not in self._used_keys:
                 yield str(key), value
 
 
-def mapping(value: Any) -> Mapping[Any, Any]:
-    """Return the value if it is a mapping, else an empty one."""
+def mapping_or_empty(value: Any) -> Mapping[Any, Any]:
+    """Return the value if it is a mapping, else an empty mapping."""
     return value if isinstance(value, (dict, Properties)) else {}
 
 
-def listed(value: Any) -> Sequence[Any]:
-    """Return the value if it is a list, else an empty one."""
+def list_or_empty(value: Any) -> Sequence[Any]:
+    """Return the value if it is a list, else an empty sequence."""
     return value if isinstance(value, list) else ()
 
 
@@ -71,7 +71,7 @@ def number(values: Mapping[Any, Any], key: str, minimum: float, maximum: float) 
     return min(maximum, max(minimum, float(f"{value:.7g}") if isinstance(value, float) else value))
 
 
-def chosen(values: Mapping[Any, Any], choices: Mapping[str, Any], key: str) -> Any:
+def mapped_choice(values: Mapping[Any, Any], choices: Mapping[str, Any], key: str) -> Any:
     """Return the panel's value for a choice; None if it is absent or not supported."""
     choice = text(values, key)
     if choice and choice not in choices and isinstance(values, Properties):
@@ -79,7 +79,7 @@ def chosen(values: Mapping[Any, Any], choices: Mapping[str, Any], key: str) -> A
     return choices.get(choice)
 
 
-def flag(values: Mapping[Any, Any], key: str) -> bool | None:
+def boolean(values: Mapping[Any, Any], key: str) -> bool | None:
     """Return a boolean property; None if it is not a boolean."""
     value = values.get(key)
     return value if isinstance(value, bool) else None
@@ -87,7 +87,7 @@ def flag(values: Mapping[Any, Any], key: str) -> bool | None:
 
 def point(values: Any) -> list[float]:
     """Return the properties X, Y and Z, with 0 for absent ones."""
-    return [number(mapping(values), axis, -1e6, 1e6) or 0.0 for axis in "XYZ"]
+    return [number(mapping_or_empty(values), axis, -1e6, 1e6) or 0.0 for axis in "XYZ"]
 
 
 def colour(values: Mapping[Any, Any], key: str = "Color") -> str | None:
@@ -102,7 +102,7 @@ def colour(values: Mapping[Any, Any], key: str = "Color") -> str | None:
     return "#" + "".join(f"{number:02x}" for number in numbers)
 
 
-def given(**options: Any) -> dict[str, Any]:
+def drop_none(**options: Any) -> dict[str, Any]:
     """Return the options that are not None."""
     return {name: value for name, value in options.items() if value is not None}
 

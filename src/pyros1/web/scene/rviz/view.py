@@ -27,25 +27,25 @@ def view_settings(view: Mapping[Any, Any], height: float) -> tuple[dict[str, Any
         view: the current view.
         height: height of rviz's window in pixels.
     """
-    kind = class_of(view)
+    class_name = class_of(view)
     frame = text(view, "Target Frame").lstrip("/")
     target = {"target": frame} if frame not in ("", FIXED) else {}
-    if kind == "FrameAligned":
+    if class_name == "FrameAligned":
         return {"view": {"name": "frame"}, **target}, ""
     pitch, yaw = (number(view, key, -1e3, 1e3) or 0.0 for key in ("Pitch", "Yaw"))
     ahead, aside, up = math.cos(yaw) * math.cos(pitch), math.sin(yaw) * math.cos(pitch), math.sin(pitch)
-    if kind in _ORBIT_VIEWS:
+    if class_name in _ORBIT_VIEWS:
         focus = point(view.get("Focal Point"))
         distance = number(view, "Distance", 0.01, 1e5) or 10.0
         eye = [value + distance * part for value, part in zip(focus, (ahead, aside, up), strict=True)]
         is_off_centre = target and any(abs(value) > 0.01 for value in focus)
         note = "the view looks at the origin of its frame, not at another point in it" if is_off_centre else ""
-        return {"view": _place(_ORBIT_VIEWS[kind], eye, focus), **target}, note
-    if kind == "FPS":
+        return {"view": _place(_ORBIT_VIEWS[class_name], eye, focus), **target}, note
+    if class_name == "FPS":
         eye = point(view.get("Position"))
         looks_at = [value + part for value, part in zip(eye, (ahead, aside, -up), strict=True)]
         return {"view": _place("walk", eye, looks_at), **target}, ""
-    if kind == "TopDownOrtho":
+    if class_name == "TopDownOrtho":
         x, y = (number(view, key, -1e6, 1e6) or 0.0 for key in "XY")
         angle = number(view, "Angle", -1e3, 1e3) or 0.0
         scale = abs(number(view, "Scale", -1e5, 1e5) or 0.0) or _DEFAULT_SCALE  # pixels per metre
