@@ -23,7 +23,7 @@ from pyros1.web.transforms.rates import Rate, Track
 NODE_TIMEOUT = 1.0
 """Timeout of requests to a node in seconds."""
 _MAX_CONNECTIONS = 100_000
-"""Maximum number of a node's connections that are counted."""
+"""Maximum number of a node's connections for one topic of which the traffic is counted."""
 
 
 _LENGTH_PREFIX_SIZE = 4
@@ -31,10 +31,14 @@ _LENGTH_PREFIX_SIZE = 4
 
 
 class Flow(NamedTuple):
-    """The number of messages that a node has sent over a connection, and their total size in bytes."""
+    """The number of messages that a node has sent over a connection, and their total size in bytes.
+
+    Attributes:
+        connection_id: the node's id of the connection.
+    """
 
     topic: str
-    number: Any
+    connection_id: Any
     messages: int
     bytes: int
 
@@ -98,8 +102,8 @@ class System:
         types = self._graph.topic_types()
         nodes = state.nodes()
         self._update_uris(nodes)
-        jobs = {name: partial(_query_node, self._graph, uri, self._clock) for name, uri in self._uris.items()}
-        replies = run_concurrently(jobs, NODE_TIMEOUT + 0.2)
+        queries = {name: partial(_query_node, self._graph, uri, self._clock) for name, uri in self._uris.items()}
+        replies = run_concurrently(queries, NODE_TIMEOUT + 0.2)
         reports = {name: reply for name, reply in replies.items() if isinstance(reply, _NodeReport)}
         unreachable = [name for name in nodes if name not in reports]
         self._tracks = {name: _update_tracks(self._tracks.get(name, {}), report) for name, report in reports.items()}
@@ -130,16 +134,16 @@ class System:
         }
 
     def _update_uris(self, nodes: Iterable[str]) -> None:
-        known = {name: uri for name in nodes if (uri := self._uris.get(name))}
+        uris = {name: uri for name in nodes if (uri := self._uris.get(name))}
         for name in nodes:
-            if name not in known:
+            if name not in uris:
                 try:
                     uri = self._graph.node_uri(name)
                 except Error:
                     uri = None
                 if uri:
-                    known[name] = uri
-        self._uris = known
+                    uris[name] = uri
+        self._uris = uris
 
 
 def _query_node(graph: Graph, uri: str, clock: Callable[[], float]) -> _NodeReport:
@@ -160,19 +164,19 @@ def _bus_stats(node: NodeApi) -> Any:
 
 def flows(stats: Any) -> list[Flow]:
     """Return the publications in the result of ``getBusStats``, without malformed ones."""
-    found: list[Flow] = []
+    result: list[Flow] = []
     publications = stats[0] if isinstance(stats, list) and stats else None
     for entry in publications if isinstance(publications, list) else ():
         match entry:
             case [str(topic), _, list(connections)]:
                 for connection in connections[:_MAX_CONNECTIONS]:
                     match connection:
-                        case [number, int() | float() as size, int() | float() as count, *_] if (
+                        case [connection_id, int() | float() as size, int() | float() as count, *_] if (
                             isfinite(size) and isfinite(count)  # numbers too large for XML-RPC are sent as floats
                         ):
-                            bodies = max(0, int(size) - _LENGTH_PREFIX_SIZE * int(count))
-                            found.append(Flow(untrusted(topic), number, int(count), bodies))
-    return found
+                            body_bytes = max(0, int(size) - _LENGTH_PREFIX_SIZE * int(count))
+                            result.append(Flow(untrusted(topic), connection_id, int(count), body_bytes))
+    return result
 
 
 _Tracks = dict[tuple[str, Any], Track]
@@ -180,32 +184,36 @@ _Tracks = dict[tuple[str, Any], Track]
 
 
 def _update_tracks(previous: _Tracks, report: _NodeReport) -> _Tracks:
-    found: _Tracks = {}
-    for topic, number, messages, size in report.flows:
-        if isinstance(number, (int, str)):
-            track = found[topic, number] = previous.get((topic, number)) or Track(report.at, messages, size)
+    tracks: _Tracks = {}
+    for topic, connection_id, messages, size in report.flows:
+        if isinstance(connection_id, (int, str)):
+            track = tracks[topic, connection_id] = previous.get((topic, connection_id)) or Track(
+                report.at, messages, size
+            )
             track.update(report.at, messages, size)
-    return found
+    return tracks
 
 
 def _rates(tracks: _Tracks) -> dict[str, dict[Any, Rate | None]]:
     """Return topic -> connection -> rate; None while it is unknown."""
-    found: dict[str, dict[Any, Rate | None]] = {}
-    for (topic, number), track in tracks.items():
-        found.setdefault(topic, {})[number] = track.rate()
-    return found
+    rates: dict[str, dict[Any, Rate | None]] = {}
+    for (topic, connection_id), track in tracks.items():
+        rates.setdefault(topic, {})[connection_id] = track.rate()
+    return rates
 
 
 _Rates = dict[str, dict[str, dict[Any, "Rate | None"]]]
 
 
 def _topic_traffic(topic: str, rates: _Rates) -> dict[str, float | None]:
-    """Return the traffic of a topic, counting one connection of each publisher, as all carry the same messages."""
+    """Return the traffic of a topic. One connection of each publisher counts, since all carry the same messages."""
     publisher_rates = [node_rates[topic].values() for node_rates in rates.values() if node_rates.get(topic)]
     if not publisher_rates:
         return {}
     fastest = [
-        max(known) for connection_rates in publisher_rates if (known := [rate for rate in connection_rates if rate])
+        max(known_rates)
+        for connection_rates in publisher_rates
+        if (known_rates := [rate for rate in connection_rates if rate])
     ]
     if not fastest:
         return {"hz": None, "bytes": None}
@@ -213,26 +221,26 @@ def _topic_traffic(topic: str, rates: _Rates) -> dict[str, float | None]:
 
 
 def _edges(reports: dict[str, _NodeReport], reported: Mapping[str, set[Edge]], rates: _Rates) -> list[list[Any]]:
-    found: dict[Edge, float | None] = {}
+    rate_by_edge: dict[Edge, float | None] = {}
     for edges in reported.values():
-        found.update(dict.fromkeys(edges))
+        rate_by_edge.update(dict.fromkeys(edges))
     for name, report in reports.items():
-        for topic, by_number in rates.get(name, {}).items():
+        for topic, rate_by_id in rates.get(name, {}).items():
             connections = [each for each in report.connections if each.direction == "o" and each.topic == topic]
-            for connection, rate in _match_rates(connections, by_number):
+            for connection, rate in _match_rates(connections, rate_by_id):
                 edge = Edge(topic, name, connection.destination)
-                if edge in found:
-                    found[edge] = rate and rate.hz
-    return [[*edge, rate] for edge, rate in found.items()]
+                if edge in rate_by_edge:
+                    rate_by_edge[edge] = rate and rate.hz
+    return [[*edge, rate] for edge, rate in rate_by_edge.items()]
 
 
 def _match_rates(
-    connections: list[Connection], by_number: Mapping[Any, Rate | None]
+    connections: list[Connection], rate_by_id: Mapping[Any, Rate | None]
 ) -> Iterable[tuple[Connection, Rate | None]]:
     """Return the connections of a topic with their rates. Some nodes use different ids in the two tables."""
-    if {str(connection.id) for connection in connections} == {str(number) for number in by_number}:
-        by_text = {str(number): rate for number, rate in by_number.items()}
-        return [(connection, by_text[str(connection.id)]) for connection in connections]
-    if len(connections) == len(by_number):
-        return zip(connections, by_number.values(), strict=True)
+    if {str(connection.id) for connection in connections} == {str(connection_id) for connection_id in rate_by_id}:
+        rate_by_id_text = {str(connection_id): rate for connection_id, rate in rate_by_id.items()}
+        return [(connection, rate_by_id_text[str(connection.id)]) for connection in connections]
+    if len(connections) == len(rate_by_id):
+        return zip(connections, rate_by_id.values(), strict=True)
     return []  # a connection was added or removed between the two requests

@@ -36,13 +36,13 @@ class Types:
     ) -> None:
         self._listen = listen
         self._timeout = timeout
-        self._learned: dict[str, type[Message]] = {}
+        self._learned_classes: dict[str, type[Message]] = {}
         self._lock = threading.Lock()
         self._packages: list[str] = []
         self._packages_listed_at = float("-inf")
 
     def packages(self) -> list[str]:
-        """Return the names of installed packages with definitions, cached for some seconds."""
+        """Return the names of the installed packages with definitions; they are cached for a few seconds."""
         with self._lock:  # listing takes a while, and pages request this at each keystroke
             if monotonic() - self._packages_listed_at >= _PACKAGES_MAX_AGE:
                 self._packages = generated.finder().library.packages()
@@ -56,7 +56,7 @@ class Types:
             UnknownTypeError: the type is neither installed nor learned.
             DefinitionError: the type's definition is wrong.
         """
-        learned = self._learned.get(name)
+        learned = self._learned_classes.get(name)
         return load_message(name) if learned is None else learned
 
     def find_on(self, topic: str, name: str) -> type[Message]:
@@ -79,16 +79,16 @@ class Types:
             try:
                 cls = type(received.get(timeout=self._timeout).message)
             except queue.Empty:
-                if name in self._learned:
-                    return self._learned[name]
+                if name in self._learned_classes:
+                    return self._learned_classes[name]
                 raise UnknownTypeError(
                     f"{name} is not installed here, and no message with its definition has been received on {topic}"
                 ) from None
             finally:
                 unsubscribe()
         if cls._type == name:
-            self._learned.pop(name, None)
-            while len(self._learned) >= _MAX_LEARNED:
-                del self._learned[next(iter(self._learned))]
-            self._learned[name] = cls
+            self._learned_classes.pop(name, None)
+            while len(self._learned_classes) >= _MAX_LEARNED:
+                del self._learned_classes[next(iter(self._learned_classes))]
+            self._learned_classes[name] = cls
         return cls

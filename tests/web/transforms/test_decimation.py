@@ -7,7 +7,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from pyros1.web.transforms.decimation import PER_BUCKET, decimate
+from pyros1.web.transforms.decimation import POINTS_PER_BUCKET, decimate
 
 NUMBERS = st.lists(st.floats(), min_size=1, max_size=400)
 
@@ -16,7 +16,7 @@ NUMBERS = st.lists(st.floats(), min_size=1, max_size=400)
 def test_order_size_and_spikes(values: list[float], most: int) -> None:
     times = [float(number) for number in range(len(values))]
     kept_times, kept = decimate(times, values, most)
-    assert len(kept) == len(kept_times) <= max(most, PER_BUCKET)
+    assert len(kept) == len(kept_times) <= max(most, POINTS_PER_BUCKET)
     assert kept_times == sorted(kept_times)
     assert all(value is values[int(time)] for time, value in zip(kept_times, kept, strict=True))
     assert (kept_times[0], kept_times[-1]) == (times[0], times[-1])

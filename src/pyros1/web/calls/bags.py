@@ -20,12 +20,14 @@ def files(robot: Robot, args: Mapping[str, Any]) -> dict[str, Any]:
 
 def step(robot: Robot, args: Mapping[str, Any]) -> float | None:
     """Return the time of an adjacent message. Args: path, time, topics, forward. Times as in `BagCursorView`."""
-    from pyros1.web.views.bag.file import topics  # noqa: PLC0415 - rarely needed
+    from pyros1.web.views.bag.file import topics_arg  # noqa: PLC0415 - rarely needed
 
     bag = robot.bags.borrow(string_arg(args, "path"))
     try:
         time = number_arg(args, "time", -_MAX_SECONDS, _MAX_SECONDS, 0.0)
-        return bag.adjacent_time(time, bag.recorded_names(topics(args, _MAX_TOPICS)), args.get("forward") is not False)
+        return bag.adjacent_time(
+            time, bag.recorded_names(topics_arg(args, _MAX_TOPICS)), args.get("forward") is not False
+        )
     finally:
         robot.bags.release(bag)
 
@@ -33,9 +35,9 @@ def step(robot: Robot, args: Mapping[str, Any]) -> float | None:
 def record(robot: Robot, args: Mapping[str, Any]) -> None:
     """Start recording. Args: folder, prefix, compression, topics: their names, or null for all."""
     from pyros1.web.bags.recording import Recording  # noqa: PLC0415
-    from pyros1.web.views.bag.file import topics  # noqa: PLC0415
+    from pyros1.web.views.bag.file import topics_arg  # noqa: PLC0415
 
-    selected = None if args.get("topics") is None else topics(args, _MAX_TOPICS)
+    selected = None if args.get("topics") is None else topics_arg(args, _MAX_TOPICS)
     if selected is not None and not selected:
         raise RequestError("choose a topic to record")
     for name in selected or ():

@@ -68,7 +68,7 @@ class Grid:
         self._send_all, self._changed_area = True, None
 
     def take(self) -> Shape | None:
-        """Return the grid if it is new, else the changed part with its "x" and "y" in cells; None if nothing changed."""
+        """Return the grid if it is new, else the changed part with its "x" and "y" in cells; None if unchanged."""
         if self._cells is None:
             return None
         changed, send_all = self._changed_area, self._send_all

@@ -36,7 +36,7 @@ class Entry(NamedTuple):
     line: int
     topics: list[str]
     nanoseconds: int
-    """Nanoseconds within the second of the time, which alone is not that precise."""
+    """The nanosecond part of the time: as a float, ``time`` is not precise to the nanosecond."""
 
 
 class Console:
@@ -54,7 +54,7 @@ class Console:
         self._lock = threading.Lock()
         self._entries: deque[Entry] = deque(maxlen=size)
         self._last_number = 0
-        self._characters = 0
+        self._total_characters = 0
         self._listeners: tuple[Callable[[], object], ...] = ()
 
     def start(self, node: Node) -> None:
@@ -78,23 +78,23 @@ class Console:
             entry = Entry(
                 self._last_number, stamp.to_sec(), level, name, text, file, function, line, topics, stamp.nsecs
             )
-            self._characters += _characters(entry)
-            while self._characters > MAX_CHARACTERS and self._entries:
+            self._total_characters += _num_characters(entry)
+            while self._total_characters > MAX_CHARACTERS and self._entries:
                 self._remove_oldest()
             self._entries.append(entry)
         for listener in self._listeners:
             listener()
 
     def _remove_oldest(self) -> None:
-        self._characters -= _characters(self._entries.popleft())
+        self._total_characters -= _num_characters(self._entries.popleft())
 
-    def after(self, number: int, max_entries: int, characters: int = MAX_CHARACTERS) -> tuple[list[Entry], int]:
+    def after(self, number: int, max_entries: int, max_characters: int = MAX_CHARACTERS) -> tuple[list[Entry], int]:
         """Return the messages after one with a given number.
 
         Args:
             number: the number of the last known message; 0 for none.
             max_entries: maximum number of messages; if there are more, the oldest ones are returned.
-            characters: maximum total number of characters; at least one message is returned, however long.
+            max_characters: maximum total number of characters; at least one message is returned, however long.
 
         Returns:
             The messages, and how many before them are no longer stored.
@@ -105,8 +105,8 @@ class Console:
             start = max(number + 1, first)
             entries = list(_slice(self._entries, start - first, max_entries))
         for count, entry in enumerate(entries):
-            characters -= _characters(entry)
-            if characters < 0 and count:
+            max_characters -= _num_characters(entry)
+            if max_characters < 0 and count:
                 del entries[count:]
                 break
         return entries, start - number - 1
@@ -116,14 +116,14 @@ class Console:
         with self._lock:
             self._listeners = (*self._listeners, listener)
 
-        def end() -> None:
+        def stop_listening() -> None:
             with self._lock:
                 self._listeners = tuple(each for each in self._listeners if each is not listener)
 
-        return end
+        return stop_listening
 
 
-def _characters(entry: Entry) -> int:
+def _num_characters(entry: Entry) -> int:
     return sum(map(len, (entry.text, entry.node, entry.file, entry.function, *entry.topics)))
 
 

@@ -1,4 +1,4 @@
-"""Curves of a plot: they read values from messages, and queue points to be sent."""
+"""Curves of a plot: they read values from messages, and queue the points to be sent to a page."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from pyros1.web.transforms.decimation import decimate
 MAX_PARTS = 50
 """Maximum number of array elements with their own curves."""
 MAX_POINTS = 20_000
-"""Maximum number of queued points of a part; beyond that, points are removed, but spikes are preserved."""
-_WITH_EXPRESSION = re.compile(r"\s*(/[\w/]+)\s*:\s*(.+?)\s*\Z", re.DOTALL)
+"""Maximum number of queued points of an array element; beyond that, points are removed, but spikes are preserved."""
+_EXPRESSION_PATTERN = re.compile(r"\s*(/[\w/]+)\s*:\s*(.+?)\s*\Z", re.DOTALL)
 
 FindTopic = Callable[[str], "tuple[str, str, str] | None"]
 """Splits ``/topic/field`` into topic, type and field path; see `pyros1.graph.Graph.find_topic`."""
@@ -54,7 +54,7 @@ class Curve:
         self._lock = threading.Lock()
         self._points: dict[int, tuple[list[float], list[float]]] = {}
         self._read_value: Callable[[Any], Any] | None = None
-        match = _WITH_EXPRESSION.match(text)
+        match = _EXPRESSION_PATTERN.match(text)
         self._expression: Expression | None = None
         self._topic = ""
         if match:
@@ -73,30 +73,30 @@ class Curve:
             CurveError: the part after the topic's name is not a field.
         """
         if self._expression is not None:
-            found = find_topic(self._topic)
+            topic_type_and_field = find_topic(self._topic)
             self._read_value = self._evaluate
-            return found[0] if found and not found[2] else None
-        found = find_topic(self.text)
-        if found is None:
+            return topic_type_and_field[0] if topic_type_and_field and not topic_type_and_field[2] else None
+        topic_type_and_field = find_topic(self.text)
+        if topic_type_and_field is None:
             return None
         try:
-            path = FieldPath(found[2])
+            path = FieldPath(topic_type_and_field[2])
         except FieldPathError as error:
             raise CurveError(str(error)) from None
-        self._read_value = lambda message: _value(path, message)
-        return found[0]
+        self._read_value = lambda message: _read_field(path, message)
+        return topic_type_and_field[0]
 
-    def add(self, message: Any, arrived: float) -> None:
+    def add(self, message: Any, arrived_at: float) -> None:
         """Add the point of a message, or record its problem."""
         self.has_data = True
         try:
             value = self._read_value(message) if self._read_value else None
-            numbers = _numbers(value)
+            numbers = _to_numbers(value)
         except (CurveError, FieldPathError, ExpressionError, MessageError) as error:
             self.problem = str(error)
             return
         self.problem = ""
-        time = arrived
+        time = arrived_at
         if self._stamped and getattr(message, "_has_header", False):
             time = message.header.stamp.to_sec()
         with self._lock:
@@ -108,7 +108,9 @@ class Curve:
                     times[:], values[:] = decimate(times, values, MAX_POINTS // 2)
 
     def take(self, max_points: int) -> dict[int, tuple[list[float], list[float]]]:
-        """Return the points since the last call, as part -> times, values. A plain number has the part -1.
+        """Return the points added since the last call, as part -> times, values.
+
+        A part is the index of an array element, or -1 for a plain number.
 
         Args:
             max_points: maximum number of points of each part.
@@ -121,7 +123,7 @@ class Curve:
         return self._expression({"m": message}) if self._expression else None
 
 
-def _value(path: FieldPath, message: Any) -> Any:
+def _read_field(path: FieldPath, message: Any) -> Any:
     try:
         return path.get(message)[0]
     except FieldPathError as error:
@@ -129,22 +131,22 @@ def _value(path: FieldPath, message: Any) -> Any:
         raise CurveError(f"no such element now, index out of range: {path.text}") from error
 
 
-def _numbers(value: Any) -> list[tuple[int, float]]:
+def _to_numbers(value: Any) -> list[tuple[int, float]]:
     if isinstance(value, (list, tuple, bytes)):
         if len(value) > MAX_PARTS:
             raise CurveError(f"an array of {len(value)} elements: choose some, as in [0] or [0:3]")
-        return [(part, _number(element)) for part, element in enumerate(value)]
-    return [(-1, _number(value))]
+        return [(part, _to_number(element)) for part, element in enumerate(value)]
+    return [(-1, _to_number(value))]
 
 
-def _number(value: Any) -> float:
+def _to_number(value: Any) -> float:
     if isinstance(value, Message) and len(value.__slots__) == 1:  # the number in a std_msgs/Float64
         value = getattr(value, value.__slots__[0])
     if isinstance(value, TVal):
         return float(value.to_sec())
     if not isinstance(value, (int, float)):
-        found = "a string" if isinstance(value, str) else "a message: choose one of its fields"
-        raise CurveError(f"not a number, but {found}")
+        description = "a string" if isinstance(value, str) else "a message: choose one of its fields"
+        raise CurveError(f"not a number, but {description}")
     try:
         return float(value)
     except OverflowError:

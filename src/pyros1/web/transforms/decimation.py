@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-PER_BUCKET = 4
-"""Number of points that are kept in each part of a curve: the first, lowest, highest and last one."""
+POINTS_PER_BUCKET = 4
+"""Maximum number of points that are kept in each part of a curve: the first, lowest, highest and last one."""
 
 
 def decimate(times: Sequence[float], values: Sequence[float], max_points: int) -> tuple[list[float], list[float]]:
@@ -22,10 +22,10 @@ def decimate(times: Sequence[float], values: Sequence[float], max_points: int) -
     count = len(times)
     if count <= max_points:
         return list(times), list(values)
-    buckets = max(1, max_points // PER_BUCKET)
+    num_buckets = max(1, max_points // POINTS_PER_BUCKET)
     kept: list[int] = []
-    for bucket in range(buckets):
-        begin, end = bucket * count // buckets, (bucket + 1) * count // buckets
+    for bucket in range(num_buckets):
+        begin, end = bucket * count // num_buckets, (bucket + 1) * count // num_buckets
         not_nan = [index for index in range(begin, end) if values[index] == values[index]]
         selected = {begin, end - 1}
         if not_nan:

@@ -7,7 +7,7 @@ from typing import Any
 
 MAX_FRAMES = 2_000
 """Maximum number of frames; further ones are only counted."""
-_WINDOW = 50
+_RATE_WINDOW = 50
 """Number of messages over which a rate is measured."""
 _MAX_SOURCES = 8
 """Maximum number of reported publishers and parents of a frame."""
@@ -19,7 +19,7 @@ class _Frame:
     def __init__(self) -> None:
         self.static = False
         self.sources: dict[tuple[str, str], float] = {}  # (publisher, parent) -> time of the last message
-        self.arrivals: deque[float] = deque(maxlen=_WINDOW)
+        self.arrivals: deque[float] = deque(maxlen=_RATE_WINDOW)
         self.stamp = 0.0
         self.transform: list[float] = []
 
@@ -29,7 +29,7 @@ class Frames:
 
     def __init__(self) -> None:
         self._frames: dict[str, _Frame] = {}
-        self._now = float("-inf")
+        self._newest_time = float("-inf")
         self.ignored = 0
 
     def add(self, transforms: Any, publisher: str, static: bool, now: float) -> None:
@@ -70,12 +70,12 @@ class Frames:
                 rotation.w,
             ]
 
-    def describe(self, now: float, recent: float = 5.0) -> dict[str, Any]:
+    def describe(self, now: float, recent_seconds: float = 5.0) -> dict[str, Any]:
         """Return all frames as JSON.
 
         Args:
             now: the time in seconds.
-            recent: the number of seconds within which two published parents are reported as a problem.
+            recent_seconds: two parents that were published within this number of seconds are reported as a problem.
 
         Returns:
             - frames: a list of name, parent, publishers, static, hz or null, age in seconds or null, transform (x, y, z
@@ -84,11 +84,11 @@ class Frames:
             - ignored: number of transforms of frames beyond the limit
         """
         self._advance_time(now)
-        parents = {name: self._parent(frame) for name, frame in self._frames.items()}
+        parents = {name: self._newest_parent(frame) for name, frame in self._frames.items()}
         frames = []
         for name, frame in sorted(self._frames.items()):
             recent_sources = [
-                pair for pair, last_time in frame.sources.items() if frame.static or last_time > now - recent
+                pair for pair, last_time in frame.sources.items() if frame.static or last_time > now - recent_seconds
             ]
             recent_sources = recent_sources or [next(reversed(frame.sources))]
             frames.append(
@@ -107,31 +107,31 @@ class Frames:
         return {"frames": frames, "roots": roots, "ignored": self.ignored}
 
     def _advance_time(self, now: float) -> None:
-        if now < self._now - _MAX_BACKWARD_STEP:  # earlier data would be in the future; static frames stay
+        if now < self._newest_time - _MAX_BACKWARD_STEP:  # earlier data would be in the future; static frames stay
             self._frames = {name: frame for name, frame in self._frames.items() if frame.static}
-            self._now = now
-        self._now = max(self._now, now)
+            self._newest_time = now
+        self._newest_time = max(self._newest_time, now)
 
     @staticmethod
-    def _parent(frame: _Frame) -> str:
+    def _newest_parent(frame: _Frame) -> str:
         return next(reversed(frame.sources))[1]
 
 
 def _rate(arrivals: deque[float], now: float) -> float:
     if len(arrivals) < 2 or now - arrivals[-1] > max(2.0, 5 * (arrivals[-1] - arrivals[0]) / (len(arrivals) - 1)):
         return 0.0
-    time = arrivals[-1] - arrivals[0]
-    return (len(arrivals) - 1) / time if time > 0 else 0.0
+    duration = arrivals[-1] - arrivals[0]
+    return (len(arrivals) - 1) / duration if duration > 0 else 0.0
 
 
 def _problem(name: str, claimed_parents: set[str], parents: dict[str, str]) -> str:
     if len(claimed_parents) > 1:
         return f"has {len(claimed_parents)} parents: {', '.join(sorted(claimed_parents))}; a frame can have only one"
-    seen = {name}
+    visited = {name}
     ancestor = parents[name]
     while ancestor in parents:
-        if ancestor in seen:
+        if ancestor in visited:
             return f"is in a loop with {ancestor}" if ancestor != name else "is its own ancestor"
-        seen.add(ancestor)
+        visited.add(ancestor)
         ancestor = parents[ancestor]
     return ""

@@ -19,9 +19,9 @@ def picture_size(data: bytes) -> tuple[int, int] | None:
         if data[:8] == b"\x89PNG\r\n\x1a\n":
             return struct.unpack_from(">II", data, 16)
         if data[:2] == b"\xff\xd8":
-            return _jpeg(data)
+            return _jpeg_size(data)
         if data[:4] == b"RIFF" and data[8:12] == b"WEBP":
-            return _webp(data)
+            return _webp_size(data)
         if data[:3] == b"GIF":
             return struct.unpack_from("<HH", data, 6)
         if data[:2] == b"BM":
@@ -32,7 +32,7 @@ def picture_size(data: bytes) -> tuple[int, int] | None:
     return None
 
 
-def _jpeg(data: bytes) -> tuple[int, int] | None:
+def _jpeg_size(data: bytes) -> tuple[int, int] | None:
     position = 2
     for _ in range(_MAX_SEGMENTS):
         position = data.find(b"\xff", position)
@@ -50,7 +50,7 @@ def _jpeg(data: bytes) -> tuple[int, int] | None:
     return None
 
 
-def _webp(data: bytes) -> tuple[int, int] | None:
+def _webp_size(data: bytes) -> tuple[int, int] | None:
     match data[12:16]:
         case b"VP8 ":
             width, height = struct.unpack_from("<HH", data, 26)

@@ -49,11 +49,15 @@ class Meter:
     def rate(self, now: float) -> Rate | None:
         """Return the rate; None until it is known, which takes two messages."""
         with self._lock:
-            times = list(self._arrivals)
-        if not times or now - times[-1][0] > SILENCE_TIMEOUT:
-            return NO_TRAFFIC if now - max(self._started_at, times[-1][0] if times else 0.0) > SILENCE_TIMEOUT else None
-        recent = [arrival for arrival in times if arrival[0] > times[-1][0] - _WINDOW]
-        recent = recent if len(recent) > 1 else times[-2:]
+            arrivals = list(self._arrivals)
+        if not arrivals or now - arrivals[-1][0] > SILENCE_TIMEOUT:
+            return (
+                NO_TRAFFIC
+                if now - max(self._started_at, arrivals[-1][0] if arrivals else 0.0) > SILENCE_TIMEOUT
+                else None
+            )
+        recent = [arrival for arrival in arrivals if arrival[0] > arrivals[-1][0] - _WINDOW]
+        recent = recent if len(recent) > 1 else arrivals[-2:]
         seconds = recent[-1][0] - recent[0][0]
         if len(recent) < 2 or seconds <= 0 or seconds > SILENCE_TIMEOUT:
             return None
@@ -82,7 +86,7 @@ class Track:
         self._restart(at, messages, size)
 
     def _restart(self, at: float, messages: int, size: int) -> None:
-        self._started_at = self._at = at
+        self._started_at = self._checked_at = at
         self._interval = 0.0  # seconds between the last two checks
         # The first sample is the newest check before those with higher counts.
         self._samples = [_Sample(at, messages, size)]
@@ -90,14 +94,14 @@ class Track:
     def update(self, at: float, messages: int, size: int) -> None:
         """Add the counts of another check."""
         newest = self._samples[-1]
-        previous, self._interval = self._interval, at - self._at
-        missed_times = self._interval > max(_MAX_INTERVAL, 1.5 * previous) and messages > newest.messages
-        if messages < newest.messages or size < newest.bytes or missed_times:  # or the connection's id was reused
+        previous, self._interval = self._interval, at - self._checked_at
+        times_are_unknown = self._interval > max(_MAX_INTERVAL, 1.5 * previous) and messages > newest.messages
+        if messages < newest.messages or size < newest.bytes or times_are_unknown:  # or the connection's id was reused
             interval = self._interval
             self._restart(at, messages, size)
             self._interval = interval
             return
-        self._at = at
+        self._checked_at = at
         if messages > newest.messages:
             self._samples.append(_Sample(at, messages, size))
             while len(self._samples) > 3 and self._samples[1].at < at - SILENCE_TIMEOUT:
@@ -114,16 +118,16 @@ class Track:
         """Return the rate; None until it is known."""
         if len(self._samples) > 1:
             return self._measure()
-        return NO_TRAFFIC if self._at - self._started_at > SILENCE_TIMEOUT else None
+        return NO_TRAFFIC if self._checked_at - self._started_at > SILENCE_TIMEOUT else None
 
     def _measure(self) -> Rate | None:
         samples, newest = self._samples, self._samples[-1]
-        start = next(
+        first = next(
             (sample for sample in samples[-2::-1] if newest.messages - sample.messages >= _SAMPLE_MESSAGES), samples[0]
         )
-        if start is samples[0] and len(samples) > 2:
-            start = samples[1]  # the time of its message is known more precisely
-        count, seconds = newest.messages - start.messages, newest.at - start.at
-        if (start is samples[0] and count < 2) or seconds <= 0:
+        if first is samples[0] and len(samples) > 2:
+            first = samples[1]  # the time of its message is known more precisely
+        count, seconds = newest.messages - first.messages, newest.at - first.at
+        if (first is samples[0] and count < 2) or seconds <= 0:
             return None
-        return Rate(count / seconds, (newest.bytes - start.bytes) / seconds)
+        return Rate(count / seconds, (newest.bytes - first.bytes) / seconds)

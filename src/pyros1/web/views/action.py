@@ -46,7 +46,7 @@ class ActionView(View):
         }
         try:
             for suffix, handler in handlers.items():
-                self._unsubscribers.append(robot.listen(f"{name}/{suffix}", self._listener(handler)))
+                self._unsubscribers.append(robot.listen(f"{name}/{suffix}", self._make_listener(handler)))
         except Error:
             self.close()
             raise
@@ -62,10 +62,10 @@ class ActionView(View):
                     "status": goal.status,
                     "text": goal.text,
                     "feedbacks": goal.feedbacks,
-                    "feedback": tree(goal.feedback) if goal.feedback is not None and number < _MAX_TREES else None,
-                    "result": tree(goal.result) if goal.result is not None and number < _MAX_TREES else None,
+                    "feedback": tree(goal.feedback) if goal.feedback is not None and index < _MAX_TREES else None,
+                    "result": tree(goal.result) if goal.result is not None and index < _MAX_TREES else None,
                 }
-                for number, goal in enumerate(self._goals.all())
+                for index, goal in enumerate(self._goals.all())
             ]
         return Push({"goals": goals})
 
@@ -73,7 +73,7 @@ class ActionView(View):
         for unsubscribe in self._unsubscribers:
             unsubscribe()
 
-    def _listener(self, handler: Callable[[Any], None]) -> Callable[[Arrival], None]:
+    def _make_listener(self, handler: Callable[[Any], None]) -> Callable[[Arrival], None]:
         def on_message(arrival: Arrival) -> None:
             try:
                 message = arrival.message

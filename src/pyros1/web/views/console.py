@@ -31,16 +31,16 @@ class ConsoleView(View):
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
         robot.check_visible("/rosout")
-        known = string_arg(args, "run", robot.console.run) == robot.console.run
-        self._last = int(number_arg(args, "after", 0, 1 << 53, 0)) if known else 0
+        is_same_run = string_arg(args, "run", robot.console.run) == robot.console.run
+        self._last_number = int(number_arg(args, "after", 0, 1 << 53, 0)) if is_same_run else 0
         self._unsubscribe = robot.console.listen(wake)
         wake()
 
     def poll(self) -> Push | None:
-        entries, dropped = self.robot.console.after(self._last, _MAX_ENTRIES, _MAX_CHARACTERS)
+        entries, dropped = self.robot.console.after(self._last_number, _MAX_ENTRIES, _MAX_CHARACTERS)
         if not entries:
             return None
-        self._last = entries[-1].number
+        self._last_number = entries[-1].number
         self.wake()  # there may be more
         access = self.robot.access
         if access.topics:  # log messages contain the topics of their nodes

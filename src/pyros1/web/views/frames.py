@@ -24,7 +24,7 @@ _MAX_PROBLEMS = 20
 
 
 class FramesView(View):
-    """Pushes the result of `pyros1.web.transforms.frames.Frames.describe` twice a second, with "problem" of /tf."""
+    """Pushes the result of `pyros1.web.transforms.frames.Frames.describe` twice a second, and the "problem" of /tf."""
 
     period = 0.5
     polled = True
@@ -74,7 +74,7 @@ class FramesView(View):
 
 
 def to_json(description: dict[str, Any]) -> dict[str, Any]:
-    """Replace numbers that JSON cannot represent with null."""
+    """Replace numbers in transforms that JSON cannot represent with null; return the changed description."""
     for frame in description["frames"]:
         frame["transform"] = [value if math.isfinite(value) else None for value in frame["transform"]]
     return description

@@ -1,4 +1,4 @@
-"""The newest picture of a topic of sensor_msgs/Image or sensor_msgs/CompressedImage."""
+"""The newest picture on a topic of the type sensor_msgs/Image or sensor_msgs/CompressedImage."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ def check_picture(arrival: Arrival) -> str:
     Raises:
         RequestError: the message is not a picture, or is too large.
     """
-    kind: str = (arrival.raw._connection_header or {}).get("type", "")
-    if kind not in ("sensor_msgs/Image", COMPRESSED):
-        raise RequestError(f"this is not an image topic, its type is {kind}")
+    type_name: str = (arrival.raw._connection_header or {}).get("type", "")
+    if type_name not in ("sensor_msgs/Image", COMPRESSED):
+        raise RequestError(f"this is not an image topic, its type is {type_name}")
     if len(arrival.raw._buff) > MAX_BYTES:
         raise RequestError(
             f"an image of {len(arrival.raw._buff) >> 20} MB is too large; the limit is {MAX_BYTES >> 20} MB"
         )
-    return kind
+    return type_name
 
 
 def picture(arrival: Arrival) -> tuple[dict[str, Any], bytes]:
@@ -50,11 +50,11 @@ def picture(arrival: Arrival) -> tuple[dict[str, Any], bytes]:
         RequestError: see `check_picture`; or it would decode to more than fits in a page's memory.
         MessageError: see `Arrival.checked_message`.
     """
-    kind = check_picture(arrival)
+    type_name = check_picture(arrival)
     message: Any = arrival.checked_message
     data = bytes(message.data)
-    description = {"type": kind, "frame": message.header.frame_id, "stamp": message.header.stamp.to_sec()}
-    if kind == COMPRESSED:
+    description = {"type": type_name, "frame": message.header.frame_id, "stamp": message.header.stamp.to_sec()}
+    if type_name == COMPRESSED:
         description["format"] = message.format
         width, height = picture_size(data) or picture_size(data[_DEPTH_HEADER_SIZE:]) or (0, 0)
         if width * height > MAX_PIXELS:

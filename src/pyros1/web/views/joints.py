@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 _PARAMETER = "/robot_description"
 _REFRESH_PERIOD = 1.0
 """Seconds between checks of the description and the publishers."""
-_HZ = 10.0
+_MESSAGES_PER_SECOND = 10.0
 _TYPE = "sensor_msgs/JointState"
 _MAX_NAMES = 50
 
@@ -37,8 +37,8 @@ class JointsView(View):
     """Displays and moves the joints of a robot description.
 
     A node that publishes the joints keeps doing so, and receives the desired positions: on the topic ``~sliders`` of
-    pyros1's joint_state_publisher, or on a topic in the source_list of others. If no node publishes, this view can; of
-    several views, only the first one does, and after it another one that was opened to publish.
+    pyros1's joint_state_publisher, or on a topic in the source_list of others. If no node publishes, this view can. If
+    several views were opened to publish, only the first one does; when it is closed, another one takes over.
 
     Args (of the page):
         description: name of the parameter; the topic is joint_states in the same namespace.
@@ -63,10 +63,10 @@ class JointsView(View):
         self._problem = ""
         self._joints: list[dict[str, Any]] = []
         self._descriptions: list[str] = []
-        self._read_state: Any = None  # the description and publishers from which the states were created
+        self._last_read: Any = None  # the description and publishers that were last read
         self._other_publishers: list[str] = []
-        self._sources: list[tuple[str, str]] = []
-        self._source = ""
+        self._position_topics: list[tuple[str, str]] = []
+        self._position_topic = ""
         self._refreshed_at = float("-inf")
         self._last_pushed: dict[str, Any] = {}
         self._publisher: RepeatedPublisher | None = None
@@ -102,12 +102,12 @@ class JointsView(View):
 
     def close(self) -> None:
         self._unsubscribe()
-        self._stop()
+        self._stop_publishing()
 
     def _apply_args(self, args: Mapping[str, Any]) -> None:
         positions, publish = joints.positions(args.get("positions", {})), bool(args.get("publish"))
         if not positions and not publish:
-            self._stop()
+            self._stop_publishing()
             return
         if self.robot.access.read_only:
             raise RequestError("this server is read-only (--read-only)")
@@ -122,15 +122,15 @@ class JointsView(View):
                 if self._states is not None:
                     self._states.apply(list(positions), list(positions.values()))
             if self._publisher is None:
-                self._publisher = RepeatedPublisher(self._publish, _HZ)
+                self._publisher = RepeatedPublisher(self._publish, _MESSAGES_PER_SECOND)
         elif positions:
             self._move(positions)
 
     def _move(self, positions: Mapping[str, float]) -> None:
-        if not self._source:
+        if not self._position_topic:
             raise RequestError(f"no node subscribes to {self._topic}")
         value = {"header": {"stamp": "now"}, "name": list(positions), "position": list(positions.values())}
-        self.robot.publishing.publish(self._source, _TYPE, value)
+        self.robot.publishing.publish(self._position_topic, _TYPE, value)
 
     def _publish(self) -> int:
         with self._lock:
@@ -141,7 +141,7 @@ class JointsView(View):
         value = {"header": {"stamp": "now"}, "name": names, **numbers}
         return self.robot.publishing.publish(self._topic, _TYPE, value)
 
-    def _stop(self) -> None:
+    def _stop_publishing(self) -> None:
         if self._publisher is not None:
             self._publisher.close()
             self._publisher = None
@@ -159,18 +159,20 @@ class JointsView(View):
             node.name if self.robot.movers.get(self._topic, self) is self else ""
         )  # otherwise, the node's publisher belongs to another page
         self._other_publishers = sorted(name for name in state.publishers.get(self._topic, []) if name != own_name)
-        if (description, self._other_publishers) != self._read_state:
-            self._read_state = (description, self._other_publishers)
-            self._read(description)
+        if (description, self._other_publishers) != self._last_read:
+            self._last_read = (description, self._other_publishers)
+            self._read_description(description)
         self._descriptions = [] if self._states else self._all_descriptions()
-        accepted = (topic for name, topic in self._sources if name in state.subscribers.get(topic, []))
-        self._source = next((topic for topic in accepted if self.robot.access.may_see(topic)), "")
+        accepted = (topic for name, topic in self._position_topics if name in state.subscribers.get(topic, []))
+        self._position_topic = next((topic for topic in accepted if self.robot.access.may_see(topic)), "")
         if self._other_publishers:
-            self._stop()  # the robot's own driver has started, and takes over
+            self._stop_publishing()  # the robot's own driver has started, and takes over
 
-    def _read(self, description: Any) -> None:
+    def _read_description(self, description: Any) -> None:
         params = {name: self._private_params(name) for name in self._other_publishers[:_MAX_NAMES]}
-        self._sources = [(name, topic) for name, values in params.items() for topic in joints.sources(name, values)]
+        self._position_topics = [
+            (name, topic) for name, values in params.items() for topic in joints.sources(name, values)
+        ]
         states, self._problem = None, ""
         if isinstance(description, str):
             try:
@@ -203,7 +205,7 @@ class JointsView(View):
             "more": max(0, len(states.names) - joints.MAX_JOINTS) if states else 0,
             "topic": self._topic,
             "publishers": self._other_publishers[:_MAX_NAMES],
-            "movable": bool(self._source) or self._publisher is not None,
+            "movable": bool(self._position_topic) or self._publisher is not None,
             "publishing": self._publisher is not None,
             "problem": self._publisher.problem if self._publisher else "",
         }
@@ -218,7 +220,7 @@ class JointsView(View):
             pairs = [pair for pair in zip(message.name, message.position, strict=False) if math.isfinite(pair[1])]
             with self._lock:
                 if self._states is not None:
-                    known = self._states.joint_types
-                    self._positions.update((name, position) for name, position in pairs if name in known)
+                    joint_types = self._states.joint_types
+                    self._positions.update((name, position) for name, position in pairs if name in joint_types)
         except (MessageError, AttributeError, TypeError):
             return  # not joint states

@@ -34,10 +34,10 @@ class LaunchLogView(View):
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
         self._folder = log_folder(os.environ)
-        self._base = self._find(args)
+        self._base = self._find_log_path(args)
         self._last_stamps: object = None
 
-    def _find(self, args: Mapping[str, Any]) -> str:
+    def _find_log_path(self, args: Mapping[str, Any]) -> str:
         launch = find(self.robot, args)
         label = string_arg(args, "process")
         try:

@@ -22,7 +22,7 @@ _PERIOD = 1.0
 _TIMEOUT = 2.0
 _MAX_LAUNCHES = 50
 _RETRY_DELAY = 10.0
-"""Seconds until a launch that did not respond is queried again, so that it does not delay the others."""
+"""Seconds after which a launch that did not respond is queried again, so that it does not delay the others."""
 _MAX_BUSY_SHARE = 0.1
 """Maximum share of time spent on requests; launches with many processes are queried less often."""
 
@@ -47,7 +47,7 @@ class LaunchesView(View):
         params = launch_uris(self.robot.master)
         selected = dict(sorted(params.items())[:_MAX_LAUNCHES])
         self._forget({*selected.values()})
-        entries = [self._entry(param, uri, reply) for (param, uri), reply in self._query(selected).items()]
+        entries = [self._describe_launch(param, uri, reply) for (param, uri), reply in self._query(selected).items()]
         self.period = max(_PERIOD, (monotonic() - start) / _MAX_BUSY_SHARE) if not self._unreachable else _PERIOD
         return Push({"launches": entries, "more": len(params) - len(selected)})
 
@@ -68,26 +68,26 @@ class LaunchesView(View):
         now = monotonic()
         replies: dict[tuple[str, str], Report | Exception | str] = {}
         jobs = {}
-        for entry in params.items():
-            retry_at, problem = self._unreachable.get(entry[1], (0.0, ""))
-            replies[entry] = problem
+        for param_and_uri in params.items():
+            retry_at, problem = self._unreachable.get(param_and_uri[1], (0.0, ""))
+            replies[param_and_uri] = problem
             if now >= retry_at:
-                jobs[entry] = partial(self._report, entry[1])
-        for entry, reply in run_concurrently(jobs, _TIMEOUT + 1).items():
-            replies[entry] = reply
+                jobs[param_and_uri] = partial(self._request_report, param_and_uri[1])
+        for param_and_uri, reply in run_concurrently(jobs, _TIMEOUT + 1).items():
+            replies[param_and_uri] = reply
             if isinstance(reply, Exception):
-                self._unreachable[entry[1]] = (now + _RETRY_DELAY, str(reply))
+                self._unreachable[param_and_uri[1]] = (now + _RETRY_DELAY, str(reply))
             else:
-                self._unreachable.pop(entry[1], None)
+                self._unreachable.pop(param_and_uri[1], None)
         return replies
 
-    def _report(self, uri: str) -> Report:
+    def _request_report(self, uri: str) -> Report:
         launch = self._launches.get(uri)
         if launch is None:
             launch = self._launches[uri] = Launch(uri, _TIMEOUT)
         return launch.report()
 
-    def _entry(self, param: str, uri: str, reply: Report | Exception | str) -> dict[str, Any]:
+    def _describe_launch(self, param: str, uri: str, reply: Report | Exception | str) -> dict[str, Any]:
         entry: dict[str, Any] = {"param": param, "uri": uri[:1000], "host": _host(uri)}
         if not isinstance(reply, Report):
             return {**entry, "problem": str(reply)}

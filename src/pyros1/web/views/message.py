@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 _MAX_ELEMENTS = 64
 """Maximum number of displayed elements of an array."""
-_MAX_TEXT = 2_000
+_MAX_TEXT_LENGTH = 2_000
 _MAX_VALUES = 5_000
 """Maximum number of displayed values of a message."""
 _MAX_WINDOWS = 100
@@ -59,7 +59,7 @@ class MessageView(View):
     def change(self, args: Mapping[str, Any]) -> None:
         if string_arg(args, "topic") != self._topic:
             raise RequestError("the topic of a stream cannot be changed")
-        self._windows = _windows(args.get("windows", {}))
+        self._windows = _parse_windows(args.get("windows", {}))
         self._frozen = bool(args.get("frozen"))
         self._needs_redraw = True
 
@@ -102,7 +102,7 @@ class MessageView(View):
         self._unsubscribe()
 
 
-def _windows(value: Any) -> dict[str, int]:
+def _parse_windows(value: Any) -> dict[str, int]:
     if not isinstance(value, dict) or len(value) > _MAX_WINDOWS:
         raise RequestError(f"windows must be an object with at most {_MAX_WINDOWS} paths")
     for start in value.values():
@@ -118,34 +118,39 @@ def tree(message: Message, windows: Mapping[str, int] | None = None) -> Any:
         message: the message.
         windows: path of an array, such as ``poses[3].covariance`` -> the first displayed element.
     """
-    remaining = _MAX_VALUES
+    remaining_values = _MAX_VALUES
     windows = windows or {}
 
     def fields(value: Message, path: str) -> dict[str, Any]:
         slots = zip(value.__slots__, value._slot_types, strict=True)
         prefix = path and f"{path}."
-        return {"fields": [[name, kind, element(getattr(value, name), kind, prefix + name)] for name, kind in slots]}
+        return {
+            "fields": [
+                [name, field_type, element(getattr(value, name), field_type, prefix + name)]
+                for name, field_type in slots
+            ]
+        }
 
-    def array(value: Any, kind: str, path: str) -> dict[str, Any]:
+    def array(value: Any, field_type: str, path: str) -> dict[str, Any]:
         length = len(value)
         start = min(windows.get(path, 0), max(0, length - 1))
-        end = min(length, start + max(0, min(_MAX_ELEMENTS, remaining)))
-        items = [element(value[index], kind, f"{path}[{index}]") for index in range(start, end)]
+        end = min(length, start + max(0, min(_MAX_ELEMENTS, remaining_values)))
+        items = [element(value[index], field_type, f"{path}[{index}]") for index in range(start, end)]
         return {"length": length, "start": start, "items": items}
 
-    def element(value: Any, kind: str, path: str) -> Any:
-        nonlocal remaining
-        remaining -= 1
+    def element(value: Any, field_type: str, path: str) -> Any:
+        nonlocal remaining_values
+        remaining_values -= 1
         if isinstance(value, TVal):
             return {"secs": value.secs, "nsecs": value.nsecs}
         if isinstance(value, Message):
-            return fields(value, path) if remaining > 0 else {"fields": [], "more": True}
+            return fields(value, path) if remaining_values > 0 else {"fields": [], "more": True}
         if isinstance(value, float):
             return value if math.isfinite(value) else str(value)
         if isinstance(value, str):
-            return value[:_MAX_TEXT] + ("..." if len(value) > _MAX_TEXT else "")
+            return value[:_MAX_TEXT_LENGTH] + ("..." if len(value) > _MAX_TEXT_LENGTH else "")
         if isinstance(value, (bool, int)):
             return value if -(1 << 53) < value < 1 << 53 else str(value)
-        return array(value, kind.partition("[")[0], path)
+        return array(value, field_type.partition("[")[0], path)
 
     return fields(message, "")

@@ -38,9 +38,9 @@ class ParamView(View):
         self.change(args)
 
     def poll(self) -> Push | None:
-        start = monotonic()
+        started_at = monotonic()
         data = self._refresh()
-        self.period = max(_MIN_PERIOD, (monotonic() - start) / _MAX_BUSY_SHARE)
+        self.period = max(_MIN_PERIOD, (monotonic() - started_at) / _MAX_BUSY_SHARE)
         if data == self._last_pushed:
             return None
         self._last_pushed = data

@@ -29,9 +29,9 @@ class ParamsView(View):
         self._changes = Changes()
 
     def poll(self) -> Push | None:
-        start = monotonic()
+        started_at = monotonic()
         changed = self._changes.update(self.robot.master.get_param("/"), self.robot.access.may_see)
-        self.period = max(_MIN_PERIOD, (monotonic() - start) / _MAX_BUSY_SHARE)
+        self.period = max(_MIN_PERIOD, (monotonic() - started_at) / _MAX_BUSY_SHARE)
         return None if changed is None else Push(changed)
 
     def change(self, args: Mapping[str, Any]) -> None:

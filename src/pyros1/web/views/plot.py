@@ -47,18 +47,20 @@ class PlotView(View):
 
     def change(self, args: Mapping[str, Any]) -> None:
         requested = _parse_curves(args)
-        for number in [
-            each for each, text_and_stamped in self._texts.items() if requested.get(each) != text_and_stamped
+        for curve_id in [
+            known_id
+            for known_id, text_and_stamped in self._texts.items()
+            if requested.get(known_id) != text_and_stamped
         ]:
-            self._forget(number)
-        for number, (text, stamped) in requested.items():
-            if number in self._texts:
+            self._forget(curve_id)
+        for curve_id, (text, stamped) in requested.items():
+            if curve_id in self._texts:
                 continue
-            self._texts[number] = (text, stamped)
+            self._texts[curve_id] = (text, stamped)
             try:
-                self._curves[number] = Curve(text, stamped)
+                self._curves[curve_id] = Curve(text, stamped)
             except CurveError as error:
-                self._problems[number] = str(error)
+                self._problems[curve_id] = str(error)
         self._poll_count = 0
 
     def poll(self) -> Push | None:
@@ -66,14 +68,19 @@ class PlotView(View):
             self._refresh()
         self._poll_count += 1
         entries, blob = [], array("d")
-        for number, curve in self._curves.items():
+        for curve_id, curve in self._curves.items():
             for part, (times, values) in curve.take(_MAX_POINTS).items():
-                entries.append({"id": number, "part": part, "count": len(times)})
+                entries.append({"id": curve_id, "part": part, "count": len(times)})
                 blob.extend(times)
                 blob.extend(values)
-        problems = {**self._problems, **{n: curve.problem for n, curve in self._curves.items() if curve.problem}}
+        problems = {
+            **self._problems,
+            **{curve_id: curve.problem for curve_id, curve in self._curves.items() if curve.problem},
+        }
         waiting = {
-            n: self._waiting_reason(n) for n, curve in self._curves.items() if n not in problems and not curve.has_data
+            curve_id: self._waiting_reason(curve_id)
+            for curve_id, curve in self._curves.items()
+            if curve_id not in problems and not curve.has_data
         }
         current = (problems, waiting)
         if not entries and current == self._last_pushed:
@@ -83,29 +90,29 @@ class PlotView(View):
         return Push({"now": now, "curves": entries, "problems": problems, "waiting": waiting}, blob.tobytes())
 
     def close(self) -> None:
-        for number in list(self._texts):
-            self._forget(number)
+        for curve_id in list(self._texts):
+            self._forget(curve_id)
 
-    def _forget(self, number: int) -> None:
-        self._texts.pop(number)
-        self._curves.pop(number, None)
-        self._problems.pop(number, None)
-        self._unsubscribers.pop(number, lambda: None)()
+    def _forget(self, curve_id: int) -> None:
+        self._texts.pop(curve_id)
+        self._curves.pop(curve_id, None)
+        self._problems.pop(curve_id, None)
+        self._unsubscribers.pop(curve_id, lambda: None)()
 
     def _refresh(self) -> None:
-        for number, curve in self._curves.items():
-            if number in self._unsubscribers:
+        for curve_id, curve in self._curves.items():
+            if curve_id in self._unsubscribers:
                 continue
             try:
                 topic = curve.find(self.robot.graph.find_topic)
                 if topic is not None:
-                    self._unsubscribers[number] = self.robot.listen(topic, _CurveListener(curve))
-                self._problems.pop(number, None)
+                    self._unsubscribers[curve_id] = self.robot.listen(topic, _CurveListener(curve))
+                self._problems.pop(curve_id, None)
             except Error as error:
-                self._problems[number] = str(error)
+                self._problems[curve_id] = str(error)
 
-    def _waiting_reason(self, number: int) -> str:
-        return "no message yet" if number in self._unsubscribers else "no such topic yet"
+    def _waiting_reason(self, curve_id: int) -> str:
+        return "no message yet" if curve_id in self._unsubscribers else "no such topic yet"
 
 
 class _CurveListener:
@@ -122,14 +129,14 @@ class _CurveListener:
 
 
 def _parse_curves(args: Mapping[str, Any]) -> dict[int, tuple[str, bool]]:
-    found: dict[int, tuple[str, bool]] = {}
+    requested: dict[int, tuple[str, bool]] = {}
     curves = args.get("curves", [])
     if not isinstance(curves, list) or len(curves) > MAX_CURVES:
         raise RequestError(f"curves must be a list of at most {MAX_CURVES} curves")
     for entry in curves:
         match entry:
-            case {"id": int(number), "text": str(text)} if not isinstance(number, bool):
-                found[number] = (text, bool(entry.get("stamped")))
+            case {"id": int(curve_id), "text": str(text)} if not isinstance(curve_id, bool):
+                requested[curve_id] = (text, bool(entry.get("stamped")))
             case _:
                 raise RequestError("a curve must have an id and a text")
-    return found
+    return requested

@@ -36,10 +36,10 @@ class PublishView(View):
             raise RequestError("this server is read-only (--read-only)")
         _ = robot.node
         self._last_pushed: Any = None
-        self._publisher = RepeatedPublisher(*self._read(args))
+        self._publisher = RepeatedPublisher(*self._read_args(args))
 
     def change(self, args: Mapping[str, Any]) -> None:
-        self._publisher.change(*self._read(args))
+        self._publisher.change(*self._read_args(args))
 
     def poll(self) -> Push | None:
         publisher = self._publisher
@@ -52,9 +52,11 @@ class PublishView(View):
     def close(self) -> None:
         self._publisher.close()
 
-    def _read(self, args: Mapping[str, Any]) -> tuple[Callable[[], int], float]:
-        topic, kind = string_arg(args, "topic"), string_arg(args, "type")
+    def _read_args(self, args: Mapping[str, Any]) -> tuple[Callable[[], int], float]:
+        topic, type_name = string_arg(args, "topic"), string_arg(args, "type")
         self.robot.check_visible(topic)
         value, latch = args.get("value"), bool(args.get("latch"))
         publishing = self.robot.publishing
-        return lambda: publishing.publish(topic, kind, value, latch), number_arg(args, "hz", _MIN_RATE, _MAX_RATE, 1.0)
+        return lambda: publishing.publish(topic, type_name, value, latch), number_arg(
+            args, "hz", _MIN_RATE, _MAX_RATE, 1.0
+        )

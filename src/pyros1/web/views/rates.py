@@ -61,11 +61,11 @@ class RatesView(View):
 
     def poll(self) -> Push | None:
         rates = {topic: meter.rate(monotonic()) for topic, meter in self._meters.items()}
-        found: dict[str, Any] = {
+        traffic: dict[str, Any] = {
             topic: rate._asdict() if rate else {"hz": None, "bytes": None} for topic, rate in rates.items()
         }
-        found.update({topic: {"problem": text} for topic, text in self._problems.items()})
-        return Push(found) if found else None
+        traffic.update({topic: {"problem": text} for topic, text in self._problems.items()})
+        return Push(traffic) if traffic else None
 
     def close(self) -> None:
         for topic in list(self._meters):

@@ -87,20 +87,20 @@ class ReconfigureView(View):
 def parameters(description: Any) -> list[dict[str, Any]]:
     """Return the parameters of a dynamic_reconfigure/ConfigDescription for a page; see `ReconfigureView`."""
     paths = _paths(description.groups)
-    low, high, defaults = values(description.min), values(description.max), values(description.dflt)
+    minimums, maximums, defaults = values(description.min), values(description.max), values(description.dflt)
     return [
         {
-            "name": each.name,
-            "type": each.type,
+            "name": parameter.name,
+            "type": parameter.type,
             "groups": paths[group.id],
-            "description": each.description,
-            "min": low.get(each.name),
-            "max": high.get(each.name),
-            "default": defaults.get(each.name),
-            "choices": _choices(each.edit_method),
+            "description": parameter.description,
+            "min": minimums.get(parameter.name),
+            "max": maximums.get(parameter.name),
+            "default": defaults.get(parameter.name),
+            "choices": _choices(parameter.edit_method),
         }
         for group in description.groups
-        for each in group.parameters
+        for parameter in group.parameters
     ]
 
 
@@ -128,15 +128,15 @@ def groups(description: Any, config: Any) -> list[dict[str, Any]]:
 
 def _paths(groups: Any) -> dict[int, list[str]]:
     """Return group id -> path; parents may be missing or circular."""
-    known = {group.id: group for group in groups}
+    group_by_id = {group.id: group for group in groups}
     paths: dict[int, list[str]] = {}
     for group in groups:
         path: list[str] = []
-        ancestor, seen = group, set()
-        while ancestor is not None and ancestor.id != 0 and ancestor.id not in seen and len(path) < _MAX_GROUP_DEPTH:
-            seen.add(ancestor.id)
+        ancestor, visited = group, set()
+        while ancestor is not None and ancestor.id != 0 and ancestor.id not in visited and len(path) < _MAX_GROUP_DEPTH:
+            visited.add(ancestor.id)
             path.insert(0, ancestor.name)
-            ancestor = known.get(ancestor.parent)
+            ancestor = group_by_id.get(ancestor.parent)
         paths[group.id] = path
     return paths
 
@@ -149,8 +149,8 @@ def values(config: Any) -> dict[str, Any]:
 def _choices(edit_method: str) -> list[list[Any]]:
     if len(edit_method) > _MAX_CHOICES_LENGTH:
         return []
-    found = choices(edit_method)
-    return [[name, _to_json(value)] for name, value in list(found.items())[:_MAX_CHOICES]]
+    all_choices = choices(edit_method)
+    return [[name, _to_json(value)] for name, value in list(all_choices.items())[:_MAX_CHOICES]]
 
 
 def _to_json(value: Any) -> Any:

@@ -26,9 +26,9 @@ class SystemView(View):
         if description is self._last_pushed:
             return None
         self._last_pushed = description
-        return Push(self._visible(description))
+        return Push(self._visible_part(description))
 
-    def _visible(self, description: dict[str, Any]) -> dict[str, Any]:
+    def _visible_part(self, description: dict[str, Any]) -> dict[str, Any]:
         access = self.robot.access
         if not access.topics:
             return {**description, "master": self.robot.master_uri}

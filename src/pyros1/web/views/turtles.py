@@ -77,20 +77,21 @@ class TurtlesView(View):
 
     def _refresh(self) -> None:
         graph = self.robot.graph
-        found = find_simulators(graph.published_types(), graph.state().publishers)
+        simulators = find_simulators(graph.published_types(), graph.state().publishers)
         may_see = self.robot.access.may_see
-        found = {
-            node: {name: topic for name, topic in turtles.items() if may_see(topic)} for node, turtles in found.items()
+        simulators = {
+            node: {name: topic for name, topic in turtles.items() if may_see(topic)}
+            for node, turtles in simulators.items()
         }
-        nodes = [node for node, turtles in found.items() if turtles]
+        nodes = [node for node, turtles in simulators.items() if turtles]
         node = self._requested_node or next(iter(nodes), "")
-        turtles = found.get(node, {})
+        turtles = simulators.get(node, {})
         drawing = drawing_topic(node)
         topics: dict[str, Callable[[Arrival], None]] = {
-            topic: self._pose_listener(name) for name, topic in turtles.items()
+            topic: self._make_pose_listener(name) for name, topic in turtles.items()
         }
         if turtles and may_see(drawing):
-            topics[drawing] = self._draw
+            topics[drawing] = self._on_drawing
         for topic in self._unsubscribers.keys() - topics.keys():
             self._unsubscribers.pop(topic)()
         if node != self._node_info.get("node"):
@@ -102,14 +103,14 @@ class TurtlesView(View):
         self._turtles = list(turtles)
         self._node_info = {"node": node, "nodes": nodes, "there": bool(turtles)}
 
-    def _pose_listener(self, name: str) -> Callable[[Arrival], None]:
+    def _make_pose_listener(self, name: str) -> Callable[[Arrival], None]:
         def listener(arrival: Arrival) -> None:
             with self._lock:
                 self._poses[name] = arrival
 
         return listener
 
-    def _draw(self, arrival: Arrival) -> None:
+    def _on_drawing(self, arrival: Arrival) -> None:
         with self._lock:
             self._drawing = arrival
 
@@ -117,6 +118,6 @@ class TurtlesView(View):
 def _position(arrival: Arrival) -> list[float] | None:
     with suppress(MessageError, AttributeError):
         pose: Any = arrival.checked_message
-        found = [float(pose.x), float(pose.y), float(pose.theta)]
-        return found if isfinite(sum(found)) else None
+        numbers = [float(pose.x), float(pose.y), float(pose.theta)]
+        return numbers if isfinite(sum(numbers)) else None
     return None

@@ -69,7 +69,7 @@ def string_arg(args: Mapping[str, Any], name: str, default: str | None = None) -
 
 
 def number_arg(args: Mapping[str, Any], name: str, minimum: float, maximum: float, default: float) -> float:
-    """Return a numeric argument.
+    """Return a numeric argument that is within a range.
 
     Raises:
         RequestError: the argument is not a number, or out of range.

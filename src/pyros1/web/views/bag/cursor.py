@@ -8,7 +8,7 @@ from typing import Any
 from pyros1.ground.errors import Error
 from pyros1.ground.terminal_text import untrusted
 from pyros1.web.server.wire import Push
-from pyros1.web.views.bag.file import BagView, topics
+from pyros1.web.views.bag.file import BagView, topics_arg
 from pyros1.web.views.message import tree
 from pyros1.web.views.view import number_arg
 
@@ -30,18 +30,18 @@ class BagCursorView(BagView):
 
     def change(self, args: Mapping[str, Any]) -> None:
         time = number_arg(args, "time", -_MAX_SECONDS, _MAX_SECONDS, 0.0)
-        self._request: tuple[float, list[str]] | None = (time, self.bag.recorded_names(topics(args, _MAX_TOPICS)))
+        self._request: tuple[float, list[str]] | None = (time, self.bag.recorded_names(topics_arg(args, _MAX_TOPICS)))
 
     def poll(self) -> Push | None:
         request, self._request = self._request, None
         if request is None:
             return None
         time, names = request
-        found = {}
+        messages = {}
         for name in names:  # one by one, since a topic whose messages cannot be read must not affect the others
             try:
                 for topic, item in self.bag.at(time, [name]).items():
-                    found[topic] = {
+                    messages[topic] = {
                         "time": self.bag.seconds(item.time.to_nsec()),
                         "type": untrusted(item.connection.type),
                         "publisher": untrusted(item.connection.callerid),
@@ -49,11 +49,11 @@ class BagCursorView(BagView):
                         "problem": "",
                     }
             except Error as error:
-                found[name] = {
+                messages[name] = {
                     "time": None,
                     "type": "",
                     "publisher": "",
                     "value": None,
                     "problem": untrusted(str(error)),
                 }
-        return Push({"time": time, "messages": found})
+        return Push({"time": time, "messages": messages})

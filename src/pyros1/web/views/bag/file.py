@@ -29,7 +29,7 @@ class BagFileView(View):
     Args (of the page):
         path: path of the file.
 
-    Pushes ``{"reading": bytes, "size": bytes}`` while a bag without an index is scanned, ``{"problem": TEXT}``, or
+    Pushes ``{"reading": bytes, "size": bytes}`` while a bag without an index is scanned; then ``{"problem": TEXT}``, or
     the result of `pyros1.web.bags.open_bag.OpenBag.describe`.
     """
 
@@ -75,12 +75,12 @@ class BagFileView(View):
         except (Error, OSError, ValueError) as error:  # ValueError: the bag was closed meanwhile
             self._report({"problem": str(error)})
 
-    def _progress(self, done: int) -> None:
+    def _progress(self, bytes_read: int) -> None:
         if self._closed:
             raise _ViewClosedError
         if monotonic() - self._reported_at > _REPORT_PERIOD:
             self._reported_at = monotonic()
-            self._report({"reading": done, "size": self._size})
+            self._report({"reading": bytes_read, "size": self._size})
 
     def _report(self, data: dict[str, Any]) -> None:
         with self._lock:
@@ -89,7 +89,7 @@ class BagFileView(View):
 
 
 class BagView(View):
-    """Base class of all views of an open bag.
+    """The base class of all views of an open bag.
 
     Args (of the page):
         path: path of the file, which a `BagFileView` has opened.
@@ -109,7 +109,7 @@ class BagView(View):
         self.robot.bags.release(self.bag)
 
 
-def topics(args: Mapping[str, Any], max_topics: int) -> list[str]:
+def topics_arg(args: Mapping[str, Any], max_topics: int) -> list[str]:
     """Return an argument that is a list of topics.
 
     Raises:

@@ -37,25 +37,34 @@ class BagPicturesView(BagView):
 
     def change(self, args: Mapping[str, Any]) -> None:
         name = string_arg(args, "topic")
-        known = self.bag.topic(name)
-        if known is None or known.type not in IMAGES:
+        bag_topic = self.bag.topic(name)
+        if bag_topic is None or bag_topic.type not in IMAGES:
             raise RequestError(f"{untrusted(name[:200])} has no images")
         times = args.get("times", [])
         if not isinstance(times, list) or len(times) > MAX_PICTURES:
             raise RequestError(f"times must be a list of at most {MAX_PICTURES} numbers")
-        self._topic = known.name
+        self._topic = bag_topic.name
         self._height = int(number_arg(args, "height", 8, MAX_HEIGHT, 60))
-        self._request = deque(number_arg({"time": each}, "time", -_MAX_SECONDS, _MAX_SECONDS, 0.0) for each in times)
+        self._pending_times = deque(
+            number_arg({"time": time}, "time", -_MAX_SECONDS, _MAX_SECONDS, 0.0) for time in times
+        )
         self.polled = True
 
     def poll(self) -> Push | None:
-        if not self._request:
+        if not self._pending_times:
             self.polled = False  # until the next change
             return None
-        request = self._request.popleft()
-        description = {"topic": self._topic, "wanted": request, "time": None, "width": 0, "height": 0, "problem": ""}
+        requested_time = self._pending_times.popleft()
+        description = {
+            "topic": self._topic,
+            "wanted": requested_time,
+            "time": None,
+            "width": 0,
+            "height": 0,
+            "problem": "",
+        }
         try:
-            for item in self.bag.at(request, [self._topic]).values():
+            for item in self.bag.at(requested_time, [self._topic]).values():
                 data, width, height = thumbnail(item.message, self._height)
                 time = self.bag.seconds(item.time.to_nsec())
                 return Push({**description, "time": time, "width": width, "height": height}, data)

@@ -1,4 +1,4 @@
-"""Plays a bag into the running ROS system while a page displays this."""
+"""Publishes a bag's messages in the running ROS system while a page displays the playback."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from pyros1.web.bags.open_bag import MAX_TOPICS
 from pyros1.web.bags.playback import Playback, PlaybackSettings
 from pyros1.web.server.wire import Push, RequestError
-from pyros1.web.views.bag.file import BagView, topics
+from pyros1.web.views.bag.file import BagView, topics_arg
 from pyros1.web.views.view import number_arg
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ class BagPlayView(BagView):
     def change(self, args: Mapping[str, Any]) -> None:
         if args.get("clock") is True:
             self.robot.check_visible("/clock")
-        selected = topics(args, MAX_TOPICS) if args.get("topics") is not None else list(self.bag.topics)
+        selected = topics_arg(args, MAX_TOPICS) if args.get("topics") is not None else list(self.bag.topics)
         settings = PlaybackSettings(
             rate=number_arg(args, "rate", MIN_SPEED, MAX_SPEED, 1.0),
             loop=args.get("loop") is True,

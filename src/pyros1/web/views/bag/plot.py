@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 
 MAX_CURVES = 16
 MAX_LINES = 64
-"""Maximum number of lines, of which each element of an array is one."""
+"""Maximum number of lines; each element of an array is a line of its own."""
 _PARTS = 800
 """Number of parts of the time range, in each of which up to four points of a line are kept."""
-_BATCH = 200
+_BATCH_SIZE = 200
 _POLL_PERIOD = 0.3
-"""Seconds between checks of the threads' progress."""
+"""Seconds between two pushes of partial results, and between checks whether to stop waiting."""
 _MAX_SECONDS = 4.29e9  # the sum of two such times in nanoseconds fits into 64 bits
 
 
@@ -39,7 +39,7 @@ class BagPlotView(BagView):
         begin, end: the time range, in seconds since the bag's start.
 
     Pushes ``{"begin", "end", "progress": 0..1, "curves": [{"id", "part", "count"}, ...], "problems": {ID: TEXT}}`` with
-    all points, like `PlotView`. Progress is 1 when everything was read.
+    all points, like `PlotView`. Progress is 1 when everything has been read.
     """
 
     period = _POLL_PERIOD
@@ -85,7 +85,7 @@ class _Job:
         self._lines: dict[tuple[int, int], Envelope] = {}
         self._progress = 0.0
         self._lock = threading.Lock()
-        self._stopped = threading.Event()
+        self._stop_requested = threading.Event()
         self._pushed_progress = -1.0
         for curve_id, curve_text in curve_texts.items():
             try:
@@ -101,7 +101,7 @@ class _Job:
 
     def stop(self) -> None:
         """Request the thread to stop."""
-        self._stopped.set()
+        self._stop_requested.set()
 
     def join(self) -> None:
         """Wait for the thread to end after its current chunk."""
@@ -130,7 +130,7 @@ class _Job:
 
     def _run(self) -> None:
         while not self._slots.acquire(timeout=_POLL_PERIOD):
-            if self._stopped.is_set():
+            if self._stop_requested.is_set():
                 return
         try:
             if self._curves:
@@ -152,12 +152,12 @@ class _Job:
         span = max(1, min(last, bag.end) - max(first, bag.begin))
         messages = reader.messages(reader.ids(list(self._curves)), max(0, first), last)
         for count, stored in enumerate(messages, 1):
-            if self._stopped.is_set():
+            if self._stop_requested.is_set():
                 return
             message = bag.bag.decode(stored)
             for _, curve in self._curves.get(stored.connection.topic, ()):
                 curve.add(message, bag.seconds(stored.time))
-            if count % _BATCH == 0:
+            if count % _BATCH_SIZE == 0:
                 self._collect()
                 with self._lock:
                     self._progress = min(0.999, (stored.time - max(first, bag.begin)) / span)
@@ -167,8 +167,8 @@ class _Job:
     def _collect(self) -> None:
         with self._lock:
             for curve_id, curve in (pair for curves in self._curves.values() for pair in curves):
-                for part, (times, values) in curve.take(_BATCH).items():
-                    line = self._line(curve_id, part)
+                for part, (times, values) in curve.take(_BATCH_SIZE).items():
+                    line = self._get_line(curve_id, part)
                     if line is None:
                         curve.problem = f"more than {MAX_LINES} lines: choose some elements, as in [0:3]"
                         break
@@ -177,7 +177,7 @@ class _Job:
                 if curve.problem:
                     self._problems[curve_id] = curve.problem
 
-    def _line(self, curve_id: int, part: int) -> Envelope | None:
+    def _get_line(self, curve_id: int, part: int) -> Envelope | None:
         line = self._lines.get((curve_id, part))
         if line is None and len(self._lines) < MAX_LINES:
             line = self._lines[curve_id, part] = Envelope(self._begin, self._end, _PARTS)
@@ -185,14 +185,14 @@ class _Job:
 
 
 def _parse_curves(args: Mapping[str, Any]) -> dict[int, str]:
-    found: dict[int, str] = {}
+    text_by_id: dict[int, str] = {}
     curves = args.get("curves", [])
     if not isinstance(curves, list) or len(curves) > MAX_CURVES:
         raise RequestError(f"curves must be a list of at most {MAX_CURVES} curves")
     for entry in curves:
         match entry:
             case {"id": int(curve_id), "text": str(curve_text)} if not isinstance(curve_id, bool):
-                found[curve_id] = curve_text[:1_000]
+                text_by_id[curve_id] = curve_text[:1_000]
             case _:
                 raise RequestError("a curve must have an id and a text")
-    return found
+    return text_by_id

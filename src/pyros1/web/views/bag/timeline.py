@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from pyros1.web.server.wire import Push, RequestError
-from pyros1.web.views.bag.file import BagView, topics
+from pyros1.web.views.bag.file import BagView, topics_arg
 from pyros1.web.views.view import number_arg
 
 _MAX_ROWS = 200
@@ -24,7 +24,8 @@ class BagTimelineView(BagView):
         topics: the topics of the rows.
 
     Pushes ``{"begin", "end", "columns", "topics", "exact"}`` with a float32 for each column of each row: the number
-    of messages, which are at most one column off. If not exact, some may be further off.
+    of messages. If "exact", each message is counted at most one column away from its own; otherwise, some may be further
+    away.
     """
 
     def change(self, args: Mapping[str, Any]) -> None:
@@ -33,14 +34,14 @@ class BagTimelineView(BagView):
         if not begin < end:
             raise RequestError("a timeline must end after it begins")
         columns = int(number_arg(args, "columns", 1, _MAX_COLUMNS, 600))
-        self._request: tuple[float, float, int, list[str]] | None = (begin, end, columns, topics(args, _MAX_ROWS))
+        self._request: tuple[float, float, int, list[str]] | None = (begin, end, columns, topics_arg(args, _MAX_ROWS))
 
     def poll(self) -> Push | None:
         request, self._request = self._request, None
         if request is None:
             return None
         begin, end, columns, names = request
-        rows = self.bag.recorded_names(names)
-        counts, exact = self.bag.histogram(begin, end, columns, rows)
-        data = {"begin": begin, "end": end, "columns": columns, "topics": rows, "exact": exact}
+        recorded_names = self.bag.recorded_names(names)
+        counts, exact = self.bag.histogram(begin, end, columns, recorded_names)
+        data = {"begin": begin, "end": end, "columns": columns, "topics": recorded_names, "exact": exact}
         return Push(data, counts.tobytes())

@@ -19,7 +19,7 @@ from pyros1.web.views.view import View, string_arg
 if TYPE_CHECKING:
     from pyros1.web.robot import Robot
 
-_INFO = "sensor_msgs/CameraInfo"
+_CAMERA_INFO = "sensor_msgs/CameraInfo"
 _STAMP_SIZE = 12
 """Number of bytes at the beginning of a message that differ even if it is repeated: sequence number and stamp."""
 
@@ -36,8 +36,8 @@ class CameraView(View):
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         super().__init__(robot, args, wake)
         self._topic = string_arg(args, "topic")
-        self._fixed = string_arg(args, "fixed", "")
-        self._requested_info = string_arg(args, "info", "").strip()
+        self._fixed_frame = string_arg(args, "fixed", "")
+        self._requested_info_topic = string_arg(args, "info", "").strip()
         self._lock = threading.Lock()
         self._unsubscribers: dict[str, Callable[[], None]] = {"world": robot.world.watch(lambda: None)}
         self._newest: Arrival | None = None
@@ -64,15 +64,15 @@ class CameraView(View):
         if arrival is None:
             return None
         check_picture(arrival)
-        self._subscribe_to_info(_type(arrival) == COMPRESSED)
+        self._subscribe_to_info(_type_name(arrival) == COMPRESSED)
         with self._lock:
             current = (arrival, self._info, self.revision)
         header = arrival.checked_message.header  # type: ignore[attr-defined]
-        pose = self.robot.world.pose(self._fixed, header.frame_id, header.stamp)
+        pose = self.robot.world.pose(self._fixed_frame, header.frame_id, header.stamp)
         if current == self._last_pushed and not (self._pose_unknown and pose is not None):
             return None
         self._last_pushed, self._pose_unknown = current, pose is None
-        description, blob = self.render(arrival, *self._camera(current[1]))
+        description, blob = self.render(arrival, *self._read_camera(current[1]))
         return Push({**description, "frame": header.frame_id, "stamp": header.stamp.to_sec(), "pose": pose}, blob)
 
     @abstractmethod
@@ -89,8 +89,8 @@ class CameraView(View):
         """
 
     def change(self, args: Mapping[str, Any]) -> None:
-        self._fixed = string_arg(args, "fixed", "")
-        self._requested_info = string_arg(args, "info", "").strip()
+        self._fixed_frame = string_arg(args, "fixed", "")
+        self._requested_info_topic = string_arg(args, "info", "").strip()
         self._last_pushed = None
 
     def close(self) -> None:
@@ -105,7 +105,7 @@ class CameraView(View):
             self._unsubscribers[name] = self.robot.listen(topic, listener)
 
     def _subscribe_to_info(self, compressed: bool) -> None:
-        topic = self._requested_info or info_topic(self._topic, compressed)
+        topic = self._requested_info_topic or info_topic(self._topic, compressed)
         if topic == self._info_topic:
             return
         with self._lock:
@@ -113,11 +113,11 @@ class CameraView(View):
         self._info_topic = topic
         self.listen("info", topic, self._on_info)
 
-    def _camera(self, info: Arrival | None) -> tuple[Camera | None, str]:
+    def _read_camera(self, info: Arrival | None) -> tuple[Camera | None, str]:
         if info is None:
             return None, f"no CameraInfo has been received on {self._info_topic}"
-        if _type(info) != _INFO:
-            return None, f"the type of {self._info_topic} is not {_INFO}, but {_type(info)}"
+        if _type_name(info) != _CAMERA_INFO:
+            return None, f"the type of {self._info_topic} is not {_CAMERA_INFO}, but {_type_name(info)}"
         try:
             return pinhole(info.checked_message), ""
         except (ShapeError, MessageError) as error:
@@ -130,10 +130,10 @@ class CameraView(View):
 
     def _on_info(self, arrival: Arrival) -> None:
         with self._lock:
-            known, self._info = self._info, arrival
-            is_same = known is not None and known.raw._buff[_STAMP_SIZE:] == arrival.raw._buff[_STAMP_SIZE:]
+            previous, self._info = self._info, arrival
+            is_same = previous is not None and previous.raw._buff[_STAMP_SIZE:] == arrival.raw._buff[_STAMP_SIZE:]
             if is_same:
-                self._info = known  # it is sent again with each picture
+                self._info = previous  # it is sent again with each picture
         if not is_same:
             self.wake()
 
@@ -151,5 +151,5 @@ class SceneCameraView(CameraView):
         return {**description, "camera": asdict(camera) if camera else None, "why": reason}, data
 
 
-def _type(arrival: Arrival) -> str:
+def _type_name(arrival: Arrival) -> str:
     return (arrival.raw._connection_header or {}).get("type", "")

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 _MAX_PICTURES = 4
 """Number of recent colour pictures from which the one nearest in time to the depth image is chosen."""
 MAX_PICTURE_BYTES = 32 << 20
-"""Maximum total size of these in bytes; one is always kept."""
+"""Maximum total size of these pictures in bytes; one picture of any size is always kept."""
 
 
 class SceneDepthView(CameraView):
@@ -40,7 +40,7 @@ class SceneDepthView(CameraView):
 
     def __init__(self, robot: Robot, args: Mapping[str, Any], wake: Callable[[], object]) -> None:
         self._pictures: deque[Arrival] = deque()
-        self._colour = ""
+        self._colour_topic = ""
         super().__init__(robot, args, wake)
         try:
             self._read_args(args)
@@ -56,7 +56,7 @@ class SceneDepthView(CameraView):
             depth = depths(message)
             nearest = self._nearest_picture(message.header.stamp.to_sec())
             return depth_cloud(
-                depth, camera, None if nearest is None else colours(nearest), self._max_points, self._numbers
+                depth, camera, None if nearest is None else colours(nearest), self._max_points, self._with_indices
             )
         except ShapeError as error:
             raise RequestError(f"{self._topic}: {error}") from None
@@ -67,10 +67,10 @@ class SceneDepthView(CameraView):
 
     def _read_args(self, args: Mapping[str, Any]) -> None:
         self._max_points = int(number_arg(args, "most", 1, MAX_POINTS, MAX_POINTS))
-        self._numbers = bool(args.get("numbers"))
+        self._with_indices = bool(args.get("numbers"))
         colour = string_arg(args, "colour", "").strip()
-        if colour != self._colour:
-            self._colour = colour
+        if colour != self._colour_topic:
+            self._colour_topic = colour
             self._pictures.clear()
             self.listen("colours", colour, self._on_picture_colours)
 
@@ -92,5 +92,5 @@ class SceneDepthView(CameraView):
                 check_picture(arrival)
                 messages.append(arrival.checked_message)
             except MessageError as error:
-                raise RequestError(f"{self._colour}: {error}") from None
+                raise RequestError(f"{self._colour_topic}: {error}") from None
         return min(messages, key=lambda message: abs(message.header.stamp.to_sec() - stamp), default=None)

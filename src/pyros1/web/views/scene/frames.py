@@ -42,7 +42,7 @@ class SceneFramesView(View):
         parents = {state.name: state.parent or "" for state in states}
         roots = find_roots(parents)
         sizes = Counter(roots.values())
-        fixed = self._fixed or roots.get(self._robot) or max(sizes, key=sizes.__getitem__, default=_DEFAULT_FRAME)
+        fixed = self._fixed_frame or roots.get(self._robot) or max(sizes, key=sizes.__getitem__, default=_DEFAULT_FRAME)
         names, unplaced, numbers = [], [], array("d")
         for name in parents:
             pose = world.pose(fixed, name)
@@ -61,7 +61,7 @@ class SceneFramesView(View):
         return Push(description, numbers.tobytes())
 
     def change(self, args: Mapping[str, Any]) -> None:
-        self._fixed = string_arg(args, "fixed", "").lstrip("/")
+        self._fixed_frame = string_arg(args, "fixed", "").lstrip("/")
         self._robot = string_arg(args, "robot", "").lstrip("/")
 
     def close(self) -> None:

@@ -75,9 +75,9 @@ class SceneInteractiveView(View):
         self._unsubscribe_full()
 
     def _on_message(self, arrival: Arrival) -> None:
-        kind = (arrival.raw._connection_header or {}).get("type", "")
-        if kind not in _TYPES:
-            self._problem = f"the type of {self._base} is not that of interactive markers, but {kind}"
+        type_name = (arrival.raw._connection_header or {}).get("type", "")
+        if type_name not in _TYPES:
+            self._problem = f"the type of {self._base} is not that of interactive markers, but {type_name}"
             return
         try:
             message: Any = arrival.checked_message
@@ -86,7 +86,7 @@ class SceneInteractiveView(View):
             return
         with self._lock:
             self._problem = ""
-            if kind.endswith("Init"):
+            if type_name.endswith("Init"):
                 self._markers.init(message, monotonic())
             elif not self._markers.update(message, monotonic()):
                 self._missed_updates = True

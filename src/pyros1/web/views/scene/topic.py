@@ -80,25 +80,25 @@ class SceneTopicView(View):
         with self._lock:
             arrival, markers = self._newest, self._markers
         if markers is not None:
-            return self._changed_markers(markers)
+            return self._poll_markers(markers)
         if arrival is None:
             return None
-        kind = _type(arrival)
-        if kind != GRID and kind not in CLOUDS and kind not in SHAPES:
-            raise RequestError(f"messages of {kind} cannot be drawn")
+        type_name = _type_name(arrival)
+        if type_name != GRID and type_name not in CLOUDS and type_name not in SHAPES:
+            raise RequestError(f"messages of {type_name} cannot be drawn")
         is_new = arrival is not self._last_pushed
         message: Any = arrival.arrays
         header = message.header
-        if self._pose_unknown and not is_new and self._pose(kind, header) is None:
+        if self._pose_unknown and not is_new and self._pose(type_name, header) is None:
             return None
         self._last_pushed = arrival
         try:
-            shape = self._grid_shape(arrival, is_new) if kind == GRID else self._shape(kind, message, is_new)
+            shape = self._grid_shape(arrival, is_new) if type_name == GRID else self._shape(type_name, message, is_new)
         except (ShapeError, MessageError) as error:
             raise RequestError(f"{self._topic}: {error}") from None
         if shape is None:
             return None
-        pose = self._pose(kind, header)
+        pose = self._pose(type_name, header)
         if pose is None and self._grid is not None:
             with self._grid_lock:
                 self._grid.resend()
@@ -118,23 +118,23 @@ class SceneTopicView(View):
         self._unwatch()
 
     def _read_args(self, args: Mapping[str, Any]) -> None:
-        self._fixed = string_arg(args, "fixed", "")
+        self._fixed_frame = string_arg(args, "fixed", "")
         self._colour_field = string_arg(args, "by", "")
         self._max_points = int(number_arg(args, "most", 1, MAX_POINTS, MAX_POINTS))
-        self._numbers = bool(args.get("numbers"))
+        self._with_indices = bool(args.get("numbers"))
         self._bounds = _parse_bounds(args.get("bounds"))
 
-    def _pose(self, kind: str, header: Any) -> list[float] | None:
-        if kind in POSELESS_TYPES:
+    def _pose(self, type_name: str, header: Any) -> list[float] | None:
+        if type_name in POSELESS_TYPES:
             return IDENTITY
-        return self.robot.world.pose(self._fixed, header.frame_id, header.stamp)
+        return self.robot.world.pose(self._fixed_frame, header.frame_id, header.stamp)
 
-    def _shape(self, kind: str, message: Any, is_new: bool) -> Shape | None:
+    def _shape(self, type_name: str, message: Any, is_new: bool) -> Shape | None:
         if not is_new and not self._pose_unknown:
             return None
-        if kind in CLOUDS:
-            return CLOUDS[kind](message, self._colour_field, self._max_points, self._numbers, self._bounds)
-        return SHAPES[kind](message)
+        if type_name in CLOUDS:
+            return CLOUDS[type_name](message, self._colour_field, self._max_points, self._with_indices, self._bounds)
+        return SHAPES[type_name](message)
 
     def _grid_shape(self, arrival: Arrival, is_new: bool) -> Shape | None:
         if self._grid is None:
@@ -165,8 +165,8 @@ class SceneTopicView(View):
                 except (ShapeError, MessageError) as error:
                     self._update_error = error
 
-    def _changed_markers(self, markers: Markers) -> Push | None:
-        if any(self.robot.world.pose(self._fixed, frame) for frame in self._unplaced_frames):
+    def _poll_markers(self, markers: Markers) -> Push | None:
+        if any(self.robot.world.pose(self._fixed_frame, frame) for frame in self._unplaced_frames):
             self._seen_version = 0  # the page could not draw the markers in these frames
         with self._lock:
             if markers is not self._markers:
@@ -177,7 +177,7 @@ class SceneTopicView(View):
         if self._seen_version == previous_version:
             return None
         frames = {marker["frame"] for marker in new}
-        poses = {frame: self.robot.world.pose(self._fixed, frame) for frame in frames} | dict.fromkeys(unplaced)
+        poses = {frame: self.robot.world.pose(self._fixed_frame, frame) for frame in frames} | dict.fromkeys(unplaced)
         self._unplaced_frames = {frame for frame, pose in poses.items() if pose is None}
         return Push(
             {
@@ -190,14 +190,14 @@ class SceneTopicView(View):
         )
 
     def _on_message(self, arrival: Arrival) -> None:
-        kind = _type(arrival)
-        if kind in (MARKER, MARKERS):
+        type_name = _type_name(arrival)
+        if type_name in (MARKER, MARKERS):
             try:
                 message: Any = arrival.checked_message
                 with self._lock:
                     if self._markers is None:
                         self._markers, self._seen_version = Markers(), 0
-                    self._markers.add([message] if kind == MARKER else message.markers, arrival.time)
+                    self._markers.add([message] if type_name == MARKER else message.markers, arrival.time)
                 self._problem = ""
             except MessageError as error:
                 self._problem = str(error)
@@ -207,12 +207,12 @@ class SceneTopicView(View):
         self.wake()
 
     def _on_grid_update(self, arrival: Arrival) -> None:
-        if _type(arrival) != GRID_UPDATE:
+        if _type_name(arrival) != GRID_UPDATE:
             return
         with self._lock:
             self._updates.append(arrival)
             newest, too_many = self._newest, len(self._updates) > MAX_UPDATES
-        if too_many and newest is not None and self._grid is not None and _type(newest) == GRID:
+        if too_many and newest is not None and self._grid is not None and _type_name(newest) == GRID:
             with self._grid_lock, suppress(MessageError, ShapeError):  # an error in the grid, which `poll` reports
                 self._apply_updates(self._grid, newest)
         self.wake()
@@ -225,5 +225,5 @@ def _parse_bounds(value: Any) -> tuple[float, float] | None:
     return (low, high) if abs(low) < MAX_MAGNITUDE and abs(high) < MAX_MAGNITUDE else None
 
 
-def _type(arrival: Arrival) -> str:
+def _type_name(arrival: Arrival) -> str:
     return (arrival.raw._connection_header or {}).get("type", "")
